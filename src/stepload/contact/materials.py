@@ -1,0 +1,56 @@
+"""Materials and geometries: the numbers the contact theory takes in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """An isotropic linear elastic body; `yield_strength_pa` is None where it is not known."""
+
+    name: str
+    youngs_modulus_pa: float
+    poisson_ratio: float
+    yield_strength_pa: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """Sphere of `radius_m` on a plane, or on a sphere of `counter_radius_m` (6)."""
+
+    radius_m: float
+    counter_radius_m: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class BluntTip:
+    """Cone or pyramid with a spherical tip of `radius_m`; contact stays on the tip."""
+
+    kind: str
+    radius_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class SharpCone:
+    """Ideal cone; `slope_rad` is the angle between its flank and the plate."""
+
+    slope_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class FlatPunch:
+    """Rigid-edged flat punch of `radius_m`."""
+
+    radius_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class PowerProfile:
+    """Axisymmetric gap z = b r^m, `coefficient` b in m^(1-m) (1)."""
+
+    exponent: float
+    coefficient: float
+
+
+Geometry = Sphere | BluntTip | SharpCone | FlatPunch | PowerProfile

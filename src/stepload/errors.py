@@ -1,0 +1,73 @@
+"""Errors a user can act on: what, where, the limit, what to do; each knows its exit code."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class ExitCode(IntEnum):
+    """Exit codes of every `stepload` command."""
+
+    OK = 0
+    BUG = 1
+    BAD_INPUT = 2
+    REFUSED = 3
+    STOPPED = 4
+    HANGUP = 129
+    INTERRUPTED = 130
+    TERMINATED = 143
+
+
+class SteploadError(Exception):
+    """Base of every error that is shown to the user as text, without a traceback.
+
+    Args:
+        message: what is wrong, with value, unit and limit.
+        hint: what to do about it.
+    """
+
+    exit_code: ExitCode = ExitCode.BUG
+
+    def __init__(self, message: str, *, hint: str = "") -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+
+    def __str__(self) -> str:
+        return f"{self.message}\n  -> {self.hint}" if self.hint else self.message
+
+
+class BadInputError(SteploadError):
+    """A file, an option or a number that cannot be used as given (exit code 2)."""
+
+    exit_code = ExitCode.BAD_INPUT
+
+
+class DomainError(BadInputError, ValueError):
+    """A number outside the domain of an equation (exit code 2)."""
+
+
+class RefusedError(SteploadError):
+    """Well-formed, but it may not or cannot be done (exit code 3)."""
+
+    exit_code = ExitCode.REFUSED
+
+
+class DeviceError(SteploadError):
+    """A device did not do what it must (exit code 4).
+
+    Args:
+        code: value of `stepload.rig.faults.FaultCode`; programs branch on it, never on the text.
+    """
+
+    exit_code = ExitCode.STOPPED
+
+    def __init__(self, message: str, *, code: str, hint: str = "") -> None:
+        super().__init__(message, hint=hint)
+        self.code = code
+
+
+class RunStoppedError(SteploadError):
+    """The run was ended before its plan was done; the arm was made safe (exit code 4)."""
+
+    exit_code = ExitCode.STOPPED

@@ -1,0 +1,153 @@
+"""What a device must offer. A driver is a concrete subclass of one of the three devices below.
+
+Life of a device: construct (cheap, touches nothing) → `open` → `drain` each tick → `safe` → `close`.
+`drain`, `health` and `fault` never block. Drivers that read hardware do so in one thread or child
+process of their own; there are no callbacks into the engine. All methods are called from one thread.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stepload.rig.faults import Fault
+from stepload.rig.options import Option
+from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Who answers: goes into every record, and is compared with what the rig file expects."""
+
+    driver: str
+    model: str
+    serial_number: str
+    firmware: str
+    calibration_revision: str
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """A snapshot of how the device's data come in, since `open`.
+
+    `age_s` is the age of the newest sample (inf before the first); `rate_hz` the measured sample
+    rate; `lost` samples that the device produced and the host never saw; `errors` by name
+    (checksum, orphan, resync …).
+    """
+
+    received: int
+    lost: int
+    rate_hz: float
+    age_s: float
+    longest_gap_s: float
+    errors: Mapping[str, int]
+
+
+class Device(ABC):
+    """Common to all devices.
+
+    Subclasses are constructed with the options of the plan's `options:` mapping as keyword
+    arguments, validated against `OPTIONS`, quantities already in SI units.
+    """
+
+    OPTIONS: ClassVar[Mapping[str, Option]] = {}
+    """Every option the driver takes; unknown ones are refused before the driver is constructed."""
+
+    @abstractmethod
+    def open(self, timeout_s: float) -> Identity:
+        """Connect, identify and start the data stream.
+
+        Returns when the first good sample is there.
+
+        Raises:
+            DeviceError: not reachable, wrong device, unsupported, or not ready within `timeout_s`;
+                nothing is left open.
+        """
+
+    @abstractmethod
+    def health(self) -> Health:
+        """How the data come in; never blocks, never raises."""
+
+    @abstractmethod
+    def fault(self) -> Fault | None:
+        """The first fault since `open`, latched; None while sound. Staleness is a fault."""
+
+    @abstractmethod
+    def safe(self, timeout_s: float) -> None:
+        """Put the device into its safe state; callable in any state, any number of times.
+
+        Always sends, whatever state is believed.
+
+        Raises:
+            DeviceError: the device did not confirm within `timeout_s`.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Give everything back (threads, processes, ports). Idempotent; never raises."""
+
+
+class ForceSensor(Device):
+    """A force or force–torque sensor."""
+
+    rate_hz: float
+    """Nominal sample rate; valid after `open`."""
+
+    @abstractmethod
+    def drain(self) -> list[ForceSample]:
+        """All samples that arrived since the last call, oldest first; none lost, none repeated."""
+
+    def bias(self, timeout_s: float) -> bool:
+        """Zero the device itself where it can; returns whether it did.
+
+        The engine tares in software in any case and verifies the residual afterwards.
+        """
+        return False
+
+
+class DisplacementSensor(Device):
+    """A gauge that measures the approach of payload and plate directly, across the contact."""
+
+    rate_hz: float
+
+    @abstractmethod
+    def drain(self) -> list[DisplacementSample]:
+        """All samples that arrived since the last call, oldest first; none lost, none repeated."""
+
+
+class Arm(Device):
+    """A position-controlled axis. The only motion command is an absolute position target.
+
+    A target is inherently bounded when the link dies: the arm goes there and holds.
+    """
+
+    period_s: float
+    """The arm's control period; the engine ticks at this period. Valid after `open`."""
+
+    has_force: bool
+    """Whether `ArmSample.force_n` is a real second force channel."""
+
+    @abstractmethod
+    def drain(self) -> list[ArmSample]:
+        """All samples that arrived since the last call, oldest first; none repeated."""
+
+    @abstractmethod
+    def command(self, position_m: float) -> None:
+        """Send one absolute target along the approach axis; returns at once.
+
+        Raises:
+            DeviceError: the command could not be handed over. (A latched fault does not prevent
+                sending: a retract must always go out.)
+        """
+
+    @abstractmethod
+    def retract(self, distance_m: float, speed_m_s: float, timeout_s: float) -> None:
+        """Unload without the engine: from the *measured* position back along the approach axis.
+
+        Used by safing when the loop is gone. Blocks until there or `timeout_s`.
+
+        Raises:
+            DeviceError: not confirmed; the stop was sent nevertheless.
+        """

@@ -1,0 +1,59 @@
+"""Fault codes: what a device latches, what a run is stopped for, what a program branches on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class FaultCode(StrEnum):
+    """Why a device is not usable. Values are stable: they are written to records."""
+
+    NOT_CONNECTED = "not_connected"
+    """No answer at open, or the link was closed or unplugged."""
+    STALE = "stale"
+    """No new sample within the age limit, whatever the link claims."""
+    CORRUPT = "corrupt"
+    """Too many frames failed their checksum or plausibility check."""
+    NOT_FINITE = "not_finite"
+    """NaN or infinity in a sample."""
+    OUT_OF_RANGE = "out_of_range"
+    """A value no sound device would send."""
+    OVERLOAD = "overload"
+    """Beyond the rated load, or a gauge saturated."""
+    DEVICE_REPORTS = "device_reports"
+    """A fault bit of the device itself."""
+    REFUSED_COMMAND = "refused_command"
+    """The device said no, or said nothing, to a command."""
+    WRONG_DEVICE = "wrong_device"
+    """Another model, serial number or firmware than the rig file says."""
+    UNSUPPORTED = "unsupported"
+    """A controller, firmware or setting this driver does not support."""
+    PROTECTIVE_STOP = "protective_stop"
+    EMERGENCY_STOP = "emergency_stop"
+    SAFEGUARD_STOP = "safeguard_stop"
+    PROGRAM_STOPPED = "program_stopped"
+    """The program on the controller that carries out our commands does not run."""
+    NOT_REMOTE = "not_remote"
+    """The controller is in local control."""
+    CLOCK = "clock"
+    """The device's clock jumped, stands still or runs away from the host's."""
+    DRIVER = "driver"
+    """The driver's own process or thread died or hangs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A latched fault of one device.
+
+    Args:
+        code: what programs branch on.
+        message: what is wrong, with value, unit and limit.
+        hint: what to do.
+        time_s: host monotonic time of the first occurrence.
+    """
+
+    code: FaultCode
+    message: str
+    hint: str
+    time_s: float

@@ -1,0 +1,75 @@
+"""Finds drivers by entry point; knows none of them by name."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
+
+from stepload.errors import BadInputError
+from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor
+
+GROUPS: dict[str, type[Device]] = {
+    "stepload.arms": Arm,
+    "stepload.force_sensors": ForceSensor,
+    "stepload.displacement_sensors": DisplacementSensor,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """One installed driver, or the reason why it cannot be used."""
+
+    group: str
+    name: str
+    distribution: str
+    problem: str
+
+
+def _load(group: str, point: EntryPoint) -> type[Device]:
+    kind = GROUPS[group]
+    loaded = point.load()
+    if not (inspect.isclass(loaded) and issubclass(loaded, kind)):
+        raise TypeError(f"{point.value} is not a subclass of stepload.rig.device.{kind.__name__}")
+    if missing := sorted(getattr(loaded, "__abstractmethods__", ())):
+        raise TypeError(f"{point.value} does not implement {', '.join(missing)}")
+    return loaded
+
+
+def list_drivers() -> list[Listed]:
+    """Every installed driver; broken ones with the reason. Loads them, touches no device."""
+    found = []
+    for group in GROUPS:
+        for point in sorted(entry_points(group=group), key=lambda p: p.name):
+            problem = ""
+            try:
+                _load(group, point)
+            except Exception as error:  # a lab's broken package must not break the list
+                problem = f"{type(error).__name__}: {error}"
+            found.append(Listed(group, point.name, point.dist.name if point.dist else "", problem))
+    return found
+
+
+def driver_names(group: str) -> list[str]:
+    """Names installed in `group`, without loading anything."""
+    return sorted(point.name for point in entry_points(group=group))
+
+
+def load_driver(group: str, name: str) -> type[Device]:
+    """The driver class called `name`.
+
+    Raises:
+        BadInputError: not installed, or broken, with the reason.
+    """
+    points = list(entry_points(group=group, name=name))
+    kind = GROUPS[group].__name__
+    if not points:
+        names = ", ".join(driver_names(group)) or "none"
+        raise BadInputError(f"no driver named {name!r} for {kind}", hint=f"installed: {names}")
+    try:
+        return _load(group, points[0])
+    except Exception as error:
+        raise BadInputError(
+            f"driver {name!r} for {kind} cannot be used: {type(error).__name__}: {error}",
+            hint="see `stepload drivers`",
+        ) from error

@@ -1,0 +1,131 @@
+"""The truth of a simulated rig, and how a simulator is found (group `stepload.worlds`).
+
+A world factory takes a `WorldSpec` and gives a `SimulatedRig`: devices that pass the contract
+suite, and a virtual clock that makes the world go on when it is slept on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from typing import Protocol
+
+from stepload.errors import BadInputError
+from stepload.rig.clock import Clock
+from stepload.rig.device import Arm, DisplacementSensor, ForceSensor
+
+
+@dataclass(frozen=True, slots=True)
+class PayloadTruth:
+    """The contact as it really is.
+
+    `law` is "smooth", "rough" or "elastic_plastic"; `k`, `n` the smooth law in N/m^n;
+    `elastic_limit_n` F_c; `roughness_m` σ_eq and `kappa` of (8)–(12) for "rough";
+    `hysteresis` the share of the loading work lost in a cycle; `hard_stop_m` a deformation at which
+    a hidden rigid stop takes over (inf: none).
+    """
+
+    law: str
+    k: float
+    n: float
+    elastic_limit_n: float
+    roughness_m: float
+    kappa: float
+    hysteresis: float
+    hard_stop_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class WorldFault:
+    """A fault at `start_s` of world time for `duration_s`; `kind` is one of the world's FAULTS."""
+
+    kind: str
+    start_s: float
+    duration_s: float
+    magnitude: float
+
+
+@dataclass(frozen=True, slots=True)
+class WorldSpec:
+    """Everything a simulated rig needs; SI units, unit in the name.
+
+    `surface_m` is the travel at which the payload really touches. `start_force_bias_n` is the
+    sensor's reading in free air before tare. `gauge_rate_hz` 0: no displacement gauge.
+    `kinematic_error_m` is the sd of a smooth error of the measured position in contact, correlated
+    over `kinematic_length_m` of travel.
+    """
+
+    seed: int
+    payload: PayloadTruth
+    surface_m: float
+    arm_rate_hz: float
+    system_stiffness_n_per_m: float
+    system_damping_n_s_per_m: float
+    effective_mass_kg: float
+    command_delay_s: float
+    lag_s: float
+    lost_motion_m: float
+    max_speed_m_s: float
+    max_acceleration_m_s2: float
+    max_push_n: float
+    position_quantum_m: float
+    position_noise_m: float
+    kinematic_error_m: float
+    kinematic_length_m: float
+    arm_has_force: bool
+    arm_force_noise_n: float
+    force_rate_hz: float
+    force_axis: str
+    force_noise_n: float
+    force_quantum_n: float
+    force_delay_s: float
+    force_range_n: float
+    start_force_bias_n: float
+    force_drift_n_per_s: float
+    gauge_rate_hz: float
+    gauge_quantum_m: float
+    gauge_noise_m: float
+    faults: tuple[WorldFault, ...] = ()
+
+
+class WorldView(Protocol):
+    """What tests and campaigns may ask of a world, and the engine may not."""
+
+    @property
+    def true_peak_force_n(self) -> float:
+        """Largest true contact force so far."""
+        ...
+
+    @property
+    def true_force_n(self) -> float:
+        """True contact force now."""
+        ...
+
+
+@dataclass(slots=True)
+class SimulatedRig:
+    """Devices of a simulated rig; `second_force` is None when the arm is the second channel."""
+
+    arm: Arm
+    force: ForceSensor
+    displacement: DisplacementSensor | None
+    second_force: ForceSensor | None
+    clock: Clock
+    world: WorldView
+
+
+def load_world(name: str = "sim") -> Callable[[WorldSpec], SimulatedRig]:
+    """The installed simulator called `name`.
+
+    Raises:
+        BadInputError: not installed.
+    """
+    points = list(entry_points(group="stepload.worlds", name=name))
+    if not points:
+        raise BadInputError(
+            f"no simulator named {name!r} is installed",
+            hint="install stepload with its drivers (pip install -e .)",
+        )
+    factory: Callable[[WorldSpec], SimulatedRig] = points[0].load()
+    return factory

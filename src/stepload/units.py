@@ -1,0 +1,1 @@
+"""Physical quantities written as text ("28.7 mm"): number and unit in, SI float out."""
