@@ -1,0 +1,56 @@
+# Two targets for a newcomer: `make demo` and `make test`. Both set up their own environment.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+READY  := $(VENV)/.ready
+OUT    ?= runs/demo
+
+# Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.
+export OPENBLAS_NUM_THREADS := 1
+export OMP_NUM_THREADS := 1
+
+.PHONY: help demo demo-wire test lint types imports unit docs campaign bench fuzz paper clean
+
+help: ## Show this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+
+$(READY): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "stepload needs Python 3.11 or newer; say which with: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@touch $@
+
+demo: $(READY) ## The paper's plastic sphere on the simulated rig; ends with a report
+	$(BIN)/stepload run procedures/plastic-sphere.yaml --dry-run --out $(OUT)
+
+demo-wire: $(READY) ## A whole plan with real drivers against emulated devices, in real time
+	$(BIN)/python bench/demo_wire.py
+
+test: lint types imports unit ## Everything CI runs
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(READY)
+	$(BIN)/mypy
+
+imports: $(READY)
+	$(BIN)/lint-imports --no-cache
+
+unit: $(READY)
+	$(BIN)/pytest
+
+campaign: $(READY) ## The fault campaign, 100,000 runs (hours; resumable)
+	$(BIN)/stepload campaign procedures/campaign.yaml --runs 100000 --faults all --seed 1 --out campaign
+
+bench: $(READY) ## Ratios against named baselines, measured side by side
+	@for script in bench/*.py; do case $$script in */_*|*/demo_wire.py) continue;; esac; \
+	  echo "== $$script"; $(BIN)/python $$script || exit 1; done
+
+paper: $(READY) ## Regenerate docs/paper.md
+	$(BIN)/python -m stepload.paper --out docs/paper.md
+
+clean: ## Remove the environment and what was generated
+	rm -rf $(VENV) runs campaign .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,0 +1,210 @@
+"""The report's figures: arrays in, one SVG text out each. No state is kept between calls."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepload.record.rows import Phase
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.integer]
+
+MOST_POINTS = 4000
+INK, BLUE, ORANGE, GREEN, RED, GREY = (
+    "#1d2733", "#1f5fa8", "#c8641b", "#2f7d4f", "#b3261e", "#8a94a0",
+)  # fmt: skip
+PHASE_TINT = {
+    Phase.TARE: "#e8edf3",
+    Phase.FAST_APPROACH: "#e4efe8",
+    Phase.GUARDED_APPROACH: "#d3e8da",
+    Phase.DWELL: "#d3e8da",
+    Phase.TOUCH_RETRACT: "#f3ecdc",
+    Phase.LOAD: "#dbe6f4",
+    Phase.HOLD: "#c6d8ee",
+    Phase.UNLOAD: "#f7e3d6",
+    Phase.UNLOAD_HOLD: "#f1d3be",
+    Phase.RETRACT: "#e4efe8",
+    Phase.POST_TARE: "#e8edf3",
+    Phase.SAFING: "#f6d0cd",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """What the run measured on one time base; equal lengths (N,)."""
+
+    time_s: FloatArray
+    force_n: FloatArray
+    displacement_m: FloatArray
+    phase: IntArray
+
+
+@contextmanager
+def _figure(height: float, rows: int = 1) -> Iterator[tuple[Figure, list[Axes]]]:
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    style: dict[Any, Any] = {
+        "font.size": 9.5, "axes.edgecolor": GREY, "axes.labelcolor": INK, "text.color": INK,
+        "xtick.color": INK, "ytick.color": INK, "axes.spines.top": False,
+        "axes.spines.right": False, "axes.grid": True, "grid.color": "#e6eaee",
+        "legend.frameon": False, "svg.hashsalt": "stepload", "lines.linewidth": 1.2,
+    }  # fmt: skip
+    with mpl.rc_context(style):
+        figure = Figure(figsize=(8.6, height), layout="constrained")
+        axes = figure.subplots(rows, 1, sharex=rows > 1, squeeze=False)
+        yield figure, [row[0] for row in axes]
+
+
+def _svg(figure: Figure) -> str:
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    return buffer.getvalue()
+
+
+def thin(count: int, value: FloatArray) -> IntArray:
+    """Indices of at most about `count` points that keep every local extreme of `value` (N,)."""
+    n = len(value)
+    if n <= count:
+        return np.arange(n)
+    width = int(np.ceil(2.0 * n / count))
+    whole = n // width * width
+    blocks = value[:whole].reshape(-1, width)
+    start = np.arange(len(blocks)) * width
+    picked = np.concatenate(
+        [start + np.nanargmin(blocks, 1), start + np.nanargmax(blocks, 1), [0, n - 1]]
+    )
+    return np.unique(picked)
+
+
+def _spans(trace: Trace) -> Iterator[tuple[Phase, float, float]]:
+    edges = np.flatnonzero(np.diff(trace.phase)) + 1
+    bounds = np.concatenate([[0], edges, [len(trace.phase) - 1]])
+    for first, last in pairwise(bounds):
+        yield Phase(int(trace.phase[first])), float(trace.time_s[first]), float(trace.time_s[last])
+
+
+def _shade(axes: Axes, trace: Trace) -> None:
+    named = set()
+    for phase, start_s, end_s in _spans(trace):
+        if tint := PHASE_TINT.get(phase):
+            label = None if phase in named else phase.name.replace("_", " ").lower()
+            named.add(phase)
+            axes.axvspan(start_s, end_s, color=tint, lw=0, label=label)
+
+
+def over_time(trace: Trace) -> str:
+    """Force and displacement against time, phases shaded."""
+    with _figure(5.2, rows=2) as (figure, (upper, lower)):
+        for axes, value, scale, label, colour in (
+            (upper, trace.force_n, 1.0, "force [N]", BLUE),
+            (lower, trace.displacement_m, 1e6, "displacement [µm]", ORANGE),
+        ):
+            index = thin(MOST_POINTS, value)
+            _shade(axes, trace)
+            axes.plot(trace.time_s[index], value[index] * scale, color=colour)
+            axes.set_ylabel(label)
+            axes.margins(x=0)
+        seen = np.isin(trace.phase, [Phase.TOUCH_RETRACT, Phase.LOAD, Phase.HOLD, Phase.UNLOAD])
+        if np.any(seen):
+            reach = trace.displacement_m[seen] * 1e6
+            pad = 0.08 * (np.ptp(reach) or 1.0)
+            lower.set_ylim(max(reach.min(), -0.5 * reach.max()) - pad, reach.max() + pad)
+        lower.set_xlabel("time since start [s]")
+        figure.legend(*upper.get_legend_handles_labels(), loc="outside upper center", ncols=6)
+        return _svg(figure)
+
+
+def against_limit(trace: Trace, predicted_peak_n: FloatArray, tick_s: FloatArray,
+                  limits_n: Mapping[str, float]) -> str:  # fmt: skip
+    """Force and the supervisor's predicted peak against every limit; F_c on top."""
+    with _figure(3.4) as (figure, (axes,)):
+        index = thin(MOST_POINTS, predicted_peak_n)
+        axes.plot(
+            tick_s[index], predicted_peak_n[index], color=GREY, lw=0.8, label="predicted peak (R2)"
+        )
+        index = thin(MOST_POINTS, trace.force_n)
+        axes.plot(trace.time_s[index], trace.force_n[index], color=BLUE, label="measured force")
+        for (name, limit_n), colour in zip(
+            limits_n.items(), (RED, ORANGE, GREEN, INK), strict=False
+        ):
+            axes.axhline(limit_n, color=colour, ls="--", lw=1.1)
+            axes.annotate(
+                f"{name} {limit_n:.4g} N", (1.0, limit_n), xycoords=("axes fraction", "data"),
+                ha="right", va="bottom", color=colour, fontsize=9,
+            )  # fmt: skip
+        axes.set_ylim(top=1.12 * max([*limits_n.values(), float(np.nanmax(trace.force_n))]))
+        axes.margins(x=0)
+        axes.set(xlabel="time since start [s]", ylabel="force [N]")
+        axes.legend(loc="upper left")
+        return _svg(figure)
+
+
+Law = Callable[[FloatArray], FloatArray]
+
+
+def force_deformation(deformation_m: FloatArray, force_n: FloatArray,
+                      laws: Mapping[str, Law], believed: str) -> str:  # fmt: skip
+    """Measured force against payload deformation with every fitted law (deformation → force)."""
+    with _figure(4.2) as (figure, (axes,)):
+        step = max(1, len(force_n) // MOST_POINTS)
+        axes.plot(
+            deformation_m[::step] * 1e6, force_n[::step], ".", ms=2.0, color=GREY,
+            label="measured", zorder=1, rasterized=False,
+        )  # fmt: skip
+        reach = np.linspace(float(deformation_m.min()), float(deformation_m.max()), 400)
+        for (name, law), colour in zip(laws.items(), (ORANGE, GREEN, BLUE, RED), strict=False):
+            best = name == believed
+            axes.plot(
+                reach * 1e6, law(reach), color=BLUE if best else colour, zorder=3 if best else 2,
+                lw=2.0 if best else 1.1, ls="-" if best else "--",
+                label=f"{name} (believed)" if best else name,
+            )  # fmt: skip
+        axes.set(xlabel="payload deformation from touch [µm]", ylabel="force [N]")
+        axes.set_ylim(bottom=min(0.0, float(force_n.min())))
+        axes.legend(loc="upper left")
+        return _svg(figure)
+
+
+def residuals(force_n: FloatArray, residual_n: Mapping[str, FloatArray], believed: str) -> str:
+    """Measured force minus each fitted law, against force."""
+    with _figure(3.0) as (figure, (axes,)):
+        step = max(1, len(force_n) // MOST_POINTS)
+        for (name, values), colour in zip(
+            residual_n.items(), (ORANGE, GREEN, BLUE, RED), strict=False
+        ):
+            best = name == believed
+            axes.plot(
+                force_n[::step], values[::step], ".", ms=2.2 if best else 1.6,
+                color=BLUE if best else colour, label=name, zorder=3 if best else 2,
+            )  # fmt: skip
+        axes.axhline(0.0, color=INK, lw=0.8)
+        axes.set(xlabel="force [N]", ylabel="measured − law [N]")
+        axes.legend(loc="best", markerscale=4)
+        return _svg(figure)
+
+
+def ellipse(k_axis: FloatArray, n_axis: FloatArray, points: Sequence[tuple[str, float, float]]
+            ) -> str:  # fmt: skip
+    """Outline (M,) of the 95 % region of K [N/m^n] and n, with every fit as a point."""
+    with _figure(3.0) as (figure, (axes,)):
+        axes.fill(n_axis, k_axis, color=BLUE, alpha=0.12, lw=0)
+        axes.plot(n_axis, k_axis, color=BLUE, label="95 % region")
+        for (name, k, n), colour in zip(points, (ORANGE, GREEN, INK, RED), strict=False):
+            axes.plot([n], [k], "o", ms=5, color=colour, label=name)
+        axes.set_yscale("log")
+        axes.set(xlabel="exponent n", ylabel="K [N/m$^n$]")
+        axes.legend(loc="best")
+        return _svg(figure)
