@@ -1,0 +1,180 @@
+"""What a plan's numbers mean for pressing: force limits, delays and speeds, each with its source.
+
+Preflight prints these figures and the run obeys them: both take them from here.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from stepload.contact.elastic import law_for
+from stepload.contact.press import (
+    ForceLimits,
+    PressRig,
+    Term,
+    force_budget,
+    force_limits,
+    largest_speed,
+    speed_terms,
+)
+from stepload.errors import RefusedError
+from stepload.plan.model import Plan, Provenance, Rig, SecondForceSource, SystemStiffness
+
+GUARDED_SHARE = 0.4
+"""Share of F_lim that a guarded approach may reach."""
+CROSS_CHECK_FILTER_S = 0.005
+"""Time constant of the filter on the difference of the two force channels."""
+LEAST_STIFFNESS_DOUBT = {
+    Provenance.MEASURED: 0.0,
+    Provenance.DECLARED: 0.1,
+    Provenance.INDICATIVE: 0.3,
+}
+"""Smallest relative doubt about K_s by where it comes from; 3 sigma where that is more."""
+HARD_STOP_FACTOR = 10.0
+"""A hidden hard stop is taken to be this many times stiffer than the system."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """What the run itself has found out about its force sensor: noise (sd) and drift since tare."""
+
+    noise_n: float
+    bias_n: float
+
+
+@dataclass(frozen=True, slots=True)
+class Pressing:
+    """Everything about pressing that follows from a plan and its elastic limit.
+
+    `contact_n_s_per_m` divides the force that is left into the speed allowed in contact: it holds
+    even if a hidden hard stop takes over from the payload.
+    """
+
+    rig: PressRig
+    forces: ForceLimits
+    tangent_n_per_m: float
+    guarded_speed_m_s: float
+    fast_speed_m_s: float
+    contact_n_s_per_m: float
+
+    def guarded_budget(self, threshold_n: float) -> tuple[Term, ...]:
+        """The force budget of the guarded approach, term by term, in N."""
+        return force_budget(
+            self.rig,
+            speed_m_s=self.guarded_speed_m_s,
+            threshold_n=threshold_n,
+            tangent_n_per_m=self.tangent_n_per_m,
+            delay_s=self.rig.reaction_s,
+        )
+
+
+def largest_stiffness(system: SystemStiffness) -> float:
+    """The largest K_s in N/m that is believed possible: K_s + 3 sigma, more where it is a guess."""
+    doubt = LEAST_STIFFNESS_DOUBT[system.provenance] * system.stiffness_n_per_m
+    return system.stiffness_n_per_m + max(3.0 * system.sigma_n_per_m, doubt)
+
+
+def press_rig(rig: Rig, noise_n: float) -> PressRig:
+    """Upper bounds of a rig's delays and inertia, from the plan."""
+    arm, force = rig.arm, rig.force
+    parts = (
+        Term("force sensor delay", force.delay_s, "s", "rig: force.delay"),
+        Term("force sensor period", 1.0 / force.rate_hz, "s", "rig: 1 / force.rate"),
+        Term("tick", 1.0 / arm.rate_hz, "s", "rig: 1 / arm.rate"),
+        Term("computing and jitter", 1.0 / arm.rate_hz, "s", "one tick"),
+        Term("command delay", arm.command_delay_s, "s", "rig: arm.command_delay"),
+        Term("arm lag", arm.lag_s, "s", "rig: arm.lag"),
+    )
+    total_s = sum(part.value for part in parts)
+    loop_s = rig.loop_delay_s if rig.loop_delay_s is not None else total_s
+    second = rig.second_force
+    has_second = second.source is not SecondForceSource.NONE
+    return PressRig(
+        stiffness_n_per_m=largest_stiffness(rig.system_stiffness),
+        damping_n_s_per_m=rig.system_stiffness.damping_n_s_per_m,
+        mass_kg=arm.effective_mass_kg,
+        acceleration_m_s2=arm.max_acceleration_m_s2,
+        lag_s=arm.lag_s,
+        noise_n=noise_n,
+        reaction=parts,
+        reaction_s=max(total_s, loop_s),
+        loop_s=loop_s,
+        cross_check_s=second.time_s + CROSS_CHECK_FILTER_S if has_second else 0.0,
+    )
+
+
+def pressing_for(
+    plan: Plan, *, elastic_limit_n: float, measured: Measured | None = None
+) -> Pressing:
+    """Force limits and speeds of a plan.
+
+    Without `measured` the noise is the rig file's and the drift is the largest that the plan lets
+    pass. With one force channel nothing checks the gain: three times its uncertainty stands in for
+    the tolerance of the cross-check.
+
+    Raises:
+        RefusedError: no room below the elastic limit, the top force is too high, or no speed above
+            zero keeps the force budget.
+        DomainError: a number is not finite and positive.
+    """
+    rig, procedure = plan.rig, plan.procedure
+    noise_n = max(rig.force.noise_n, measured.noise_n if measured else 0.0)
+    bias_n = max(procedure.max_drift_n, measured.bias_n if measured else 0.0)
+    second = rig.second_force
+    has_second = second.source is not SecondForceSource.NONE
+    forces = force_limits(
+        elastic_limit_n,
+        top_force_n=procedure.top_force_n,
+        step_n=procedure.step_n,
+        noise_n=noise_n,
+        tolerance_n=second.tolerance_n if has_second else 0.0,
+        tolerance_relative=(
+            second.tolerance_relative if has_second else 3.0 * rig.force.gain_uncertainty
+        ),
+        bias_n=bias_n,
+        capacity_n=min(rig.arm.max_push_n, 0.95 * rig.force.range_n),
+    )
+    numbers = press_rig(rig, noise_n)
+    payload = plan.payload
+    law = law_for(payload.geometry, payload.material, payload.plate)
+    tangent = law.tangent(forces.limit_n)
+    limits = [(GUARDED_SHARE * forces.limit_n, procedure.touch_force_n, numbers.reaction_s)]
+    fast_limits = [(forces.limit_n, procedure.touch_force_n, numbers.reaction_s)]
+    if has_second:
+        late = (elastic_limit_n, second.tolerance_n, numbers.reaction_s + numbers.cross_check_s)
+        limits.append(late)
+        fast_limits.append(late)
+    guarded, fast = (
+        min(
+            largest_speed(
+                numbers,
+                force_n=force_n,
+                threshold_n=threshold_n,
+                tangent_n_per_m=tangent,
+                delay_s=delay_s,
+            )
+            for force_n, threshold_n, delay_s in rows
+        )
+        for rows in (limits, fast_limits)
+    )
+    if not (math.isfinite(guarded) and guarded > 0.0):
+        raise RefusedError(
+            f"no approach speed keeps the force budget: touch force {procedure.touch_force_n:.3g} N"
+            f" and noise {noise_n:.3g} N against {GUARDED_SHARE:g} of the force limit"
+            f" {forces.limit_n:.4g} N",
+            hint="lower the touch force, raise the top force or use a quieter force sensor",
+        )
+    hard = HARD_STOP_FACTOR * numbers.stiffness_n_per_m
+    contact = sum(
+        t.value for t in speed_terms(numbers, hard, numbers.reaction_s + numbers.cross_check_s)
+    )
+    top_speed = 0.8 * rig.arm.max_speed_m_s
+    return Pressing(
+        rig=numbers,
+        forces=forces,
+        tangent_n_per_m=tangent,
+        guarded_speed_m_s=min(guarded, top_speed),
+        fast_speed_m_s=min(fast, top_speed),
+        contact_n_s_per_m=contact,
+    )
