@@ -1,0 +1,55 @@
+"""Refuse numbers outside the domain of an equation, with value, unit and limit."""
+
+from __future__ import annotations
+
+import math
+
+from stepload.contact.materials import Material
+from stepload.errors import DomainError
+
+
+def require_positive(value: float, what: str, unit: str) -> float:
+    """`value` if it is finite and positive.
+
+    Raises:
+        DomainError: it is not.
+    """
+    if not (math.isfinite(value) and value > 0.0):
+        raise DomainError(
+            f"{what} is {value:g} {unit}; it must be finite and greater than 0 {unit}".rstrip(),
+            hint=f"give {what} as a positive number",
+        )
+    return value
+
+
+def require_not_negative(value: float, what: str, unit: str) -> float:
+    """`value` if it is finite and at least 0.
+
+    Raises:
+        DomainError: it is not.
+    """
+    if not (math.isfinite(value) and value >= 0.0):
+        raise DomainError(
+            f"{what} is {value:g} {unit}; it must be finite and at least 0 {unit}".rstrip(),
+            hint=f"give {what} as 0 or a positive number",
+        )
+    return value
+
+
+def require_material(material: Material) -> Material:
+    """`material` if its numbers are physical: E > 0, -1 < ν ≤ 0.5, yield strength > 0 or None.
+
+    Raises:
+        DomainError: one of them is not.
+    """
+    name = material.name
+    require_positive(material.youngs_modulus_pa, f"Young's modulus of {name!r}", "Pa")
+    ratio = material.poisson_ratio
+    if not -1.0 < ratio <= 0.5:
+        raise DomainError(
+            f"Poisson's ratio of {name!r} is {ratio:g}; it must be above -1 and at most 0.5",
+            hint="an isotropic elastic body cannot have another one",
+        )
+    if material.yield_strength_pa is not None:
+        require_positive(material.yield_strength_pa, f"yield strength of {name!r}", "Pa")
+    return material

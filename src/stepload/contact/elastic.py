@@ -1,0 +1,108 @@
+"""The power law of a smooth elastic contact, from geometry and materials (1)–(7).
+
+The gap between the bodies is axisymmetric with leading term z = b r^m, and no body is near yield.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stepload.contact.checks import require_material, require_positive
+from stepload.contact.materials import (
+    BluntTip,
+    FlatPunch,
+    Geometry,
+    Material,
+    PowerProfile,
+    SharpCone,
+    Sphere,
+)
+from stepload.contact.power_law import ContactLaw
+from stepload.errors import DomainError
+
+
+def equivalent_modulus(first: Material, second: Material) -> float:
+    """E_eq in Pa (4): 1/E_eq = (1-ν1²)/E1 + (1-ν2²)/E2.
+
+    Raises:
+        DomainError: a material constant is not physical.
+    """
+    return 1.0 / sum(
+        (1.0 - body.poisson_ratio**2) / body.youngs_modulus_pa
+        for body in (require_material(first), require_material(second))
+    )
+
+
+def profile_constant(exponent: float) -> float:
+    """C_m = √π Γ(m/2+1)/Γ((m+1)/2) of (3); the contact radius a obeys δ = C_m b a^m.
+
+    Raises:
+        DomainError: `exponent` is not finite and positive.
+
+    Example:
+        >>> profile_constant(2.0)
+        2.0
+    """
+    require_positive(exponent, "profile exponent m", "")
+    log_ratio = math.lgamma(0.5 * exponent + 1.0) - math.lgamma(0.5 * (exponent + 1.0))
+    return math.sqrt(math.pi) * math.exp(log_ratio)
+
+
+def equivalent_radius(geometry: Geometry) -> float | None:
+    """R_eq in m (6) of everything that is a sphere at the contact; None for other geometries.
+
+    A blunt tip counts as a sphere of the tip radius, and z = b r² as one of radius 1/(2b).
+
+    Raises:
+        DomainError: a radius or coefficient is not finite and positive.
+    """
+    match geometry:
+        case Sphere(radius_m=radius, counter_radius_m=None) | BluntTip(radius_m=radius):
+            return require_positive(radius, "radius", "m")
+        case Sphere(radius_m=radius, counter_radius_m=counter) if counter is not None:
+            require_positive(radius, "radius", "m")
+            require_positive(counter, "radius of the counter sphere", "m")
+            return 1.0 / (1.0 / radius + 1.0 / counter)
+        case PowerProfile(exponent=2.0, coefficient=coefficient):
+            return 0.5 / require_positive(coefficient, "profile coefficient b", "m^(1-m)")
+        case _:
+            return None
+
+
+def law_for(geometry: Geometry, material: Material, plate: Material) -> ContactLaw:
+    """F = K δ^n of a smooth elastic contact (2)–(7).
+
+    Args:
+        geometry: shape of the payload where it touches.
+        material: of the payload.
+        plate: material of the counter body.
+
+    Raises:
+        DomainError: a number outside the domain of the theory.
+
+    Notes:
+        Sphere, blunt tip: K = 4/3 E_eq √R_eq, n = 3/2 (7). Sharp cone of slope β:
+        K = 2 E_eq/(π tan β), n = 2. Flat punch: K = 2 R E_eq, n = 1. Any z = b r^m:
+        K = 2m/(m+1) E_eq (C_m b)^(-1/m) (3), n = (m+1)/m (5).
+    """
+    modulus = equivalent_modulus(material, plate)
+    radius = equivalent_radius(geometry)
+    if radius is not None:
+        return ContactLaw(4.0 / 3.0 * modulus * math.sqrt(radius), 1.5, "(7)")
+    match geometry:
+        case SharpCone(slope_rad=slope):
+            if not 0.0 < slope < 0.5 * math.pi:
+                raise DomainError(
+                    f"cone slope is {slope:g} rad; it must be above 0 and below pi/2 rad",
+                    hint="the slope is the angle between the flank and the plate",
+                )
+            return ContactLaw(2.0 * modulus / (math.pi * math.tan(slope)), 2.0, "(3), m = 1")
+        case FlatPunch(radius_m=punch_radius):
+            require_positive(punch_radius, "punch radius", "m")
+            return ContactLaw(2.0 * punch_radius * modulus, 1.0, "(3), m -> infinity")
+        case PowerProfile(exponent=m, coefficient=b):
+            require_positive(b, "profile coefficient b", "m^(1-m)")
+            size = math.exp(-(math.log(profile_constant(m)) + math.log(b)) / m)
+            return ContactLaw(2.0 * m / (m + 1.0) * modulus * size, (m + 1.0) / m, "(3), (5)")
+        case _:
+            raise DomainError(f"no contact law for a {type(geometry).__name__}")

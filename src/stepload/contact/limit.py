@@ -1,0 +1,77 @@
+"""The elastic limit of a contact: the force F_c that a run must stay below (13)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from stepload.contact.checks import require_material
+from stepload.contact.elastic import equivalent_modulus, equivalent_radius
+from stepload.contact.materials import Geometry, Material
+
+
+@dataclass(frozen=True, slots=True)
+class ElasticLimit:
+    """Onset of yield: F_c in N, δ_c in m, and the equation they come from."""
+
+    force_n: float
+    deformation_m: float
+    equation: str
+
+
+def softer_body(material: Material, plate: Material) -> Material | None:
+    """The body that yields first, or None where the yield strengths do not tell.
+
+    Lower yield strength decides. A plate of unknown yield strength is taken to be the harder body
+    only where its modulus is at least the payload's (a steel platen under a plastic payload).
+
+    Raises:
+        DomainError: a material constant is not physical.
+    """
+    payload_yield = require_material(material).yield_strength_pa
+    plate_yield = require_material(plate).yield_strength_pa
+    if payload_yield is None:
+        return None
+    if plate_yield is None:
+        return material if plate.youngs_modulus_pa >= material.youngs_modulus_pa else None
+    return material if payload_yield <= plate_yield else plate
+
+
+def no_limit_reason(geometry: Geometry, material: Material, plate: Material) -> str:
+    """Why theory has no elastic limit here and one must be declared; "" where it has one.
+
+    Raises:
+        DomainError: a number outside the domain of the theory.
+    """
+    if equivalent_radius(geometry) is None:
+        return (
+            f"theory gives no elastic limit for a {type(geometry).__name__}: (13) holds for "
+            "spheres and spherical tips"
+        )
+    if softer_body(material, plate) is not None:
+        return ""
+    unknown = material if material.yield_strength_pa is None else plate
+    return f"the yield strength of {unknown.name!r} is not known, so (13) cannot be evaluated"
+
+
+def elastic_limit(geometry: Geometry, material: Material, plate: Material) -> ElasticLimit | None:
+    """F_c and δ_c of a sphere or spherical tip (13); None where theory has none.
+
+    F_c = (π P H)³ R_eq²/(6 E_eq²), δ_c = (π P H/(2 E_eq))² R_eq with P = 0.454 + 0.41 ν and
+    H = 2.8 Y; ν and Y of the softer body. Where it is None, `no_limit_reason` says why, and the
+    limit must be declared.
+
+    Raises:
+        DomainError: a number outside the domain of the theory.
+    """
+    radius = equivalent_radius(geometry)
+    softer = softer_body(material, plate)
+    if radius is None or softer is None or softer.yield_strength_pa is None:
+        return None
+    modulus = equivalent_modulus(material, plate)
+    pressure = math.pi * (0.454 + 0.41 * softer.poisson_ratio) * 2.8 * softer.yield_strength_pa
+    return ElasticLimit(
+        force_n=pressure**3 * radius**2 / (6.0 * modulus**2),
+        deformation_m=(pressure / (2.0 * modulus)) ** 2 * radius,
+        equation="(13)",
+    )

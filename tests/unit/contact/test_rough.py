@@ -1,0 +1,126 @@
+"""Rough spheres: domain flags, limits and the documented exceptions to monotonicity."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stepload.contact.curves import rough_deformation
+from stepload.contact.domain import Domain
+from stepload.contact.rough import (
+    P0_BRANCH,
+    RoughSphere,
+    equivalent_roughness,
+    rms_roughness,
+    roughness_number,
+)
+from stepload.errors import DomainError
+
+K = 6.57e8
+contacts = st.builds(RoughSphere, st.just(K), st.floats(1e-8, 3e-5), st.floats(1.0, 1e4))
+quick = settings(max_examples=50, deadline=None)
+
+
+def force_at(contact: RoughSphere, p0: float) -> float:
+    """Force where (11) gives p0."""
+    return float(K * (contact.scale_m * p0 / (1.0 - p0)) ** 1.5)
+
+
+def printed(contact: RoughSphere, force_n: float) -> float:
+    """(10)–(12) literally, with α."""
+    smooth_m = (force_n / K) ** (2 / 3)
+    alpha = contact.roughness_m / smooth_m
+    p0 = 1 / (1 + 1.22 * alpha * contact.kappa**-0.16)
+    a = 1.605 / math.sqrt(p0) if p0 <= 0.47 else 3.51 - 2.51 * p0
+    return smooth_m * (0.5 * a**2 + 8 * p0 * a / (math.pi**2 * (4.79 - 3.17 * p0**3.13)))
+
+
+@quick
+@given(contacts, st.floats(1e-2, 1e4))
+def test_equals_the_printed_equations(contact: RoughSphere, force_n: float) -> None:
+    assert contact.deformation(force_n).value == pytest.approx(printed(contact, force_n), rel=1e-11)
+
+
+@quick
+@given(contacts, st.floats(0.011, 0.99), st.floats(1.0001, 1.5))
+def test_deformation_rises_except_across_the_branch(
+    contact: RoughSphere, p0: float, factor: float
+) -> None:
+    low, high = force_at(contact, p0), force_at(contact, p0) * factor
+    crosses = contact.pressure_ratio(low) <= P0_BRANCH < contact.pressure_ratio(high)
+    if not crosses:
+        assert contact.deformation(high).value > contact.deformation(low).value
+
+
+def test_deformation_drops_at_the_branch() -> None:
+    contact = RoughSphere(K, 7.5e-6, 257.0)
+    at = force_at(contact, P0_BRANCH)
+    before, after = contact.deformation(at * (1 - 1e-9)), contact.deformation(at * (1 + 1e-9))
+    assert after.value / before.value - 1 == pytest.approx(-0.0089, abs=5e-5)
+
+
+def test_zero_force_has_a_flagged_finite_limit() -> None:
+    contact = RoughSphere(K, 7.5e-6, 257.0)
+    value, domain = contact.deformation(0.0)
+    assert value == pytest.approx(1.5715 * 7.5e-6 * 257.0**-0.16, rel=1e-4)
+    assert domain is Domain.BELOW
+
+
+def test_domain_ends_at_p0_of_one_percent() -> None:
+    contact = RoughSphere(K, 7.5e-6, 257.0)
+    at = force_at(contact, 0.01)
+    assert contact.deformation(at * 1.001).inside
+    assert contact.deformation(at * 0.999).domain is Domain.BELOW
+
+
+def test_tends_to_the_smooth_sphere() -> None:
+    contact = RoughSphere(K, 1e-15, 257.0)
+    smooth_m = (300.0 / K) ** (2 / 3)
+    assert contact.deformation(300.0).value / smooth_m == pytest.approx(1.00035, abs=1e-5)
+
+
+def test_roughness_acts_through_one_length() -> None:
+    one = RoughSphere(K, 7.5e-6, 257.0)
+    other = RoughSphere(K, 7.5e-6 * 2.0, 257.0 * 2.0 ** (1 / 0.16))
+    for force_n in (1.0, 30.0, 300.0):
+        assert other.deformation(force_n).value == pytest.approx(one.deformation(force_n).value)
+
+
+@quick
+@given(contacts)
+def test_array_version_agrees(contact: RoughSphere) -> None:
+    force_n = np.concatenate([[0.0], np.geomspace(1e-4, 1e4, 60)])
+    values, inside = rough_deformation(contact, force_n)
+    single = [contact.deformation(float(f)) for f in force_n]
+    np.testing.assert_allclose(values, [point.value for point in single], rtol=1e-12)
+    assert inside.tolist() == [point.inside for point in single]
+
+
+def test_rms_and_equivalent_roughness() -> None:
+    assert rms_roughness(6e-6) == pytest.approx(7.52e-6, rel=1e-3)
+    assert equivalent_roughness(3e-6, 4e-6) == pytest.approx(5e-6)
+    assert rms_roughness(0.0) == 0.0
+
+
+@pytest.mark.parametrize("force_n", [-1.0, math.nan, math.inf])
+def test_force_outside_the_model_is_refused(force_n: float) -> None:
+    contact = RoughSphere(K, 7.5e-6, 257.0)
+    with pytest.raises(DomainError, match="contact force"):
+        contact.deformation(force_n)
+    with pytest.raises(DomainError, match="contact force"):
+        rough_deformation(contact, [1.0, force_n])
+
+
+@pytest.mark.parametrize("args", [(0.0, 1e-6, 9.0), (K, 0.0, 9.0), (K, 1e-6, math.nan)])
+def test_unphysical_contact_is_refused(args: tuple[float, float, float]) -> None:
+    with pytest.raises(DomainError):
+        RoughSphere(*args)
+
+
+def test_unphysical_roughness_is_refused() -> None:
+    with pytest.raises(DomainError, match="roughness Ra is -1e-06 m"):
+        rms_roughness(-1e-6)
+    with pytest.raises(DomainError, match="micro-hardness"):
+        roughness_number(3e9, 0.0, 0.03, 1e-6)
