@@ -1,0 +1,53 @@
+"""What the emulated controller needs of physics: one axis along the approach direction."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Protocol
+
+
+class AxisState(NamedTuple):
+    """Measured travel along the approach axis, and the force it presses with (positive)."""
+
+    position_m: float
+    force_n: float
+
+
+class Axis(Protocol):
+    """A driven axis in continuous time."""
+
+    def command(self, position_m: float) -> None:
+        """Absolute target from now on."""
+        ...
+
+    def advance_to(self, time_s: float) -> None:
+        """Let time pass; `time_s` counts from 0 at the start and never goes back."""
+        ...
+
+    def state(self) -> AxisState:
+        """Where the axis is at the time last advanced to."""
+        ...
+
+
+class FreeAirAxis:
+    """An ideal first-order position servo with a speed limit, touching nothing."""
+
+    def __init__(self, lag_s: float = 0.01, max_speed_m_s: float = 0.25) -> None:
+        self._lag_s = lag_s
+        self._max_speed_m_s = max_speed_m_s
+        self._time_s = 0.0
+        self._target_m = 0.0
+        self._position_m = 0.0
+
+    def command(self, position_m: float) -> None:
+        self._target_m = position_m
+
+    def advance_to(self, time_s: float) -> None:
+        step_s = time_s - self._time_s
+        self._time_s = time_s
+        move_m = (self._target_m - self._position_m) * -math.expm1(-step_s / self._lag_s)
+        limit_m = self._max_speed_m_s * step_s
+        self._position_m += max(-limit_m, min(limit_m, move_m))
+
+    def state(self) -> AxisState:
+        return AxisState(self._position_m, 0.0)
