@@ -1,0 +1,143 @@
+"""ATI NETCANOEM messages ("CAN Bus and Serial Bus Network Interface for OEM", 9610-05-1030-04).
+
+An 11-bit id is (base << 4) | operation; all data are big-endian.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+AXES = 6
+DEFAULT_BASE = 0x20
+OLD_COUNTS = 1_000_000
+UNITS_FIRMWARE = (3, 7)
+GAUGE_LOW, GAUGE_HIGH = -32768, 32767
+BAUD_DIVISORS = {2_000_000: 0, 1_000_000: 1, 500_000: 3, 250_000: 7}
+
+FORCE_UNITS_N = {
+    1: ("lbf", 4.4482216152605),
+    2: ("N", 1.0),
+    3: ("klbf", 4448.2216152605),
+    4: ("kN", 1000.0),
+    5: ("kgf", 9.80665),
+    6: ("gf", 9.80665e-3),
+}
+TORQUE_UNITS_NM = {
+    1: ("lbf-in", 0.1129848290276167),
+    2: ("lbf-ft", 1.3558179483314004),
+    3: ("N-m", 1.0),
+    4: ("N-mm", 1e-3),
+    5: ("kgf-cm", 0.0980665),
+    6: ("kN-m", 1000.0),
+}
+
+STATUS_TEXT = {
+    0: "watchdog reset",
+    1: "DAC or ADC too high",
+    2: "DAC or ADC too low",
+    3: "analog ground out of range",
+    4: "supply too high",
+    5: "supply too low",
+    6: "bad calibration",
+    7: "EEPROM failure",
+    8: "configuration invalid, runs on defaults",
+    11: "too hot",
+    12: "too cold",
+    14: "CAN bus error",
+    15: "any error",
+}
+CRITICAL = sum(1 << bit for bit in range(1, 8))
+"""Bits 1-7: the readings are wrong although they keep coming."""
+
+
+class Op(IntEnum):
+    """Operations: the low four bits of the id."""
+
+    GAUGES = 0x0
+    GAUGES_2 = 0x1
+    MATRIX = 0x2
+    MATRIX_2 = 0x3
+    MATRIX_3 = 0x4
+    SERIAL = 0x5
+    CALIBRATION = 0x6
+    COUNTS = 0x7
+    UNITS = 0x8
+    DIAGNOSTIC = 0x9
+    RESET = 0xC
+    BASE_ID = 0xD
+    BAUD = 0xE
+    FIRMWARE = 0xF
+
+
+def frame_id(base: int, op: Op) -> int:
+    """The CAN id of an operation."""
+    return base << 4 | op
+
+
+def status_text(status: int) -> str:
+    """What the set bits of a status word mean."""
+    return ", ".join(STATUS_TEXT.get(bit, f"bit {bit}") for bit in range(16) if status >> bit & 1)
+
+
+def gauges(first: bytes, second: bytes) -> tuple[int, tuple[int, ...]]:
+    """Status word and gauge counts sg0..sg5 of an answer's two frames (8 and 6 bytes)."""
+    status, sg0, sg2, sg4 = struct.unpack(">Hhhh", first)
+    sg1, sg3, sg5 = struct.unpack(">hhh", second)
+    return status, (sg0, sg1, sg2, sg3, sg4, sg5)
+
+
+def gauge_frames(status: int, counts: Sequence[int]) -> tuple[bytes, bytes]:
+    """The two frames that `gauges` reads."""
+    sg0, sg1, sg2, sg3, sg4, sg5 = counts
+    return struct.pack(">Hhhh", status, sg0, sg2, sg4), struct.pack(">hhh", sg1, sg3, sg5)
+
+
+def saturated(counts: Sequence[int]) -> bool:
+    """Whether a gauge is at its end stop (overload or broken cable): the sample is unusable."""
+    return min(counts) <= GAUGE_LOW or max(counts) >= GAUGE_HIGH
+
+
+def matrix_row(frames: Mapping[Op, bytes]) -> tuple[float, ...]:
+    """One axis of the matrix from its three frames (two float32 each, SG0..SG5)."""
+    return tuple(
+        value
+        for op in (Op.MATRIX, Op.MATRIX_2, Op.MATRIX_3)
+        for value in struct.unpack(">ff", frames[op])
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """What turns gauge counts into N and N·m: `rows[axis][gauge]`, everything included."""
+
+    rows: tuple[tuple[float, ...], ...]
+
+    @classmethod
+    def from_device(
+        cls,
+        matrix: Sequence[Sequence[float]],
+        counts_per_force: int,
+        counts_per_torque: int,
+        force_unit_n: float,
+        torque_unit_nm: float,
+    ) -> Calibration:
+        """Matrix over counts per unit (operation 7), times the unit (operation 8)."""
+        force, torque = force_unit_n / counts_per_force, torque_unit_nm / counts_per_torque
+        scales = (force,) * 3 + (torque,) * 3
+        return cls(
+            tuple(
+                tuple(scale * value for value in row)
+                for scale, row in zip(scales, matrix, strict=True)
+            )
+        )
+
+    def wrench(self, counts: Sequence[int]) -> tuple[float, float, float, float, float, float]:
+        """(Fx, Fy, Fz) in N and (Tx, Ty, Tz) in N·m; not tared (the device has no bias)."""
+        g0, g1, g2, g3, g4, g5 = counts
+        fx, fy, fz, tx, ty, tz = (
+            a * g0 + b * g1 + c * g2 + d * g3 + e * g4 + f * g5 for a, b, c, d, e, f in self.rows
+        )
+        return (fx, fy, fz, tx, ty, tz)

@@ -1,0 +1,165 @@
+"""ATI force-torque sensors (Mini45, Mini58, Mini85 …) with the NETCANOEM CAN interface."""
+
+from __future__ import annotations
+
+import math
+import time
+import zlib
+from collections.abc import Mapping
+from operator import attrgetter
+from typing import ClassVar
+
+from stepload.errors import DeviceError
+from stepload.rig.device import ForceSensor, Identity
+from stepload.rig.faults import FaultCode
+from stepload.rig.options import Option
+from stepload.rig.samples import ForceSample, Status
+from stepload_drivers.ati import codec
+from stepload_drivers.ati.codec import Calibration, Op, frame_id
+from stepload_drivers.ati.link import Dialogue
+from stepload_drivers.ati.poller import Answer, Poller
+from stepload_drivers.canbus import CanLink
+from stepload_drivers.identity import require_serial_number
+from stepload_drivers.stream import Stream
+from stepload_drivers.streamed import Deadline, Streamed
+
+STALE_S = 0.1
+FROZEN_S = 0.05
+PAIR_LIMIT_S = 1e-3
+
+
+class AtiCan(Streamed[ForceSample], ForceSensor):
+    """NETCANOEM, polled. A sample's sequence is the number of its question.
+
+    The device has no clock (`device_time_s` is NaN) and no bias: tare in software.
+    """
+
+    DRIVER = "ati_can"
+    OPTIONS: ClassVar[Mapping[str, Option]] = {
+        "interface": Option(
+            "text",
+            "python-can interface: socketcan, slcan, socketcand, pcan, …",
+            default="socketcan",
+        ),
+        "channel": Option("text", "can0, /dev/ttyACM0, HOST:PORT/can0", required=True),
+        "bitrate": Option("integer", "bit/s; the device's default is 250000", default=250_000),
+        "base": Option("integer", "base id of the device", default=0x20, low=0, high=0x7F),
+        "rate": Option("quantity", "polling rate", unit="Hz", default=500.0, low=10.0, high=1000.0),
+        "calibration": Option("integer", "calibration slot", default=0, low=0, high=15),
+        "units": Option("text", 'only for firmware before 3.7, e.g. "N N-m"', default=""),
+        "serial_number": Option("text", "refuse a device with another serial number", default=""),
+    }
+
+    def __init__(
+        self,
+        *,
+        channel: str,
+        interface: str = "socketcan",
+        bitrate: int = 250_000,
+        base: int = codec.DEFAULT_BASE,
+        rate: float = 500.0,
+        calibration: int = 0,
+        units: str = "",
+        serial_number: str = "",
+    ) -> None:
+        self._interface, self._channel, self._bitrate = interface, channel, bitrate
+        self._base, self._slot, self._units = base, calibration, units
+        self._serial_number = serial_number
+        self.rate_hz = rate
+        self._name = f"NETCANOEM on {channel}"
+        self._bus: CanLink | None = None
+
+    def _connect(self, deadline: Deadline) -> Identity:
+        bus = self._bus = CanLink(
+            self._interface, self._channel, self._bitrate, deadline.left_s(self._channel)
+        )
+        bus.discard_input()
+        dialogue = Dialogue(bus, self._base, deadline)
+        firmware = dialogue.firmware()
+        serial_number = dialogue.serial_number()
+        require_serial_number(self._name, serial_number, self._serial_number)
+        dialogue.select_calibration(self._slot)
+        self._calibration: Calibration = dialogue.calibration(firmware, self._units)
+        answer = dialogue.ask(Op.GAUGES, b"", (Op.GAUGES, Op.GAUGES_2), (8, 6))
+        status, _ = codec.gauges(answer[Op.GAUGES], answer[Op.GAUGES_2])
+        if status & codec.CRITICAL:
+            raise DeviceError(
+                f"{self._name} reports: {codec.status_text(status)} (status {status:#06x})",
+                code=FaultCode.DEVICE_REPORTS,
+                hint="see section 7.3 of the device's manual",
+            )
+        revision = zlib.crc32(repr(self._calibration.rows).encode())
+        return Identity(
+            self.DRIVER,
+            "NETCANOEM",
+            serial_number,
+            "{}.{}.{}".format(*firmware),
+            f"slot {self._slot}, matrix {revision:08x}",
+        )
+
+    def _new_stream(self) -> Stream[ForceSample]:
+        self._period_s = 1.0 / self.rate_hz
+        self._poller = Poller(self._base, self._period_s, PAIR_LIMIT_S)
+        self._counted = {"damaged": 0, "timeouts": 0, "orphans": 0, "late": 0, "resyncs": 0}
+        self._last_question = 0
+        return Stream(
+            self._name,
+            self._period_s,
+            max(STALE_S, 10.0 * self._period_s),
+            max(FROZEN_S, 25.0 * self._period_s),
+            attrgetter("wrench"),
+        )
+
+    def _read(self, stream: Stream[ForceSample]) -> None:
+        assert self._bus is not None
+        poller = self._poller
+        before_s = time.monotonic()
+        frames = self._bus.receive(poller.pause_s(before_s))
+        now_s = time.monotonic()
+        samples = [
+            self._sample(answer, now_s, stream)
+            for frame in frames
+            if (answer := poller.feed(frame, now_s)) is not None
+        ]
+        self._count_errors(stream)
+        stream.put(samples, now_s)
+        if poller.due(before_s):
+            self._bus.send(frame_id(self._base, Op.GAUGES), b"")
+
+    def _count_errors(self, stream: Stream[ForceSample]) -> None:
+        assert self._bus is not None
+        for name, before in self._counted.items():
+            now = self._bus.damaged if name == "damaged" else int(getattr(self._poller, name))
+            count = stream.corrupt if name in ("damaged", "orphans") else stream.count
+            count(name, now - before)
+            self._counted[name] = now
+
+    def _sample(self, answer: Answer, time_s: float, stream: Stream[ForceSample]) -> ForceSample:
+        if self._last_question:
+            stream.lose(answer.question - self._last_question - 1)
+        self._last_question = answer.question
+        word, counts = codec.gauges(answer.first, answer.second)
+        status = 0
+        if codec.saturated(counts):
+            status |= Status.SATURATED
+            stream.latch(
+                FaultCode.OVERLOAD,
+                f"{self._name}: a gauge is saturated (counts {counts})",
+                "overload or a broken sensor cable: unload, then check the cable",
+            )
+        if word & codec.CRITICAL:
+            status |= Status.DEVICE_FAULT
+            stream.latch(
+                FaultCode.DEVICE_REPORTS,
+                f"{self._name} reports: {codec.status_text(word)} (status {word:#06x})",
+                "see section 7.3 of the device's manual",
+            )
+        elif word:
+            stream.count("status_bits")
+        wrench = self._calibration.wrench(counts)
+        return ForceSample(answer.question, math.nan, time_s, int(status), wrench, math.nan)
+
+    def _disconnect(self) -> None:
+        bus, self._bus = self._bus, None
+        if bus is not None:
+            bus.close()

@@ -1,0 +1,212 @@
+"""Bota Systems force-torque sensors (Rokubi, SensONE) with serial interface."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from operator import attrgetter
+from typing import ClassVar
+
+from stepload.errors import BadInputError, DeviceError
+from stepload.rig.device import ForceSensor, Identity
+from stepload.rig.faults import FaultCode
+from stepload.rig.options import Option
+from stepload.rig.samples import ForceSample, Status
+from stepload_drivers.bota import dialogue
+from stepload_drivers.bota.codec import (
+    BAUD_CODES,
+    FRAME_BYTES,
+    SINC_OF_RATE,
+    SINC_STEP_S,
+    Decoder,
+    DeviceClock,
+    Frame,
+    FrameStatus,
+)
+from stepload_drivers.identity import require_serial_number
+from stepload_drivers.serialport import SerialPort
+from stepload_drivers.stream import Stream
+from stepload_drivers.streamed import Deadline, Streamed
+
+STALE_S = 0.1
+FROZEN_S = 0.05
+JUMP_S = 2.0
+CLOCK_SHARE = 0.01
+CLOCK_SLACK_S = 0.5
+LINE_SHARE = 0.95
+MEASURED_FRAMES = 32
+
+
+class BotaSerial(Streamed[ForceSample], ForceSensor):
+    """Rokubi or SensONE on a serial port; losses are found from the device's own clock."""
+
+    DRIVER = "bota_serial"
+    OPTIONS: ClassVar[Mapping[str, Option]] = {
+        "port": Option("text", "serial port, e.g. /dev/serial/by-id/…", required=True),
+        "baud": Option("integer", "the sensor's bit rate", default=460800),
+        "rate": Option("quantity", "sample rate: 100 to 1000 Hz", unit="Hz", default=1000.0),
+        "fir": Option("boolean", "the sensor's FIR filter (lower noise, more lag)", default=False),
+        "serial_number": Option("text", "refuse a sensor with another serial number", default=""),
+    }
+
+    def __init__(
+        self,
+        *,
+        port: str,
+        baud: int = 460800,
+        rate: float = 1000.0,
+        fir: bool = False,
+        serial_number: str = "",
+    ) -> None:
+        if rate not in SINC_OF_RATE:
+            listed = ", ".join(f"{value:g}" for value in sorted(SINC_OF_RATE))
+            raise BadInputError(f"rate {rate:g} Hz: a Bota serial sensor has {listed} Hz")
+        if baud not in BAUD_CODES:
+            raise BadInputError(f"baud {baud}: a Bota serial sensor has {sorted(BAUD_CODES)}")
+        if FRAME_BYTES * 10 * rate > LINE_SHARE * baud:
+            raise BadInputError(
+                f"{rate:g} Hz needs {FRAME_BYTES * 10 * rate:.0f} bit/s, more than {baud} Bd carry",
+                hint="use 460800 Bd or a lower rate",
+            )
+        self._path, self._baud, self._fir = port, baud, fir
+        self._serial_number = serial_number
+        self._asked_hz = self.rate_hz = rate
+        self._name = f"Bota sensor on {port}"
+        self._port: SerialPort | None = None
+
+    def _connect(self, deadline: Deadline) -> Identity:
+        port = self._port = SerialPort(self._path, self._baud, refuse_latency=False)
+        model, serial_number, firmware = dialogue.reset(port, deadline)
+        require_serial_number(self._name, serial_number, self._serial_number)
+        sinc = SINC_OF_RATE[self._asked_hz]
+        for command in (
+            dialogue.CONFIGURE,
+            dialogue.communication_command(BAUD_CODES[self._baud]),
+            dialogue.filter_command(sinc, fir=self._fir),
+            dialogue.RUN,
+        ):
+            dialogue.ask(port, command, deadline)
+        self.rate_hz = self._measured_rate(port, deadline)
+        self._period_s = 1.0 / self.rate_hz
+        return Identity(self.DRIVER, model, serial_number, firmware, "calibrated by the device")
+
+    def _measured_rate(self, port: SerialPort, deadline: Deadline) -> float:
+        """The rate by the device's own clock: some units deliver 800 Hz when asked for 1000."""
+        decoder, clock = Decoder(), DeviceClock()
+        steps: list[float] = []
+        while len(steps) < MEASURED_FRAMES:
+            deadline.left_s(f"{self._name}: frames after the settings")
+            steps += [clock.advance(frame.clock_us)[1] for frame in decoder.feed(port.read())]
+        period_s = sorted(steps[1:])[len(steps) // 2]
+        for rate_hz, sinc in SINC_OF_RATE.items():
+            if abs(period_s - sinc * SINC_STEP_S) < 0.05 * sinc * SINC_STEP_S:
+                if rate_hz > self._asked_hz:
+                    break
+                return rate_hz if rate_hz == self._asked_hz else 1.0 / period_s
+        raise DeviceError(
+            f"{self._name}: a frame every {period_s * 1e3:.3f} ms by its own clock after asking "
+            f"for {self._asked_hz:g} Hz",
+            code=FaultCode.REFUSED_COMMAND,
+            hint="check the firmware; see docs/devices/bota.md",
+        )
+
+    def _new_stream(self) -> Stream[ForceSample]:
+        self._decoder, self._clock = Decoder(), DeviceClock()
+        self._damaged = self._skipped = self._sequence = 0
+        self._start: tuple[float, float] | None = None
+        self._last_s = -math.inf
+        stream: Stream[ForceSample] = Stream(
+            self._name, self._period_s, STALE_S, FROZEN_S, attrgetter("wrench")
+        )
+        if self._port is not None and self._port.slow:
+            stream.count("slow_latency_timer")
+        return stream
+
+    def _read(self, stream: Stream[ForceSample]) -> None:
+        assert self._port is not None
+        data = self._port.read()
+        arrival_s = time.monotonic()
+        frames = self._decoder.feed(data)
+        stream.corrupt("checksum", self._decoder.damaged - self._damaged)
+        stream.count("skipped_bytes", self._decoder.skipped - self._skipped)
+        self._damaged, self._skipped = self._decoder.damaged, self._decoder.skipped
+        if not frames:
+            return
+        times = [self._tick(frame, stream) for frame in frames]
+        self._watch_clock(times[-1], arrival_s, stream)
+        samples = []
+        for frame, (device_s, sequence) in zip(frames, times, strict=True):
+            receive_s = max(arrival_s - (times[-1][0] - device_s), self._last_s)
+            self._last_s = receive_s
+            status = self._status(frame, stream)
+            samples.append(
+                ForceSample(
+                    sequence, device_s, receive_s, status, frame.wrench, frame.temperature_c
+                )
+            )
+        stream.put(samples, arrival_s)
+
+    def _tick(self, frame: Frame, stream: Stream[ForceSample]) -> tuple[float, int]:
+        """Device time and sequence of the next frame, found with the device's clock."""
+        device_s, step_s = self._clock.advance(frame.clock_us)
+        steps = round(step_s / self._period_s) if self._sequence else 1
+        if self._sequence and (steps < 1 or step_s > JUMP_S):
+            stream.latch(
+                FaultCode.CLOCK,
+                f"{self._name}: its clock went on by {step_s:.6f} s from one frame to the next "
+                f"(period {self._period_s:.6f} s)",
+                "the sensor has restarted or its clock stands still: start anew, tare again",
+            )
+            steps = 1
+        stream.lose(steps - 1)
+        self._sequence += steps
+        return device_s, self._sequence
+
+    def _watch_clock(
+        self, newest: tuple[float, int], arrival_s: float, stream: Stream[ForceSample]
+    ) -> None:
+        if self._start is None:
+            self._start = (newest[0], arrival_s)
+        device_s, host_s = newest[0] - self._start[0], arrival_s - self._start[1]
+        limit_s = CLOCK_SLACK_S + CLOCK_SHARE * host_s
+        if abs(device_s - host_s) > limit_s:
+            stream.latch(
+                FaultCode.CLOCK,
+                f"{self._name}: its clock counts {device_s:.3f} s while the host counts "
+                f"{host_s:.3f} s (limit ± {limit_s:.3f} s)",
+                "the host reads too slowly, or the sensor's clock is wrong",
+            )
+
+    def _status(self, frame: Frame, stream: Stream[ForceSample]) -> int:
+        status = 0
+        if frame.status & (FrameStatus.OVERRANGE | FrameStatus.INVALID | FrameStatus.RAW):
+            if frame.status & FrameStatus.OVERRANGE:
+                status |= Status.OVERRANGE
+                stream.latch(
+                    FaultCode.OVERLOAD,
+                    f"{self._name} reports overrange at Fz {frame.wrench[2]:.1f} N",
+                    "unload, and check the sensor's zero before going on",
+                )
+            if frame.status & (FrameStatus.INVALID | FrameStatus.RAW):
+                status |= Status.INVALID
+                stream.latch(
+                    FaultCode.DEVICE_REPORTS,
+                    f"{self._name} reports invalid data (status {frame.status:#06x})",
+                    "the sensor may be damaged: check it unloaded with the vendor's tool",
+                )
+        if frame.status & FrameStatus.APP_TOOK_TOO_LONG:
+            stream.count("app_took_too_long")
+        if not all(map(math.isfinite, frame.wrench)):
+            status |= Status.INVALID
+            stream.latch(
+                FaultCode.NOT_FINITE,
+                f"{self._name}: wrench {frame.wrench} is not finite",
+                "power the sensor off and on; if it stays, it is damaged",
+            )
+        return int(status)
+
+    def _disconnect(self) -> None:
+        port, self._port = self._port, None
+        if port is not None:
+            port.close()

@@ -1,0 +1,199 @@
+"""CAN through python-can, with deadlines and without its silent failures.
+
+`interface` is python-can's name of the adapter. Two of its interfaces are subclassed here:
+slcan (one byte read per call, dies of a damaged line) and socketcand (a closed server reads as
+silence for ever). All others are used as they are.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import socket
+import time
+from typing import Any, NamedTuple
+
+import can
+from can.interfaces.slcan import slcanBus
+from can.interfaces.socketcand import SocketCanDaemonBus
+
+from stepload.errors import BadInputError, DeviceError
+from stepload.rig.faults import FaultCode
+from stepload_drivers.serialport import MAX_LATENCY_MS, latency_timer_ms
+
+WAIT_S = 0.1
+MAX_BATCH = 1024
+
+
+class CanFrame(NamedTuple):
+    """One received data frame; `time_s` is the interface's stamp, for differences only."""
+
+    id: int
+    data: bytes
+    time_s: float
+
+
+class FastSlcan(slcanBus):
+    """slcan that reads all that has arrived at once, and survives damaged lines.
+
+    `damaged` counts lines that are no frame; slcan has no checksum, so a changed digit inside a
+    well-formed line cannot be seen here.
+    """
+
+    def __init__(self, channel: str, **options: Any) -> None:
+        self.damaged = 0
+        self._lines: list[bytes] = []
+        self._read_s = 0.0
+        super().__init__(channel, sleep_after_open=0.0, timeout=0.0, **options)
+        self.serialPortOrig.exclusive = True
+
+    def _read(self, timeout: float | None) -> str | None:
+        if not self._lines:
+            port = self.serialPortOrig
+            if not select.select([port.fileno()], [], [], timeout)[0]:
+                return None
+            try:
+                self._buffer += port.read(max(1, port.in_waiting))
+            except (OSError, TypeError) as error:
+                raise can.CanOperationError(f"slcan adapter is gone: {error}") from error
+            self._read_s = time.time()
+            *lines, rest = self._buffer.replace(self._ERROR, self._OK).split(self._OK)
+            self._buffer = bytearray(rest)
+            self._lines = [bytes(line) for line in reversed(lines)]
+        return self._lines.pop().decode("ascii", "replace") if self._lines else None
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        line = self._read(timeout)
+        if not line or line[0] in "zZ":
+            return None, False
+        try:
+            if line[0] != "t":
+                raise ValueError("not a standard data frame")
+            data = bytes.fromhex(line[5:])
+            if len(data) not in (int(line[4]), int(line[4]) + 2):
+                raise ValueError("length does not fit")
+            message = can.Message(
+                timestamp=self._read_s,
+                arbitration_id=int(line[1:4], 16),
+                is_extended_id=False,
+                data=data[: int(line[4])],
+            )
+        except (ValueError, IndexError):
+            self.damaged += 1
+            return None, False
+        return message, False
+
+
+class WatchedSocketcand(SocketCanDaemonBus):
+    """socketcand whose closed connection is an error instead of silence."""
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        message, filtered = super()._recv_internal(timeout)  # type: ignore[no-untyped-call]
+        if message is None:
+            link: socket.socket = getattr(self, "_SocketCanDaemonBus__socket")  # noqa: B009
+            with contextlib.suppress(BlockingIOError):
+                if link.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) == b"":
+                    raise can.CanOperationError("the socketcand server closed the connection")
+        return message, filtered
+
+
+def _gone(where: str, error: Exception) -> DeviceError:
+    return DeviceError(
+        f"CAN bus {where} is gone: {error}",
+        code=FaultCode.NOT_CONNECTED,
+        hint="check the adapter, its cable and power, then start anew",
+    )
+
+
+def _socketcand(channel: str, timeout_s: float) -> can.BusABC:
+    """Connect to "HOST:PORT/BUS"; the greeting is tried first, with a deadline of our own."""
+    address, _, bus = channel.partition("/")
+    host, _, port = address.rpartition(":")
+    if not (host and port.isdigit()):
+        raise BadInputError(
+            f"socketcand channel {channel!r} is not HOST:PORT/BUS", hint="e.g. 10.0.0.5:29536/can0"
+        )
+    with socket.create_connection((host, int(port)), timeout=timeout_s) as probe:
+        if probe.recv(256) != b"< hi >":
+            raise can.CanInitializationError("no socketcand server answers there")
+    return WatchedSocketcand(  # type: ignore[no-untyped-call]
+        bus or "can0", host, int(port), tcp_tune=True
+    )
+
+
+class CanLink:
+    """An open CAN bus; its errors are `DeviceError`."""
+
+    def __init__(self, interface: str, channel: str, bitrate: int, timeout_s: float) -> None:
+        self.where = f"{interface} {channel}"
+        self.latency_ms: int | None = None
+        try:
+            if interface == "slcan":
+                self._bus: can.BusABC = FastSlcan(channel, bitrate=bitrate)
+                self.latency_ms = latency_timer_ms(channel)
+            elif interface == "socketcand":
+                self._bus = _socketcand(channel, timeout_s)
+            else:
+                self._bus = can.Bus(interface=interface, channel=channel, bitrate=bitrate)
+        except (can.CanError, OSError, ValueError, ImportError) as error:
+            raise DeviceError(
+                f"CAN bus {self.where} cannot be opened: {error}",
+                code=FaultCode.NOT_CONNECTED,
+                hint="check interface, channel, bit rate, and that the link is up",
+            ) from error
+        if self.latency_ms is not None and self.latency_ms > MAX_LATENCY_MS:
+            self.close()
+            raise DeviceError(
+                f"USB adapter of {channel} has a latency timer of {self.latency_ms} ms "
+                f"(limit {MAX_LATENCY_MS} ms): frames would come in bursts",
+                code=FaultCode.UNSUPPORTED,
+                hint="write 1 to its latency_timer below /sys/bus/usb-serial/devices",
+            )
+
+    @property
+    def damaged(self) -> int:
+        """Lines that the adapter sent and that are no frames."""
+        return getattr(self._bus, "damaged", 0)
+
+    def send(self, frame_id: int, data: bytes) -> None:
+        """Send one standard data frame.
+
+        Raises:
+            DeviceError: the adapter is gone or its queue is full.
+        """
+        message = can.Message(arbitration_id=frame_id, data=data, is_extended_id=False)
+        try:
+            self._bus.send(message, timeout=0.5)
+        except (can.CanError, OSError) as error:
+            raise _gone(self.where, error) from error
+
+    def receive(self, timeout_s: float = WAIT_S) -> list[CanFrame]:
+        """All data frames that have arrived; waits up to `timeout_s` for the first.
+
+        Raises:
+            DeviceError: the adapter is gone.
+        """
+        frames: list[CanFrame] = []
+        try:
+            message = self._bus.recv(timeout_s)
+            while message is not None and len(frames) < MAX_BATCH:
+                if not (message.is_error_frame or message.is_remote_frame):
+                    frames.append(
+                        CanFrame(message.arbitration_id, bytes(message.data), message.timestamp)
+                    )
+                message = self._bus.recv(0)
+        except (can.CanError, OSError) as error:
+            raise _gone(self.where, error) from error
+        return frames
+
+    def discard_input(self) -> None:
+        """Throw away what has arrived so far."""
+        while self.receive(0.0):
+            pass
+
+    def close(self) -> None:
+        with contextlib.suppress(can.CanError, OSError, ValueError):
+            self._bus.shutdown()
+        if isinstance(self._bus, slcanBus):
+            with contextlib.suppress(OSError):
+                self._bus.serialPortOrig.close()

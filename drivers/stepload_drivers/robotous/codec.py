@@ -1,0 +1,161 @@
+"""ROBOTOUS RFT messages, the same on CAN and UART (RFT Series Manual 1.82, sections 3.3-3.7).
+
+A command is 8 bytes, a response or a sample 16 bytes, both beginning with the command id.
+"""
+
+from __future__ import annotations
+
+import struct
+from enum import IntEnum
+
+from stepload_drivers.robotous.models import Model
+
+PAYLOAD_BYTES = 16
+UART_START, UART_END = 0x55, 0xAA
+UART_FRAME_BYTES = 19
+_SAMPLE = struct.Struct(">x6hB")
+
+RATE_CODES = {200.0: 5, 10.0: 1, 20.0: 2, 50.0: 3, 100.0: 4, 333.0: 6, 500.0: 7, 1000.0: 8}
+RATE_OF_CODE = {code: rate for rate, code in RATE_CODES.items()} | {0: 200.0}
+CUTOFFS_HZ = (500.0, 300.0, 200.0, 150.0, 100.0, 50.0, 40.0, 30.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.0)
+"""Cut-off of filter parameter 1..14. The vendor's C header has them reversed; the manual counts."""
+
+OVERLOAD_AXES = ((0x20, "Fx"), (0x10, "Fy"), (0x08, "Fz"), (0x04, "Tx"), (0x02, "Ty"), (0x01, "Tz"))
+ERRORS = {1: "unsupported", 2: "out of range", 3: "failed to set"}
+
+
+class Command(IntEnum):
+    """Command ids."""
+
+    MODEL = 0x01
+    SERIAL = 0x02
+    FIRMWARE = 0x03
+    SET_CAN_IDS = 0x04
+    GET_CAN_IDS = 0x05
+    SET_BAUD = 0x06
+    GET_BAUD = 0x07
+    SET_FILTER = 0x08
+    GET_FILTER = 0x09
+    READ_ONCE = 0x0A
+    START = 0x0B
+    STOP = 0x0C
+    SET_RATE = 0x0F
+    GET_RATE = 0x10
+    BIAS = 0x11
+    OVERLOAD_COUNTERS = 0x12
+
+
+SAMPLE_IDS = frozenset({Command.READ_ONCE, Command.START})
+
+
+def command(name: Command, *parameters: int) -> bytes:
+    """The 8-byte command field; unused parameters are 0."""
+    return bytes((name, *parameters)).ljust(8, b"\0")
+
+
+def uart_frame(payload: bytes) -> bytes:
+    """`payload` as it goes over the UART: 55 | payload | sum | AA."""
+    return bytes((UART_START, *payload, sum(payload) & 0xFF, UART_END))
+
+
+def wrench(payload: bytes, model: Model) -> tuple[float, float, float, float, float, float]:
+    """(Fx, Fy, Fz) in N and (Tx, Ty, Tz) in N·m of a 16-byte sample."""
+    fx, fy, fz, tx, ty, tz, _ = _SAMPLE.unpack_from(payload)
+    force, torque = model.force_divider, model.torque_divider
+    return (fx / force, fy / force, fz / force, tx / torque, ty / torque, tz / torque)
+
+
+def overload(payload: bytes) -> int:
+    """Overload bits of a sample: set while an axis is above 120 % of its rated load."""
+    return payload[13] & 0x3F
+
+
+def overloaded_axes(bits: int) -> str:
+    """Names of the axes in overload bits."""
+    return " ".join(name for bit, name in OVERLOAD_AXES if bits & bit)
+
+
+def text(payload: bytes) -> str:
+    """The ASCII text of a response (model, serial number, firmware)."""
+    return payload[1:].split(b"\0")[0].decode("ascii", "replace").strip()
+
+
+class UartDecoder:
+    """Finds 16-byte payloads in a byte stream.
+
+    Data bytes may be 55 or AA, so a frame counts only if start, end and sum agree; otherwise the
+    search goes on one byte further. `damaged` counts places where synchronisation was lost (not
+    before the first good frame), `skipped` the bytes given up there.
+    """
+
+    def __init__(self) -> None:
+        self._buffer = bytearray()
+        self._synchronised = False
+        self._started = False
+        self.damaged = 0
+        self.skipped = 0
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """All payloads complete with `data`, oldest first."""
+        buffer = self._buffer
+        buffer += data
+        found = []
+        at, end = 0, len(buffer)
+        while True:
+            start = buffer.find(UART_START, at)
+            if start != at:
+                start = end if start < 0 else start
+                self._skip(start - at)
+                at = start
+            if end - at < UART_FRAME_BYTES:
+                break
+            payload = buffer[at + 1 : at + 17]
+            if buffer[at + 18] == UART_END and sum(payload) & 0xFF == buffer[at + 17]:
+                found.append(bytes(payload))
+                self._synchronised = self._started = True
+                at += UART_FRAME_BYTES
+            else:
+                self._skip(1)
+                at += 1
+        del buffer[:at]
+        return found
+
+    def _skip(self, count: int) -> None:
+        if self._synchronised and count:
+            self.damaged += 1
+            self._synchronised = False
+        if self._started:
+            self.skipped += count
+
+
+class CanPairer:
+    """Puts the two CAN frames of a payload together again.
+
+    The frames carry no counter: one without its other half, or too far from it, is an orphan.
+    """
+
+    def __init__(self, first_id: int, second_id: int, limit_s: float) -> None:
+        self._first_id = first_id
+        self._second_id = second_id
+        self._limit_s = limit_s
+        self._first = b""
+        self._first_s = 0.0
+        self.orphans = 0
+
+    def feed(self, frame_id: int, data: bytes, time_s: float) -> bytes | None:
+        """The payload that this frame completes, if any."""
+        if frame_id not in (self._first_id, self._second_id):
+            return None
+        if len(data) != 8:
+            self.orphans += 1
+            self._first = b""
+            return None
+        if frame_id == self._first_id:
+            self.orphans += bool(self._first)
+            self._first, self._first_s = bytes(data), time_s
+            return None
+        first, self._first = self._first, b""
+        if not first or not 0.0 <= time_s - self._first_s <= self._limit_s:
+            self.orphans += 2 if first else 1
+            return None
+        return first + bytes(data)

@@ -1,0 +1,297 @@
+"""ROBOTOUS RFT force-torque sensors on CAN and on UART."""
+
+from __future__ import annotations
+
+import math
+import time
+from abc import abstractmethod
+from collections.abc import Iterable, Mapping
+from operator import attrgetter
+from typing import ClassVar
+
+from stepload.errors import BadInputError, DeviceError
+from stepload.rig.device import ForceSensor, Identity
+from stepload.rig.faults import FaultCode
+from stepload.rig.options import Option
+from stepload.rig.samples import ForceSample, Status
+from stepload_drivers.arrival import ArrivalCounter, spread_back
+from stepload_drivers.canbus import CanLink
+from stepload_drivers.identity import require_serial_number
+from stepload_drivers.robotous import codec
+from stepload_drivers.robotous.codec import Command
+from stepload_drivers.robotous.link import (
+    CanPairLink,
+    Errors,
+    Link,
+    UartLink,
+    count_new_errors,
+)
+from stepload_drivers.robotous.models import Model, model_named
+from stepload_drivers.serialport import SerialPort
+from stepload_drivers.stream import Stream
+from stepload_drivers.streamed import Deadline, Streamed
+
+CAN_BITRATE = 1_000_000
+REPLY_S = 0.2
+STOP_S = 0.02
+STALE_S = 0.1
+FROZEN_S = 0.05
+
+COMMON: Mapping[str, Option] = {
+    "rate": Option("quantity", "sample rate: 10 to 1000 Hz", unit="Hz", default=1000.0),
+    "filter": Option("quantity", "low-pass cut-off, 0 Hz for none", unit="Hz", default=0.0),
+    "serial_number": Option("text", "refuse a sensor with another serial number", default=""),
+}
+
+
+def _one_of(name: str, value: float, allowed: Iterable[float]) -> float:
+    if value not in allowed:
+        listed = ", ".join(f"{v:g}" for v in sorted(allowed))
+        raise BadInputError(f"{name} {value:g} Hz: an RFT sensor has {listed} Hz")
+    return value
+
+
+class _Robotous(Streamed[ForceSample], ForceSensor):
+    """What CAN and UART share: dialogue, stream, bias.
+
+    Neither a counter nor a clock is in the data: `device_time_s` is NaN, losses are found from
+    arrival times, and samples that arrive together are spread back at the sample period.
+    """
+
+    DRIVER: ClassVar[str]
+    _link: Link | None = None
+    _model: Model
+
+    def __init__(self, *, rate: float, filter: float, serial_number: str) -> None:
+        self.rate_hz = _one_of("rate", rate, codec.RATE_CODES)
+        self._cutoff_hz = _one_of("filter", filter, (0.0, *codec.CUTOFFS_HZ))
+        self._serial_number = serial_number
+        self._name = f"RFT sensor ({self.DRIVER})"
+
+    @abstractmethod
+    def _open_link(self, deadline: Deadline) -> Link: ...
+
+    def _connect(self, deadline: Deadline) -> Identity:
+        self._link = self._open_link(deadline)
+        self._link.send(codec.command(Command.STOP))
+        time.sleep(STOP_S)
+        self._link.discard_input()
+        name = codec.text(self._ask(deadline, Command.MODEL))
+        serial_number = codec.text(self._ask(deadline, Command.SERIAL))
+        firmware = codec.text(self._ask(deadline, Command.FIRMWARE))
+        require_serial_number(self._name, serial_number, self._serial_number)
+        model = model_named(name)
+        if model is None:
+            raise DeviceError(
+                f"{self._name} calls itself {name!r}, whose dividers are not known",
+                code=FaultCode.UNSUPPORTED,
+                hint="a guessed divider would scale every force; see docs/devices/robotous.md",
+            )
+        self._model = model
+        self._configure(deadline)
+        self._overloads = self._ask(deadline, Command.OVERLOAD_COUNTERS)[1:7]
+        self._link.send(codec.command(Command.START))
+        calibration = f"dividers {model.force_divider:g}/N {model.torque_divider:g}/Nm"
+        return Identity(self.DRIVER, name, serial_number, firmware, calibration)
+
+    def _configure(self, deadline: Deadline) -> None:
+        cutoffs = (0.0, *codec.CUTOFFS_HZ)
+        number = cutoffs.index(self._cutoff_hz)
+        wanted = (1 if number else 0, number)
+        self._set(deadline, Command.SET_FILTER, *wanted)
+        reply = self._ask(deadline, Command.GET_FILTER)
+        if reply[1] != wanted[0] or (number and reply[2] != number):
+            self._not_taken("filter", f"{wanted}", f"({reply[1]}, {reply[2]})")
+        self._set(deadline, Command.SET_RATE, codec.RATE_CODES[self.rate_hz])
+        got = codec.RATE_OF_CODE.get(self._ask(deadline, Command.GET_RATE)[1])
+        if got != self.rate_hz:
+            self._not_taken("rate", f"{self.rate_hz:g} Hz", f"{got} Hz")
+
+    def _set(self, deadline: Deadline, name: Command, *parameters: int) -> None:
+        reply = self._ask(deadline, name, *parameters)
+        if reply[1] != 1:
+            reason = codec.ERRORS.get(reply[2], f"error {reply[2]}")
+            raise DeviceError(
+                f"{self._name} refused {name.name} {parameters}: {reason}",
+                code=FaultCode.REFUSED_COMMAND,
+                hint="check model and, for rates above 333 Hz on a UART, its bit rate",
+            )
+
+    def _not_taken(self, what: str, wanted: str, got: str) -> None:
+        raise DeviceError(
+            f"{self._name}: {what} reads back as {got} after setting {wanted}",
+            code=FaultCode.REFUSED_COMMAND,
+            hint="switch the sensor off and on and try again",
+        )
+
+    def _ask(self, deadline: Deadline, name: Command, *parameters: int) -> bytes:
+        """The reply to a command; sent twice when the first goes unanswered."""
+        assert self._link is not None
+        for _ in range(2):
+            wait = Deadline(min(REPLY_S, deadline.left_s(f"{self._name}: {name.name}")))
+            reply = self._reply(self._link, wait, name, *parameters)
+            if reply is not None:
+                return reply
+        raise DeviceError(
+            f"{self._name} does not answer {name.name} within {REPLY_S:g} s",
+            code=FaultCode.NOT_CONNECTED,
+            hint="check power, cable, bit rate and (CAN) ids and termination",
+        )
+
+    @staticmethod
+    def _reply(link: Link, wait: Deadline, name: Command, *parameters: int) -> bytes | None:
+        link.send(codec.command(name, *parameters))
+        while wait.running:
+            for payload in link.receive():
+                if payload[0] == name:
+                    return payload
+        return None
+
+    def _new_stream(self) -> Stream[ForceSample]:
+        self._period_s = 1.0 / self.rate_hz
+        self._arrivals = ArrivalCounter(self._period_s)
+        self._sequence = 0
+        self._last_s = -math.inf
+        self._errors = Errors(0, 0, 0)
+        slowest_s = 10.0 * self._period_s
+        smooth_s = 1.0 / self._cutoff_hz if self._cutoff_hz else 0.0
+        return Stream(
+            self._name,
+            self._period_s,
+            max(STALE_S, slowest_s),
+            max(FROZEN_S, smooth_s),
+            attrgetter("wrench"),
+        )
+
+    def _read(self, stream: Stream[ForceSample]) -> None:
+        assert self._link is not None
+        payloads = [p for p in self._link.receive() if p[0] in codec.SAMPLE_IDS]
+        arrival_s = time.monotonic()
+        orphans = self._errors.orphans
+        self._errors = count_new_errors(self._errors, self._link, stream)
+        if not payloads:
+            return
+        if torn := (self._errors.orphans - orphans + 1) // 2:
+            self._arrivals.skip(torn)
+            self._sequence += torn
+            stream.lose(torn)
+        lost = self._arrivals.arrived(len(payloads), arrival_s)
+        stream.lose(lost)
+        self._sequence += max(0, lost)
+        times = spread_back(len(payloads), arrival_s, self._arrivals.period_s, self._last_s)
+        self._last_s = arrival_s
+        stream.put(
+            [self._sample(p, t, stream) for p, t in zip(payloads, times, strict=True)], arrival_s
+        )
+
+    def _sample(self, payload: bytes, time_s: float, stream: Stream[ForceSample]) -> ForceSample:
+        self._sequence += 1
+        status = 0
+        if bits := codec.overload(payload):
+            status = int(Status.OVERRANGE)
+            stream.latch(
+                FaultCode.OVERLOAD,
+                f"{self._name}: above 120 % of the rated load on {codec.overloaded_axes(bits)} "
+                f"(rated Fz {self._model.rated_z_n:g} N)",
+                "unload; check the sensor's zero before going on, it may have been damaged",
+            )
+        wrench = codec.wrench(payload, self._model)
+        return ForceSample(self._sequence, math.nan, time_s, status, wrench, math.nan)
+
+    def bias(self, timeout_s: float) -> bool:
+        """Make the present value the device's zero (command 11); it sends no reply."""
+        if self._link is None:
+            return False
+        self._link.send(codec.command(Command.BIAS, 1))
+        return True
+
+    def _disconnect(self) -> None:
+        link, self._link = self._link, None
+        if link is None:
+            return
+        try:
+            link.send(codec.command(Command.STOP))
+            if self._stream is not None and self._stream.fault() is None:
+                self._count_overloads(link, self._stream)
+        finally:
+            link.close()
+
+    def _count_overloads(self, link: Link, stream: Stream[ForceSample]) -> None:
+        """Overloads during the run, by the sensor's own counters (they saturate at 255)."""
+        time.sleep(STOP_S)
+        reply = self._reply(link, Deadline(REPLY_S), Command.OVERLOAD_COUNTERS)
+        if reply is not None:
+            pairs = zip(reply[1:7], self._overloads, strict=True)
+            stream.count("overload_events", sum(after - before for after, before in pairs))
+
+
+class RobotousUart(_Robotous):
+    """RFT sensor on a serial port (8N1, 19-byte frames)."""
+
+    DRIVER = "robotous_uart"
+    OPTIONS: ClassVar[Mapping[str, Option]] = {
+        "port": Option("text", "serial port, e.g. /dev/serial/by-id/…", required=True),
+        "baud": Option("integer", "the sensor's bit rate", default=921600),
+        **COMMON,
+    }
+
+    def __init__(
+        self,
+        *,
+        port: str,
+        baud: int = 921600,
+        rate: float = 1000.0,
+        filter: float = 0.0,
+        serial_number: str = "",
+    ) -> None:
+        super().__init__(rate=rate, filter=filter, serial_number=serial_number)
+        self._port, self._baud = port, baud
+        slowest = 921600 if rate > 500 else 230400 if rate > 333 else 57600
+        if baud < slowest:
+            raise BadInputError(
+                f"rate {rate:g} Hz needs a bit rate of at least {slowest} Bd, not {baud} Bd",
+                hint="set the sensor to a higher bit rate, or ask for a lower rate",
+            )
+
+    def _open_link(self, deadline: Deadline) -> Link:
+        return UartLink(SerialPort(self._port, self._baud, refuse_latency=True))
+
+
+class RobotousCan(_Robotous):
+    """RFT sensor on CAN (1 Mbit/s, two frames a sample)."""
+
+    DRIVER = "robotous_can"
+    OPTIONS: ClassVar[Mapping[str, Option]] = {
+        "interface": Option(
+            "text",
+            "python-can interface: socketcan, slcan, socketcand, pcan, …",
+            default="socketcan",
+        ),
+        "channel": Option("text", "can0, /dev/ttyACM0, HOST:PORT/can0", required=True),
+        "receiver_id": Option("integer", "id the sensor listens to", default=0x64, low=1, high=255),
+        "first_id": Option("integer", "id of D1..D8", default=1, low=1, high=255),
+        "second_id": Option("integer", "id of D9..D16", default=2, low=1, high=255),
+        **COMMON,
+    }
+
+    def __init__(
+        self,
+        *,
+        channel: str,
+        interface: str = "socketcan",
+        receiver_id: int = 0x64,
+        first_id: int = 1,
+        second_id: int = 2,
+        rate: float = 1000.0,
+        filter: float = 0.0,
+        serial_number: str = "",
+    ) -> None:
+        super().__init__(rate=rate, filter=filter, serial_number=serial_number)
+        self._interface, self._channel = interface, channel
+        self._ids = (receiver_id, first_id, second_id)
+        if len(set(self._ids)) != 3:
+            raise BadInputError(f"CAN ids {self._ids} must all be different")
+
+    def _open_link(self, deadline: Deadline) -> Link:
+        bus = CanLink(self._interface, self._channel, CAN_BITRATE, deadline.left_s(self._channel))
+        return CanPairLink(bus, *self._ids)

@@ -1,0 +1,106 @@
+"""A serial port opened the way sensors need it: exclusive, low latency, faults told apart."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+from pathlib import Path
+
+import serial
+
+from stepload.errors import DeviceError
+from stepload.rig.faults import FaultCode
+
+USB_SERIAL = Path("/sys/bus/usb-serial/devices")
+MAX_LATENCY_MS = 1
+WAIT_S = 0.05
+
+
+def latency_timer_ms(port: str) -> int | None:
+    """The USB adapter's latency timer, None for ports that have none (not FTDI, not USB).
+
+    An adapter at its factory 16 ms delivers samples in bursts of that length.
+    """
+    try:
+        timer = USB_SERIAL / Path(port).resolve().name / "latency_timer"
+        return int(timer.read_text())
+    except (OSError, ValueError):
+        return None
+
+
+class SerialPort:
+    """An exclusively opened serial port; its errors are `DeviceError`.
+
+    Args:
+        refuse_latency: refuse an adapter whose latency timer is above 1 ms. Right for a device
+            without clock of its own, whose arrival times are all there is.
+
+    Raises:
+        DeviceError: the port is missing, taken, or its adapter too slow.
+    """
+
+    def __init__(self, path: str, baud: int, *, refuse_latency: bool) -> None:
+        self.path = path
+        try:
+            self._port = serial.Serial(path, baud, timeout=0.0, write_timeout=0.5, exclusive=True)
+        except (serial.SerialException, OSError, ValueError) as error:
+            raise DeviceError(
+                f"serial port {path} cannot be opened: {error}",
+                code=FaultCode.NOT_CONNECTED,
+                hint="check the name, your rights (group dialout), and that nobody else has it open",
+            ) from error
+        with contextlib.suppress(ValueError, OSError, NotImplementedError, AttributeError):
+            self._port.set_low_latency_mode(True)
+        self.latency_ms = latency_timer_ms(path)
+        self.slow = self.latency_ms is not None and self.latency_ms > MAX_LATENCY_MS
+        if self.slow and refuse_latency:
+            self.close()
+            name = Path(path).resolve().name
+            raise DeviceError(
+                f"USB adapter of {path} has a latency timer of {self.latency_ms} ms "
+                f"(limit {MAX_LATENCY_MS} ms): samples would come in bursts",
+                code=FaultCode.UNSUPPORTED,
+                hint=f"echo 1 | sudo tee {USB_SERIAL}/{name}/latency_timer",
+            )
+
+    def read(self, timeout_s: float = WAIT_S) -> bytes:
+        """What has arrived; waits up to `timeout_s` for the first byte.
+
+        Raises:
+            DeviceError: unplugged, or a second program reads the same port.
+        """
+        try:
+            if not select.select([self._port.fileno()], [], [], timeout_s)[0]:
+                return b""
+            return self._port.read(self._port.in_waiting or 1)
+        except (serial.SerialException, OSError, TypeError) as error:
+            raise self._gone(error) from error
+
+    def write(self, data: bytes) -> None:
+        """Send all of `data`.
+
+        Raises:
+            DeviceError: unplugged, or the device takes nothing.
+        """
+        try:
+            self._port.write(data)
+        except (serial.SerialException, OSError, TypeError) as error:
+            raise self._gone(error) from error
+
+    def discard_input(self) -> None:
+        """Throw away what has arrived so far."""
+        try:
+            self._port.reset_input_buffer()
+        except (serial.SerialException, OSError) as error:
+            raise self._gone(error) from error
+
+    def _gone(self, error: Exception) -> DeviceError:
+        return DeviceError(
+            f"serial port {self.path} is gone: {error}",
+            code=FaultCode.NOT_CONNECTED,
+            hint="plug it in again, see that no second program reads it, then start anew",
+        )
+
+    def close(self) -> None:
+        with contextlib.suppress(serial.SerialException, OSError):
+            self._port.close()

@@ -1,0 +1,172 @@
+"""What a reader thread hands to the engine's thread: samples, counters, age and the first fault.
+
+One producer (the reader thread) and one consumer (the engine's thread); no locks, because every
+shared step is a single atomic operation on a deque, a dict or a reference.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Generic, TypeVar
+
+from stepload.errors import DeviceError
+from stepload.rig.device import Health
+from stepload.rig.faults import Fault, FaultCode
+
+Sample = TypeVar("Sample")
+
+CORRUPT_WINDOW_S = 1.0
+CORRUPT_SHARE = 0.02
+BACKLOG_S = 60.0
+FROZEN_COUNT = 25
+
+
+class Stream(Generic[Sample]):
+    """Samples on their way from one device, with the watch over them.
+
+    Args:
+        name: the device as the user knows it, for messages.
+        period_s: nominal time between samples.
+        stale_s: age of the newest sample from which on the device counts as dead.
+        frozen_s: time after which exactly repeated values are a fault; inf: never.
+        value_of: what is compared for `frozen_s`.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        period_s: float,
+        stale_s: float,
+        frozen_s: float = math.inf,
+        value_of: Callable[[Sample], object] = lambda sample: None,
+    ) -> None:
+        self.name = name
+        self.period_s = period_s
+        self._stale_s = stale_s
+        self._frozen_s = frozen_s
+        self._value_of = value_of
+        self._queue: deque[Sample] = deque()
+        self._backlog = int(BACKLOG_S / period_s) + 1
+        self._received = self._lost = 0
+        self._first_s = self._last_s = math.nan
+        self._longest_gap_s = 0.0
+        self._errors: dict[str, int] = {}
+        self._bad_times: deque[float] = deque(maxlen=max(5, int(CORRUPT_SHARE / period_s)))
+        self._same_since_s, self._same_count = math.nan, 0
+        self._same_value: object = None
+        self._fault: Fault | None = None
+        self._progress = threading.Event()
+
+    def put(self, samples: Sequence[Sample], arrival_s: float) -> None:
+        """Add samples that were taken off the wire together at `arrival_s` (reader thread)."""
+        if not samples:
+            return
+        if self._received:
+            self._longest_gap_s = max(self._longest_gap_s, arrival_s - self._last_s)
+        else:
+            self._first_s = arrival_s
+        if len(self._queue) > self._backlog:
+            self._lost += len(samples)
+            self.latch(
+                FaultCode.DRIVER,
+                f"{self.name}: nobody took its samples for {BACKLOG_S:.0f} s",
+                "a program bug: drain every device each tick",
+            )
+            return
+        if self._frozen_s < math.inf:
+            self._watch_frozen(samples, arrival_s)
+        self._received += len(samples)
+        self._queue.extend(samples)
+        self._last_s = arrival_s
+        self._progress.set()
+
+    def _watch_frozen(self, samples: Sequence[Sample], arrival_s: float) -> None:
+        for sample in samples:
+            value = self._value_of(sample)
+            if value != self._same_value:
+                self._same_value, self._same_count, self._same_since_s = value, 0, arrival_s
+            self._same_count += 1
+        frozen_s = max(arrival_s - self._same_since_s, (self._same_count - 1) * self.period_s)
+        if self._same_count >= FROZEN_COUNT and frozen_s > self._frozen_s:
+            self.latch(
+                FaultCode.STALE,
+                f"{self.name}: {self._same_count} readings in {frozen_s:.3f} s were the same to "
+                f"the last bit (limit {self._frozen_s:g} s); a live sensor has noise",
+                "the sensor or its converter has stopped measuring: power it off and on",
+            )
+
+    def drain(self) -> list[Sample]:
+        """All samples since the last call, oldest first (engine thread)."""
+        take = self._queue.popleft
+        return [take() for _ in range(len(self._queue))]
+
+    def count(self, error: str, number: int = 1) -> None:
+        """Count an error that does not question the neighbouring samples."""
+        if number:
+            self._errors[error] = self._errors.get(error, 0) + number
+
+    def corrupt(self, error: str, number: int = 1) -> None:
+        """Count frames that failed a check; too many within a second are a fault."""
+        self.count(error, number)
+        now_s = time.monotonic()
+        self._bad_times.extend([now_s] * min(number, self._bad_times.maxlen or 0))
+        if number and len(self._bad_times) == self._bad_times.maxlen:
+            span_s = now_s - self._bad_times[0]
+            if span_s < CORRUPT_WINDOW_S:
+                self.latch(
+                    FaultCode.CORRUPT,
+                    f"{self.name}: {len(self._bad_times)} damaged frames within {span_s:.2f} s "
+                    f"(limit {len(self._bad_times) - 1} in {CORRUPT_WINDOW_S:g} s); last: {error}",
+                    "check cable, shield, ground, termination and bit rate",
+                )
+
+    def lose(self, number: int) -> None:
+        """Count samples that the device produced and nobody saw (negative: found again)."""
+        self._lost = max(0, self._lost + number)
+
+    def latch(self, code: FaultCode, message: str, hint: str) -> None:
+        """Keep the first fault; later ones are consequences."""
+        if self._fault is None:
+            self._fault = Fault(code, message, hint, time.monotonic())
+        self._progress.set()
+
+    def fault(self) -> Fault | None:
+        """The first fault; latches staleness by itself."""
+        if self._fault is None and self._received:
+            age_s = time.monotonic() - self._last_s
+            if age_s > self._stale_s:
+                self.latch(
+                    FaultCode.STALE,
+                    f"{self.name}: newest sample is {age_s:.3f} s old (limit {self._stale_s:g} s)",
+                    "check power and cable; the link may look open all the same",
+                )
+        return self._fault
+
+    def health(self) -> Health:
+        span_s = self._last_s - self._first_s
+        rate_hz = (self._received - 1) / span_s if self._received > 1 and span_s > 0.0 else 0.0
+        age_s = time.monotonic() - self._last_s if self._received else math.inf
+        return Health(
+            self._received, self._lost, rate_hz, age_s, self._longest_gap_s, dict(self._errors)
+        )
+
+    def wait_first(self, timeout_s: float) -> None:
+        """Return when the first sample is there.
+
+        Raises:
+            DeviceError: a fault came first, or nothing came.
+        """
+        self._progress.wait(max(0.0, timeout_s))
+        if self._fault is not None:
+            raise DeviceError(self._fault.message, code=self._fault.code, hint=self._fault.hint)
+        if not self._received:
+            raise DeviceError(
+                f"{self.name}: no good sample came in time "
+                f"(errors so far: {self._errors or 'none'})",
+                code=FaultCode.NOT_CONNECTED,
+                hint="check power, cable, bit rate and that nothing else reads the same port",
+            )

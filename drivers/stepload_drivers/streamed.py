@@ -1,0 +1,133 @@
+"""A sensor read by one thread: what all stream drivers share of `stepload.rig.device.Device`."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import threading
+import time
+from abc import abstractmethod
+from typing import Generic, TypeVar
+
+from stepload.errors import DeviceError
+from stepload.rig.device import Device, Health, Identity
+from stepload.rig.faults import Fault, FaultCode
+from stepload_drivers.stream import Stream
+
+Sample = TypeVar("Sample")
+
+
+class Deadline:
+    """A moment by which `open` must be done."""
+
+    def __init__(self, timeout_s: float) -> None:
+        self._at_s = time.monotonic() + timeout_s
+        self._timeout_s = timeout_s
+
+    @property
+    def running(self) -> bool:
+        """Whether there is time left."""
+        return time.monotonic() < self._at_s
+
+    def left_s(self, what: str) -> float:
+        """Seconds left.
+
+        Raises:
+            DeviceError: none left while waiting for `what`.
+        """
+        left_s = self._at_s - time.monotonic()
+        if left_s <= 0.0:
+            raise DeviceError(
+                f"{what}: not there within {self._timeout_s:g} s",
+                code=FaultCode.NOT_CONNECTED,
+                hint="check power, cable, port name and bit rate",
+            )
+        return left_s
+
+
+class Reader(threading.Thread):
+    """Calls `step` until stopped; whatever `step` raises becomes the stream's fault."""
+
+    def __init__(self, sensor: Streamed[Sample], stream: Stream[Sample]) -> None:
+        super().__init__(name=f"read {stream.name}", daemon=True)
+        self._sensor = sensor
+        self._stream = stream
+        self._halt = threading.Event()
+
+    def run(self) -> None:
+        try:
+            while not self._halt.is_set():
+                self._sensor._read(self._stream)
+        except DeviceError as error:
+            self._stream.latch(FaultCode(error.code), error.message, error.hint)
+        except Exception as error:
+            self._stream.latch(
+                FaultCode.DRIVER,
+                f"{self._stream.name}: the reader died of {type(error).__name__}: {error}",
+                "a bug of the driver: please report it with the record",
+            )
+
+    def stop(self) -> None:
+        self._halt.set()
+        self.join(timeout=2.0)
+
+
+class Streamed(Device, Generic[Sample]):
+    """Open, drain, health, fault, safe and close of a sensor that is read by a thread.
+
+    A subclass gives `_connect`, `_new_stream`, `_read` and `_disconnect`. `_read` waits at most
+    about 0.1 s and is called only from the reader thread, all else only from the engine's.
+    """
+
+    _stream: Stream[Sample] | None = None
+    _reader: Reader | None = None
+
+    @abstractmethod
+    def _connect(self, deadline: Deadline) -> Identity:
+        """Open the port, identify, configure, start the data."""
+
+    @abstractmethod
+    def _new_stream(self) -> Stream[Sample]:
+        """An empty stream for the rate that `_connect` found."""
+
+    @abstractmethod
+    def _read(self, stream: Stream[Sample]) -> None:
+        """Move what has arrived into `stream`."""
+
+    @abstractmethod
+    def _disconnect(self) -> None:
+        """Stop the data and give the port back; may raise, may be called unconnected."""
+
+    def open(self, timeout_s: float) -> Identity:
+        self.close()
+        deadline = Deadline(timeout_s)
+        try:
+            identity = self._connect(deadline)
+            stream = self._new_stream()
+            self._stream = stream
+            self._reader = Reader(self, stream)
+            self._reader.start()
+            stream.wait_first(deadline.left_s(stream.name))
+        except BaseException:
+            self.close()
+            raise
+        return identity
+
+    def drain(self) -> list[Sample]:
+        return self._stream.drain() if self._stream else []
+
+    def health(self) -> Health:
+        return self._stream.health() if self._stream else Health(0, 0, 0.0, math.inf, 0.0, {})
+
+    def fault(self) -> Fault | None:
+        return self._stream.fault() if self._stream else None
+
+    def safe(self, timeout_s: float) -> None:
+        """Do nothing: a sensor drives nothing, and its data must show the arm's retract."""
+
+    def close(self) -> None:
+        if self._reader is not None:
+            self._reader.stop()
+            self._reader = None
+        with contextlib.suppress(Exception):
+            self._disconnect()
