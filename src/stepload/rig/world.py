@@ -51,7 +51,8 @@ class WorldSpec:
     """Everything a simulated rig needs; SI units, unit in the name.
 
     `surface_m` is the travel at which the payload really touches. `start_force_bias_n` is the
-    sensor's reading in free air before tare. `gauge_rate_hz` 0: no displacement gauge.
+    sensor's reading in free air before tare. `gauge_rate_hz` 0: no displacement gauge;
+    `second_force_rate_hz` 0: no second force sensor.
     `kinematic_error_m` is the sd of a smooth error of the measured position in contact, correlated
     over `kinematic_length_m` of travel.
     """
@@ -87,6 +88,12 @@ class WorldSpec:
     gauge_quantum_m: float
     gauge_noise_m: float
     faults: tuple[WorldFault, ...] = ()
+    second_force_rate_hz: float = 0.0
+    second_force_axis: str = "+fz"
+    second_force_noise_n: float = 0.0
+    second_force_quantum_n: float = 0.0
+    second_force_delay_s: float = 0.0
+    second_force_range_n: float = 0.0
 
 
 class WorldView(Protocol):

@@ -1,0 +1,145 @@
+"""The arm of a simulated world."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from stepload.errors import DeviceError
+from stepload.rig.device import Arm, Health, Identity
+from stepload.rig.faults import Fault, FaultCode
+from stepload.rig.samples import ArmSample
+from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.stream import NO_HEALTH, Host, Stream, not_open
+
+_NAME = "sim arm"
+_STILL_M_S = 1e-6
+_ARRIVED_M = 20e-6
+_ARRIVED_QUANTA = 3.0
+
+
+class WorldArm(Arm):
+    """An arm that lives in a world; `find_host` is called at `open`."""
+
+    def __init__(self, find_host: Callable[[], Host]) -> None:
+        self._find_host = find_host
+        self._host: Host | None = None
+        self._stream: Stream | None = None
+        self._delay_s = 0.0
+        self._faults: Schedule | None = None
+        self.period_s = 0.0
+        self.has_force = False
+
+    def open(self, timeout_s: float) -> Identity:
+        if self._stream is None:
+            host = self._find_host()
+            spec = host.world.spec
+            self._stream = Stream(_NAME, host, host.world.arm, timeout_s)
+            self._host = host
+            self._faults = Schedule.for_arm(spec.faults)
+            self._delay_s = spec.command_delay_s
+            self.period_s = 1.0 / spec.arm_rate_hz
+            self.has_force = spec.arm_has_force
+        return Identity("sim", "simulated axis", "SIM-ARM", "1", "none")
+
+    def drain(self) -> list[ArmSample]:
+        return self._stream.drain() if self._stream else []
+
+    def health(self) -> Health:
+        return self._stream.health() if self._stream else NO_HEALTH
+
+    def fault(self) -> Fault | None:
+        return self._stream.fault() if self._stream else None
+
+    def command(self, position_m: float) -> None:
+        host = self._host
+        if host is None:
+            raise not_open(_NAME)
+        now_s = host.catch_up() - host.origin_s
+        assert self._faults is not None
+        delay_s = self._delay_s
+        if now_s >= self._faults.next_s:
+            active = self._faults.active(now_s)
+            if "command_raise" in active:
+                raise RuntimeError(f"{_NAME}: simulated exception in command")
+            if "command_lost" in active or "protective_stop" in active:
+                return
+            delay_s += active.get("command_latency", 0.0)
+        host.world.plant.command(now_s + delay_s, position_m)
+
+    def _send(self, position_m: float) -> str:
+        """Send past the faults of `command` itself; returns why it cannot arrive, or ""."""
+        host, faults = self._host, self._faults
+        assert host is not None
+        assert faults is not None
+        now_s = host.catch_up() - host.origin_s
+        active = faults.active(now_s)
+        if "command_lost" in active:
+            return "the command link is lost"
+        if "protective_stop" in active:
+            return "the arm is in protective stop"
+        delay_s = self._delay_s + active.get("command_latency", 0.0)
+        host.world.plant.command(now_s + delay_s, position_m)
+        return ""
+
+    def safe(self, timeout_s: float) -> None:
+        """Stop where the arm is; the force stays on.
+
+        Sent through the controller's own stop, which an exception in `command` does not touch.
+        """
+        host = self._host
+        if host is None:
+            raise not_open(_NAME)
+        plant = host.world.plant
+        end_s = host.catch_up() + timeout_s
+        problem = self._send(plant.drive_m)
+        begun_s = host.catch_up()
+        now_s = begun_s
+        while now_s < end_s:
+            host.clock.sleep_until(min(end_s, now_s + self.period_s))
+            now_s = host.catch_up()
+            if now_s >= begun_s + self._delay_s and abs(plant.drive_speed) < _STILL_M_S:
+                break
+        else:
+            problem = problem or f"still moving after {timeout_s:g} s"
+        if problem:
+            raise self._refused("stop", problem)
+
+    def retract(self, distance_m: float, speed_m_s: float, timeout_s: float) -> None:
+        """Ramp back from the measured position in world time; see `Arm.retract`."""
+        host = self._host
+        if host is None:
+            raise not_open(_NAME)
+        begin_s = now_s = host.catch_up()
+        end_s = begin_s + timeout_s
+        start_m = self._measured_m()
+        goal_m = start_m - distance_m
+        quantum_m = host.world.spec.position_quantum_m
+        near_m = max(_ARRIVED_M, _ARRIVED_QUANTA * quantum_m, host.world.spec.lost_motion_m)
+        problem = ""
+        while True:
+            travelled_m = min(distance_m, speed_m_s * (now_s - begin_s + self.period_s))
+            problem = self._send(start_m - travelled_m)
+            if travelled_m == distance_m and self._measured_m() <= goal_m + near_m:
+                break
+            if now_s >= end_s:
+                problem = problem or f"not there after {timeout_s:g} s"
+                break
+            host.clock.sleep_until(min(end_s, now_s + self.period_s))
+            now_s = host.catch_up()
+        if problem:
+            self._send(host.world.plant.drive_m)
+            raise self._refused("retract", problem)
+
+    def _measured_m(self) -> float:
+        assert self._host is not None
+        return self._host.world.arm.last
+
+    def _refused(self, what: str, problem: str) -> DeviceError:
+        stopped = "protective" in problem
+        code = FaultCode.PROTECTIVE_STOP if stopped else FaultCode.REFUSED_COMMAND
+        hint = "the arm holds its last position; free it by hand or at the controller"
+        return DeviceError(f"{_NAME}: {what} not confirmed: {problem}", code=code, hint=hint)
+
+    def close(self) -> None:
+        self._stream = None
+        self._host = None

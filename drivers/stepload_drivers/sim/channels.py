@@ -1,0 +1,364 @@
+"""From the truth to samples: noise, offset, drift, range, quantum, delay, and what goes wrong.
+
+A channel is asked once per sample time and puts finished samples into `pending`, in the order in
+which they reach the host. `back` is the share of a base step by which the sample time lies before
+the plant's present time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Any
+
+from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample, Status
+from stepload.rig.world import WorldSpec
+from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.noise import normal_source, smooth_error
+from stepload_drivers.sim.plant import Plant
+
+ARM_CLOCK_S = 5000.0
+"""What the arm's own clock shows when the world begins; devices have been up for a while."""
+FORCE_CLOCK_S = 300.0
+SECOND_CLOCK_S = 350.0
+GAUGE_CLOCK_S = 400.0
+
+AXES = ("fx", "fy", "fz")
+
+_floor = math.floor
+_new: Any = tuple.__new__
+_FULL_SCALE = int(Status.OVERRANGE | Status.SATURATED)
+_OVERRANGE = int(Status.OVERRANGE)
+_STOPPED = int(Status.STOPPED)
+
+
+def _quantised(value: float, quantum: float) -> float:
+    return _floor(value / quantum + 0.5) * quantum if quantum else value
+
+
+class Channel:
+    """What the channels share: the queue, the sequence, and faults of one reading."""
+
+    __slots__ = (
+        "_clock_s",
+        "_delay_s",
+        "_faults",
+        "_held",
+        "_newest_s",
+        "_noise",
+        "_plant",
+        "_quantum",
+        "_range",
+        "disturbed",
+        "last",
+        "origin_s",
+        "pending",
+        "period_s",
+        "raising",
+        "samples",
+        "sequence",
+    )
+
+    def __init__(
+        self,
+        plant: Plant,
+        *,
+        rate_hz: float,
+        delay_s: float,
+        clock_s: float,
+        noise: Any,
+        quantum: float,
+        limit: float,
+        faults: Schedule,
+    ) -> None:
+        self.pending: deque[Any] = deque()
+        self.period_s = 1.0 / rate_hz
+        self.samples = 0
+        """Sample times that have passed: the next one is `(samples + 1) · period_s`."""
+        self.sequence = 0
+        self.origin_s = 0.0
+        """Host time of world time 0."""
+        self.disturbed = False
+        """Whether a fault has ever been active."""
+        self.raising = False
+        self._plant = plant
+        self._delay_s = delay_s
+        self._clock_s = clock_s
+        self._noise = noise
+        self._quantum = quantum
+        self._range = limit
+        self._faults = faults
+        self._held: float | None = None
+        self.last = 0.0
+        """The newest reading that the device believes."""
+        self._newest_s = -math.inf
+
+    def keep_seconds(self, time_s: float) -> None:
+        """Forget samples that nobody has drained beyond the newest `time_s`, as a driver would."""
+        self.pending = deque(self.pending, maxlen=math.ceil(time_s / self.period_s))
+
+    def sample(self, time_s: float, back: float) -> None:
+        """Take the sample of world time `time_s`."""
+        raise NotImplementedError
+
+    def _emit(self, device_s: float, receive_s: float, status: int, value: float) -> None:
+        raise NotImplementedError
+
+    def _disturb(self, time_s: float, truth: float, value: float, status: int) -> None:
+        """Send a sample while faults are or have been active."""
+        self.disturbed = True
+        active = self._faults.active(time_s)
+        self.raising = "raise" in active
+        if "stuck_mean" in active:
+            if self._held is None:
+                self._held = truth
+            value = _quantised(value + self._held - truth, self._quantum)
+        else:
+            self._held = None
+        if "gain" in active:
+            value = _quantised(value * active["gain"], self._quantum)
+        if "bias" in active:
+            value = _quantised(value + active["bias"], self._quantum)
+        if "freeze" in active:
+            value = self.last
+        self.last = value
+        if "saturated" in active:
+            value, status = self._range, _FULL_SCALE
+        if "nan" in active:
+            value = math.nan
+        if "sequence_repeat" in active:
+            self.sequence -= 1
+        if "dropout" in active or "lost" in active:
+            return
+        device_s = self._clock_s + time_s + active.get("clock_step", 0.0)
+        receive_s = self.origin_s + time_s + self._delay_s + active.get("delay", 0.0)
+        self._newest_s = receive_s = max(receive_s, self._newest_s)
+        self._emit(device_s, receive_s, status, value)
+
+
+class ForceChannel(Channel):
+    """A force sensor: true contact force → wrench."""
+
+    __slots__ = ("_after", "_before", "_drift", "_offset", "_sign")
+
+    def __init__(
+        self,
+        plant: Plant,
+        *,
+        rate_hz: float,
+        axis: str,
+        noise_n: float,
+        quantum_n: float,
+        delay_s: float,
+        range_n: float,
+        offset_n: float,
+        drift_n_per_s: float,
+        clock_s: float,
+        seed: int,
+        stream: int,
+        faults: Schedule,
+    ) -> None:
+        super().__init__(
+            plant,
+            rate_hz=rate_hz,
+            delay_s=delay_s,
+            clock_s=clock_s,
+            noise=normal_source(seed, stream, noise_n),
+            quantum=quantum_n,
+            limit=range_n,
+            faults=faults,
+        )
+        self._offset = offset_n
+        self._drift = drift_n_per_s
+        place = AXES.index(axis[1:])
+        self._sign = -1.0 if axis[0] == "-" else 1.0
+        self._before = (0.0,) * place
+        self._after = (0.0,) * (5 - place)
+
+    def sample(self, time_s: float, back: float) -> None:
+        plant = self._plant
+        truth = plant.force_n
+        if back:
+            truth -= back * (truth - plant.last_force_n)
+        value = truth + self._offset + self._drift * time_s + self._noise()
+        limit = self._range
+        status = 0
+        if not -limit <= value <= limit:
+            status = _OVERRANGE
+            if not -1.2 * limit <= value <= 1.2 * limit:
+                status = _FULL_SCALE
+                value = math.copysign(1.2 * limit, value)
+        quantum = self._quantum
+        if quantum:
+            value = _floor(value / quantum + 0.5) * quantum
+        self.sequence += 1
+        if self.disturbed or time_s >= self._faults.next_s:
+            self._disturb(time_s, truth, value, status)
+            return
+        self.last = value
+        self.pending.append(
+            _new(
+                ForceSample,
+                (
+                    self.sequence,
+                    self._clock_s + time_s,
+                    self.origin_s + time_s + self._delay_s,
+                    status,
+                    (*self._before, self._sign * value, *self._after),
+                    math.nan,
+                ),
+            )
+        )
+
+    def _emit(self, device_s: float, receive_s: float, status: int, value: float) -> None:
+        wrench = (*self._before, self._sign * value, *self._after)
+        row = (self.sequence, device_s, receive_s, status, wrench, math.nan)
+        self.pending.append(_new(ForceSample, row))
+
+
+class GaugeChannel(Channel):
+    """A displacement gauge across the contact; its zero is anywhere within ±20 µm."""
+
+    __slots__ = ("_offset",)
+
+    def __init__(
+        self, plant: Plant, spec: WorldSpec, *, offset_m: float, stream: int, faults: Schedule
+    ) -> None:
+        super().__init__(
+            plant,
+            rate_hz=spec.gauge_rate_hz,
+            delay_s=0.0,
+            clock_s=GAUGE_CLOCK_S,
+            noise=normal_source(spec.seed, stream, spec.gauge_noise_m),
+            quantum=spec.gauge_quantum_m,
+            limit=math.inf,
+            faults=faults,
+        )
+        self._offset = offset_m
+
+    def sample(self, time_s: float, back: float) -> None:
+        plant = self._plant
+        truth = plant.tip_m - plant.surface_m - back * plant.step_s * plant.tip_speed
+        value = _quantised(truth + self._offset + self._noise(), self._quantum)
+        self.sequence += 1
+        if self.disturbed or time_s >= self._faults.next_s:
+            self._disturb(time_s, truth, value, 0)
+            return
+        self.last = value
+        self._emit(self._clock_s + time_s, self.origin_s + time_s, 0, value)
+
+    def _emit(self, device_s: float, receive_s: float, status: int, value: float) -> None:
+        row = (self.sequence, device_s, receive_s, status, value)
+        self.pending.append(_new(DisplacementSample, row))
+
+
+class ArmChannel(Channel):
+    """The arm's state: measured position and, where it has one, its own force estimate."""
+
+    __slots__ = (
+        "_arm_held",
+        "_drift_m",
+        "_error",
+        "_force_held",
+        "_force_noise",
+        "_force_offset",
+        "_has_force",
+        "arm_force_n",
+    )
+
+    def __init__(
+        self, plant: Plant, spec: WorldSpec, *, force_offset_n: float, faults: Schedule
+    ) -> None:
+        super().__init__(
+            plant,
+            rate_hz=spec.arm_rate_hz,
+            delay_s=0.0,
+            clock_s=ARM_CLOCK_S,
+            noise=normal_source(spec.seed, 10, spec.position_noise_m),
+            quantum=spec.position_quantum_m,
+            limit=math.inf,
+            faults=faults,
+        )
+        self._error = smooth_error(spec.seed, 11, spec.kinematic_error_m, spec.kinematic_length_m)
+        self._has_force = spec.arm_has_force
+        self._force_noise = normal_source(spec.seed, 12, spec.arm_force_noise_n)
+        self._force_offset = force_offset_n
+        self.arm_force_n = math.nan
+        self._force_held: float | None = None
+        self._arm_held: tuple[float, float] | None = None
+        self._drift_m = 0.0
+
+    def sample(self, time_s: float, back: float) -> None:
+        plant = self._plant
+        value = plant.drive_m
+        if self._error is not None:
+            value += self._error(value)
+        value += self._noise()
+        quantum = self._quantum
+        if quantum:
+            value = _floor(value / quantum + 0.5) * quantum
+        if self._has_force:
+            self.arm_force_n = plant.force_n + self._force_offset + self._force_noise()
+        self.sequence += 1
+        if self.disturbed or time_s >= self._faults.next_s:
+            self._disturb(time_s, plant.drive_m, value, 0)
+            return
+        self.last = value
+        self.pending.append(
+            _new(
+                ArmSample,
+                (
+                    self.sequence,
+                    self._clock_s + time_s,
+                    self.origin_s + time_s,
+                    0,
+                    value,
+                    self.arm_force_n,
+                    (0.0, 0.0, -value, 0.0, 0.0, 0.0),
+                ),
+            )
+        )
+
+    def _disturb(self, time_s: float, truth: float, value: float, status: int) -> None:
+        active = self._faults.active(time_s)
+        self.disturbed = True
+        self.raising = "arm_raise" in active
+        self._plant.braked = "protective_stop" in active
+        if self._plant.braked:
+            status |= _STOPPED
+        force = self.arm_force_n * active.get("arm_force_gain", 1.0)
+        force += active.get("arm_force_bias", 0.0)
+        if "arm_force_freeze" in active:
+            if self._force_held is None:
+                self._force_held = force
+            force = self._force_held
+        else:
+            self._force_held = None
+        if "position_drift" in active:
+            self._drift_m += active["position_drift"] * self.period_s
+            value = _quantised(value + self._drift_m, self._quantum)
+        if "position_frozen" in active:
+            if self._held is None:
+                self._held = self.last
+            value = self._held
+        else:
+            self._held = None
+        if "arm_freeze" in active:
+            if self._arm_held is None:
+                self._arm_held = (value, force)
+            value, force = self._arm_held
+        else:
+            self._arm_held = None
+        self.last = value
+        if "arm_nan" in active:
+            value = math.nan
+        if "arm_sequence_repeat" in active:
+            self.sequence -= 1
+        if "arm_dropout" in active or "arm_lost" in active:
+            return
+        device_s = self._clock_s + time_s + active.get("arm_clock_step", 0.0)
+        receive_s = self.origin_s + time_s + active.get("arm_delay", 0.0)
+        self._newest_s = receive_s = max(receive_s, self._newest_s)
+        pose = (0.0, 0.0, -value, 0.0, 0.0, 0.0)
+        row = (self.sequence, device_s, receive_s, status, value, force, pose)
+        self.pending.append(_new(ArmSample, row))

@@ -1,0 +1,120 @@
+"""What can be made to go wrong in a simulated rig, and when.
+
+A `WorldFault` is (kind, start_s, duration_s, magnitude) in world time, which is 0 when the world
+is made. Faults of plants (a wrong K, a surface too near, a hidden hard stop, a wrong K_s) are no
+faults of devices: they are said by the `WorldSpec` itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from stepload.errors import BadInputError
+from stepload.rig.world import WorldFault
+
+_CHANNEL = {
+    "freeze": "the last sample's value again and again; sequence and clock go on",
+    "stuck_mean": "the mean stands still at its last value; the noise stays alive",
+    "dropout": "samples are lost on the way, then come again",
+    "delay": "samples come `magnitude` seconds later",
+    "lost": "the link is lost for good, whatever the duration says",
+    "gain": "readings are multiplied by `magnitude`",
+    "bias": "`magnitude` (N or m) is added to readings",
+    "nan": "readings are NaN",
+    "saturated": "readings stand at full scale with the saturation bit set",
+    "clock_step": "the device's clock jumps by `magnitude` seconds, and back at the end",
+    "sequence_repeat": "the sequence number stands still",
+    "raise": "`drain` raises an exception that no driver should let out",
+}
+
+_ARM = {
+    "arm_freeze": "the whole arm sample stands still; sequence and clock go on",
+    "arm_dropout": _CHANNEL["dropout"],
+    "arm_delay": _CHANNEL["delay"],
+    "arm_lost": _CHANNEL["lost"] + "; commands still arrive",
+    "arm_nan": "the measured position is NaN",
+    "arm_clock_step": _CHANNEL["clock_step"],
+    "arm_sequence_repeat": _CHANNEL["sequence_repeat"],
+    "arm_raise": _CHANNEL["raise"],
+    "position_frozen": "the measured position stands still, all else goes on",
+    "position_drift": "the measured position runs away by `magnitude` m/s",
+    "arm_force_freeze": "the arm's own force stands still",
+    "arm_force_gain": "the arm's own force is multiplied by `magnitude`",
+    "arm_force_bias": "`magnitude` N is added to the arm's own force",
+    "protective_stop": "the arm brakes, holds and takes no command",
+    "command_latency": "commands take effect `magnitude` seconds later",
+    "command_lost": "commands do not arrive any more, whatever the duration says",
+    "command_raise": "`command` raises an exception that no driver should let out",
+}
+
+_HOST = {"host_stall": "the program stands still once for `magnitude` seconds; the rig goes on"}
+
+FAULTS: dict[str, str] = (
+    {f"force_{name}": f"force sensor: {text}" for name, text in _CHANNEL.items()}
+    | {f"second_{name}": f"second force sensor: {text}" for name, text in _CHANNEL.items()}
+    | {f"gauge_{name}": f"displacement gauge: {text}" for name, text in _CHANNEL.items()}
+    | {name: f"arm: {text}" for name, text in _ARM.items()}
+    | {name: f"host: {text}" for name, text in _HOST.items()}
+)
+"""Every kind of fault with one line of help; `magnitude` is unused where the line does not name it.
+"""
+
+_FOR_GOOD = ("lost", "command_lost", "arm_lost")
+
+
+def check_kinds(faults: Iterable[WorldFault]) -> None:
+    """Raises BadInputError for a kind that is not one of `FAULTS`."""
+    for fault in faults:
+        if fault.kind not in FAULTS:
+            raise BadInputError(f"unknown fault {fault.kind!r}", hint=f"one of {', '.join(FAULTS)}")
+
+
+class Schedule:
+    """The faults of one device; cheap to ask while there are none.
+
+    Args:
+        faults: faults of a whole rig; those of this device are picked by `prefix`, which is then
+            left out of their kind, or else by `kinds`.
+    """
+
+    __slots__ = ("_faults", "next_s")
+
+    def __init__(
+        self, faults: Iterable[WorldFault], *, prefix: str = "", kinds: Iterable[str] = _CHANNEL
+    ) -> None:
+        mine = {prefix + kind for kind in kinds}
+        self._faults = []
+        for fault in faults:
+            if fault.kind in mine:
+                kind = fault.kind.removeprefix(prefix)
+                end_s = math.inf if kind in _FOR_GOOD else fault.start_s + fault.duration_s
+                self._faults.append((fault.start_s, end_s, kind, fault.magnitude))
+        self._faults.sort()
+        self.next_s = 0.0
+        """World time from which on `active` has to be asked."""
+        self._look_ahead()
+
+    @classmethod
+    def for_arm(cls, faults: Iterable[WorldFault]) -> Schedule:
+        return cls(faults, kinds=_ARM)
+
+    @classmethod
+    def for_host(cls, faults: Iterable[WorldFault]) -> Schedule:
+        return cls(faults, kinds=_HOST)
+
+    def _look_ahead(self) -> None:
+        self.next_s = min((start for start, *_ in self._faults), default=math.inf)
+
+    def active(self, time_s: float) -> dict[str, float]:
+        """Kinds active now with their magnitude; past faults are forgotten."""
+        self._faults = [fault for fault in self._faults if time_s < fault[1]]
+        self._look_ahead()
+        return {kind: size for start_s, _, kind, size in self._faults if start_s <= time_s}
+
+    def take(self, time_s: float) -> float:
+        """Sum of the magnitudes of the faults that have begun; they happen once."""
+        begun = [fault for fault in self._faults if fault[0] <= time_s]
+        self._faults = [fault for fault in self._faults if fault[0] > time_s]
+        self._look_ahead()
+        return sum(fault[3] for fault in begun)

@@ -1,0 +1,266 @@
+"""The contact as it really is: force and tangent stiffness over deformation, with its memory.
+
+A curve or law maps a deformation in m to (force in N, tangent stiffness in N/m); 0, 0 apart.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from stepload.errors import DomainError
+from stepload.rig.world import PayloadTruth
+
+Curve = Callable[[float], tuple[float, float]]
+
+HARD_STOP_STIFFNESS_N_PER_M = 1e9
+"""A hidden stop stands for a rigid body: 10 times stiffer than the stiffest payload."""
+
+TURNING_SHARE = 0.05
+"""Share of the deformation over which a reversal passes from the loading to the unloading curve."""
+
+
+class ContactLaw(Protocol):
+    """Force over deformation of one payload, from its present state."""
+
+    def evaluate(self, deformation_m: float) -> tuple[float, float]:
+        """Force and tangent stiffness if the contact went straight to `deformation_m`."""
+        ...
+
+    def remember(self, deformation_m: float) -> None:
+        """The contact has arrived there; its history goes on from it."""
+        ...
+
+    @property
+    def residual_m(self) -> float:
+        """Deformation at which the contact parts: the permanent indentation."""
+        ...
+
+
+def power_curve(k: float, n: float) -> Curve:
+    """F = K δ^n (2)."""
+
+    def curve(deformation_m: float) -> tuple[float, float]:
+        if deformation_m <= 0.0:
+            return 0.0, 0.0
+        force_n: float = k * deformation_m**n
+        return force_n, n * force_n / deformation_m
+
+    return curve
+
+
+def rough_curve(k: float, n: float, roughness_m: float, kappa: float) -> Curve:
+    """Rough sphere (8)–(12), inverted to force over deformation, as a log–log cubic table.
+
+    The equations leave two gaps that a simulator has to close: where the branches of (12) do not
+    meet (p0 = 0.47, −0.89 %) the table passes smoothly over 0.40 ≤ p0 ≤ 0.55, and below p0 = 0.01,
+    where F is of the order of millinewtons, it goes on as a power of δ down to 0.
+    """
+    scale_m = 1.22 * roughness_m * kappa**-0.16
+    parts = [np.geomspace(0.01, 0.40, 400), 1.0 - np.geomspace(0.45, 1e-5, 1600)]
+    p0 = np.concatenate(parts)
+    hertz_m = scale_m * p0 / (1.0 - p0)
+    a_l = np.where(p0 <= 0.47, 1.605 / np.sqrt(p0), 3.51 - 2.51 * p0)
+    bulk = 8.0 * p0 * a_l / (math.pi**2 * (4.79 - 3.17 * p0**3.13))
+    log_d = np.log(hertz_m * (0.5 * a_l**2 + bulk))
+    log_f = math.log(k) + n * np.log(hertz_m)
+    count = 2048
+    start, step = float(log_d[0]), float(log_d[-1] - log_d[0]) / (count - 1)
+    grid = start + step * np.arange(count)
+    values = np.interp(grid, log_d, log_f)
+    values_list = values.tolist()
+    slopes = np.gradient(values).tolist()
+    first_slope = slopes[0] / step
+
+    def curve(deformation_m: float) -> tuple[float, float]:
+        if deformation_m <= 0.0:
+            return 0.0, 0.0
+        place = (math.log(deformation_m) - start) / step
+        if place < 0.0:
+            force_n = math.exp(values_list[0] + slopes[0] * place)
+            return force_n, force_n * first_slope / deformation_m
+        i = int(place)
+        if i >= count - 1:
+            raise DomainError(f"rough contact beyond its table: {deformation_m:.3g} m")
+        s = place - i
+        y0, y1, m0, m1 = values_list[i], values_list[i + 1], slopes[i], slopes[i + 1]
+        c2 = 3.0 * (y1 - y0) - 2.0 * m0 - m1
+        c3 = m0 + m1 - 2.0 * (y1 - y0)
+        force_n = math.exp(y0 + s * (m0 + s * (c2 + s * c3)))
+        log_slope = (m0 + s * (2.0 * c2 + 3.0 * s * c3)) / step
+        return force_n, force_n * log_slope / deformation_m
+
+    return curve
+
+
+def elastic_plastic_curve(k: float, elastic_limit_n: float) -> Curve:
+    """Virgin loading by (14), made continuous by switching where the branches intersect.
+
+    That is at x = δ/δ_c = 1.483 and 6.649 instead of 1 and 6.
+    """
+    critical_m = (elastic_limit_n / k) ** (2.0 / 3.0)
+    first = 1.03 ** (1.0 / 0.075)
+    second = (1.40 / 1.03) ** (1.0 / 0.162)
+
+    def curve(deformation_m: float) -> tuple[float, float]:
+        if deformation_m <= 0.0:
+            return 0.0, 0.0
+        x = deformation_m / critical_m
+        if x <= first:
+            factor, power = 1.0, 1.5
+        elif x <= second:
+            factor, power = 1.03, 1.425
+        else:
+            factor, power = 1.40, 1.263
+        force_n: float = factor * elastic_limit_n * x**power
+        return force_n, power * force_n / deformation_m
+
+    return curve
+
+
+class Elastic:
+    """A curve without memory."""
+
+    residual_m = 0.0
+
+    def __init__(self, curve: Curve) -> None:
+        self.evaluate = curve
+
+    def remember(self, deformation_m: float) -> None:
+        """Nothing to remember."""
+
+
+class Plastic:
+    """Loads on the virgin curve, unloads and reloads elastically to a residual indentation.
+
+    Residual indentation after R. L. Jackson, I. Chusoipin, I. Green, J. Tribology 127 (2005):
+    δ_res/δ = 1.02 (1 − ((x + 5.9)/6.9)^−0.54), x = δ_max/δ_c > 1.
+    """
+
+    def __init__(self, curve: Curve, k: float, elastic_limit_n: float) -> None:
+        self._curve = curve
+        self._critical_m = (elastic_limit_n / k) ** (2.0 / 3.0)
+        self._deepest_m = self._critical_m
+        self._unloading_k = k
+        self.residual_m = 0.0
+
+    def evaluate(self, deformation_m: float) -> tuple[float, float]:
+        if deformation_m >= self._deepest_m:
+            return self._curve(deformation_m)
+        elastic_m = deformation_m - self.residual_m
+        if elastic_m <= 0.0:
+            return 0.0, 0.0
+        force_n: float = self._unloading_k * elastic_m**1.5
+        return force_n, 1.5 * force_n / elastic_m
+
+    def remember(self, deformation_m: float) -> None:
+        if deformation_m <= self._deepest_m:
+            return
+        self._deepest_m = deformation_m
+        x = deformation_m / self._critical_m
+        self.residual_m = deformation_m * 1.02 * (1.0 - ((x + 5.9) / 6.9) ** -0.54)
+        force_n, _ = self._curve(deformation_m)
+        self._unloading_k = force_n / (deformation_m - self.residual_m) ** 1.5
+
+
+class Hysteresis:
+    """Takes a share of the loading work of `inner` in every full cycle.
+
+    F = L(δ) (1 − η (1 − z)/2); z goes to 1 on loading and to −1 on unloading, by the power 1/c of
+    the ratio of deformations, c = `TURNING_SHARE`. A full cycle on L = K δ^n then loses
+    η/(1 + c (n+1)) of the loading work, from which η follows.
+    """
+
+    def __init__(self, inner: ContactLaw, share: float, n: float) -> None:
+        self._inner = inner
+        self._eta = share * (1.0 + TURNING_SHARE * (n + 1.0))
+        if not 0.0 <= self._eta < 1.0:
+            limit = 1.0 / (1.0 + TURNING_SHARE * (n + 1.0))
+            raise DomainError(f"hysteresis {share:g} is not in 0 … {limit:.2f}")
+        self._elastic_m = 0.0
+        self._z = 1.0
+        self._rising = True
+
+    @property
+    def residual_m(self) -> float:
+        return self._inner.residual_m
+
+    def _turn(self, elastic_m: float) -> tuple[float, bool]:
+        last_m = self._elastic_m
+        if elastic_m > last_m or (elastic_m == last_m and self._rising):
+            if last_m <= 0.0:
+                return 1.0, True
+            return 1.0 + (self._z - 1.0) * (last_m / elastic_m) ** (1.0 / TURNING_SHARE), True
+        return -1.0 + (self._z + 1.0) * (elastic_m / last_m) ** (1.0 / TURNING_SHARE), False
+
+    def evaluate(self, deformation_m: float) -> tuple[float, float]:
+        force_n, stiffness = self._inner.evaluate(deformation_m)
+        elastic_m = deformation_m - self._inner.residual_m
+        if force_n <= 0.0 or elastic_m <= 0.0:
+            return 0.0, 0.0
+        z, rising = self._turn(elastic_m)
+        share = 1.0 - 0.5 * self._eta * (1.0 - z)
+        turning = (1.0 - z if rising else 1.0 + z) / (TURNING_SHARE * elastic_m)
+        return share * force_n, share * stiffness + 0.5 * self._eta * force_n * turning
+
+    def remember(self, deformation_m: float) -> None:
+        self._inner.remember(deformation_m)
+        elastic_m = deformation_m - self._inner.residual_m
+        if elastic_m <= 0.0:
+            self._elastic_m, self._z, self._rising = 0.0, 1.0, True
+            return
+        self._z, self._rising = self._turn(elastic_m)
+        self._elastic_m = elastic_m
+
+
+class HardStop:
+    """A rigid body hidden at a deformation of `stop_m`, parallel to `inner`."""
+
+    def __init__(self, inner: ContactLaw, stop_m: float) -> None:
+        self._inner = inner
+        self._stop_m = stop_m
+        self.remember = inner.remember
+
+    @property
+    def residual_m(self) -> float:
+        return self._inner.residual_m
+
+    def evaluate(self, deformation_m: float) -> tuple[float, float]:
+        force_n, stiffness = self._inner.evaluate(deformation_m)
+        beyond_m = deformation_m - self._stop_m
+        if beyond_m <= 0.0:
+            return force_n, stiffness
+        added_n = HARD_STOP_STIFFNESS_N_PER_M * beyond_m
+        return force_n + added_n, stiffness + HARD_STOP_STIFFNESS_N_PER_M
+
+
+def contact_law(payload: PayloadTruth) -> ContactLaw:
+    """The law of `payload` in its virgin state.
+
+    Raises:
+        DomainError: numbers that no payload has, or an unknown law.
+    """
+    if not (0.0 < payload.k < math.inf and 1.0 <= payload.n <= 10.0):
+        raise DomainError(f"payload law K = {payload.k:g} N/m^n, n = {payload.n:g} is impossible")
+    law: ContactLaw
+    if payload.law == "smooth":
+        law = Elastic(power_curve(payload.k, payload.n))
+    elif payload.law == "rough":
+        if not (payload.roughness_m > 0.0 and payload.kappa > 0.0):
+            raise DomainError("law 'rough' needs a positive roughness and kappa")
+        law = Elastic(rough_curve(payload.k, payload.n, payload.roughness_m, payload.kappa))
+    elif payload.law == "elastic_plastic":
+        limit_n = payload.elastic_limit_n
+        if payload.n != 1.5 or not 0.0 < limit_n < math.inf:
+            raise DomainError("law 'elastic_plastic' needs n = 1.5 and a finite elastic limit")
+        law = Plastic(elastic_plastic_curve(payload.k, limit_n), payload.k, limit_n)
+    else:
+        raise DomainError(f"unknown law {payload.law!r}; one of smooth, rough, elastic_plastic")
+    if payload.hysteresis:
+        law = Hysteresis(law, payload.hysteresis, payload.n)
+    if payload.hard_stop_m < math.inf:
+        law = HardStop(law, payload.hard_stop_m)
+    return law

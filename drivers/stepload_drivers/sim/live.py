@@ -1,0 +1,197 @@
+"""Worlds in real time: for emulators in other processes, and for devices that share one here."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from stepload.errors import DeviceError
+from stepload.rig.clock import MonotonicClock
+from stepload.rig.device import Identity
+from stepload.rig.faults import FaultCode
+from stepload.rig.world import PayloadTruth, WorldSpec
+from stepload_drivers.sim.world import World
+
+
+def smooth_payload(k: float, n: float) -> PayloadTruth:
+    """A smooth payload F = K δ^n without hysteresis, limit or stop."""
+    return PayloadTruth("smooth", k, n, math.inf, 0.0, 0.0, 0.0, math.inf)
+
+
+def damping(stiffness_n_per_m: float, mass_kg: float) -> float:
+    """Critical damping C_s of mass and K_s, in N·s/m."""
+    return 2.0 * math.sqrt(stiffness_n_per_m * mass_kg)
+
+
+DEFAULT_SPEC = WorldSpec(
+    seed=0,
+    payload=smooth_payload(6.57e8, 1.5),
+    surface_m=2e-3,
+    arm_rate_hz=500.0,
+    system_stiffness_n_per_m=3.49e6,
+    system_damping_n_s_per_m=damping(3.49e6, 20.0),
+    effective_mass_kg=20.0,
+    command_delay_s=0.002,
+    lag_s=0.004,
+    lost_motion_m=0.0,
+    max_speed_m_s=0.25,
+    max_acceleration_m_s2=2.0,
+    max_push_n=1000.0,
+    position_quantum_m=2e-6,
+    position_noise_m=0.5e-6,
+    kinematic_error_m=0.0,
+    kinematic_length_m=0.0,
+    arm_has_force=True,
+    arm_force_noise_n=3.0,
+    force_rate_hz=1000.0,
+    force_axis="+fz",
+    force_noise_n=0.1,
+    force_quantum_n=0.05,
+    force_delay_s=0.002,
+    force_range_n=1000.0,
+    start_force_bias_n=5.0,
+    force_drift_n_per_s=0.0,
+    gauge_rate_hz=0.0,
+    gauge_quantum_m=0.0,
+    gauge_noise_m=0.0,
+)
+"""A stiff one-axis machine with the paper's plastic sphere, 2 mm above it."""
+
+
+class LiveState(NamedTuple):
+    """What a server process may tell of a world, all at `time_s` of the monotonic clock.
+
+    `position_m` as the arm measures it; `drive_m`, `tip_m` true; `force_n` the true contact force
+    (a sensor's emulator adds its own noise and quantum); `arm_force_n` the arm's estimate, NaN for
+    none; `deformation_m` the true approach of the bodies, negative apart.
+    """
+
+    time_s: float
+    position_m: float
+    speed_m_s: float
+    drive_m: float
+    tip_m: float
+    force_n: float
+    arm_force_n: float
+    deformation_m: float
+    peak_force_n: float
+
+
+class LiveWorld:
+    """A world tied to the monotonic clock; all methods may be called from any thread.
+
+    Args:
+        spec: the truth. Commands take effect after its command delay.
+        start_s: monotonic time of world time 0; now if None.
+    """
+
+    def __init__(self, spec: WorldSpec, *, start_s: float | None = None) -> None:
+        self.world = World(spec)
+        self.clock = MonotonicClock()
+        self.origin_s = time.monotonic() if start_s is None else start_s
+        for channel in self.world.channels:
+            channel.origin_s = self.origin_s
+            channel.keep_seconds(2.0)
+        self._delay_s = spec.command_delay_s
+        self._lock = threading.Lock()
+
+    def advance_to(self, time_s: float) -> None:
+        """Simulate up to `time_s` of the monotonic clock; nothing happens if that is past."""
+        with self._lock:
+            self.world.advance(time_s - self.origin_s)
+
+    def command(self, position_m: float) -> None:
+        """An absolute target, given at the time that has been simulated so far."""
+        with self._lock:
+            self.world.plant.command(self.world.time_s + self._delay_s, position_m)
+
+    def state(self) -> LiveState:
+        """The world at the time that has been simulated so far."""
+        with self._lock:
+            plant = self.world.plant
+            return LiveState(
+                time_s=self.origin_s + plant.time_s,
+                position_m=self.world.arm.last,
+                speed_m_s=plant.drive_speed,
+                drive_m=plant.drive_m,
+                tip_m=plant.tip_m,
+                force_n=plant.force_n,
+                arm_force_n=self.world.arm.arm_force_n,
+                deformation_m=plant.tip_m - plant.surface_m,
+                peak_force_n=plant.peak_n,
+            )
+
+    def catch_up(self) -> float:
+        """Simulate up to now; returns the monotonic time."""
+        now_s = time.monotonic()
+        self.advance_to(now_s)
+        return now_s
+
+
+class _Shared:
+    """One named world of this process: what its devices have said of it, and who has it open."""
+
+    def __init__(self) -> None:
+        self.truth: dict[str, Any] = {}
+        self.live: LiveWorld | None = None
+        self.leases: set[Lease] = set()
+
+
+_worlds: dict[str, _Shared] = {}
+_worlds_lock = threading.Lock()
+
+
+class Lease:
+    """A device's share in a named world: adds its part of the truth, opens it, gives it back."""
+
+    def __init__(self, name: str, truth: Mapping[str, Any]) -> None:
+        self._name = name
+        self._truth = dict(truth)
+        with _worlds_lock:
+            _worlds.setdefault(name, _Shared()).truth.update(self._truth)
+
+    def host(self) -> LiveWorld:
+        """The running world; it is made if this device is the first.
+
+        Raises:
+            DeviceError: it already runs, and was made without what this device says of it.
+        """
+        with _worlds_lock:
+            shared = _worlds.setdefault(self._name, _Shared())
+            shared.truth.update(self._truth)
+            if shared.live is None:
+                shared.live = LiveWorld(replace(DEFAULT_SPEC, **shared.truth))
+            spec = shared.live.world.spec
+            for name, value in self._truth.items():
+                if getattr(spec, name) != value:
+                    raise DeviceError(
+                        f"simulated world {self._name!r} already runs with {name} = "
+                        f"{getattr(spec, name)}, this device needs {value}",
+                        code=FaultCode.WRONG_DEVICE,
+                        hint="construct all devices of a rig before opening the first, or name "
+                        "another world",
+                    )
+            shared.leases.add(self)
+            return shared.live
+
+    def during(self, opening: Callable[[float], Identity], timeout_s: float) -> Identity:
+        """Run `opening`; the world is given back if it fails."""
+        try:
+            return opening(timeout_s)
+        except BaseException:
+            self.give_back()
+            raise
+
+    def give_back(self) -> None:
+        """The world ends when nobody has it any more. Idempotent."""
+        with _worlds_lock:
+            shared = _worlds.get(self._name)
+            if shared is None:
+                return
+            shared.leases.discard(self)
+            if not shared.leases:
+                shared.live = None

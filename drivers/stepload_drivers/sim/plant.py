@@ -1,0 +1,303 @@
+"""Drive, tip and contact: one axis that presses, integrated exactly where it is quiet.
+
+The drive follows its target with delay, first-order lag, limited speed and acceleration, lost
+motion and limited push. The tip (mass m) hangs on the drive by K_s and C_s and meets the payload:
+
+    m ẍ = K_s (x_d − x) + C_s (ẋ_d − ẋ) − F(x − surface)
+
+Each step solves the equation linearised at the present state in closed form; a step whose end does
+not confirm the linearisation, or that would swing past a force peak, is divided.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from stepload.errors import DomainError
+from stepload.rig.world import WorldSpec
+from stepload_drivers.sim.laws import contact_law
+
+_EARLY_S = 1e-9
+SWING_RAD = 0.4
+"""Largest phase of the contact oscillation in one sub-step while it rings."""
+RINGING_N, RINGING_SHARE = 0.01, 2e-4
+"""Oscillation below this force (absolute + share of the force) is stepped over."""
+ERROR_N, ERROR_SHARE = 0.01, 5e-4
+"""Largest departure of the force from its linearisation in one sub-step."""
+AT_REST_N = 1e-4
+"""Distance from equilibrium, as force, below which a standing contact is left alone."""
+_SHORTEST_S = 1e-8
+
+
+class Plant:
+    """The mechanics of a simulated rig, advanced by fixed steps of `step_s`.
+
+    Args:
+        spec: the truth.
+        step_s: base step; drive speed is constant within it.
+        swing_rad, error_factor: refine the sub-stepping (tests of convergence).
+    """
+
+    __slots__ = (
+        "_accel_step",
+        "_brake_gap",
+        "_brake_half",
+        "_commands",
+        "_contact_m",
+        "_damping",
+        "_error_factor",
+        "_evaluate",
+        "_follow",
+        "_follower",
+        "_free",
+        "_gamma",
+        "_half_lost",
+        "_law",
+        "_mass",
+        "_max_push",
+        "_max_speed",
+        "_peak_n",
+        "_steps",
+        "_stiffness",
+        "_sub_s",
+        "_surface",
+        "_swing",
+        "_tangent",
+        "_twice_accel",
+        "braked",
+        "drive_m",
+        "drive_speed",
+        "force_n",
+        "last_force_n",
+        "step_s",
+        "sub_steps",
+        "target_m",
+        "time_s",
+        "tip_m",
+        "tip_speed",
+    )
+
+    def __init__(
+        self,
+        spec: WorldSpec,
+        *,
+        step_s: float,
+        swing_rad: float = SWING_RAD,
+        error_factor: float = 1.0,
+    ) -> None:
+        for name in (
+            "system_stiffness_n_per_m",
+            "effective_mass_kg",
+            "max_speed_m_s",
+            "max_acceleration_m_s2",
+            "max_push_n",
+        ):
+            value = getattr(spec, name)
+            if not value > 0.0:
+                raise DomainError(f"simulated rig: {name} = {value:g} must be positive")
+        self.step_s = step_s
+        self.time_s = 0.0
+        self.target_m = self.drive_m = self.tip_m = 0.0
+        self.drive_speed = self.tip_speed = 0.0
+        self.force_n = self.last_force_n = self._tangent = self._peak_n = 0.0
+        self.braked = False
+        self.sub_steps = self._steps = 0
+        self._follower = 0.0
+        self._commands: deque[tuple[float, float]] = deque()
+        self._law = contact_law(spec.payload)
+        self._evaluate = self._law.evaluate
+        self._surface = spec.surface_m
+        self._contact_m = spec.surface_m + self._law.residual_m
+        self._mass = spec.effective_mass_kg
+        self._stiffness = spec.system_stiffness_n_per_m
+        self._damping = spec.system_damping_n_s_per_m
+        self._gamma = 0.5 * self._damping / self._mass
+        self._max_speed = spec.max_speed_m_s
+        self._max_push = spec.max_push_n
+        self._half_lost = 0.5 * spec.lost_motion_m
+        lag_s = spec.lag_s
+        share = 1.0 - math.exp(-step_s / lag_s) if lag_s > 0.0 else 1.0
+        self._follow = share / step_s
+        accel = spec.max_acceleration_m_s2
+        self._accel_step = accel * step_s
+        self._twice_accel = 2.0 * accel
+        self._brake_half = 0.5 * accel * step_s
+        self._brake_gap = accel * (2.0 - self._follow * step_s) / self._follow**2
+        self._swing = swing_rad
+        self._error_factor = error_factor
+        self._sub_s = step_s
+        self._free = self._propagator(0.0, step_s)
+
+    @property
+    def peak_n(self) -> float:
+        """Largest contact force so far, also between samples."""
+        return self._peak_n
+
+    @property
+    def surface_m(self) -> float:
+        """Travel at which the virgin payload touches."""
+        return self._surface
+
+    def command(self, apply_s: float, target_m: float) -> None:
+        """Let the drive follow `target_m` from `apply_s` on; commands take effect in order."""
+        commands = self._commands
+        if commands and commands[-1][0] > apply_s:
+            apply_s = commands[-1][0]
+        commands.append((apply_s, target_m))
+
+    def _propagator(self, tangent: float, dt: float) -> tuple[float, float, float, float]:
+        """exp of the linearised system over `dt`: (u, u̇) → (p11 u + p12 u̇, p21 u + p22 u̇)."""
+        gamma = self._gamma
+        omega2 = (self._stiffness + tangent) / self._mass
+        square = omega2 - gamma * gamma
+        if square > 0.0:
+            root = math.sqrt(square)
+            decay = math.exp(-gamma * dt)
+            c = decay * math.cos(root * dt)
+            s = decay * math.sin(root * dt) / root
+        elif square < 0.0:
+            root = math.sqrt(-square)
+            fast = math.exp(-(gamma + root) * dt)
+            slow = math.exp(-omega2 / (gamma + root) * dt)
+            c = 0.5 * (slow + fast)
+            s = 0.5 * (slow - fast) / root
+        else:
+            c = math.exp(-gamma * dt)
+            s = c * dt
+        return c + gamma * s, s, -omega2 * s, c - gamma * s
+
+    def step(self) -> None:
+        """Go on by `step_s`."""
+        h = self.step_s
+        self.last_force_n = self.force_n
+        commands = self._commands
+        if commands and commands[0][0] <= self.time_s + _EARLY_S:
+            limit = self.time_s + _EARLY_S
+            while commands and commands[0][0] <= limit:
+                self.target_m = commands.popleft()[1]
+        drive = self.drive_m
+        gap = self.target_m - self._follower
+        speed = self.drive_speed
+        if gap == 0.0 == speed:
+            moved = drive
+            actual = 0.0
+        else:
+            moved, actual = self._drive(drive, gap, speed, h)
+        tip = self.tip_m
+        if self.force_n == 0.0:
+            u = tip - drive
+            w = self.tip_speed - actual
+            if u == 0.0 == w:
+                tip = moved
+            else:
+                p11, p12, p21, p22 = self._free
+                tip = moved + p11 * u + p12 * w
+                w = p21 * u + p22 * w
+                if -1e-15 < w < 1e-15 and -1e-18 < tip - moved < 1e-18:
+                    tip, w = moved, 0.0
+            if tip <= self._contact_m:
+                self.tip_m = tip
+                self.tip_speed = actual + w
+            else:
+                self._press(drive, actual, h)
+        else:
+            self._press(drive, actual, h)
+        self.drive_m = moved
+        self._steps += 1
+        self.time_s = self._steps * h
+
+    def _drive(self, drive: float, gap: float, speed: float, h: float) -> tuple[float, float]:
+        """The drive's next position and the speed that takes it there."""
+        if self.braked:
+            self.drive_speed = 0.0
+            return drive, 0.0
+        want = gap * self._follow
+        if not -self._brake_gap <= gap <= self._brake_gap:
+            half = self._brake_half
+            brake = math.sqrt(half * half + self._twice_accel * abs(gap)) - half
+            want = brake if gap > 0.0 else -brake
+        top = self._max_speed
+        if want > top:
+            want = top
+        elif want < -top:
+            want = -top
+        change = self._accel_step
+        if want > speed + change:
+            want = speed + change
+        elif want < speed - change:
+            want = speed - change
+        self.drive_speed = want
+        follower = self._follower + want * h
+        half = self._half_lost
+        if follower - drive > half:
+            moved = follower - half
+            if self._spring_n(drive) >= self._max_push:
+                self._follower = drive + half
+                self.drive_speed = 0.0
+                return drive, 0.0
+        elif drive - follower > half:
+            moved = follower + half
+        else:
+            moved = drive
+        self._follower = follower
+        return moved, (moved - drive) / h
+
+    def _spring_n(self, drive: float) -> float:
+        return self._stiffness * (drive - self.tip_m)
+
+    def _press(self, drive: float, speed: float, h: float) -> None:
+        """Tip in contact, or coming into it, over one base step in as many sub-steps as needed."""
+        evaluate = self._evaluate
+        stiffness, damping, mass, gamma = self._stiffness, self._damping, self._mass, self._gamma
+        surface = self._surface
+        x, v, force, tangent = self.tip_m, self.tip_speed, self.force_n, self._tangent
+        left = h
+        dt = 2.0 * self._sub_s
+        while left > 0.0:
+            total = stiffness + tangent
+            drift = stiffness * speed / total
+            rest = (stiffness * drive + damping * (speed - drift) - force + tangent * x) / total
+            u = x - rest
+            w = v - drift
+            omega2 = total / mass
+            ringing = tangent * math.sqrt(u * u + w * w / omega2)
+            if speed == 0.0 and ringing < AT_REST_N and force > 0.0:
+                v = 0.0
+                break
+            if dt > left:
+                dt = left
+            small = ringing < RINGING_N + RINGING_SHARE * force
+            square = omega2 - gamma * gamma
+            if not small and square > 0.0 and square * dt * dt > self._swing * self._swing:
+                dt = self._swing / math.sqrt(square)
+            while True:
+                p11, p12, p21, p22 = self._propagator(tangent, dt)
+                x1 = rest + drift * dt + p11 * u + p12 * w
+                force1, tangent1 = evaluate(x1 - surface)
+                error = force1 - force - tangent * (x1 - x)
+                allowed = self._error_factor * (ERROR_N + ERROR_SHARE * force1)
+                if -allowed <= error <= allowed or dt <= _SHORTEST_S:
+                    break
+                dt *= 0.5
+            v1 = drift + p21 * u + p22 * w
+            if force1 > self._peak_n:
+                self._peak_n = force1
+            if v > 0.0 > v1 and force1 > 0.0:
+                turn = evaluate(x + 0.5 * dt * v * v / (v - v1) - surface)[0]
+                if turn > self._peak_n:
+                    self._peak_n = turn
+            if small and force1 + ringing > self._peak_n:
+                self._peak_n = force1 + ringing
+            self._law.remember(x1 - surface)
+            x, v, force, tangent = x1, v1, force1, tangent1
+            drive += speed * dt
+            left -= dt
+            self.sub_steps += 1
+            if left < 1e-12:
+                break
+            dt *= 2.0
+        self._sub_s = dt
+        self.tip_m, self.tip_speed, self.force_n, self._tangent = x, v, force, tangent
+        if force == 0.0:
+            self._contact_m = surface + self._law.residual_m

@@ -1,0 +1,154 @@
+"""The host's end of a channel: what has arrived, how it comes in, and the first fault."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Protocol
+
+from stepload.errors import DeviceError
+from stepload.rig.clock import Clock
+from stepload.rig.device import Health
+from stepload.rig.faults import Fault, FaultCode
+from stepload.rig.samples import Status
+from stepload_drivers.sim.channels import Channel
+from stepload_drivers.sim.world import World
+
+_EARLY_S = 1e-9
+_STALE_S = 0.05
+_STALE_PERIODS = 5.0
+_OPEN_WAIT_S = 0.001
+
+
+class Host(Protocol):
+    """The program's side of a world: its clock, and how the world keeps up with it."""
+
+    @property
+    def world(self) -> World: ...
+
+    @property
+    def clock(self) -> Clock: ...
+
+    @property
+    def origin_s(self) -> float:
+        """Host time of world time 0."""
+        ...
+
+    def catch_up(self) -> float:
+        """Let the world go on to the host's present time, and return that."""
+        ...
+
+
+class Stream:
+    """Samples of one channel, taken off the wire.
+
+    Opening waits for the first sample.
+
+    Raises:
+        DeviceError: no sample within `timeout_s`.
+    """
+
+    def __init__(self, name: str, host: Host, channel: Channel, timeout_s: float) -> None:
+        self._name = name
+        self._host = host
+        self._channel = channel
+        self._fault: Fault | None = None
+        self._received = self._lost = 0
+        self._first_s = self._newest_s = -math.inf
+        self._longest_s = 0.0
+        self._stale_s = max(_STALE_S, _STALE_PERIODS * channel.period_s)
+        self._sequence = channel.sequence
+        channel.pending.clear()
+        self._opened_s = now_s = host.catch_up()
+        end_s = now_s + timeout_s
+        while not (channel.pending and channel.pending[0][2] <= now_s + _EARLY_S):
+            if now_s >= end_s:
+                raise DeviceError(
+                    f"{name}: no sample within {timeout_s:g} s",
+                    code=FaultCode.NOT_CONNECTED,
+                    hint="look at the simulated rig's faults",
+                )
+            host.clock.sleep_until(min(end_s, now_s + _OPEN_WAIT_S))
+            now_s = host.catch_up()
+
+    def drain(self) -> list[Any]:
+        channel = self._channel
+        now_s = self._host.catch_up()
+        if channel.raising:
+            raise RuntimeError(f"{self._name}: simulated exception in drain")
+        pending = channel.pending
+        limit_s = now_s + _EARLY_S
+        out = []
+        while pending and pending[0][2] <= limit_s:
+            out.append(pending.popleft())
+        if out:
+            newest = out[-1]
+            gap_s = out[0][2] - self._newest_s
+            if self._received == 0:
+                self._first_s = out[0][2]
+            elif gap_s > self._longest_s:
+                self._longest_s = gap_s
+            self._newest_s = newest[2]
+            count = len(out)
+            self._received += count
+            missing = newest[0] - self._sequence - count
+            if missing > 0:
+                self._lost += missing
+            self._sequence = newest[0]
+            if channel.disturbed or newest[3]:
+                self._inspect(out)
+        return out
+
+    def _inspect(self, samples: list[Any]) -> None:
+        for sample in samples:
+            status = sample[3]
+            if status & Status.STOPPED:
+                self.latch(FaultCode.PROTECTIVE_STOP, "the arm is in protective stop", sample[2])
+            elif status & (Status.OVERRANGE | Status.SATURATED):
+                self.latch(FaultCode.OVERLOAD, "a reading is beyond the rated range", sample[2])
+            value = sample[4]
+            values = value if isinstance(value, tuple) else (value,)
+            if not all(map(math.isfinite, values)):
+                self.latch(FaultCode.NOT_FINITE, "a reading is not a finite number", sample[2])
+
+    def latch(self, code: FaultCode, message: str, time_s: float) -> None:
+        """Keep the first fault."""
+        if self._fault is None:
+            hint = "this is the simulated rig: look at its faults"
+            self._fault = Fault(code, f"{self._name}: {message}", hint, time_s)
+
+    def fault(self) -> Fault | None:
+        if self._fault is None:
+            now_s = self._host.catch_up()
+            since_s = self._newest_s if self._received else self._opened_s
+            if now_s - since_s > self._stale_s and not self._waiting(now_s):
+                age_s = now_s - since_s
+                message = f"no new sample for {age_s:.3g} s, limit {self._stale_s:.3g} s"
+                self.latch(FaultCode.STALE, message, now_s)
+        return self._fault
+
+    def _waiting(self, now_s: float) -> bool:
+        """Whether a fresh sample has arrived that nobody has drained yet."""
+        pending = self._channel.pending
+        return any(now_s - self._stale_s <= s[2] <= now_s + _EARLY_S for s in pending)
+
+    def health(self) -> Health:
+        now_s = self._host.catch_up()
+        span_s = self._newest_s - self._first_s
+        many = self._received > 1 and span_s > 0.0
+        return Health(
+            received=self._received,
+            lost=self._lost,
+            rate_hz=(self._received - 1) / span_s if many else 0.0,
+            age_s=now_s - self._newest_s if self._received else math.inf,
+            longest_gap_s=self._longest_s,
+            errors={},
+        )
+
+
+NO_HEALTH = Health(0, 0, 0.0, math.inf, 0.0, {})
+"""Health of a device that has never been opened."""
+
+
+def not_open(name: str) -> DeviceError:
+    """Error of a device that is asked to act before `open` or after `close`."""
+    return DeviceError(f"{name}: not open", code=FaultCode.NOT_CONNECTED, hint="open it first")
