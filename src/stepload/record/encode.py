@@ -1,0 +1,111 @@
+"""Rows of a ring → MCAP message records of its channels, in bulk."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepload.record import layout
+from stepload.record.container import INDEX_ENTRY
+from stepload.record.layout import Topic
+from stepload.rig.clockmap import ClockMap
+
+Group = tuple[int, NDArray[np.void], bytes]
+_MAX_NS = 2.0**62
+
+
+def to_ns(time_s: NDArray[np.float64], offset_ns: int) -> NDArray[np.int64]:
+    """Nanoseconds on the record's time axis; what is not a time becomes the axis' start."""
+    ns = np.nan_to_num(np.rint(time_s * 1e9), nan=0.0, posinf=0.0, neginf=0.0)
+    whole: NDArray[np.int64] = np.clip(ns, -_MAX_NS, _MAX_NS).astype(np.int64) + offset_ns
+    return np.maximum(whole, 0)
+
+
+def records_of(
+    topic: Topic,
+    rows: NDArray[np.void],
+    sequence: NDArray[np.int64],
+    log_ns: NDArray[np.int64],
+    publish_ns: NDArray[np.int64],
+) -> Group:
+    """Message records of one channel with their index entries (see Appender.add_chunk)."""
+    assert topic.dtype is not None
+    raw = bytearray(topic.template().tobytes() * len(rows))
+    out = np.frombuffer(raw, topic.dtype)
+    out["sequence_u4"] = (sequence & 0xFFFFFFFF).astype(np.uint32)
+    out["log_ns"] = log_ns
+    out["publish_ns"] = publish_ns
+    if topic.frame is not None:
+        out["stamp_s"] = publish_ns // 1_000_000_000
+        out["stamp_ns"] = publish_ns % 1_000_000_000
+    for name, _, _ in topic.fields:
+        out[name] = rows[name]
+    return topic.channel, _index(log_ns, topic.dtype.itemsize), bytes(raw)
+
+
+def _index(log_ns: NDArray[np.int64], stride: int) -> NDArray[np.void]:
+    index = np.empty(len(log_ns), INDEX_ENTRY)
+    index["log_ns"] = log_ns
+    index["offset"] = np.arange(len(log_ns), dtype=np.uint64) * stride
+    return index
+
+
+class Channel:
+    """Encodes the rows of one ring; remembers what must not go backwards.
+
+    Args:
+        topics: what is made of each row: its message types, in the order they are written.
+        offset_ns: from the run's clock to the record's time axis.
+    """
+
+    def __init__(self, topics: Sequence[Topic], offset_ns: int) -> None:
+        self._topics = topics
+        self._offset_ns = offset_ns
+        self._last_ns = 0
+        self._count = 0
+        self._clock = ClockMap()
+
+    def _log_ns(self, time_s: NDArray[np.float64]) -> NDArray[np.int64]:
+        ns = to_ns(time_s, self._offset_ns)
+        ns = np.maximum(np.maximum.accumulate(ns), self._last_ns)
+        self._last_ns = int(ns[-1])
+        return ns
+
+    def encode_samples(self, rows: NDArray[np.void]) -> list[Group]:
+        """Device samples: logged at their receive time, stamped with their mapped device time."""
+        receive_s, device_s = rows["receive_time_s"], rows["device_time_s"]
+        stamp_s = receive_s
+        good = np.flatnonzero(np.isfinite(device_s) & np.isfinite(receive_s))
+        if len(good):
+            first = good[np.argmin(receive_s[good] - device_s[good])]
+            self._clock.add(float(device_s[first]), float(receive_s[first]))
+            start_s = self._clock.to_host(0.0)
+            mapped_s = start_s + device_s * (self._clock.to_host(1.0) - start_s)
+            stamp_s = np.where(np.isfinite(device_s), np.minimum(mapped_s, receive_s), receive_s)
+        log_ns = self._log_ns(receive_s)
+        publish_ns = to_ns(stamp_s, self._offset_ns)
+        return [records_of(t, rows, rows["sequence"], log_ns, publish_ns) for t in self._topics]
+
+    def encode_ticks(self, rows: NDArray[np.void]) -> list[Group]:
+        """Ticks: logged and stamped with their own time, numbered from 0."""
+        log_ns = self._log_ns(rows["time_s"])
+        sequence = np.arange(self._count, self._count + len(rows), dtype=np.int64)
+        self._count += len(rows)
+        return [records_of(t, rows, sequence, log_ns, log_ns) for t in self._topics]
+
+    def encode_events(self, events: Sequence[tuple[float, bytes]]) -> list[Group]:
+        """Texts with their times."""
+        log_ns = self._log_ns(np.array([time_s for time_s, _ in events]))
+        index = np.empty(len(events), INDEX_ENTRY)
+        index["log_ns"] = log_ns
+        parts: list[bytes] = []
+        offset = 0
+        for i, (_, text) in enumerate(events):
+            index["offset"][i] = offset
+            part = layout.string_record(self._topics[0], self._count + i, int(log_ns[i]), text)
+            parts.append(part)
+            offset += len(part)
+        self._count += len(events)
+        return [(self._topics[0].channel, index, b"".join(parts))]

@@ -1,0 +1,319 @@
+"""What the engine records with: a push costs under a microsecond and never touches the disk."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import hashlib
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NoReturn
+
+from stepload.errors import BadInputError, ExitCode, SteploadError
+from stepload.record.recovery import PART_SUFFIX, sync_directory
+from stepload.record.ring import RINGS, Shared, State, capacities
+from stepload.record.rows import TickRow
+from stepload.record.scan import count_messages
+from stepload.record.writer_process import FRAME, TOPICS_OF, Kind
+from stepload.rig.clock import Clock
+from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
+
+NAME = "run.mcap"
+MAX_RATE_HZ = 10_000.0
+START_TIMEOUT_S = 30.0
+FINISH_TIMEOUT_S = 120.0
+_LOOK_EVERY = 64
+"""Every how many `problem` calls the writer process itself is looked at (a system call)."""
+
+
+class RecordingFailedError(SteploadError):
+    """The record could not be written to its end (exit code 4)."""
+
+    exit_code = ExitCode.STOPPED
+
+
+def _finite(value: object) -> object:
+    """JSON has no NaN and infinity: they are written as text that `float` reads back."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return repr(float(value))
+    if isinstance(value, Mapping):
+        return {str(key): _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(item) for item in value]
+    return value
+
+
+def _plain(value: object) -> object:
+    """What `json` does not know: numpy numbers and arrays as numbers, the rest as text."""
+    to_list = getattr(value, "tolist", None)
+    return _finite(to_list()) if callable(to_list) else str(value)
+
+
+def to_json(data: Mapping[str, object], indent: int | None = None) -> bytes:
+    """Strict JSON; non-finite numbers become the texts "nan", "inf" and "-inf"."""
+    try:
+        return json.dumps(data, allow_nan=False, default=_plain, indent=indent).encode()
+    except ValueError:
+        return json.dumps(_finite(data), allow_nan=False, default=_plain, indent=indent).encode()
+
+
+class Recorder:
+    """Records one run into `directory`/run.mcap, through a process of its own.
+
+    The writer process puts everything on the disk every 50 ms and outlives this process. Until
+    `finish` the file is called run.mcap.part.
+
+    Args:
+        directory: existing directory of the run; nothing outside of it is written.
+        rates_hz: nominal rate of each stream that will come: "force", "arm" and "tick", also
+            "second_force" and "displacement" where the rig has them.
+        clock: the run's clock; its offset to wall time is taken once, here.
+        metadata: flat texts for the record's "run" metadata.
+        attachments: files to keep in the record, by name.
+        lossless: wait when the disk does not keep up (virtual time) instead of dropping.
+
+    Raises:
+        BadInputError: the directory cannot be written to, or holds a record already.
+        RecordingFailedError: the writer process did not start, or the disk is full.
+    """
+
+    force: Callable[[ForceSample], None]
+    second_force: Callable[[ForceSample], None]
+    arm: Callable[[ArmSample], None]
+    displacement: Callable[[DisplacementSample], None]
+    tick: Callable[[TickRow], None]
+
+    def __init__(
+        self,
+        directory: Path,
+        *,
+        rates_hz: Mapping[str, float],
+        clock: Clock,
+        metadata: Mapping[str, str],
+        attachments: Mapping[str, bytes],
+        lossless: bool,
+    ) -> None:
+        _check_rates(rates_hz)
+        self.path = directory / NAME
+        self.part_path = directory / (NAME + PART_SUFFIX)
+        self._lossless = lossless
+        self._looks = 0
+        self._problem = ""
+        self._closed = False
+        wall_ns = time.time_ns()
+        offset_ns = wall_ns - round(clock.now_s() * 1e9)
+        start = {
+            "rates_hz": dict(rates_hz),
+            "offset_ns": offset_ns,
+            "wall_ns": wall_ns,
+            "directory": str(directory),
+            "attachments": len(attachments),
+            "metadata": {
+                **metadata,
+                "clock": "virtual" if clock.virtual else "monotonic",
+                "clock_offset_ns": str(offset_ns),
+                "rates_hz": json.dumps(dict(rates_hz)),
+                **{
+                    f"sha256 {name}": hashlib.sha256(data).hexdigest()
+                    for name, data in attachments.items()
+                },
+            },
+        }
+        file_fd = _open_locked(self.part_path, self.path)
+        try:
+            self._shared, memory_fd = Shared.create(capacities(rates_hz))
+            try:
+                self._process = _spawn(file_fd, memory_fd)
+            except OSError as error:
+                self._shared.close()
+                raise RecordingFailedError(f"cannot start the record writer: {error}") from error
+            finally:
+                os.close(memory_fd)
+        finally:
+            os.close(file_fd)
+        self._counters = self._shared.counters
+        for name in RINGS[:-1]:
+            absent = f"the recorder was made without a rate for {name!r}"
+            known = name in rates_hz
+            push = self._shared.producer(name, self._wait_for_room) if known else _refuse(absent)
+            setattr(self, name, push)
+        self._push_event = self._shared.event_producer(self._wait_for_room)
+        try:
+            self._send(Kind.START, json.dumps(start).encode())
+            for name, data in attachments.items():
+                self._send(Kind.ATTACHMENT, name.encode() + b"\x00" + data)
+            self._wait_until_running()
+        except BaseException:
+            self.abandon()
+            raise
+
+    @property
+    def writer_pid(self) -> int:
+        """Process id of the writer."""
+        return self._process.pid
+
+    def event(self, time_s: float, kind: str, data: Mapping[str, object]) -> None:
+        """Record something that happened, with its numbers."""
+        self._push_event(time_s, to_json({"time_s": time_s, "kind": kind, "data": data}))
+
+    def problem(self) -> str:
+        """Why the record is not what it should be; "" while all is well. Never blocks."""
+        if self._problem or self._closed:
+            return self._problem
+        self._looks += 1
+        if self._looks % _LOOK_EVERY and self._counters[0] == State.RUNNING:
+            return ""
+        if self._counters[0] == State.FAILED:
+            self._problem = f"the record cannot be written: {self._shared.text}"
+        elif self._process.poll() is not None and self._counters[0] != State.CLOSED:
+            self._problem = f"the record writer ended with code {self._process.returncode}"
+        elif lost := {n: self._shared.dropped(n) for n in RINGS if self._shared.dropped(n)}:
+            rows = ", ".join(f"{count} of {name}" for name, count in lost.items())
+            self._problem = f"the disk does not keep up, rows were dropped: {rows}"
+        return self._problem
+
+    def finish(self, results: Mapping[str, object], verdict: str) -> Path:
+        """Write results and summary, read everything back, and give the file its final name.
+
+        Returns:
+            The path of the finished record.
+
+        Raises:
+            RecordingFailedError: not everything is in the file; it stays run.mcap.part and can be
+                repaired.
+        """
+        try:
+            self._send(Kind.FINISH, verdict.encode() + b"\x00" + to_json(results, indent=1))
+            self._process.wait(FINISH_TIMEOUT_S)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            self._fail(f"the record writer does not answer: {error}")
+        if self._counters[0] != State.CLOSED:
+            self._fail(f"the record writer ended with code {self._process.returncode}")
+        found = count_messages(self.part_path)
+        for name in RINGS:
+            if self._shared.capacity[name]:
+                topic, written = TOPICS_OF[name][0].name, self._shared.recorded(name)
+                if found.get(topic, 0) != written:
+                    self._fail(f"{topic}: {written} written, {found.get(topic, 0)} read back")
+        self.abandon()
+        os.rename(self.part_path, self.path)
+        sync_directory(self.path.parent)
+        return self.path
+
+    def abandon(self) -> None:
+        """Stop recording. What was pushed gets to the disk; the file stays run.mcap.part."""
+        if self._closed:
+            return
+        self.problem()
+        self._closed = True
+        assert self._process.stdin is not None
+        with contextlib.suppress(OSError):
+            self._process.stdin.close()
+        try:
+            self._process.wait(FINISH_TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        for name in RINGS[:-1]:
+            setattr(self, name, _refuse("the recorder is closed"))
+        self._push_event = _refuse("the recorder is closed")
+        self._shared.close()
+
+    def _fail(self, why: str) -> NoReturn:
+        why = self.problem() or why
+        self.abandon()
+        raise RecordingFailedError(
+            f"{self.part_path}: {why}",
+            hint="free disk space if it is full, then `stepload recover` the file",
+        )
+
+    def _send(self, kind: Kind, payload: bytes = b"") -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.write(FRAME.pack(kind, len(payload)) + payload)
+        self._process.stdin.flush()
+
+    def _wait_until_running(self) -> None:
+        give_up_at = time.monotonic() + START_TIMEOUT_S
+        while self._counters[0] != State.RUNNING:
+            if self._counters[0] == State.FAILED or self._process.poll() is not None:
+                self._fail(f"the record writer ended with code {self._process.returncode}")
+            if time.monotonic() > give_up_at:
+                self._fail(f"the record writer did not start within {START_TIMEOUT_S} s")
+            time.sleep(0.002)
+
+    def _wait_for_room(self, has_room: Callable[[], bool]) -> bool:
+        """Called with a full ring: whether there is room now. Waits for it when lossless."""
+        if not self._lossless or self.problem():
+            return False
+        try:
+            self._send(Kind.DRAIN)
+        except OSError:
+            return False
+        while not has_room():
+            if self.problem():
+                return False
+            time.sleep(0.0005)
+        return True
+
+
+def _refuse(why: str) -> Callable[..., None]:
+    def refuse(*_: object) -> None:
+        raise RuntimeError(why)
+
+    return refuse
+
+
+def _check_rates(rates_hz: Mapping[str, float]) -> None:
+    for name, rate_hz in rates_hz.items():
+        if name not in RINGS[:-1]:
+            raise BadInputError(f"no stream named {name!r} (known: {', '.join(RINGS[:-1])})")
+        if not 0.0 < rate_hz <= MAX_RATE_HZ:
+            raise BadInputError(f"rate of {name}: {rate_hz} Hz, must be within 0 … {MAX_RATE_HZ}")
+
+
+def _open_locked(part: Path, final: Path) -> int:
+    """A new file that nobody else takes for unfinished while a descriptor to it is open."""
+    if final.exists():
+        raise BadInputError(f"{final} exists already", hint="a run needs a directory of its own")
+    try:
+        fd = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)
+    except FileExistsError as error:
+        raise BadInputError(
+            f"{part} exists: an unfinished record", hint="repair it first: `stepload recover`"
+        ) from error
+    except OSError as error:
+        raise BadInputError(
+            f"cannot record to {part}: {error.strerror}", hint="choose another directory"
+        ) from error
+    fcntl.flock(fd, fcntl.LOCK_EX)
+    return fd
+
+
+def _spawn(file_fd: int, memory_fd: int) -> subprocess.Popen[bytes]:
+    """Start the writer with signals blocked, so that Ctrl+C never reaches it."""
+    blocked = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, blocked)
+    try:
+        return subprocess.Popen(
+            [
+                sys.executable,
+                "-P",
+                "-m",
+                "stepload.record.writer_process",
+                str(file_fd),
+                str(memory_fd),
+            ],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            pass_fds=(file_fd, memory_fd),
+            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        )
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

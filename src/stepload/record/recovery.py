@@ -1,0 +1,241 @@
+"""Repairs records that were never finished or got damaged: keeps all that is provably whole."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from mcap import records
+from mcap.opcode import Opcode
+from numpy.typing import NDArray
+
+from stepload.errors import BadInputError
+from stepload.record.container import INDEX_ENTRY, Appender, index_record
+from stepload.record.layout import MESSAGE_OPCODE, RECORD_HEAD
+from stepload.record.scan import (
+    Chunk,
+    DamageError,
+    RawRecord,
+    Run,
+    count_messages,
+    open_scan,
+    parse,
+    runs,
+)
+
+PART_SUFFIX = ".part"
+
+
+@dataclass(frozen=True, slots=True)
+class Recovered:
+    """What a repair found.
+
+    `counts` are messages per topic, read back from the repaired file; `cut_bytes` what had to be
+    left out of the damaged one.
+    """
+
+    path: Path
+    counts: dict[str, int]
+    cut_bytes: int
+    damage: str
+
+
+def is_being_written(path: Path) -> bool:
+    """Whether a living writer process has this file open."""
+    with path.open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        return False
+
+
+def find_unfinished(directory: Path) -> list[Path]:
+    """Records in `directory` and one level below that nobody writes to any more, oldest first."""
+    found = [
+        path
+        for pattern in ("*.mcap" + PART_SUFFIX, "*/*.mcap" + PART_SUFFIX)
+        for path in directory.glob(pattern)
+        if path.is_file() and not path.is_symlink() and not is_being_written(path)
+    ]
+    return sorted(found, key=lambda path: path.stat().st_mtime)
+
+
+class _Repair:
+    """Takes whole records one after the other into a new file with fresh indexes."""
+
+    def __init__(self, out: Appender) -> None:
+        self._out = out
+        self._topics: dict[int, str] = {}
+        self._schemas: set[int] = set()
+        self.cut_bytes = 0
+        self.damage = ""
+        out.start()
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Messages written so far, per topic."""
+        return {self._topics[c]: n for c, n in self._out.counts.items() if n}
+
+    def take(self, record: RawRecord, read_chunk: Callable[[RawRecord], Chunk]) -> None:
+        """Take one record; what is damaged inside is left out and noted."""
+        try:
+            if record.opcode == Opcode.CHUNK:
+                self._take_chunk(record, read_chunk(record))
+            elif record.opcode == Opcode.SCHEMA:
+                self._add_schema(parse(records.Schema, record))
+            elif record.opcode == Opcode.CHANNEL:
+                self._add_channel(parse(records.Channel, record))
+            elif record.opcode == Opcode.METADATA:
+                metadata = parse(records.Metadata, record)
+                self._out.add_metadata(metadata.name, metadata.metadata)
+            elif record.opcode == Opcode.ATTACHMENT:
+                self._take_attachment(record)
+        except DamageError as error:
+            self.damage = self.damage or str(error)
+            self.cut_bytes += record.end - record.at
+
+    def _add_schema(self, schema: records.Schema) -> None:
+        if schema.id not in self._schemas:
+            self._schemas.add(schema.id)
+            self._out.add_schema(schema)
+
+    def _add_channel(self, channel: records.Channel) -> None:
+        if channel.id not in self._topics:
+            self._topics[channel.id] = channel.topic
+            self._out.add_channel(channel)
+
+    def _take_attachment(self, record: RawRecord) -> None:
+        if int.from_bytes(record.body[-4:], "little") != zlib.crc32(record.body[:-4]):
+            raise DamageError(record.at, "the checksum of an attachment is wrong")
+        a = parse(records.Attachment, record)
+        self._out.append_attachment(
+            record.encoded(), a.name, a.media_type, len(a.data), a.log_time, a.create_time
+        )
+
+    def _take_chunk(self, record: RawRecord, chunk: Chunk) -> None:
+        entries: dict[int, list[NDArray[np.void]]] = {}
+        for run in runs(record.at, chunk.raw):
+            inner = RawRecord(record.at, run.opcode, chunk.raw[run.at + RECORD_HEAD : run.end])
+            if run.opcode == Opcode.SCHEMA:
+                self._add_schema(parse(records.Schema, inner))
+            elif run.opcode == Opcode.CHANNEL:
+                self._add_channel(parse(records.Channel, inner))
+            elif run.opcode == MESSAGE_OPCODE:
+                if run.channel not in self._topics:
+                    raise DamageError(record.at, f"a message of unknown channel {run.channel}")
+                entries.setdefault(run.channel, []).append(_index_entries(chunk.raw, run))
+        if not entries:
+            return
+        indexes = {}
+        for channel, parts in entries.items():
+            index = np.concatenate(parts)
+            index = index[np.argsort(index["log_ns"], kind="stable")]
+            indexes[channel] = (len(index), index_record(channel, index))
+        entry = records.ChunkIndex(
+            chunk_length=record.end - record.at,
+            chunk_start_offset=0,
+            compression=chunk.compression,
+            compressed_size=chunk.compressed_size,
+            message_end_time=chunk.end_ns,
+            message_index_length=0,
+            message_index_offsets={},
+            message_start_time=chunk.start_ns,
+            uncompressed_size=len(chunk.raw),
+        )
+        self._out.append_chunk(record.encoded(), entry, indexes)
+
+    def finish(self, source: str, damage: str) -> None:
+        """Note the repair in the file and close it."""
+        self._out.add_metadata(
+            "recovered",
+            {
+                "source": source,
+                "damage": damage,
+                "cut_bytes": str(self.cut_bytes),
+                **{f"recovered {topic}": str(count) for topic, count in self.counts.items()},
+            },
+        )
+        self._out.finish()
+
+
+def _index_entries(raw: bytes, run: Run) -> NDArray[np.void]:
+    """Message index entries of one run, offsets from the chunk's start."""
+    heads = np.frombuffer(
+        raw,
+        np.dtype(
+            {"names": ["log_ns"], "formats": ["<u8"], "offsets": [15], "itemsize": run.stride}
+        ),
+        run.count,
+        run.at,
+    )
+    index = np.empty(run.count, INDEX_ENTRY)
+    index["log_ns"] = heads["log_ns"]
+    index["offset"] = np.arange(run.at, run.end, run.stride, dtype=np.uint64)
+    return index
+
+
+def _default_out(path: Path) -> Path:
+    if path.suffix == PART_SUFFIX:
+        return path.with_suffix("")
+    return path.with_name(f"{path.stem}.recovered{path.suffix}")
+
+
+def recover(path: Path, out: Path | None = None) -> Recovered:
+    """Copy everything whole into a proper record, read it back and count.
+
+    run.mcap.part becomes run.mcap and is removed once the copy is verified; any other file stays,
+    and the copy is named *.recovered.mcap.
+
+    Raises:
+        BadInputError: nothing to recover, still being written, or the target exists.
+    """
+    target = out or _default_out(path)
+    if target.exists():
+        raise BadInputError(f"{target} exists already", hint="move it away or name another file")
+    file, scan = open_scan(path)
+    with file:
+        if is_being_written(path):
+            raise BadInputError(
+                f"{path} is being written by a running experiment", hint="wait for its end"
+            )
+        unverified = target.with_name(target.name + ".recovering")
+        fd = os.open(unverified, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NOFOLLOW, 0o644)
+        try:
+            repair = _Repair(Appender(fd))
+            damage = ""
+            try:
+                for record in scan.records():
+                    repair.take(record, scan.chunk)
+            except DamageError as error:
+                damage = str(error)
+                repair.cut_bytes += os.fstat(file.fileno()).st_size - error.at
+            damage = damage or repair.damage
+            repair.finish(path.name, damage)
+        except BaseException:
+            unverified.unlink()
+            raise
+        finally:
+            os.close(fd)
+    counts = count_messages(unverified)
+    if counts != repair.counts:
+        raise BadInputError(f"{unverified}: read back {counts}, written {repair.counts}")
+    os.rename(unverified, target)
+    if path.suffix == PART_SUFFIX and out is None:
+        path.unlink()
+    sync_directory(target.parent)
+    return Recovered(target, counts, repair.cut_bytes, damage)
+
+
+def sync_directory(path: Path) -> None:
+    """Wait until names in a directory are on the disk."""
+    fd = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(fd)
+    finally:
+        os.close(fd)

@@ -1,0 +1,286 @@
+"""Walks an MCAP file record by record, trusting nothing: every length and checksum is checked.
+
+Needs no index and no footer, so it reads unfinished and cut files up to where they are whole.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO, TypeVar
+
+import numpy as np
+import zstandard
+from mcap import records
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+
+from stepload.errors import BadInputError
+from stepload.record.container import MAGIC
+from stepload.record.layout import MESSAGE_HEAD, MESSAGE_OPCODE, RECORD_HEAD
+
+MAX_RECORD_BYTES = 1 << 28
+"""No record of ours comes near it; bounds the memory a hostile file can ask for."""
+MAX_EXPANSION = 100
+"""Each message costs 16 bytes of index on disk, so honest files stay far below."""
+_FREE_EXPANSION_BYTES = 1 << 26
+_RECORD_HEAD = struct.Struct("<BQ")
+_CHUNK_HEAD = struct.Struct("<QQQII")
+
+R = TypeVar("R", bound=records.McapRecord)
+
+
+class DamageError(Exception):
+    """From byte `at` on the file cannot be trusted."""
+
+    def __init__(self, at: int, why: str) -> None:
+        super().__init__(f"byte {at}: {why}")
+        self.at = at
+        self.why = why
+
+
+@dataclass(frozen=True, slots=True)
+class RawRecord:
+    """One whole record: where it begins in the file, its opcode, its content without head."""
+
+    at: int
+    opcode: int
+    body: bytes
+
+    @property
+    def end(self) -> int:
+        return self.at + RECORD_HEAD + len(self.body)
+
+    def encoded(self) -> bytes:
+        """The record as it stood in the file."""
+        return _RECORD_HEAD.pack(self.opcode, len(self.body)) + self.body
+
+
+@dataclass(frozen=True, slots=True)
+class Chunk:
+    """A decompressed chunk whose checksum is right."""
+
+    start_ns: int
+    end_ns: int
+    compression: str
+    compressed_size: int
+    raw: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """`count` records of one kind in a row, `stride` bytes apart, from byte `at` of a chunk."""
+
+    opcode: int
+    channel: int
+    at: int
+    stride: int
+    count: int
+
+    @property
+    def end(self) -> int:
+        return self.at + self.stride * self.count
+
+
+def parse(kind: type[R], record: RawRecord) -> R:
+    """The content of a small record.
+
+    Raises:
+        DamageError: the content does not fit its type.
+    """
+    try:
+        parsed: R = kind.read(ReadDataStream(BytesIO(record.body)))  # type: ignore[attr-defined]
+    except (McapError, struct.error, ValueError, MemoryError, OverflowError) as error:
+        raise DamageError(record.at, f"{kind.__name__} record: {error!r}") from error
+    return parsed
+
+
+class Scan:
+    """A file being walked; bounds what its chunks may expand to altogether."""
+
+    def __init__(self, file: BinaryIO, size: int) -> None:
+        self._file = file
+        self._size = size
+        self._budget = MAX_EXPANSION * size + _FREE_EXPANSION_BYTES
+        self._decompressor = zstandard.ZstdDecompressor()
+        self.data_crc = 0
+        """Checksum of everything walked over so far."""
+
+    def records(self) -> Iterator[RawRecord]:
+        """Records in file order up to and including DataEnd.
+
+        Raises:
+            BadInputError: not an MCAP file at all.
+            DamageError: cut or overwritten; everything before was yielded.
+        """
+        magic = self._file.read(len(MAGIC))
+        if magic != MAGIC:
+            raise BadInputError(
+                f"{getattr(self._file, 'name', 'file')}: not an MCAP file (begins with {magic!r})",
+                hint="records of stepload are named run.mcap; curves in CSV end in .csv",
+            )
+        self.data_crc = zlib.crc32(magic)
+        at = len(magic)
+        while True:
+            head = self._file.read(RECORD_HEAD)
+            if len(head) < RECORD_HEAD:
+                raise DamageError(at, "the file ends before its DataEnd record")
+            opcode, length = _RECORD_HEAD.unpack(head)
+            if not 1 <= opcode <= 0x0F:
+                raise DamageError(at, f"no record begins with opcode {opcode}")
+            if length > self._size - at - RECORD_HEAD:
+                raise DamageError(at, f"a record of {length} bytes goes beyond the file's end")
+            if length > MAX_RECORD_BYTES:
+                raise DamageError(at, f"a record of {length} bytes, limit {MAX_RECORD_BYTES}")
+            record = RawRecord(at, opcode, self._file.read(length))
+            if len(record.body) < length:
+                raise DamageError(at, "the file shrank while it was read")
+            if opcode == Opcode.DATA_END:
+                crc = parse(records.DataEnd, record).data_section_crc
+                if crc not in (0, self.data_crc):
+                    raise DamageError(at, "the checksum of the whole data section is wrong")
+                yield record
+                return
+            self.data_crc = zlib.crc32(record.body, zlib.crc32(head, self.data_crc))
+            yield record
+            at = record.end
+
+    def chunk(self, record: RawRecord) -> Chunk:
+        """Decompress and check one chunk.
+
+        Raises:
+            DamageError: malformed, wrong checksum, or larger than an honest chunk can be.
+        """
+        body = record.body
+        if len(body) < _CHUNK_HEAD.size + 8:
+            raise DamageError(record.at, "a chunk shorter than its own head")
+        start_ns, end_ns, size, crc, name_length = _CHUNK_HEAD.unpack_from(body)
+        data_at = _CHUNK_HEAD.size + name_length + 8
+        if name_length > 32 or data_at > len(body):
+            raise DamageError(record.at, "the name of the chunk's compression is too long")
+        name = body[_CHUNK_HEAD.size : data_at - 8]
+        (packed_size,) = struct.unpack_from("<Q", body, data_at - 8)
+        if packed_size > len(body) - data_at:
+            raise DamageError(record.at, "the chunk's data go beyond the chunk")
+        self._budget -= size
+        if size > MAX_RECORD_BYTES or self._budget < 0:
+            raise DamageError(record.at, f"a chunk that expands to {size} bytes")
+        packed = body[data_at : data_at + packed_size]
+        raw = self._expand(record.at, name, packed, size)
+        if len(raw) != size or (crc and zlib.crc32(raw) != crc):
+            raise DamageError(record.at, "the chunk's checksum is wrong")
+        return Chunk(start_ns, end_ns, name.decode(), packed_size, raw)
+
+    def _expand(self, at: int, name: bytes, packed: bytes, size: int) -> bytes:
+        if name == b"":
+            return packed
+        if name != b"zstd":
+            raise DamageError(at, f"chunk compression {name!r}; only zstd and none are read")
+        try:
+            declared = zstandard.frame_content_size(packed)
+            if declared not in (-1, size):
+                raise DamageError(at, f"a chunk of {size} bytes holds a frame of {declared}")
+            return self._decompressor.decompress(packed, max_output_size=max(size, 1))
+        except zstandard.ZstdError as error:
+            raise DamageError(at, f"the chunk does not decompress: {error}") from error
+
+
+def runs(at: int, raw: bytes) -> Iterator[Run]:
+    """The records of a chunk in runs of equal length and channel.
+
+    Args:
+        at: where the chunk begins in the file, for errors.
+
+    Raises:
+        DamageError: the lengths do not add up.
+    """
+    position = 0
+    while position < len(raw):
+        if position + RECORD_HEAD > len(raw):
+            raise DamageError(at, f"half a record at byte {position} of the chunk")
+        opcode, length = _RECORD_HEAD.unpack_from(raw, position)
+        stride = RECORD_HEAD + length
+        if stride > len(raw) - position:
+            raise DamageError(at, f"a record beyond the chunk's end at its byte {position}")
+        channel, count = 0, 1
+        if opcode == MESSAGE_OPCODE:
+            if length < MESSAGE_HEAD:
+                raise DamageError(at, f"a message of {length} bytes at byte {position} of a chunk")
+            (channel,) = struct.unpack_from("<H", raw, position + RECORD_HEAD)
+            count = _equal_heads(raw, position, stride)
+        yield Run(opcode, channel, position, stride, count)
+        position += stride * count
+
+
+def _equal_heads(raw: bytes, position: int, stride: int) -> int:
+    """How many records from `position` on have the first one's opcode, length and channel."""
+    size = RECORD_HEAD + 2
+    head = raw[position : position + size]
+    most = (len(raw) - position) // stride
+    if most < 2 or raw[position + stride : position + stride + size] != head:
+        return 1
+    dtype = np.dtype(
+        {
+            "names": ["first", "last"],
+            "formats": ["<u8", "<u8"],
+            "offsets": [0, size - 8],
+            "itemsize": stride,
+        }
+    )
+    known, window = 2, 64
+    while known < most:
+        n = min(window, most - known)
+        heads = np.frombuffer(raw, dtype, n, position + known * stride)
+        first, last = np.frombuffer(head, "<u8", 1), np.frombuffer(head, "<u8", 1, size - 8)
+        differ = (heads["first"] != first) | (heads["last"] != last)
+        if differ.any():
+            return known + int(np.argmax(differ))
+        known += n
+        window *= 4
+    return most
+
+
+def open_scan(path: Path) -> tuple[BinaryIO, Scan]:
+    """Open a file for walking; the caller closes it.
+
+    Raises:
+        BadInputError: cannot be opened, or not a plain file.
+    """
+    if not path.is_file():
+        raise BadInputError(f"{path}: no such file" if not path.exists() else f"{path}: not a file")
+    try:
+        file = path.open("rb")
+        return file, Scan(file, path.stat().st_size)
+    except OSError as error:
+        raise BadInputError(f"{path}: {error.strerror}") from error
+
+
+def count_messages(path: Path) -> dict[str, int]:
+    """Messages per topic of a file that must be whole, every checksum checked.
+
+    Raises:
+        BadInputError: damaged, with the place.
+    """
+    counts: dict[int, int] = {}
+    topics: dict[int, str] = {}
+    file, scan = open_scan(path)
+    with file:
+        try:
+            for record in scan.records():
+                if record.opcode == Opcode.CHANNEL:
+                    channel = parse(records.Channel, record)
+                    topics[channel.id] = channel.topic
+                elif record.opcode == Opcode.CHUNK:
+                    for run in runs(record.at, scan.chunk(record).raw):
+                        if run.opcode == MESSAGE_OPCODE:
+                            counts[run.channel] = counts.get(run.channel, 0) + run.count
+        except DamageError as damage:
+            raise BadInputError(f"{path}: {damage}") from damage
+        if not file.read().endswith(MAGIC):
+            raise BadInputError(f"{path}: no footer")
+    return {topics.get(c, f"channel {c}"): n for c, n in counts.items()}
