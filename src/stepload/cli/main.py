@@ -1,0 +1,74 @@
+"""The `stepload` command: thin verbs; every heavy import happens inside the verb that needs it."""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import entry_points
+from typing import Annotated, Any
+
+import typer
+
+from stepload import __version__
+from stepload.cli import devices, experiments, plans, records
+from stepload.cli.output import Output
+from stepload.errors import BadInputError, ExitCode, SteploadError
+
+app = typer.Typer(
+    name="stepload",
+    help="Press a stiff payload in load steps, below its elastic limit; identify F = K δⁿ.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for room in (plans, experiments, records, devices):
+    room.register(app)
+
+
+@app.callback(invoke_without_command=True)
+def _root(
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+) -> None:
+    if version:
+        print(__version__)
+        raise typer.Exit
+
+
+@app.command(
+    "emulate",
+    context_settings={
+        "allow_extra_args": True,
+        "ignore_unknown_options": True,
+        "help_option_names": [],
+    },
+)
+def emulate(context: typer.Context) -> None:
+    """Speak a device's wire protocol on loopback or a pseudo-terminal, with faults on demand."""
+    for point in entry_points(group="stepload.emulators"):
+        emulators: Any = point.load()
+        emulators(args=context.args, prog_name="stepload emulate", standalone_mode=False)
+        return
+    raise BadInputError("no emulators are installed", hint="install stepload with its drivers")
+
+
+def main() -> None:
+    """Run the command line; every error ends in text and its own exit code, none in a traceback."""
+    try:
+        code = app(standalone_mode=False)
+    except SteploadError as error:
+        Output(as_json="--json" in sys.argv).error(error)
+        code = error.exit_code
+    except typer.Abort:
+        code = ExitCode.INTERRUPTED
+    except KeyboardInterrupt:
+        code = ExitCode.INTERRUPTED
+    except BrokenPipeError:
+        sys.stderr.close()
+        code = ExitCode.OK
+    except Exception as error:
+        show = getattr(error, "show", None)  # typer's own usage errors
+        if show is None:
+            raise
+        show()
+        code = getattr(error, "exit_code", ExitCode.BAD_INPUT)
+    sys.exit(int(code or 0))
