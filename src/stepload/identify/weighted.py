@@ -1,0 +1,109 @@
+"""Element-wise weighted total least squares in logarithms (24): every point with its own noise."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stepload.errors import DomainError
+from stepload.identify.finish import finish
+from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
+from stepload.identify.ls import log_moments
+from stepload.identify.points import positive
+
+
+class _Profile(NamedTuple):
+    """At one n: the best l, the slope of the profiled cost in n, and JᵀJ of (l, n)."""
+
+    log_k: float
+    slope: float
+    normal: FloatArray
+
+
+def ew_tls(
+    deformation_m: ArrayLike,
+    force_n: ArrayLike,
+    *,
+    sigma_m: float,
+    sigma_n: float,
+    secant_force_n: float = 300.0,
+) -> Fit:
+    """min Σ (y - l - n x)²/(vy + n² vx), x = ln δ, y = ln F, vx = (σδ/δ)², vy = (σF/F)² (24).
+
+    Args:
+        deformation_m: (L,) deformations in m, zero known.
+        force_n: (L,) forces in N.
+        sigma_m: standard deviation of the deformation in m.
+        sigma_n: standard deviation of the force in N.
+        secant_force_n: where the secant (28) is taken, in N.
+
+    Raises:
+        DomainError: unusable data or a standard deviation that is not positive.
+
+    Notes:
+        The logarithm of a noisy point near zero is biased; the weights take such points nearly out.
+        Does not depend on the units.
+    """
+    from scipy.optimize import brentq
+
+    require_sigmas(sigma_m, sigma_n)
+    points = positive(deformation_m, force_n, at_least=3)
+    moments = log_moments(points, row_scaled=True)
+    x, y = np.log(points.deformation_m), np.log(points.force_n)
+    vx, vy = (sigma_m / points.deformation_m) ** 2, (sigma_n / points.force_n) ** 2
+    low = high = start = max(moments.sxy / moments.sxx, 0.1)
+    slope = _profile(start, x, y, vx, vy).slope
+    while low > 0.01 and high < 100.0:
+        low, high = (low / 1.1, high) if slope > 0.0 else (low, high * 1.1)
+        if slope * _profile(low if slope > 0.0 else high, x, y, vx, vy).slope <= 0.0:
+            break
+    else:
+        doubt = Doubt(Flag.NOT_CONVERGED, f"no minimum between n = {low:.3g} and {high:.3g}")
+        log_k = _profile(start, x, y, vx, vy).log_k
+        return finish(
+            "ew_tls", points, log_k, start, secant_force_n=secant_force_n, doubts=(doubt,)
+        )
+    n = float(brentq(lambda at: _profile(at, x, y, vx, vy).slope, low, high, xtol=1e-13))
+    profile = _profile(n, x, y, vx, vy)
+    covariance = np.zeros((3, 3))
+    covariance[:2, :2] = np.linalg.inv(profile.normal)
+    return finish(
+        "ew_tls",
+        points,
+        profile.log_k,
+        n,
+        secant_force_n=secant_force_n,
+        covariance=covariance,
+    )
+
+
+def require_sigmas(sigma_m: float, sigma_n: float) -> None:
+    """Refuse standard deviations of the data that are not finite and positive.
+
+    Raises:
+        DomainError: one is not.
+    """
+    for value, what, unit in ((sigma_m, "deformation", "m"), (sigma_n, "force", "N")):
+        if not 0.0 < value < math.inf:
+            raise DomainError(
+                f"sigma of the {what} is {value:g} {unit}; it must be finite and above 0 {unit}",
+                hint="a resolution q counts as a standard deviation of q/sqrt(12)",
+            )
+
+
+def _profile(n: float, x: FloatArray, y: FloatArray, vx: FloatArray, vy: FloatArray) -> _Profile:
+    weights = 1.0 / (vy + n * n * vx)
+    total = float(weights.sum())
+    rest = y - n * x
+    log_k = float(weights @ rest) / total
+    rest -= log_k
+    weighted = weights * rest
+    slope = -2.0 * float(weighted @ x) - 2.0 * n * float(vx @ (weighted * weighted))
+    # x where the point really is: its share of the residual taken off (an errors-in-both model).
+    true_x = x + n * vx * weighted
+    cross = float(weights @ true_x)
+    normal = np.array([[total, cross], [cross, float((weights * true_x) @ true_x)]])
+    return _Profile(log_k, slope, normal)
