@@ -42,7 +42,7 @@ class SimArm(WorldArm):
         "seed": Option("integer", "seed of the noise", default=0, low=0),
         "rate": _rate(500.0),
         "surface": _length("travel at which the payload is touched", 2e-3),
-        "payload_k": Option("number", "K of the payload in N/m^n", default=6.57e8),
+        "payload_k": Option("number", "K of the payload in N/m^n", default=6.57e8, low=1.0),
         "payload_n": Option("number", "n of the payload", default=1.5, low=1.0, high=10.0),
         "system_stiffness": Option(
             "quantity", "K_s", unit="N/m", default=3.49e6, low=1.0, high=1e12

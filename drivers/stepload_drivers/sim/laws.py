@@ -56,11 +56,11 @@ def rough_curve(k: float, n: float, roughness_m: float, kappa: float) -> Curve:
     """Rough sphere (8)–(12), inverted to force over deformation, as a log–log cubic table.
 
     The equations leave two gaps that a simulator has to close: where the branches of (12) do not
-    meet (p0 = 0.47, −0.89 %) the table passes smoothly over 0.40 ≤ p0 ≤ 0.55, and below p0 = 0.01,
+    meet (p0 = 0.47, −0.89 %) the table passes smoothly over 0.44 ≤ p0 ≤ 0.51, and below p0 = 0.01,
     where F is of the order of millinewtons, it goes on as a power of δ down to 0.
     """
     scale_m = 1.22 * roughness_m * kappa**-0.16
-    parts = [np.geomspace(0.01, 0.40, 400), 1.0 - np.geomspace(0.45, 1e-5, 1600)]
+    parts = [np.geomspace(0.01, 0.44, 400), 1.0 - np.geomspace(0.49, 1e-5, 1600)]
     p0 = np.concatenate(parts)
     hertz_m = scale_m * p0 / (1.0 - p0)
     a_l = np.where(p0 <= 0.47, 1.605 / np.sqrt(p0), 3.51 - 2.51 * p0)

@@ -26,7 +26,7 @@ RINGING_N, RINGING_SHARE = 0.01, 2e-4
 ERROR_N, ERROR_SHARE = 0.01, 5e-4
 """Largest departure of the force from its linearisation in one sub-step."""
 AT_REST_N = 1e-4
-"""Distance from equilibrium, as force, below which a standing contact is left alone."""
+"""Unbalanced force below which a contact on a standing drive is left alone."""
 _SHORTEST_S = 1e-8
 
 
@@ -261,10 +261,11 @@ class Plant:
             u = x - rest
             w = v - drift
             omega2 = total / mass
-            ringing = tangent * math.sqrt(u * u + w * w / omega2)
-            if speed == 0.0 and ringing < AT_REST_N and force > 0.0:
+            amplitude = math.sqrt(u * u + w * w / omega2)
+            if speed == 0.0 and total * amplitude < AT_REST_N:
                 v = 0.0
                 break
+            ringing = tangent * amplitude
             if dt > left:
                 dt = left
             small = ringing < RINGING_N + RINGING_SHARE * force
