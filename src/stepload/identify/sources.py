@@ -1,0 +1,173 @@
+"""Sources of error of a press run, and what each does to (ln K, n, δ0)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from stepload.identify.fit import Fit, FloatArray
+from stepload.identify.sensitivity import law_compliance
+from stepload.identify.smooth import DEFAULT_LENGTH_N, propagate_smooth
+
+
+@dataclass(frozen=True, slots=True)
+class Sources:
+    """What is known of the errors in a run; standard uncertainties in SI, 0 where negligible.
+
+    Attributes:
+        system_stiffness_n_per_m: K_s that was subtracted (27); None where a gauge across the
+            contact measured the deformation itself.
+        system_stiffness_sigma_n_per_m: its standard uncertainty. It must hold the gain of the force
+            sensor where K_s was measured with another one; with the same sensor the gain cancels.
+        smooth_error_m: sd of the smooth deformation error, the MSDE of the K_s run.
+        smooth_length_n: its correlation length in force.
+        force_noise_n, position_noise_m: white noise of one of the points given to the fit.
+        force_resolution_n, position_resolution_m: quanta. An error of position is one and the same
+            as long as the travel stays within a quantum.
+        zero_sigma_m: uncertainty of δ = 0. Two-parameter fits take the zero as given, so it must
+            hold the deformation at the touch threshold; a joint fit uses it where it was given a
+            prior, and ignores it where the zero was free (None).
+        lag_sigma_s: uncertainty of the time between force and position after alignment.
+        force_rate_n_per_s: force rate at each point (N,), or one for all.
+        gain_sigma: relative uncertainty of the force calibration.
+        temperature_sigma_k: how well the temperature is known, and how far it may run during the
+            data; with `position_m_per_k` (thermal growth of the loop, spread evenly over the points
+            in the order given) and `modulus_per_k` (relative change of the payload's modulus).
+    """
+
+    system_stiffness_n_per_m: float | None
+    system_stiffness_sigma_n_per_m: float = 0.0
+    smooth_error_m: float = 0.0
+    smooth_length_n: float = DEFAULT_LENGTH_N
+    force_noise_n: float = 0.0
+    force_resolution_n: float = 0.0
+    position_noise_m: float = 0.0
+    position_resolution_m: float = 0.0
+    zero_sigma_m: float | None = None
+    lag_sigma_s: float = 0.0
+    force_rate_n_per_s: FloatArray | float = 0.0
+    gain_sigma: float = 0.0
+    temperature_sigma_k: float = 0.0
+    position_m_per_k: float = 0.0
+    modulus_per_k: float = 0.0
+
+
+class Part(NamedTuple):
+    """What one source adds: its name, its size in words, (3, 3) covariance of (ln K, n, δ0)."""
+
+    source: str
+    size: str
+    covariance: FloatArray
+
+
+def parts(
+    fit: Fit,
+    deformation_m: FloatArray,
+    force_n: FloatArray,
+    sources: Sources,
+    sensitivity: FloatArray,
+    prior: FloatArray,
+) -> list[Part]:
+    """Every source carried through `sensitivity` (3, N); `prior` (3,) is that to the zero's prior.
+
+    The list has the same sources in the same order for every fit.
+    """
+    return [
+        *_noise(fit, force_n, deformation_m, sources, sensitivity),
+        *_systematic(fit, force_n, sources, sensitivity),
+        _zero(fit, sources, sensitivity, prior),
+        *_whole_run(force_n, sources, sensitivity),
+    ]
+
+
+def _noise(
+    fit: Fit,
+    force_n: FloatArray,
+    deformation_m: FloatArray,
+    sources: Sources,
+    sensitivity: FloatArray,
+) -> list[Part]:
+    """Errors that differ from point to point, or from quantum to quantum."""
+    rigid = (
+        0.0 if sources.system_stiffness_n_per_m is None else 1 / sources.system_stiffness_n_per_m
+    )
+    per_newton = sensitivity * (law_compliance(fit, force_n) + rigid)
+    force_variance = sources.force_noise_n**2 + sources.force_resolution_n**2 / 12.0
+    position = sources.position_noise_m**2 * sensitivity @ sensitivity.T
+    quantum = sources.position_resolution_m
+    if quantum > 0.0:
+        travel = deformation_m + force_n * rigid
+        _, place = np.unique(np.floor(travel / quantum), return_inverse=True)
+        gathered = np.stack([np.bincount(place, row) for row in sensitivity])
+        position = position + quantum**2 / 12.0 * gathered @ gathered.T
+    return [
+        Part(
+            "force noise and quantum",
+            f"{sources.force_noise_n:.3g} N, {sources.force_resolution_n:.3g} N",
+            force_variance * per_newton @ per_newton.T,
+        ),
+        Part(
+            "position noise and quantum",
+            f"{sources.position_noise_m * 1e6:.3g} µm, {quantum * 1e6:.3g} µm",
+            position,
+        ),
+    ]
+
+
+def _systematic(
+    fit: Fit, force_n: FloatArray, sources: Sources, sensitivity: FloatArray
+) -> list[Part]:
+    """Errors of the deformation that are a curve over force."""
+    smooth = sources.smooth_error_m**2 * propagate_smooth(
+        sensitivity, force_n, sources.smooth_length_n
+    )
+    stiffness = sources.system_stiffness_n_per_m
+    bend, rigid, size = np.zeros(3), 0.0, "no K_s in the chain"
+    if stiffness is not None:
+        rigid = 1.0 / stiffness
+        relative = sources.system_stiffness_sigma_n_per_m / stiffness
+        bend = sensitivity @ (force_n * rigid) * relative
+        size = f"{100 * relative:.3g} %"
+    late = sensitivity @ (sources.force_rate_n_per_s * (law_compliance(fit, force_n) + rigid))
+    late = late * sources.lag_sigma_s
+    return [
+        Part(
+            "smooth deformation error",
+            f"{sources.smooth_error_m * 1e6:.3g} µm over {sources.smooth_length_n:.3g} N",
+            smooth,
+        ),
+        Part("system stiffness K_s", size, np.outer(bend, bend)),
+        Part("alignment lag", f"{sources.lag_sigma_s * 1e3:.3g} ms", np.outer(late, late)),
+    ]
+
+
+def _zero(fit: Fit, sources: Sources, sensitivity: FloatArray, prior: FloatArray) -> Part:
+    """The zero of deformation: fitted, fitted with a prior, or taken as given."""
+    name = "zero of deformation"
+    if fit.estimator == "joint":
+        return Part(name, "fitted; its price is in the other lines", np.zeros((3, 3)))
+    sigma = sources.zero_sigma_m or 0.0
+    if fit.estimator == "joint_prior":
+        return Part(name, f"prior {sigma * 1e6:.3g} µm", sigma**2 * np.outer(prior, prior))
+    shift = -sensitivity.sum(axis=1)
+    shift[2] += 1.0
+    return Part(name, f"{sigma * 1e6:.3g} µm, as given", sigma**2 * np.outer(shift, shift))
+
+
+def _whole_run(force_n: FloatArray, sources: Sources, sensitivity: FloatArray) -> list[Part]:
+    """Errors that scale or tilt the whole run."""
+    elapsed = np.linspace(0.0, 1.0, force_n.size)
+    growth = sources.temperature_sigma_k * sources.position_m_per_k * (sensitivity @ elapsed)
+    in_k = np.array([1.0, 0.0, 0.0])
+    softer = sources.temperature_sigma_k * sources.modulus_per_k * in_k
+    gain = sources.gain_sigma * in_k
+    return [
+        Part("force calibration", f"{100 * sources.gain_sigma:.3g} %", np.outer(gain, gain)),
+        Part(
+            "temperature",
+            f"{sources.temperature_sigma_k:.3g} K",
+            np.outer(growth, growth) + np.outer(softer, softer),
+        ),
+    ]
