@@ -47,7 +47,7 @@ class SerialPort:
             raise DeviceError(
                 f"serial port {path} cannot be opened: {error}",
                 code=FaultCode.NOT_CONNECTED,
-                hint="check the name, your rights (group dialout), and that nobody else has it open",
+                hint="check the name, your rights (group dialout), and that nothing else has it",
             ) from error
         with contextlib.suppress(ValueError, OSError, NotImplementedError, AttributeError):
             self._port.set_low_latency_mode(True)

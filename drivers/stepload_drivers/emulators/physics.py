@@ -1,0 +1,74 @@
+"""What an emulated sensor measures."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Protocol
+
+
+class Physics(Protocol):
+    """The contact as a function of host monotonic time; called from the emulator's thread."""
+
+    def force_n(self, time_s: float) -> float:
+        """Force along the sensor's pressing axis, positive when pressing."""
+        ...
+
+    def closed_m(self, time_s: float) -> float:
+        """How far the gap has closed since the start."""
+        ...
+
+
+class Sine:
+    """A slow sine between 0 and `peak_n`, with noise; peak 0 is free air."""
+
+    def __init__(
+        self,
+        peak_n: float = 10.0,
+        period_s: float = 4.0,
+        noise_n: float = 0.02,
+        stiffness_n_per_m: float = 1e6,
+        seed: int = 1,
+    ) -> None:
+        self._peak_n = peak_n
+        self._omega = 2.0 * math.pi / period_s
+        self._noise_n = noise_n
+        self._stiffness = stiffness_n_per_m
+        self._random = random.Random(seed)
+
+    def force_n(self, time_s: float) -> float:
+        pressing = 0.5 * self._peak_n * (1.0 - math.cos(self._omega * time_s))
+        return pressing + self._random.gauss(0.0, self._noise_n)
+
+    def closed_m(self, time_s: float) -> float:
+        return self.force_n(time_s) / self._stiffness
+
+
+AXES = ("fx", "fy", "fz")
+Wrench = tuple[float, float, float, float, float, float]
+
+
+class WrenchSource:
+    """Puts the force on one axis, with noise everywhere: a live sensor never repeats itself.
+
+    Args:
+        axis: "+fx" … "-fz".
+    """
+
+    def __init__(
+        self, physics: Physics, axis: str = "+fz", noise: float = 0.02, seed: int = 2
+    ) -> None:
+        self.physics = physics
+        self._index = AXES.index(axis[1:])
+        self._sign = -1.0 if axis[0] == "-" else 1.0
+        self._noise = noise
+        self._random = random.Random(seed)
+
+    def wrench(self, time_s: float, extra_n: float = 0.0) -> Wrench:
+        """Wrench in N and N·m with `extra_n` added to the pressing force."""
+        gauss = self._random.gauss
+        values = [gauss(0.0, self._noise) for _ in range(3)]
+        values += [gauss(0.0, 0.05 * self._noise) for _ in range(3)]
+        values[self._index] += self._sign * (self.physics.force_n(time_s) + extra_n)
+        fx, fy, fz, tx, ty, tz = values
+        return (fx, fy, fz, tx, ty, tz)
