@@ -165,10 +165,6 @@ def pressing_for(
             f" {forces.limit_n:.4g} N",
             hint="lower the touch force, raise the top force or use a quieter force sensor",
         )
-    hard = HARD_STOP_FACTOR * numbers.stiffness_n_per_m
-    contact = sum(
-        t.value for t in speed_terms(numbers, hard, numbers.reaction_s + numbers.cross_check_s)
-    )
     top_speed = 0.8 * rig.arm.max_speed_m_s
     return Pressing(
         rig=numbers,
@@ -176,5 +172,15 @@ def pressing_for(
         tangent_n_per_m=tangent,
         guarded_speed_m_s=min(guarded, top_speed),
         fast_speed_m_s=min(fast, top_speed),
-        contact_n_s_per_m=contact,
+        contact_n_s_per_m=_contact_coefficient(numbers, forces.limit_n),
     )
+
+
+def _contact_coefficient(rig: PressRig, limit_n: float) -> float:
+    """Force per speed, in N s/m, where a hidden hard stop takes over in contact."""
+    hard = HARD_STOP_FACTOR * rig.stiffness_n_per_m
+    delay_s = rig.reaction_s + rig.cross_check_s
+    linear = sum(term.value for term in speed_terms(rig, hard, delay_s))
+    linear = max(linear, 1.1 * rig.stiffness_n_per_m * delay_s)
+    braking = rig.stiffness_n_per_m * (limit_n / linear) / (2.0 * rig.acceleration_m_s2)
+    return linear + braking

@@ -1,0 +1,135 @@
+"""Brings the contact force to a level by moving the position target: v = λ c (F_level − F).
+
+λ = 0.25/T with the loop delay T keeps the loop free of overshoot as long as c is not above the true
+tangent compliance; c is a lower confidence bound of it. The leash bounds the target by what the
+force has *proved* so far: even if every link died now, the arm would go to the last target and the
+force would stay below F_lim.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stepload.run.compliance import TangentCompliance
+from stepload.run.limits import RunLimits
+
+STIFFENING = 0.75
+"""(n − 1)/n for the largest exponent that is looked ahead for, n = 4."""
+LOOK_AHEAD = 0.3
+"""Share of the remaining error that the look-ahead covers."""
+PAIR_FILTER_S = 0.03
+"""Time constant over which force and position are averaged before they move the leash's anchor."""
+ANCHOR_SIGMAS = 6.0
+
+
+class StepController:
+    """One move from level to level, loading or unloading, never both.
+
+    `begin`, then `step` once per tick until `reached`. `speed_m_s` is the speed of the target,
+    `c_m_per_n` the compliance in use.
+    """
+
+    __slots__ = (
+        "_anchor_m", "_anchor_n", "_anchor_rise_n", "_band_n", "_change_n", "_compliance", "_delay",
+        "_delay_at", "_level_n", "_limits", "_pair_alpha", "_pair_m", "_pair_n", "_sign",
+        "_start_n", "_trusted", "c_m_per_n", "reached", "speed_m_s",
+    )  # fmt: skip
+
+    def __init__(self, limits: RunLimits) -> None:
+        self._limits = limits
+        self._compliance = TangentCompliance(
+            limits.stiffness_n_per_m, limits.noise_n, limits.position_resolution_m
+        )
+        self._pair_alpha = alpha = min(1.0, limits.period_s / PAIR_FILTER_S)
+        self._anchor_rise_n = ANCHOR_SIGMAS * limits.noise_n * math.sqrt(alpha / 2.0)
+        self._change_n = max(self._anchor_rise_n, 0.5 * limits.band_n)
+        self._band_n = limits.band_n
+        self._delay = [0.0] * (
+            1 + round((limits.force_delay_s + limits.period_s) / limits.period_s)
+        )
+        self._delay_at = 0
+        self._level_n = self._start_n = 0.0
+        self._sign = 1.0
+        self._pair_m = self._pair_n = self._anchor_m = self._anchor_n = 0.0
+        self._trusted = False
+        self.c_m_per_n = 1.0 / limits.stiffness_n_per_m
+        self.speed_m_s = 0.0
+        self.reached = True
+
+    def begin(
+        self, level_n: float, force_n: float, position_m: float, sign: float, same_contact: bool
+    ) -> None:
+        """Aim at `level_n` from rest at this settled force and position; `sign` −1 unloads.
+
+        A change of direction or a new contact forgets the measured compliance.
+        """
+        self._trusted = self._trusted and sign == self._sign > 0.0 and same_contact
+        if not self._trusted:
+            self._compliance.restart()
+        self._level_n, self._sign = level_n, sign
+        self._start_n = force_n
+        self._pair_m = self._anchor_m = position_m
+        self._pair_n = self._anchor_n = force_n
+        self._delay = [position_m] * len(self._delay)
+        self.c_m_per_n = 1.0 / self._limits.stiffness_n_per_m
+        self.speed_m_s = 0.0
+        self.reached = False
+
+    def step(
+        self, force_n: float, smooth_n: float, position_m: float, target_m: float, step_s: float
+    ) -> float:
+        """The next target in m; the same one once the level is reached."""
+        sign = self._sign
+        if self.reached or sign * (self._level_n - smooth_n) <= self._band_n:
+            self.reached = True
+            self.speed_m_s = 0.0
+            return target_m
+        limits = self._limits
+        delay, at = self._delay, self._delay_at
+        then_m = delay[at]
+        delay[at] = position_m
+        at += 1
+        self._delay_at = at if at < len(delay) else 0
+
+        compliance = self._compliance
+        compliance.add(then_m, force_n)
+        error_n = sign * (self._level_n - force_n)
+        if error_n < 0.0:
+            error_n = 0.0
+        floor = 1.0 / limits.stiffness_n_per_m
+        c = floor
+        if self._trusted:
+            present_n = smooth_n if smooth_n > limits.touch_force_n else limits.touch_force_n
+            payload = compliance.c_m_per_n - floor
+            if sign > 0.0:
+                payload *= (present_n / (present_n + LOOK_AHEAD * error_n)) ** STIFFENING
+            c += payload
+        elif sign * (self._pair_n - self._start_n) > self._change_n:
+            self._trusted = True
+        self.c_m_per_n = c
+
+        room_n = limits.force_limit_n - smooth_n - 6.0 * limits.noise_n
+        cap = room_n / limits.contact_n_s_per_m if room_n > 0.0 else 0.0
+        if sign < 0.0:
+            cap = limits.force_limit_n / limits.contact_n_s_per_m
+        speed = limits.step_rate_per_s * c * error_n
+        if speed > cap:
+            speed = cap
+        fastest = abs(self.speed_m_s) + limits.acceleration_m_s2 * step_s
+        if speed > fastest:
+            speed = fastest
+        target = target_m + sign * speed * step_s
+
+        alpha = self._pair_alpha
+        self._pair_n = pair_n = self._pair_n + alpha * (force_n - self._pair_n)
+        self._pair_m = pair_m = self._pair_m + alpha * (then_m - self._pair_m)
+        if sign > 0.0:
+            if pair_n > self._anchor_n + self._anchor_rise_n:
+                self._anchor_n, self._anchor_m = pair_n, pair_m
+            room_n = limits.force_limit_n - self._anchor_n - ANCHOR_SIGMAS * limits.noise_n
+            end_m = self._anchor_m + (room_n * floor if room_n > 0.0 else 0.0)
+            if target > end_m:
+                target = end_m if end_m > target_m else target_m
+                speed = (target - target_m) / step_s
+        self.speed_m_s = sign * speed
+        return target

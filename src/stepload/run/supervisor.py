@@ -1,0 +1,309 @@
+"""Says stop, and nothing else: rules R1–R10 and the in-contact speed cap.
+
+A function of its own state, the samples and the limits; it reads no clock and touches no device, so
+the same code judges a dry run, hardware and a recording. It is asked at arming, in every tick, and
+when data are missing. The first cause is latched.
+
+R1  force above the limit                      R6  travel without an answer in force
+R2  predicted peak force above the limit       R7  position away from the model of the arm
+R3  no new sample in time                      R8  end of the search distance
+R4  sample not finite, frozen, out of range    R9  force jump without motion
+    or flagged by the device                   R10 sequence or device clock out of order
+R5  the two force channels disagree            CAP faster than a hidden hard stop would allow
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from stepload.record.rows import Phase
+from stepload.rig.samples import ArmSample, ForceSample
+from stepload.run.limits import RunLimits
+from stepload.run.watch import ArmWatch, Finding, ForceWatch
+
+SPEED_MEMORY_S = 0.15
+"""How long a past speed excuses a position error or a force jump."""
+SECOND_IDENTICAL = 100
+"""So many identical samples mean a frozen second channel; it may be slower than its stream."""
+LEASH_SHARE = 0.9
+
+_SEARCHING = (int(Phase.FAST_APPROACH), int(Phase.GUARDED_APPROACH))
+_LOAD = int(Phase.LOAD)
+
+
+class Cause(NamedTuple):
+    """Why a run was stopped; the first one wins.
+
+    `rule` is "R1" … "R10", "CAP", or a word for causes outside the rules ("device", "drift" …).
+    `sample_age_s` is the age of the sample that it was judged by.
+    """
+
+    rule: str
+    value: float
+    limit: float
+    unit: str
+    sample_age_s: float
+    time_s: float
+    message: str
+
+
+class Supervisor:
+    """State of the rules.
+
+    `force_n` is the tared force of the newest sample, `smooth_n` and `slope_n_per_s` its filtered
+    value and rate, `second_n` the tared second channel (NaN where there is none), `predicted_n` the
+    peak force predicted by R2. R1, R2, R5, R6 and R9 are judged from the first `tare` on.
+
+    Args:
+        limits: the thresholds.
+        force_axis: component of the force sensor's wrench, "+fx" … "-fz".
+        second_axis: the same of a second force sensor; "" where the arm is the second channel.
+    """
+
+    __slots__ = (
+        "_answer_m", "_answer_n", "_cross_alpha", "_cross_s", "_delayed", "_delayed_at",
+        "_difference_n", "_last_n", "_last_target_m", "_limits", "_model_alpha", "_model_m",
+        "_now_s", "_recent_m_s", "_second_is_arm", "_slope_noise_n_per_s", "_slow_n",
+        "_speed_decay", "_tared", "_taut_s", "arm",
+        "cause", "force", "force_n", "predicted_n", "second", "second_n", "second_zero_n",
+        "slope_n_per_s", "smooth_alpha", "smooth_n", "smooth_tau_s", "speed_m_s", "zero_n",
+    )  # fmt: skip
+
+    def __init__(self, limits: RunLimits, force_axis: str, second_axis: str = "") -> None:
+        self._limits = limits
+        counts, clock_s = limits.identical_counts, limits.clock_s
+        self.force = ForceWatch(
+            "force sensor",
+            force_axis,
+            full_scale_n=limits.full_scale_n,
+            stale_s=limits.stale_force_s,
+            identical_counts=counts,
+            clock_s=clock_s,
+        )
+        self.second: ForceWatch | None = None
+        if second_axis:
+            self.second = ForceWatch(
+                "second force sensor",
+                second_axis,
+                full_scale_n=math.inf,
+                stale_s=limits.stale_second_s,
+                identical_counts=SECOND_IDENTICAL,
+                clock_s=clock_s,
+            )
+        self._second_is_arm = limits.cross_check == "arm"
+        self.arm = ArmWatch(
+            stale_s=limits.stale_arm_s,
+            identical_counts=SECOND_IDENTICAL,
+            clock_s=clock_s,
+            needs_force=self._second_is_arm,
+        )
+        period_s = limits.period_s
+        self.smooth_tau_s = tau_s = max(0.25 * limits.reaction_s, 2.0 * period_s)
+        self.smooth_alpha = alpha = period_s / tau_s
+        self._slope_noise_n_per_s = 1.5 * limits.noise_n * math.sqrt(alpha) / tau_s
+        self._cross_alpha = min(1.0, period_s / limits.cross_filter_s)
+        self._model_alpha = period_s / (limits.arm_lag_s + period_s)
+        self._delayed = [math.nan] * max(1, round(limits.command_delay_s / period_s))
+        self._delayed_at = 0
+        self._model_m = self._last_target_m = math.nan
+        self._now_s = math.nan
+        self._tared = False
+        self._difference_n = self._cross_s = self._taut_s = 0.0
+        self._answer_n = self._answer_m = self._last_n = self._slow_n = 0.0
+        self._recent_m_s = 0.0
+        self._speed_decay = math.exp(-period_s / SPEED_MEMORY_S)
+        self.zero_n = self.second_zero_n = 0.0
+        self.force_n = self.smooth_n = self.slope_n_per_s = 0.0
+        self.second_n = math.nan
+        self.predicted_n = self.speed_m_s = 0.0
+        self.cause: Cause | None = None
+
+    @property
+    def second_raw_n(self) -> float:
+        """Newest reading of the second channel, not tared; NaN where there is none."""
+        if self.second is not None:
+            return self.second.raw_n
+        return self.arm.force_n if self._second_is_arm else math.nan
+
+    def tare(self, zero_n: float, second_zero_n: float) -> None:
+        """Take these readings for zero force from now on, and judge forces from now on."""
+        self.zero_n, self.second_zero_n = zero_n, second_zero_n
+        self._slow_n = self.smooth_n = self._last_n = self.force.raw_n - zero_n
+        self._difference_n = self._cross_s = 0.0
+        self._tared = True
+
+    def check(
+        self,
+        now_s: float,
+        force_samples: Sequence[ForceSample],
+        arm_samples: Sequence[ArmSample],
+        second_samples: Sequence[ForceSample],
+        target_m: float,
+        compliance_m_per_n: float,
+        phase: int,
+    ) -> Cause | None:
+        """Judge one tick; the latched cause, or None.
+
+        `target_m` is the target in force until now (NaN before the first), `compliance_m_per_n` the
+        controller's c_use.
+        """
+        finding = self.force.take(force_samples, now_s) or self.arm.take(arm_samples, now_s)
+        if self.second is not None:
+            finding = finding or self.second.take(second_samples, now_s)
+        motion = self._judge_motion(now_s, target_m, phase)
+        force = self._judge_force(target_m, compliance_m_per_n, phase) if self._tared else None
+        self._now_s = now_s
+        if self.cause is None and (finding or motion or force):
+            first = finding or force or motion
+            if first is not None:
+                age_s = now_s - self.force.receive_s
+                rule, value, limit, unit, message = first
+                self.cause = Cause(rule, value, limit, unit, age_s, now_s, message)
+        return self.cause
+
+    def _judge_motion(self, now_s: float, target_m: float, phase: int) -> Finding | None:
+        """R7 and R8; keeps the model of the arm and the speed of the target."""
+        limits = self._limits
+        position_m = self.arm.position_m
+        last_m = self._last_target_m
+        self._last_target_m = target_m
+        if last_m != last_m:  # nothing was commanded before
+            self._model_m = position_m
+            self._delayed = [position_m] * len(self._delayed)
+            return None
+        period_s = limits.period_s
+        step_s = now_s - self._now_s
+        self.speed_m_s = speed = (target_m - last_m) / (step_s if step_s > period_s else period_s)
+        recent = self._recent_m_s * self._speed_decay
+        if speed > recent:
+            recent = speed
+        elif -speed > recent:
+            recent = -speed
+        self._recent_m_s = recent
+        delayed = self._delayed
+        at = self._delayed_at
+        delayed_m = delayed[at]
+        delayed[at] = target_m
+        at += 1
+        self._delayed_at = at if at < len(delayed) else 0
+        self._model_m = model_m = self._model_m + self._model_alpha * (delayed_m - self._model_m)
+        error_m = position_m - model_m
+        tolerance_m = limits.model_tolerance_m + limits.model_lag_s * recent
+        if not -tolerance_m <= error_m <= tolerance_m:
+            return Finding(
+                "R7", error_m, tolerance_m, "m",
+                f"the arm is {error_m * 1e6:+.1f} um away from where its commands should put it",
+            )  # fmt: skip
+        if phase in _SEARCHING and position_m > limits.search_end_m:
+            return Finding(
+                "R8", position_m, limits.search_end_m, "m",
+                "surface not found within the search distance",
+            )  # fmt: skip
+        return None
+
+    def _judge_force(
+        self, target_m: float, compliance_m_per_n: float, phase: int
+    ) -> Finding | None:
+        """R1, R2, R5, R6, R9 and the in-contact speed cap; keeps the filtered force."""
+        limits = self._limits
+        limit_n, noise_n = limits.force_limit_n, limits.noise_n
+        jump_n = 0.0
+        if self.force.fresh:
+            self.force_n = force_n = self.force.raw_n - self.zero_n
+            jump_n = force_n - self._last_n
+            self._last_n = force_n
+        else:
+            force_n = self.force_n
+        alpha = self.smooth_alpha
+        self.smooth_n = smooth_n = self.smooth_n + alpha * (force_n - self.smooth_n)
+        self._slow_n = slow_n = self._slow_n + alpha * (smooth_n - self._slow_n)
+        self.slope_n_per_s = slope = (smooth_n - slow_n) / self.smooth_tau_s
+        finding = None
+
+        rise = slope - self._slope_noise_n_per_s
+        speed = self.speed_m_s
+        peak_n = smooth_n + 4.0 * noise_n
+        if phase == _LOAD and speed > 0.0:
+            stiffness = limits.stiffness_n_per_m
+            if compliance_m_per_n * stiffness > 1.0:
+                stiffness = 1.0 / compliance_m_per_n
+            rise = max(rise, stiffness * speed)
+        if rise > 0.0:
+            peak_n += rise * limits.reaction_s
+        self.predicted_n = peak_n
+
+        if force_n > limit_n:
+            finding = Finding(
+                "R1", force_n, limit_n, "N", f"force {force_n:.4g} N is above {limit_n:.4g} N"
+            )
+        elif peak_n > limit_n:
+            finding = Finding(
+                "R2", peak_n, limit_n, "N",
+                f"force {force_n:.4g} N would rise to {peak_n:.4g} N, above {limit_n:.4g} N,"
+                " before the arm can give way",
+            )  # fmt: skip
+
+        recent = self._recent_m_s
+        jump_limit_n = limits.jump_n + limits.contact_n_s_per_m * recent
+        if not -jump_limit_n <= jump_n <= jump_limit_n:
+            finding = finding or Finding(
+                "R9", jump_n, jump_limit_n, "N",
+                f"force jumped by {jump_n:+.4g} N without a motion that explains it",
+            )  # fmt: skip
+        if limits.cross_check:
+            finding = self._judge_cross_check(force_n, smooth_n) or finding
+        if phase == _LOAD:
+            finding = finding or self._judge_load(target_m, smooth_n, speed)
+        else:
+            self._answer_n, self._answer_m, self._taut_s = smooth_n, target_m, 0.0
+        return finding
+
+    def _judge_cross_check(self, force_n: float, smooth_n: float) -> Finding | None:
+        """R5: the difference of the channels, filtered, for longer than the plan allows."""
+        limits = self._limits
+        second = self.second
+        second_n = (self.arm.force_n if second is None else second.raw_n) - self.second_zero_n
+        self.second_n = second_n
+        difference_n = self._difference_n
+        difference_n += self._cross_alpha * (second_n - force_n - difference_n)
+        self._difference_n = difference_n
+        tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(smooth_n)
+        if -tolerance_n <= difference_n <= tolerance_n:
+            self._cross_s = 0.0
+            return None
+        self._cross_s += limits.period_s
+        if self._cross_s <= limits.cross_time_s:
+            return None
+        return Finding(
+            "R5", difference_n, tolerance_n, "N",
+            f"the second channel reads {difference_n:+.4g} N beside the force sensor's"
+            f" {smooth_n:.4g} N",
+        )  # fmt: skip
+
+    def _judge_load(self, target_m: float, smooth_n: float, speed: float) -> Finding | None:
+        """R6 and the in-contact speed cap."""
+        limits = self._limits
+        noise_n = limits.noise_n
+        room_n = limits.force_limit_n - smooth_n - 6.0 * noise_n
+        cap_n = 1.25 * room_n + 2.0 * noise_n
+        if speed * limits.contact_n_s_per_m > cap_n and speed > 0.0:
+            return Finding(
+                "CAP", speed, max(cap_n, 0.0) / limits.contact_n_s_per_m, "m/s",
+                "faster in contact than a hidden hard stop would allow",
+            )  # fmt: skip
+        if smooth_n > self._answer_n + 3.0 * noise_n:
+            self._answer_n, self._answer_m, self._taut_s = smooth_n, target_m, 0.0
+            return None
+        travel_m = target_m - self._answer_m
+        leash_n = limits.force_limit_n - self._answer_n - 6.0 * noise_n
+        if travel_m * limits.stiffness_n_per_m < LEASH_SHARE * leash_n:
+            return None
+        self._taut_s += limits.period_s
+        if self._taut_s <= limits.leash_time_s:
+            return None
+        return Finding(
+            "R6", travel_m, LEASH_SHARE * leash_n / limits.stiffness_n_per_m, "m",
+            f"{travel_m * 1e6:.1f} um of travel and no answer in force",
+        )  # fmt: skip

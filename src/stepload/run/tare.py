@@ -1,0 +1,65 @@
+"""Zero in free air: mean, noise and slope of both force channels, kept for the record."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Tare:
+    """One look at the channels at rest in free air, not tared; second channel NaN where none.
+
+    `noise_n` is the standard deviation about the slope.
+    """
+
+    time_s: float
+    duration_s: float
+    samples: int
+    mean_n: float
+    noise_n: float
+    slope_n_per_s: float
+    second_mean_n: float
+    second_noise_n: float
+
+
+class TareWindow:
+    """Collects readings while the arm rests."""
+
+    __slots__ = ("_force_n", "_second_n", "_time_s")
+
+    def __init__(self) -> None:
+        self._time_s: list[float] = []
+        self._force_n: list[float] = []
+        self._second_n: list[float] = []
+
+    def add(self, time_s: float, force_n: float, second_n: float) -> None:
+        """Take one reading of each channel in, in N, not tared."""
+        self._time_s.append(time_s)
+        self._force_n.append(force_n)
+        self._second_n.append(second_n)
+
+    def result(self) -> Tare:
+        """The figures; needs three readings.
+
+        Raises:
+            ValueError: fewer than three.
+        """
+        count = len(self._time_s)
+        if count < 3:
+            raise ValueError(f"a tare needs three readings, there are {count}")
+        mean, noise, slope = _line(self._time_s, self._force_n)
+        second_mean, second_noise, _ = _line(self._time_s, self._second_n)
+        start_s, end_s = self._time_s[0], self._time_s[-1]
+        return Tare(end_s, end_s - start_s, count, mean, noise, slope, second_mean, second_noise)
+
+
+def _line(x: list[float], y: list[float]) -> tuple[float, float, float]:
+    """Mean, scatter about the straight line, slope."""
+    count = len(x)
+    x_mean, y_mean = sum(x) / count, sum(y) / count
+    sxx = sum((a - x_mean) ** 2 for a in x)
+    sxy = sum((a - x_mean) * (b - y_mean) for a, b in zip(x, y, strict=True))
+    slope = sxy / sxx if sxx > 0.0 else 0.0
+    rest = sum((b - y_mean - slope * (a - x_mean)) ** 2 for a, b in zip(x, y, strict=True))
+    return y_mean, math.sqrt(rest / (count - 2)), slope

@@ -1,0 +1,161 @@
+"""One tick: samples in, target out. The same step dry, on hardware and in replay."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from stepload.plan.model import Plan, SecondForceSource
+from stepload.record.rows import Phase, TickRow
+from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
+from stepload.run.limits import RunLimits
+from stepload.run.operator import Operator, StopLevel
+from stepload.run.procedure import StepProcedure
+from stepload.run.supervisor import Cause, Supervisor
+
+SAFING_EXTRA_S = 2.0
+"""Longer than the retract should take; after that safing acts without the loop."""
+
+_SAFING = int(Phase.SAFING)
+
+
+class Engine:
+    """State of a run. It reads no clock and touches no device.
+
+    `row` is the newest tick for the record, `events` what has happened since the loop last emptied
+    it, as (time_s, kind, data). `safe_reached` says whether the retract after a trip came to its
+    end.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        limits: RunLimits,
+        operator: Operator,
+        *,
+        start_cycle: int = 1,
+        start_level: int = 0,
+    ) -> None:
+        rig = plan.rig
+        second = rig.second_force
+        second_axis = (
+            second.sensor.axis
+            if second.source is SecondForceSource.SENSOR and second.sensor is not None
+            else ""
+        )
+        self.limits = limits
+        self.operator = operator
+        self.events: list[tuple[float, str, dict[str, object]]] = []
+        self.supervisor = Supervisor(limits, rig.force.axis, second_axis)
+        self.procedure = StepProcedure(
+            plan.procedure,
+            limits,
+            self.supervisor,
+            operator,
+            self._emit,
+            start_cycle=start_cycle,
+            start_level=start_level,
+        )
+        self.cause: Cause | None = None
+        self.target_m = math.nan
+        self.late_s = 0.0
+        self.peak_force_n = 0.0
+        self.row: TickRow | None = None
+        self.safing = False
+        self.safe_reached = False
+        self._phase = int(Phase.WARM_UP)
+        self._last_s = math.nan
+        self._longest_step_s = 2.0 * limits.period_s
+        self._safe_m = self._safe_speed_m_s = self._give_up_s = 0.0
+
+    def tick(
+        self,
+        now_s: float,
+        force_samples: Sequence[ForceSample],
+        arm_samples: Sequence[ArmSample],
+        gauge_samples: Sequence[DisplacementSample] = (),
+        second_samples: Sequence[ForceSample] = (),
+    ) -> tuple[float, bool]:
+        """Samples that arrived since the last tick in; target in m and whether the run is over.
+
+        The target is NaN until the arm has said where it is: command nothing then. The gauge does
+        not steer; its samples are recorded by the caller.
+        """
+        step_s = now_s - self._last_s
+        self._last_s = now_s
+        if not 0.0 <= step_s <= self._longest_step_s:
+            step_s = self._longest_step_s if step_s > 0.0 else 0.0
+        sup, procedure, limits = self.supervisor, self.procedure, self.limits
+        cause = sup.check(
+            now_s,
+            force_samples,
+            arm_samples,
+            second_samples,
+            self.target_m,
+            procedure.compliance_m_per_n,
+            self._phase,
+        )
+        if self.safing:
+            done = self._retract(now_s, step_s)
+        elif cause is not None:
+            self.trip(cause)
+            done = False
+        elif self.operator.stop_level >= StopLevel.NOW:
+            self._begin_safing(now_s)
+            done = False
+        else:
+            self.target_m = procedure.step(now_s, step_s)
+            self._phase = procedure.phase
+            done = procedure.done
+            if procedure.failure is not None:
+                self.trip(Cause(*procedure.failure[:4], 0.0, now_s, procedure.failure.message))
+                done = False
+        if sup.force_n > self.peak_force_n:
+            self.peak_force_n = sup.force_n
+        self.row = TickRow(
+            now_s, self.target_m, sup.force_n, sup.second_n, sup.predicted_n,
+            limits.force_limit_n, procedure.compliance_m_per_n, procedure.level_n, self.late_s,
+            self._phase, procedure.cycle, procedure.step_number,
+        )  # fmt: skip
+        return self.target_m, done
+
+    def trip(self, cause: Cause) -> None:
+        """Stop and retract for this reason, unless there is an earlier one."""
+        if self.cause is not None:
+            return
+        self.cause = cause
+        self._emit(cause.time_s, "trip", cause._asdict())
+        if not self.safing:
+            self._begin_safing(cause.time_s)
+
+    def _begin_safing(self, now_s: float) -> None:
+        """The target goes back to the measured position at once, then away from the surface."""
+        self.safing = True
+        self._phase = _SAFING
+        position_m = self.supervisor.arm.position_m
+        if not position_m >= self.target_m:
+            self.target_m = position_m if position_m == position_m else self.target_m
+        self._safe_m = self.procedure.release_m
+        self._safe_speed_m_s = 0.0
+        way_m = abs(self.target_m - self._safe_m)
+        needed_s = way_m / self.limits.retract_speed_m_s
+        self._give_up_s = now_s + 2.0 * needed_s + SAFING_EXTRA_S
+        self._emit(now_s, "safing", {"position_m": position_m, "goal_m": self._safe_m})
+
+    def _retract(self, now_s: float, step_s: float) -> bool:
+        if self.target_m != self.target_m or now_s > self._give_up_s:
+            return True
+        limits = self.limits
+        self._safe_speed_m_s = min(
+            limits.retract_speed_m_s,
+            self._safe_speed_m_s + 2.0 * limits.acceleration_m_s2 * step_s,
+        )
+        self.target_m = max(self._safe_m, self.target_m - self._safe_speed_m_s * step_s)
+        near_m = self._safe_m + limits.model_tolerance_m
+        if self.target_m <= self._safe_m and self.supervisor.arm.position_m <= near_m:
+            self.safe_reached = True
+            return True
+        return False
+
+    def _emit(self, time_s: float, kind: str, data: dict[str, object]) -> None:
+        self.events.append((time_s, kind, data))

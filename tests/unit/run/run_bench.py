@@ -1,0 +1,76 @@
+"""Runs an engine on the simulated rig in virtual time, without a recorder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from stepload.contact.elastic import law_for
+from stepload.plan.model import Plan
+from stepload.record.rows import TickRow
+from stepload.rehearse import world_for
+from stepload.rig.world import SimulatedRig, WorldFault, WorldSpec, load_world
+from stepload.run.limits import RunLimits, derive_limits
+from stepload.run.operator import Operator
+from stepload.run.tick import Engine
+
+
+@dataclass
+class Bench:
+    plan: Plan
+    limits: RunLimits
+    rig: SimulatedRig
+    engine: Engine
+    operator: Operator
+    ticks: int = 0
+
+    @property
+    def peak_n(self) -> float:
+        return self.rig.world.true_peak_force_n
+
+
+def spec_for(
+    plan: Plan, seed: int = 1, faults: Iterable[WorldFault] = (), **changes: Any
+) -> WorldSpec:
+    return replace(world_for(plan, seed=seed, faults=faults), **changes)
+
+
+def bench_for(
+    plan: Plan, elastic_limit_n: float = 727.0, spec: WorldSpec | None = None, **engine: Any
+) -> Bench:
+    limits = derive_limits(plan, elastic_limit_n=elastic_limit_n)
+    operator = Operator()
+    rig = load_world()(spec or spec_for(plan))
+    return Bench(plan, limits, rig, Engine(plan, limits, operator, **engine), operator)
+
+
+def run(bench: Bench, until_s: float = 600.0, rows: list[TickRow] | None = None) -> Engine:
+    rig, engine = bench.rig, bench.engine
+    rig.arm.open(1.0)
+    rig.force.open(1.0)
+    second = rig.second_force
+    if second:
+        second.open(1.0)
+    now_s = rig.clock.now_s()
+    period_s = rig.arm.period_s
+    start_s = now_s
+    end_s = now_s + until_s
+    done = False
+    while not done and now_s < end_s:
+        target_m, done = engine.tick(
+            now_s, rig.force.drain(), rig.arm.drain(), (), second.drain() if second else ()
+        )
+        if target_m == target_m:
+            rig.arm.command(target_m)
+        if rows is not None and engine.row is not None:
+            rows.append(engine.row)
+        bench.ticks += 1
+        now_s = start_s + bench.ticks * period_s
+        rig.clock.sleep_until(now_s)
+    return engine
+
+
+def payload_law(plan: Plan) -> tuple[float, float]:
+    law = law_for(plan.payload.geometry, plan.payload.material, plan.payload.plate)
+    return law.k, law.n
