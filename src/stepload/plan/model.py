@@ -198,7 +198,8 @@ class Procedure:
     """The steps.
 
     The surface is expected `surface_distance_m` of travel from the start pose, known to
-    ± `surface_uncertainty_m`; the search ends `search_distance_m` beyond the near edge of that band.
+    ± `surface_uncertainty_m`; the search ends `search_distance_m` beyond the near edge of that
+    band. `retract_m` is measured from the contact.
     `levels_n` are the load steps in rising order, the last is `top_force_n`.
     `lift_off` says whether cycles part the contact (seating) or unload to `unload_fraction` of the
     top force (shakedown, run-in).

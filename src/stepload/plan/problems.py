@@ -1,0 +1,61 @@
+"""What is wrong with a plan: every problem with its place, its line and a caret."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stepload.errors import BadInputError
+
+MAX_PROBLEMS = 50
+"""Problems shown; the rest are counted."""
+
+_WIDTH = 120
+
+
+def printable(text: str, limit: int = 60) -> str:
+    """`text` cut to `limit` characters, with everything that could steer a terminal escaped."""
+    cut = text if len(text) <= limit else text[: limit - 3] + "..."
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One problem at `line`, `column` (both count from 1; 0, 0: the file as a whole).
+
+    `source_line` is the line of the file, `hint` what was expected or what to do.
+    """
+
+    file: str
+    line: int
+    column: int
+    source_line: str
+    message: str
+    hint: str
+
+    def __str__(self) -> str:
+        place = f"{self.file}:{self.line}:{self.column}" if self.line else self.file
+        lines = [f"{printable(place, 400)}: {self.message}"]
+        if self.line and self.source_line.strip():
+            start = max(0, self.column - _WIDTH // 2) if self.column > _WIDTH - 20 else 0
+            shown = self.source_line[start : start + _WIDTH]
+            shown = "".join(c if c.isprintable() else " " for c in shown).rstrip()
+            number = f"{self.line:5d} | "
+            lines += [number + shown, " " * (len(number) - 2) + "| " + self._caret(start)]
+        if self.hint:
+            lines.append(f"  -> {self.hint}")
+        return "\n".join(lines)
+
+    def _caret(self, start: int) -> str:
+        return " " * (self.column - 1 - start) + "^"
+
+
+class PlanError(BadInputError):
+    """A plan, or a file it is made of, that cannot be used; carries every problem found."""
+
+    def __init__(self, problems: tuple[Problem, ...]) -> None:
+        shown = [str(problem) for problem in problems[:MAX_PROBLEMS]]
+        if len(problems) > MAX_PROBLEMS:
+            shown.append(f"… and {len(problems) - MAX_PROBLEMS} more")
+        count = f"{len(problems)} problem{'s' if len(problems) != 1 else ''}"
+        super().__init__("\n\n".join([*shown, count]))
+        self.problems = problems
