@@ -1,0 +1,207 @@
+"""Run-in: what repeated loading does to a contact, and when it has stopped doing it.
+
+Cycles *without* lift-off measure shakedown: asperities and material settle while the bodies stay
+together. Cycles *with* lift-off also measure seating, and only they can show the residual
+indentation, as the shift of the point of touch. Cycle 1 (virgin) and the steady cycle are two
+different results; their mean is a property of nothing and is not computed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepload.errors import DomainError
+from stepload.identify.fit import Fit, FloatArray
+from stepload.identify.inverse_law import joint
+
+STEADY_CYCLES = 3
+SECANT_CHANGE = 0.01
+ENERGY_CHANGE = 0.10
+RESOLVED_LOOP = 0.02
+"""A loop thinner than this share of the stored energy counts as closed: its change is noise."""
+
+_CELLS = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Cycle:
+    """One cycle.
+
+    Attributes:
+        number: as labelled in the data.
+        fit: joint fit of the loading branch.
+        chord_n_per_m: (F_high − F_low)/(δ_high − δ_low) while loading; the same two forces in every
+            cycle, so it does not depend on a zero.
+        loop_energy_j: energy left in the contact, the area between loading and unloading.
+        stored_energy_j: work done while loading, between the same forces.
+        start_m: deformation at F_low while loading.
+    """
+
+    number: int
+    fit: Fit
+    chord_n_per_m: float
+    loop_energy_j: float
+    stored_energy_j: float
+    start_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class RunIn:
+    """What the cycles say.
+
+    Attributes:
+        cycles: all of them in order.
+        lift_off: whether the contact was parted between them.
+        virgin: cycle 1.
+        steady: the last cycle, once the last three agree; None while they do not.
+        secant_tolerance: the change of the chord stiffness that was allowed, max(1 %, 2u).
+        secant_change: relative span of the chord stiffness over the last three cycles.
+        energy_change: relative span of the loop energy over them.
+        shakedown_m: shift of the deformation at F_low from cycle 1 to the last.
+        residual_indentation_m: shift of the touch from the first to the last; None without lift-off
+            or touch points.
+    """
+
+    cycles: tuple[Cycle, ...]
+    lift_off: bool
+    virgin: Cycle
+    steady: Cycle | None
+    secant_tolerance: float
+    secant_change: float
+    energy_change: float
+    shakedown_m: float
+    residual_indentation_m: float | None
+
+
+def run_in(
+    deformation_m: FloatArray,
+    force_n: FloatArray,
+    cycle: NDArray[np.integer],
+    *,
+    secant_force_n: float,
+    lift_off: bool,
+    secant_sigma: float = 0.0,
+    touch_m: FloatArray | None = None,
+) -> RunIn:
+    """Evaluate the cycles of a run.
+
+    Args:
+        deformation_m, force_n: (N,) loading and unloading in the order of time, one zero for all.
+        cycle: (N,) number of the cycle of each sample; samples with 0 belong to none.
+        secant_force_n: where the secants of the fits are taken.
+        lift_off: whether the contact was parted between cycles.
+        secant_sigma: relative standard uncertainty u of a cycle's secant from what changes between
+            cycles (noise, quanta; not K_s, which is common to all).
+        touch_m: (C,) travel at the touch that begins each cycle, and at later touches.
+
+    Raises:
+        DomainError: no cycle, or a cycle without a loading and an unloading branch.
+    """
+    numbers = [int(number) for number in np.unique(cycle) if number > 0]
+    if not numbers:
+        raise DomainError("no sample belongs to a cycle", hint="plan at least one cycle")
+    tops = [float(force_n[cycle == number].max()) for number in numbers]
+    high = 0.98 * min(tops)
+    low = max(_lowest_common(force_n, cycle, numbers), 0.05 * high)
+    cycles = tuple(
+        _evaluate(
+            number,
+            deformation_m[cycle == number],
+            force_n[cycle == number],
+            np.linspace(low, high, _CELLS),
+            secant_force_n,
+        )
+        for number in numbers
+    )
+    last = cycles[-STEADY_CYCLES:]
+    chords = np.array([c.chord_n_per_m for c in last])
+    loops = np.array([c.loop_energy_j for c in last])
+    stored = float(np.mean([c.stored_energy_j for c in last]))
+    secant_change = float(np.ptp(chords) / chords.mean())
+    energy_change = float(np.ptp(loops) / max(abs(float(loops.mean())), RESOLVED_LOOP * stored))
+    tolerance = max(SECANT_CHANGE, 2.0 * secant_sigma)
+    steady = (
+        len(last) == STEADY_CYCLES and secant_change < tolerance and energy_change < ENERGY_CHANGE
+    )
+    residual = None
+    if lift_off and touch_m is not None and touch_m.size > 1:
+        residual = float(touch_m[-1] - touch_m[0])
+    return RunIn(
+        cycles=cycles,
+        lift_off=lift_off,
+        virgin=cycles[0],
+        steady=cycles[-1] if steady else None,
+        secant_tolerance=tolerance,
+        secant_change=secant_change,
+        energy_change=energy_change,
+        shakedown_m=cycles[-1].start_m - cycles[0].start_m,
+        residual_indentation_m=residual,
+    )
+
+
+class _Branch(NamedTuple):
+    force_n: FloatArray
+    deformation_m: FloatArray
+
+    def at(self, grid_n: FloatArray) -> FloatArray:
+        """Deformation on a grid of forces, means over a grid step: noise in force and quanta
+        average out, and a hold counts as one place."""
+        step = float(grid_n[1] - grid_n[0])
+        index = np.round((self.force_n - grid_n[0]) / step).astype(np.intp)
+        inside = (index >= -1) & (index <= grid_n.size)
+        index = index[inside] + 1
+        count = np.bincount(index)
+        used = count > 0
+        force = np.bincount(index, self.force_n[inside])[used] / count[used]
+        deformation = np.bincount(index, self.deformation_m[inside])[used] / count[used]
+        return np.asarray(np.interp(grid_n, force, deformation))
+
+
+def _lowest_common(force_n: FloatArray, cycle: NDArray[np.integer], numbers: list[int]) -> float:
+    """The lowest force that every branch of every cycle reaches."""
+    lowest = 0.0
+    for number in numbers:
+        force = force_n[cycle == number]
+        top = int(np.argmax(force))
+        if top < 2 or top > force.size - 3:
+            raise DomainError(
+                f"cycle {number} has no loading or no unloading branch",
+                hint="plan `unload: true` for run-in",
+            )
+        lowest = max(lowest, float(force[: top + 1].min()), float(force[top:].min()))
+    return lowest
+
+
+def _evaluate(
+    number: int,
+    deformation_m: FloatArray,
+    force_n: FloatArray,
+    grid_n: FloatArray,
+    secant_force_n: float,
+) -> Cycle:
+    # A hold at the top belongs half to either branch: the middle of it parts them.
+    at_top = np.flatnonzero(force_n >= 0.99 * force_n.max())
+    top = int(at_top[at_top.size // 2])
+    loading = _Branch(force_n[: top + 1], deformation_m[: top + 1])
+    up = loading.at(grid_n)
+    down = _Branch(force_n[top:], deformation_m[top:]).at(grid_n)
+    span_n, span_m = float(grid_n[-1] - grid_n[0]), float(up[-1] - up[0])
+    if not span_m > 0.0:
+        raise DomainError(f"the deformation of cycle {number} does not rise with force")
+    return Cycle(
+        number=number,
+        fit=joint(up, grid_n, secant_force_n=secant_force_n),
+        chord_n_per_m=span_n / span_m,
+        # ∮ F dδ = ∫ (δ_unloading − δ_loading) dF
+        loop_energy_j=_area(down - up, grid_n),
+        stored_energy_j=_area(grid_n, up),
+        start_m=float(up[0]),
+    )
+
+
+def _area(height: FloatArray, along: FloatArray) -> float:
+    return float(np.sum(0.5 * (height[1:] + height[:-1]) * np.diff(along)))
