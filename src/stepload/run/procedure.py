@@ -114,6 +114,11 @@ class StepProcedure:
         return self._controller.c_m_per_n
 
     @property
+    def retract_m(self) -> float:
+        """Clearance that opens the contact."""
+        return self._plan.retract_m
+
+    @property
     def release_m(self) -> float:
         """Position at which the contact is surely open, as far as it is known."""
         known_m = self._sup.arm.position_m

@@ -68,6 +68,15 @@ class Engine:
         self._longest_step_s = 2.0 * limits.period_s
         self._safe_m = self._safe_speed_m_s = self._give_up_s = 0.0
 
+    @property
+    def retract_distance_m(self) -> float:
+        """How far the arm must go back from where it is now for the contact to be open."""
+        procedure = self.procedure
+        position_m = self.supervisor.arm.position_m
+        goal_m = self._safe_m if self.safing else procedure.release_m
+        way_m = position_m - goal_m
+        return way_m if way_m > procedure.retract_m else procedure.retract_m
+
     def tick(
         self,
         now_s: float,

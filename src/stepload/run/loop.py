@@ -1,0 +1,372 @@
+"""The cadence: read the devices, tick, command, record, until the run is over and the arm is safe.
+
+Absolute deadlines, so that a late tick does not shift the ones after it. The same loop runs in
+virtual time, where sleeping makes the simulated world go on.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any, Protocol
+
+from stepload.record.rows import TickRow
+from stepload.rig.clock import Clock
+from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor
+from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
+from stepload.run.operator import StopLevel
+from stepload.run.procedure import Touch
+from stepload.run.safing import Action, Outcome, make_safe, why_it_stopped
+from stepload.run.supervisor import Cause
+from stepload.run.tare import Tare
+from stepload.run.tick import Engine
+
+FAULT_POLL_TICKS = 16
+PROGRESS_S = 0.1
+SAFE_DEADLINE_S = 3.0
+RETRACT_EXTRA_S = 2.0
+DEADLINE_SLACK_S = 1.0
+"""A device is given its own timeout; its thread a little more."""
+CATCH_UP_S = 0.05
+"""A loop that is later than this starts its deadlines anew instead of hurrying after them."""
+REALTIME_PRIORITY = 20
+
+
+class Recorder(Protocol):
+    """What the loop pushes into; nothing here may block."""
+
+    force: Callable[[ForceSample], None]
+    second_force: Callable[[ForceSample], None]
+    arm: Callable[[ArmSample], None]
+    displacement: Callable[[DisplacementSample], None]
+    tick: Callable[[TickRow], None]
+
+    def event(self, time_s: float, kind: str, data: Mapping[str, object]) -> None:
+        """Something happened."""
+        ...
+
+    def problem(self) -> str:
+        """Why recording does not work any more; "" while it does."""
+        ...
+
+
+class RigDevices(Protocol):
+    """The open devices of a rig; `stepload.rig.world.SimulatedRig` is one."""
+
+    arm: Arm
+    force: ForceSensor
+    displacement: DisplacementSensor | None
+    second_force: ForceSensor | None
+    clock: Clock
+
+
+class RunStatus(StrEnum):
+    """How a run ended; values are stable, they are written to records."""
+
+    COMPLETED = "completed"
+    STOPPED = "stopped"
+    """By the supervisor, a device or the procedure."""
+    INTERRUPTED = "interrupted"
+    """By the operator."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lateness:
+    """How late ticks began; `overruns` counts those later than one period."""
+
+    ticks: int
+    overruns: int
+    worst_s: float
+    mean_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class RunOutcome:
+    """What a run came to. `retracted`: the loop itself brought the arm back after a stop."""
+
+    status: RunStatus
+    cause: Cause | None
+    why: str
+    retracted: bool
+    safing: tuple[Outcome, ...]
+    start_s: float
+    end_s: float
+    peak_force_n: float
+    zero_shift_n: float
+    levels_done: int
+    cycle: int
+    touches: tuple[Touch, ...]
+    tares: tuple[Tare, ...]
+    lateness: Lateness
+    signal_number: int = 0
+    errors: tuple[str, ...] = field(default=())
+
+
+class _Loop:
+    """The loop's own state."""
+
+    def __init__(
+        self,
+        engine: Engine,
+        rig: RigDevices,
+        recorder: Recorder,
+        on_progress: Callable[[Engine], None] | None,
+    ) -> None:
+        self.engine = engine
+        self.rig = rig
+        self.recorder = recorder
+        self.on_progress = on_progress
+        self.errors: list[str] = []
+        self.ticks = self.overruns = 0
+        self.worst_s = self.total_s = 0.0
+        self._broken: set[str] = set()
+
+    def run(self) -> None:
+        """Tick until the engine is done. Raises what `Arm.command` raises."""
+        rig, engine, recorder = self.rig, self.engine, self.recorder
+        clock = rig.clock
+        now, sleep_until, tick = clock.now_s, clock.sleep_until, engine.tick
+        period_s = rig.arm.period_s
+        deadline_s = now()
+        next_progress_s = deadline_s
+        events = engine.events
+        push_force, push_arm, push_tick = recorder.force, recorder.arm, recorder.tick
+        gauge, second = rig.displacement, rig.second_force
+        nothing: list[Any] = []
+        command = rig.arm.command
+        operator = engine.operator
+        done = False
+        while not done:
+            now_s = now()
+            late_s = now_s - deadline_s
+            self.ticks += 1
+            self.total_s += late_s
+            if late_s > period_s:
+                self.overruns += 1
+            if late_s > self.worst_s:
+                self.worst_s = late_s
+            engine.late_s = late_s
+            force_samples = self._drain(rig.force, "force sensor", now_s)
+            arm_samples = self._drain(rig.arm, "arm", now_s)
+            second_samples = (
+                self._drain(second, "second force sensor", now_s) if second else nothing
+            )
+            gauge_samples = self._drain(gauge, "displacement gauge", now_s) if gauge else nothing
+            target_m, done = tick(now_s, force_samples, arm_samples, gauge_samples, second_samples)
+            if target_m == target_m:
+                command(target_m)
+            try:
+                for sample in force_samples:
+                    push_force(sample)
+                for arm_sample in arm_samples:
+                    push_arm(arm_sample)
+                for sample in second_samples:
+                    recorder.second_force(sample)
+                for gauge_sample in gauge_samples:
+                    recorder.displacement(gauge_sample)
+                if engine.row is not None:
+                    push_tick(engine.row)
+                if events:
+                    for event in events:
+                        recorder.event(*event)
+                    events.clear()
+            except Exception as error:  # the arm comes before the record
+                self._trip("recorder", now_s, error)
+            if self.ticks % FAULT_POLL_TICKS == 0:
+                self._poll(now_s)
+            if self.on_progress and now_s >= next_progress_s:
+                next_progress_s = now_s + PROGRESS_S
+                self._show(now_s)
+            if operator.stop_level >= StopLevel.ARM_ONLY and not engine.safe_reached:
+                return
+            deadline_s += period_s
+            if late_s > CATCH_UP_S:
+                deadline_s = now() + period_s
+            sleep_until(deadline_s)
+
+    def _drain(self, device: Any, name: str, now_s: float) -> list[Any]:
+        try:
+            samples: list[Any] = device.drain()
+        except Exception as error:  # a driver's bug is no reason to leave the force on
+            self._trip(name, now_s, error)
+            return []
+        return samples
+
+    def _poll(self, now_s: float) -> None:
+        """Latched faults of devices, and a recorder that does not record."""
+        rig = self.rig
+        if self.engine.cause is not None:
+            return
+        for device in (rig.arm, rig.force, rig.second_force, rig.displacement):
+            if device is not None and (fault := _fault_of(device)) is not None:
+                self.engine.trip(Cause("device", 1.0, 0.0, "", 0.0, now_s, fault))
+        if problem := self.recorder.problem():
+            message = f"recording stopped: {problem}"
+            self.engine.trip(Cause("recorder", 1.0, 0.0, "", 0.0, now_s, message))
+
+    def _show(self, now_s: float) -> None:
+        try:
+            if self.on_progress:
+                self.on_progress(self.engine)
+        except Exception as error:  # a broken terminal must not disturb the run
+            self.on_progress = None
+            self.errors.append(f"progress display: {type(error).__name__}: {error}")
+
+    def _trip(self, name: str, now_s: float, error: Exception) -> None:
+        message = f"{name}: {type(error).__name__}: {error}"
+        if name not in self._broken:
+            self._broken.add(name)
+            self.errors.append(message)
+        self.engine.trip(Cause("device", 1.0, 0.0, "", 0.0, now_s, message))
+
+
+def _fault_of(device: Device) -> str | None:
+    try:
+        fault = device.fault()
+    except Exception as error:
+        return f"{type(error).__name__}: {error}"
+    return None if fault is None else f"{fault.code.value}: {fault.message}"
+
+
+def run_loop(
+    engine: Engine,
+    rig: RigDevices,
+    recorder: Recorder,
+    *,
+    on_progress: Callable[[Engine], None] | None = None,
+) -> RunOutcome:
+    """Run an engine on open devices to its end, make the rig safe, and say what happened.
+
+    Does not raise for anything that goes wrong on the way: it is in the outcome. Files are not
+    closed here; finish the record afterwards. `on_progress` is called ten times a second.
+    """
+    loop = _Loop(engine, rig, recorder, on_progress)
+    start_s = rig.clock.now_s()
+    try:
+        with _undisturbed(rig.clock.virtual):
+            loop.run()
+    except BaseException as error:  # the arm is made safe before anything else is thought of
+        message = f"{type(error).__name__}: {error}"
+        loop.errors.append(message)
+        engine.trip(Cause("loop", 1.0, 0.0, "", 0.0, rig.clock.now_s(), message))
+    outcomes = make_safe(_actions(engine, rig), engine.operator)
+    end_s = rig.clock.now_s()
+    procedure, cause = engine.procedure, engine.cause
+    if cause is not None:
+        status = RunStatus.STOPPED
+    elif procedure.done and not procedure.interrupted:
+        status = RunStatus.COMPLETED
+    else:
+        status = RunStatus.INTERRUPTED
+    retracted = engine.safe_reached or procedure.done
+    why = why_it_stopped(status, cause, retracted, outcomes, start_s)
+    outcome = RunOutcome(
+        status=status,
+        cause=cause,
+        why=why,
+        retracted=retracted,
+        safing=outcomes,
+        start_s=start_s,
+        end_s=end_s,
+        peak_force_n=engine.peak_force_n,
+        zero_shift_n=procedure.zero_shift_n,
+        levels_done=procedure.levels_done,
+        cycle=procedure.cycle,
+        touches=tuple(procedure.touches),
+        tares=tuple(procedure.tares),
+        lateness=Lateness(
+            loop.ticks, loop.overruns, loop.worst_s, loop.total_s / max(loop.ticks, 1)
+        ),
+        signal_number=engine.operator.signal_number,
+        errors=tuple(loop.errors),
+    )
+    _record_end(recorder, engine, outcome)
+    return outcome
+
+
+def _actions(engine: Engine, rig: RigDevices) -> list[Action]:
+    """Retract where the loop did not get there, stop in any case, then the sensors."""
+    actions = []
+    limits = engine.limits
+    if not (engine.safe_reached or engine.procedure.done):
+        distance_m = engine.retract_distance_m
+        speed = limits.retract_speed_m_s
+        timeout_s = 2.0 * distance_m / speed + RETRACT_EXTRA_S
+        actions.append(
+            Action(
+                "arm retract",
+                lambda: rig.arm.retract(distance_m, speed, timeout_s),
+                timeout_s + DEADLINE_SLACK_S,
+                arm=True,
+            )
+        )
+    devices: list[tuple[str, Device | None, bool]] = [
+        ("arm stop", rig.arm, True),
+        ("force sensor", rig.force, False),
+        ("second force sensor", rig.second_force, False),
+        ("displacement gauge", rig.displacement, False),
+    ]
+    for name, device, is_arm in devices:
+        if device is not None:
+            actions.append(_safe(name, device, is_arm))
+    return actions
+
+
+def _safe(name: str, device: Device, is_arm: bool) -> Action:
+    return Action(
+        name,
+        lambda: device.safe(SAFE_DEADLINE_S),
+        SAFE_DEADLINE_S + DEADLINE_SLACK_S,
+        arm=is_arm,
+    )
+
+
+def _record_end(recorder: Recorder, engine: Engine, outcome: RunOutcome) -> None:
+    with suppress(Exception):
+        for event in engine.events:
+            recorder.event(*event)
+        for action in outcome.safing:
+            recorder.event(
+                outcome.end_s,
+                "safing_action",
+                {"name": action.name, "sent": action.sent, "error": action.error,
+                 "duration_s": action.duration_s},
+            )  # fmt: skip
+        recorder.event(outcome.end_s, "end", {"status": outcome.status.value, "why": outcome.why})
+    engine.events.clear()
+
+
+@contextmanager
+def _undisturbed(virtual: bool) -> Iterator[None]:
+    """No garbage collection in the loop; in real time also priority and locked memory if allowed.
+
+    Without the rights for them the loop runs all the same; its lateness tells.
+    """
+    was_enabled = gc.isenabled()
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    former = None
+    if not virtual:
+        with suppress(OSError, PermissionError):
+            former = (os.sched_getscheduler(0), os.sched_getparam(0))
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(REALTIME_PRIORITY))
+        with suppress(OSError):
+            ctypes.CDLL(None, use_errno=True).mlockall(1)
+    try:
+        yield
+    finally:
+        if former is not None:
+            with suppress(OSError):
+                os.sched_setscheduler(0, *former)
+        if not virtual:
+            with suppress(OSError):
+                ctypes.CDLL(None, use_errno=True).munlockall()
+        gc.unfreeze()
+        if was_enabled:
+            gc.enable()

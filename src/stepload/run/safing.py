@@ -1,0 +1,113 @@
+"""Makes the rig safe at the end of every run, whatever ended it: the arm first, and always sent.
+
+Each action runs in a thread of its own with a deadline of its own, so that a device that hangs
+cannot keep the next one from being sent; a thread that does not come back is left behind and said
+so. (A timer signal would need the main thread and cannot interrupt a call that does not return to
+Python; a child process could not reach a driver's open connection.) All actions run, all errors are
+kept.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from stepload.run.operator import Operator, StopLevel
+from stepload.run.supervisor import Cause
+
+POLL_S = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """One step of safing; `device` tells the arm's from those that 3 × Ctrl+C skips."""
+
+    name: str
+    call: Callable[[], object]
+    deadline_s: float
+    arm: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of one action; `error` "" when it was confirmed. Times on the host's clock."""
+
+    name: str
+    sent: bool
+    error: str
+    start_s: float
+    duration_s: float
+
+
+def make_safe(actions: list[Action], operator: Operator) -> tuple[Outcome, ...]:
+    """Run the actions in order, the arm's first; never raises.
+
+    The third Ctrl+C skips what is not the arm's, also while it is being waited for.
+    """
+    ordered = sorted(actions, key=lambda action: not action.arm)
+    return tuple(_run(action, operator) for action in ordered)
+
+
+def _run(action: Action, operator: Operator) -> Outcome:
+    start_s = time.monotonic()
+    if not action.arm and operator.stop_level >= StopLevel.ARM_ONLY:
+        return Outcome(action.name, False, "skipped on the operator's request", start_s, 0.0)
+    errors: list[str] = []
+
+    def call() -> None:
+        try:
+            action.call()
+        except BaseException as error:  # whatever it is, the next action must run
+            errors.append(f"{type(error).__name__}: {error}")
+
+    worker = threading.Thread(target=call, name=f"safing {action.name}", daemon=True)
+    try:
+        worker.start()
+    except (
+        RuntimeError
+    ):  # no thread to be had: better to hang in the arm's stop than not to send it
+        call()
+        return Outcome(action.name, True, "; ".join(errors), start_s, time.monotonic() - start_s)
+    end_s = start_s + action.deadline_s
+    while worker.is_alive() and time.monotonic() < end_s:
+        worker.join(POLL_S)
+        if not action.arm and operator.stop_level >= StopLevel.ARM_ONLY:
+            break
+    duration_s = time.monotonic() - start_s
+    if worker.is_alive():
+        error = f"no answer within {duration_s:.2f} s; sent, and left behind"
+        return Outcome(action.name, True, error, start_s, duration_s)
+    return Outcome(action.name, True, "; ".join(errors), start_s, duration_s)
+
+
+def why_it_stopped(
+    status: str, cause: Cause | None, retracted: bool, outcomes: tuple[Outcome, ...], start_s: float
+) -> str:
+    """One paragraph: what triggered, its value and limit, what safing did and when.
+
+    `start_s` is the time on the run's clock that counts as zero.
+    """
+    if cause is None:
+        text = (
+            "The run was completed."
+            if status == "completed"
+            else "The run was interrupted on the operator's request."
+        )
+    else:
+        text = (
+            f"The run was stopped by {cause.rule} at {cause.time_s - start_s:.3f} s:"
+            f" {cause.message} (value {cause.value:.6g} {cause.unit}, limit {cause.limit:.6g}"
+            f" {cause.unit}, judged by a sample {cause.sample_age_s * 1e3:.1f} ms old)."
+        )
+    if status != "completed":
+        text += (
+            " The arm was retracted along the approach axis by the run itself."
+            if retracted
+            else " The run could not confirm a retract of its own."
+        )
+    for outcome in outcomes:
+        verdict = outcome.error or "confirmed"
+        text += f" Safing, {outcome.name}: {verdict} ({outcome.duration_s * 1e3:.0f} ms)."
+    return text
