@@ -141,5 +141,7 @@ class WorldArm(Arm):
         return DeviceError(f"{_NAME}: {what} not confirmed: {problem}", code=code, hint=hint)
 
     def close(self) -> None:
+        if self._stream:
+            self._stream.close()
         self._stream = None
         self._host = None

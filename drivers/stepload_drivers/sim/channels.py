@@ -25,6 +25,8 @@ GAUGE_CLOCK_S = 400.0
 
 AXES = ("fx", "fy", "fz")
 
+_IGNORED_S = 1.0
+
 _floor = math.floor
 _new: Any = tuple.__new__
 _FULL_SCALE = int(Status.OVERRANGE | Status.SATURATED)
@@ -71,8 +73,9 @@ class Channel:
         limit: float,
         faults: Schedule,
     ) -> None:
-        self.pending: deque[Any] = deque()
         self.period_s = 1.0 / rate_hz
+        self.pending: deque[Any]
+        self.ignore()
         self.samples = 0
         """Sample times that have passed: the next one is `(samples + 1) · period_s`."""
         self.sequence = 0
@@ -93,9 +96,13 @@ class Channel:
         """The newest reading that the device believes."""
         self._newest_s = -math.inf
 
-    def keep_seconds(self, time_s: float) -> None:
-        """Forget samples that nobody has drained beyond the newest `time_s`, as a driver would."""
-        self.pending = deque(self.pending, maxlen=math.ceil(time_s / self.period_s))
+    def listen(self) -> None:
+        """Keep every sample from now on, until it is drained."""
+        self.pending = deque()
+
+    def ignore(self) -> None:
+        """Keep only a second of samples: nobody drains them."""
+        self.pending = deque(maxlen=math.ceil(_IGNORED_S / self.period_s))
 
     def sample(self, time_s: float, back: float) -> None:
         """Take the sample of world time `time_s`."""

@@ -95,7 +95,6 @@ class LiveWorld:
         self.origin_s = time.monotonic() if start_s is None else start_s
         for channel in self.world.channels:
             channel.origin_s = self.origin_s
-            channel.keep_seconds(2.0)
         self._delay_s = spec.command_delay_s
         self._lock = threading.Lock()
 

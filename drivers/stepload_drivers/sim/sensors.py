@@ -47,6 +47,8 @@ class WorldForceSensor(ForceSensor):
         """A sensor moves nothing: it is always safe."""
 
     def close(self) -> None:
+        if self._stream:
+            self._stream.close()
         self._stream = None
 
 
@@ -81,4 +83,6 @@ class WorldDisplacementSensor(DisplacementSensor):
         """A gauge moves nothing: it is always safe."""
 
     def close(self) -> None:
+        if self._stream:
+            self._stream.close()
         self._stream = None

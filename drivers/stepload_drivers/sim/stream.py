@@ -57,11 +57,12 @@ class Stream:
         self._longest_s = 0.0
         self._stale_s = max(_STALE_S, _STALE_PERIODS * channel.period_s)
         self._sequence = channel.sequence
-        channel.pending.clear()
+        channel.listen()
         self._opened_s = now_s = host.catch_up()
         end_s = now_s + timeout_s
         while not (channel.pending and channel.pending[0][2] <= now_s + _EARLY_S):
             if now_s >= end_s:
+                channel.ignore()
                 raise DeviceError(
                     f"{name}: no sample within {timeout_s:g} s",
                     code=FaultCode.NOT_CONNECTED,
@@ -69,6 +70,9 @@ class Stream:
                 )
             host.clock.sleep_until(min(end_s, now_s + _OPEN_WAIT_S))
             now_s = host.catch_up()
+
+    def close(self) -> None:
+        self._channel.ignore()
 
     def drain(self) -> list[Any]:
         channel = self._channel

@@ -1,0 +1,274 @@
+"""Every fault is seen from its start on, and not before; and it does what its line of help says."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import pytest
+
+from stepload.errors import BadInputError, DeviceError
+from stepload.rig.faults import Fault, FaultCode
+from stepload.rig.samples import Status
+from stepload.rig.world import SimulatedRig, WorldFault
+from stepload_drivers.sim.faults import FAULTS
+from stepload_drivers.sim.live import DEFAULT_SPEC
+from stepload_drivers.sim.world import open_world
+
+START_S, DURATION_S, END_S = 0.3, 0.2, 0.8
+MAGNITUDES = {"gain": 0.5, "bias": -20.0, "delay": 0.05, "clock_step": 7.0, "position_drift": 1e-3}
+MAGNITUDES |= {"command_latency": 0.1, "host_stall": 0.15}
+
+SPEC = replace(
+    DEFAULT_SPEC,
+    surface_m=0.05e-3,
+    gauge_rate_hz=200.0,
+    gauge_noise_m=0.1e-6,
+    gauge_quantum_m=0.05e-6,
+    second_force_rate_hz=500.0,
+    second_force_noise_n=0.2,
+    second_force_quantum_n=0.1,
+    second_force_range_n=1000.0,
+)
+
+
+@dataclass
+class Seen:
+    """What a program sees of a rig in 0.8 s of slow pressing."""
+
+    force: list[Any] = field(default_factory=list)
+    second: list[Any] = field(default_factory=list)
+    gauge: list[Any] = field(default_factory=list)
+    arm: list[Any] = field(default_factory=list)
+    raised: list[tuple[float, str]] = field(default_factory=list)
+    ticks: list[float] = field(default_factory=list)
+    faults: dict[str, Fault | None] = field(default_factory=dict)
+    rig: SimulatedRig | None = None
+
+    def before(self, time_s: float) -> list[Any]:
+        streams = (self.force, self.second, self.gauge, self.arm)
+        rows = [sample for stream in streams for sample in stream if sample[2] < time_s]
+        return rows + [tick for tick in self.ticks if tick < time_s]
+
+    def window(self, name: str) -> list[Any]:
+        """Samples taken while the fault was active."""
+        return [s for s in getattr(self, name) if START_S <= s[2] - self.delay(name) < 0.5 - 1e-6]
+
+    @staticmethod
+    def delay(name: str) -> float:
+        return SPEC.force_delay_s if name == "force" else 0.0
+
+
+def watch(kind: str | None, magnitude: float | None = None) -> Seen:
+    if magnitude is None:
+        magnitude = MAGNITUDES.get(kind or "", 0.0)
+        for name, value in MAGNITUDES.items():
+            if kind and kind.endswith("_" + name):
+                magnitude = value
+    faults = (WorldFault(kind, START_S, DURATION_S, magnitude),) if kind else ()
+    rig = open_world(replace(SPEC, faults=faults))
+    seen = Seen(rig=rig)
+    assert rig.displacement is not None
+    assert rig.second_force is not None
+    devices = {
+        "force": rig.force,
+        "second": rig.second_force,
+        "gauge": rig.displacement,
+        "arm": rig.arm,
+    }
+    for device in devices.values():
+        device.open(1.0)
+    while (now_s := rig.clock.now_s()) < END_S - 1e-6:
+        rig.clock.sleep_until(round(now_s + 0.002, 6))
+        seen.ticks.append(rig.clock.now_s())
+        for name, device in devices.items():
+            try:
+                getattr(seen, name).extend(device.drain())
+            except RuntimeError as error:
+                seen.raised.append((rig.clock.now_s(), str(error)))
+        try:
+            rig.arm.command(0.2e-3 * rig.clock.now_s())
+        except RuntimeError as error:
+            seen.raised.append((rig.clock.now_s(), str(error)))
+    seen.faults = {name: device.fault() for name, device in devices.items()}
+    return seen
+
+
+HEALTHY = watch(None)
+
+
+def test_healthy_rig_has_no_fault_and_presses() -> None:
+    assert set(HEALTHY.faults.values()) == {None}
+    assert not HEALTHY.raised
+    assert HEALTHY.rig is not None
+    assert HEALTHY.rig.world.true_force_n > 50.0
+
+
+@pytest.mark.parametrize("kind", FAULTS)
+def test_every_fault_is_seen_from_its_start_and_not_before(kind: str) -> None:
+    seen = watch(kind)
+    assert seen.before(START_S - 1e-6) == HEALTHY.before(START_S - 1e-6)
+    assert (seen.before(END_S), seen.raised) != (HEALTHY.before(END_S), [])
+
+
+def test_unknown_fault_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(BadInputError, match=r"unknown fault .gremlin.[^$]*force_freeze"):
+        open_world(replace(SPEC, faults=(WorldFault("gremlin", 0.0, 1.0, 0.0),)))
+
+
+def reading(sample: Any) -> float:
+    return float(sample[4][2] if isinstance(sample[4], tuple) else sample[4])
+
+
+CHANNELS = ["force", "second", "gauge"]
+
+
+@pytest.mark.parametrize("name", CHANNELS)
+class TestChannels:
+    def test_freeze(self, name: str) -> None:
+        window = watch(f"{name}_freeze").window(name)
+        assert len({reading(s) for s in window}) == 1
+        assert len({s.sequence for s in window}) == len(window) > 20
+
+    def test_stuck_mean_keeps_the_noise(self, name: str) -> None:
+        seen, noise = watch(f"{name}_stuck_mean"), {"gauge": 0.1e-6}.get(name, 0.2)
+        window = [reading(s) for s in seen.window(name)]
+        healthy = [reading(s) for s in HEALTHY.window(name)]
+        assert len(set(window)) > 3
+        assert max(window) - min(window) < 8.0 * noise
+        assert healthy[-1] - healthy[0] > 12.0 * noise
+
+    def test_dropout_loses_samples_and_goes_on(self, name: str) -> None:
+        seen = watch(f"{name}_dropout")
+        assert not seen.window(name)
+        assert getattr(seen, name)[-1] == getattr(HEALTHY, name)[-1]
+        device = {"force": "force", "second": "second_force", "gauge": "displacement"}[name]
+        health = getattr(seen.rig, device).health()
+        assert health.lost == len(HEALTHY.window(name))
+        assert health.longest_gap_s > DURATION_S
+
+    def test_lost_is_for_good_and_stale(self, name: str) -> None:
+        seen = watch(f"{name}_lost")
+        assert all(s[2] - seen.delay(name) < START_S for s in getattr(seen, name))
+        fault = seen.faults[name]
+        assert fault is not None
+        assert fault.code is FaultCode.STALE
+
+    def test_delay(self, name: str) -> None:
+        seen = watch(f"{name}_delay")
+        late = {
+            round(s[2] - h[2], 6)
+            for s, h in zip(getattr(seen, name), getattr(HEALTHY, name), strict=False)
+        }
+        assert {0.0, 0.05} <= late
+        received = [s[2] for s in getattr(seen, name)]
+        assert received == sorted(received)
+
+    def test_gain_and_bias(self, name: str) -> None:
+        pairs = zip(watch(f"{name}_gain").window(name), HEALTHY.window(name), strict=True)
+        assert all(reading(s) == pytest.approx(0.5 * reading(h), abs=0.06) for s, h in pairs)
+        pairs = zip(watch(f"{name}_bias", -3.0).window(name), HEALTHY.window(name), strict=True)
+        assert all(reading(s) == pytest.approx(reading(h) - 3.0, abs=0.06) for s, h in pairs)
+
+    def test_nan(self, name: str) -> None:
+        seen = watch(f"{name}_nan")
+        assert all(math.isnan(reading(s)) for s in seen.window(name))
+        fault = seen.faults[name]
+        assert fault is not None
+        assert fault.code is FaultCode.NOT_FINITE
+
+    def test_saturated(self, name: str) -> None:
+        seen = watch(f"{name}_saturated")
+        assert all(s.status & Status.SATURATED for s in seen.window(name))
+        fault = seen.faults[name]
+        assert fault is not None
+        assert fault.code is FaultCode.OVERLOAD
+        assert fault.time_s == pytest.approx(START_S, abs=0.01)
+
+    def test_clock_step_and_sequence_repeat(self, name: str) -> None:
+        pairs = zip(watch(f"{name}_clock_step").window(name), HEALTHY.window(name), strict=True)
+        assert all(s[1] - h[1] == pytest.approx(7.0) and s[2] == h[2] for s, h in pairs)
+        assert len({s[0] for s in watch(f"{name}_sequence_repeat").window(name)}) == 1
+
+    def test_raise(self, name: str) -> None:
+        times = [t for t, text in watch(f"{name}_raise").raised if "drain" in text]
+        assert START_S - 1e-6 <= times[0] < START_S + 0.01
+        assert times[-1] < START_S + DURATION_S + 0.01
+
+
+def test_position_frozen_leaves_the_arm_force_alive() -> None:
+    window = watch("position_frozen").window("arm")
+    assert len({s.position_m for s in window}) == 1
+    assert len({s.force_n for s in window}) == len(window)
+
+
+def test_arm_freeze_stops_both() -> None:
+    window = watch("arm_freeze").window("arm")
+    assert len({(s.position_m, s.force_n) for s in window}) == 1
+    assert len({s.sequence for s in window}) == len(window)
+
+
+def test_arm_force_faults() -> None:
+    healthy = HEALTHY.window("arm")
+    for kind, expected in (("gain", lambda f: 0.5 * f), ("bias", lambda f: f - 20.0)):
+        pairs = zip(watch(f"arm_force_{kind}").window("arm"), healthy, strict=True)
+        assert all(s.force_n == pytest.approx(expected(h.force_n)) for s, h in pairs)
+    assert len({s.force_n for s in watch("arm_force_freeze").window("arm")}) == 1
+
+
+def test_command_latency_and_loss_leave_the_arm_behind() -> None:
+    at_end = HEALTHY.arm[-1].position_m
+    late = [s for s in watch("command_latency").arm if s[2] < 0.45][-1].position_m
+    on_time = [s for s in HEALTHY.arm if s[2] < 0.45][-1].position_m
+    assert on_time - late > 0.015e-3
+    lost = watch("command_lost").arm[-1].position_m
+    assert lost == pytest.approx(0.2e-3 * START_S, abs=5e-6)
+    assert at_end > 0.15e-3
+
+
+def test_protective_stop_holds_tells_and_ends() -> None:
+    seen = watch("protective_stop")
+    window = seen.window("arm")
+    assert all(s.status & Status.STOPPED for s in window)
+    assert max(s.position_m for s in window) - min(s.position_m for s in window) < 8e-6
+    fault = seen.faults["arm"]
+    assert fault is not None
+    assert fault.code is FaultCode.PROTECTIVE_STOP
+    assert not seen.arm[-1].status
+
+
+def test_command_raise_does_not_stop_the_retract() -> None:
+    rig = open_world(replace(SPEC, faults=(WorldFault("command_raise", 0.0, math.inf, 0.0),)))
+    rig.arm.open(1.0)
+    with pytest.raises(RuntimeError, match="command"):
+        rig.arm.command(0.0)
+    rig.arm.retract(1e-3, 0.05, 1.0)
+    rig.clock.sleep_until(rig.clock.now_s() + 0.1)
+    assert rig.arm.drain()[-1].position_m == pytest.approx(-1e-3, abs=20e-6)
+
+
+@pytest.mark.parametrize("kind", ["command_lost", "protective_stop", "position_frozen"])
+def test_retract_that_cannot_be_confirmed_says_so(kind: str) -> None:
+    rig = open_world(replace(SPEC, faults=(WorldFault(kind, 0.0, math.inf, 0.0),)))
+    rig.arm.open(1.0)
+    with pytest.raises(DeviceError, match="retract not confirmed") as caught:
+        rig.arm.retract(1e-3, 0.05, 0.5)
+    assert caught.value.code in (FaultCode.REFUSED_COMMAND, FaultCode.PROTECTIVE_STOP)
+    assert rig.clock.now_s() == pytest.approx(0.5, abs=0.01)
+
+
+def test_host_stall_happens_once_and_the_rig_goes_on() -> None:
+    seen = watch("host_stall")
+    gaps = [round(b - a, 6) for a, b in zip(seen.ticks, seen.ticks[1:], strict=False)]
+    assert gaps.count(0.002) == len(gaps) - 1
+    assert max(gaps) == pytest.approx(0.152)
+    assert [s.sequence for s in seen.force] == [s.sequence for s in HEALTHY.force]
+
+
+def test_two_faults_at_once() -> None:
+    faults = (WorldFault("force_gain", 0.0, 1.0, 0.5), WorldFault("force_bias", 0.0, 1.0, 100.0))
+    rig = open_world(replace(SPEC, faults=faults))
+    rig.force.open(1.0)
+    rig.clock.sleep_until(0.1)
+    assert reading(rig.force.drain()[-1]) == pytest.approx(102.5, abs=0.5)
