@@ -1,0 +1,296 @@
+"""A Universal Robots arm (CB3, e-Series) as one position-controlled axis along an approach line."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from stepload.errors import BadInputError, DeviceError
+from stepload.rig.device import Arm, Health, Identity
+from stepload.rig.faults import Fault, FaultCode
+from stepload.rig.options import Option
+from stepload.rig.samples import ArmSample, Status
+from stepload_drivers.ur import rescue, state, wire
+from stepload_drivers.ur.preflight import preflight
+from stepload_drivers.ur.process import ChildProcess
+from stepload_drivers.ur.settings import OPTIONS, settings_from
+from stepload_drivers.ur.tally import Tally
+
+CONNECTION_LOST = frozenset(
+    {
+        FaultCode.STALE,
+        FaultCode.NOT_CONNECTED,
+        FaultCode.NOT_FINITE,
+        FaultCode.OUT_OF_RANGE,
+        FaultCode.CLOCK,
+        FaultCode.DRIVER,
+    }
+)
+"""After these nothing the child says is believed: it is killed."""
+
+PAUSED = 4
+RESCUE_S = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class StopProof:
+    """What a deliberately starved watchdog did.
+
+    `stop_s` from the last input to the end of the program, `still_s` until the TCP stood still,
+    `travel_m` how far it went meanwhile.
+    """
+
+    stop_s: float
+    still_s: float
+    travel_m: float
+
+
+class UrArm(Arm):
+    """ur_rtde in a child process, guarded from outside.
+
+    Travel is measured from the TCP pose at `open` along `approach`; the orientation is kept.
+    `force_n` is the controller's own wrench along that axis: a second channel of about ±10 N.
+    """
+
+    OPTIONS: ClassVar[Mapping[str, Option]] = OPTIONS
+    has_force = True
+
+    def __init__(self, **options: Any) -> None:
+        self._settings = settings_from(options)
+        self.period_s = 0.002
+        self._child: ChildProcess | None = None
+        self._tally = Tally(self.period_s)
+        self._samples: list[ArmSample] = []
+        self._start: state.Vector6 | None = None
+        self._last: ArmSample | None = None
+        self._runtime_state = 0
+        self._fault: Fault | None = None
+        self._stage = ""
+        self._replies: dict[int, dict[str, Any]] = {}
+        self._number = 0
+        self._sent_s = 0.0
+
+    def open(self, timeout_s: float) -> Identity:
+        self.close()
+        deadline_s = time.monotonic() + timeout_s
+        controller = preflight(self._settings, deadline_s)
+        self.period_s = controller.period_s
+        self._tally = Tally(self.period_s)
+        self._samples, self._last, self._start, self._fault = [], None, None, None
+        self._replies = {}
+        left_s = max(0.1, deadline_s - time.monotonic())
+        self._child = ChildProcess(self._settings, self.period_s, left_s)
+        while self._last is None:
+            self._pump(min(0.05, max(0.001, deadline_s - time.monotonic())))
+            if self._fault is None and time.monotonic() > deadline_s:
+                self._latch(
+                    FaultCode.NOT_CONNECTED,
+                    f"{self._settings.host}: not ready within {timeout_s:g} s "
+                    f"(got as far as: {self._stage or 'start of the process'})",
+                    "check the pendant for messages, and the network",
+                )
+            if self._fault is not None:
+                fault = self._fault
+                self._kill()
+                raise DeviceError(fault.message, code=fault.code, hint=fault.hint)
+        return Identity(
+            driver="ur",
+            model=controller.model,
+            serial_number=controller.serial_number,
+            firmware=controller.firmware,
+            calibration_revision="",
+        )
+
+    def drain(self) -> list[ArmSample]:
+        self._pump()
+        samples, self._samples = self._samples, []
+        return samples
+
+    def command(self, position_m: float) -> None:
+        if not math.isfinite(position_m):
+            raise DeviceError(
+                f"position target {position_m} m is not finite", code=FaultCode.NOT_FINITE
+            )
+        self._pump()
+        lead_m = position_m - self._last.position_m if self._last else 0.0
+        if lead_m > self._settings.max_lead_m:
+            raise DeviceError(
+                f"position target {lead_m * 1e3:.2f} mm ahead of the arm, "
+                f"limit {self._settings.max_lead_m * 1e3:.2f} mm",
+                code=FaultCode.OUT_OF_RANGE,
+                hint="approach in smaller steps, or raise the option max_lead",
+            )
+        if not self._send(wire.pack_target(position_m)):
+            raise self._gone()
+
+    def health(self) -> Health:
+        self._pump()
+        return self._tally.health(time.monotonic())
+
+    def fault(self) -> Fault | None:
+        self._pump()
+        return self._fault
+
+    def safe(self, timeout_s: float) -> None:
+        deadline_s = time.monotonic() + timeout_s
+        if self._child is not None:
+            reply = self._request("safe", min(0.6 * timeout_s, 2.5))
+            if reply is not None and reply["ok"]:
+                stopped = reply["runtime_state"] not in (state.PLAYING, PAUSED)
+                if reply["confirmed"] or stopped:
+                    return
+            if reply is None or not reply["ok"]:
+                self._kill()
+        rescue.stop(self._settings.host, deadline_s)
+
+    def retract(self, distance_m: float, speed_m_s: float, timeout_s: float) -> None:
+        for name, value in (("distance", distance_m), ("speed", speed_m_s), ("time", timeout_s)):
+            if not (math.isfinite(value) and value > 0.0):
+                raise BadInputError(f"retract: {name} {value} is not a positive number")
+        deadline_s = time.monotonic() + timeout_s
+        if self._child is not None:
+            limit_s = max(0.5 * timeout_s, timeout_s - RESCUE_S)
+            reply = self._request("retract", limit_s, distance_m=distance_m, speed_m_s=speed_m_s)
+            if reply is not None and reply["ok"]:
+                return
+            self._kill()
+        try:
+            rescue.retract(self._settings, distance_m, speed_m_s, deadline_s)
+        except DeviceError:
+            rescue.stop(self._settings.host, time.monotonic() + RESCUE_S)
+            raise
+
+    def prove_stop(self, distance_m: float, speed_m_s: float, timeout_s: float) -> StopProof:
+        """Move slowly away from the plate, stop sending under way, and see the arm stop by itself.
+
+        For free air only. The program is started and the watchdog armed again afterwards.
+
+        Raises:
+            DeviceError: the arm did not stop by itself, or could not be started again; it was
+                stopped.
+        """
+        reply = self._request("prove", timeout_s, distance_m=distance_m, speed_m_s=speed_m_s)
+        if reply is None or not reply["ok"]:
+            why = reply["message"] if reply else f"no answer within {timeout_s:g} s"
+            self._kill()
+            rescue.stop(self._settings.host, time.monotonic() + RESCUE_S)
+            raise DeviceError(
+                f"the stop of the arm's watchdog is not proven: {why}",
+                code=FaultCode.REFUSED_COMMAND,
+                hint="do not run; see the pendant's log",
+            )
+        return StopProof(reply["stop_s"], reply["still_s"], reply["travel_m"])
+
+    def close(self) -> None:
+        if self._child is not None:
+            self._child.quit()
+            self._child = None
+
+    # the child's messages
+
+    def _pump(self, wait_s: float = 0.0) -> None:
+        """Take in all messages, tell the child that the run lives, notice its silence or end."""
+        if self._child is None:
+            return
+        for message in self._child.receive(wait_s):
+            self._take(message)
+        if self._child.ended:
+            if self._fault is None:
+                self._latch(
+                    FaultCode.DRIVER,
+                    self._child.last_words(),
+                    "the arm's watchdog stops the arm; open anew",
+                )
+            self._kill()
+            return
+        now_s = time.monotonic()
+        if self._last is not None:
+            age_s = now_s - self._last.receive_time_s
+            if age_s > self._settings.max_age_s:
+                self._latch(
+                    FaultCode.STALE,
+                    f"no new sample for {age_s * 1e3:.0f} ms, "
+                    f"limit {self._settings.max_age_s * 1e3:.0f} ms",
+                    "check cable, switch and the load of this computer",
+                )
+        if self._fault is not None and self._fault.code in CONNECTION_LOST:
+            self._kill()
+        elif now_s - self._sent_s > 0.2 * self._settings.leash_s:
+            self._send(wire.BEAT)
+
+    def _take(self, message: bytes) -> None:
+        kind = message[:1]
+        if kind == wire.SAMPLE:
+            if self._start is not None:
+                self._take_sample(*wire.unpack_sample(message))
+            return
+        fields = wire.unpack_json(message)
+        if kind == wire.HELLO:
+            x, y, z, rx, ry, rz = fields["start"]
+            self._start = (x, y, z, rx, ry, rz)
+        elif kind == wire.STAGE:
+            self._stage = fields["name"]
+        elif kind == wire.REPLY:
+            self._replies[fields["number"]] = fields
+        elif kind == wire.FAULT and self._fault is None:
+            self._fault = Fault(
+                FaultCode(fields["code"]), fields["message"], fields["hint"], fields["time_s"]
+            )
+
+    def _take_sample(self, receive_time_s: float, package: state.UrState) -> None:
+        assert self._start is not None
+        settings = self._settings
+        self._runtime_state = package.runtime_state
+        self._last = ArmSample(
+            sequence=self._tally.add(package.timestamp_s, receive_time_s),
+            device_time_s=package.timestamp_s,
+            receive_time_s=receive_time_s,
+            status=0 if state.can_move(package) else int(Status.STOPPED),
+            position_m=state.travel_m(package.pose, self._start, settings.approach),
+            force_n=state.pressing_force_n(package.wrench, settings.approach, settings.wrench_sign),
+            pose=package.pose,
+        )
+        self._samples.append(self._last)
+
+    def _latch(self, code: FaultCode, message: str, hint: str) -> None:
+        if self._fault is None:
+            self._fault = Fault(code, message, hint, time.monotonic())
+
+    def _send(self, message: bytes) -> bool:
+        self._sent_s = time.monotonic()
+        return self._child is not None and self._child.send(message)
+
+    def _request(self, op: str, timeout_s: float, **fields: float) -> dict[str, Any] | None:
+        """The child's reply, None when there is none in time."""
+        self._number += 1
+        number = self._number
+        self._pump()
+        if not self._send(wire.pack_json(wire.REQUEST, op=op, number=number, **fields)):
+            return None
+        until_s = time.monotonic() + timeout_s
+        while self._child is not None and time.monotonic() < until_s:
+            self._pump(min(0.02, max(0.001, until_s - time.monotonic())))
+            if number in self._replies:
+                return self._replies.pop(number)
+        return None
+
+    def _gone(self) -> DeviceError:
+        if self._fault is not None:
+            return DeviceError(
+                f"position target not sent: {self._fault.message}",
+                code=self._fault.code,
+                hint=self._fault.hint,
+            )
+        return DeviceError(
+            "position target not sent: the arm is not open",
+            code=FaultCode.NOT_CONNECTED,
+            hint="open the arm first",
+        )
+
+    def _kill(self) -> None:
+        if self._child is not None:
+            self._child.kill()
+            self._child = None

@@ -1,0 +1,222 @@
+"""Talks to a controller with sockets and time-outs of its own, without ur_rtde.
+
+For what must be known before ur_rtde is constructed, and for what must work after it died.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import struct
+import time
+from collections.abc import Sequence
+from types import TracebackType
+
+from stepload.errors import DeviceError
+from stepload.rig.faults import FaultCode
+from stepload_drivers.ur import frames, state
+from stepload_drivers.ur.frames import Frame, FrameError, FrameReader, encode
+
+DASHBOARD, RTDE = 29999, 30004
+SCRIPT_PORTS = (30003, 30002, 30001)
+CONNECT_LIMIT_S = 1.0
+SCRIPT_LINGER_S = 0.1
+
+Version = tuple[int, int, int, int]
+
+
+def _no_answer(host: str, port: int, what: str) -> DeviceError:
+    return DeviceError(
+        f"{host}:{port}: {what}",
+        code=FaultCode.NOT_CONNECTED,
+        hint="is the controller on, its address right, and the cable in? Then `ping` it",
+    )
+
+
+def _connect(host: str, port: int, deadline_s: float) -> socket.socket:
+    left_s = min(CONNECT_LIMIT_S, deadline_s - time.monotonic())
+    if left_s <= 0.0:
+        raise _no_answer(host, port, "no time left to connect")
+    try:
+        sock = socket.create_connection((host, port), timeout=left_s)
+    except OSError as error:
+        raise _no_answer(host, port, f"cannot connect ({error})") from error
+    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return sock
+
+
+def _receive(sock: socket.socket, host: str, port: int, deadline_s: float) -> bytes:
+    left_s = deadline_s - time.monotonic()
+    if left_s <= 0.0:
+        raise _no_answer(host, port, "no answer in time")
+    sock.settimeout(left_s)
+    try:
+        data = sock.recv(65536)
+    except TimeoutError as error:
+        raise _no_answer(host, port, "no answer in time") from error
+    except OSError as error:
+        raise _no_answer(host, port, f"connection lost ({error})") from error
+    if not data:
+        raise _no_answer(host, port, "the controller closed the connection")
+    return data
+
+
+class RtdeClient:
+    """One RTDE connection; every call ends by `deadline_s` (monotonic), whatever the peer does."""
+
+    def __init__(self, host: str, deadline_s: float) -> None:
+        self._host = host
+        self._deadline_s = deadline_s
+        self._sock = _connect(host, RTDE, deadline_s)
+        self._reader = FrameReader()
+        self._frames: list[Frame] = []
+        self._layout = frames.package_struct([])
+
+    def __enter__(self) -> RtdeClient:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._sock.close()
+
+    def _next(self) -> Frame:
+        while not self._frames:
+            data = _receive(self._sock, self._host, RTDE, self._deadline_s)
+            try:
+                self._frames += self._reader.feed(data)
+            except FrameError as error:
+                raise DeviceError(
+                    f"{self._host}:{RTDE}: {error}",
+                    code=FaultCode.CORRUPT,
+                    hint="something else than a UR controller answers here",
+                ) from error
+        return self._frames.pop(0)
+
+    def _ask(self, kind: int, payload: bytes = b"") -> bytes:
+        try:
+            self._sock.sendall(encode(kind, payload))
+        except OSError as error:
+            raise _no_answer(self._host, RTDE, f"connection lost ({error})") from error
+        while True:
+            frame = self._next()
+            if frame.kind == kind:
+                return frame.payload
+
+    def version(self) -> Version:
+        """Protocol 2 agreed on, then the controller's version.
+
+        Raises:
+            DeviceError: no protocol 2, no answer, or not RTDE.
+        """
+        if self._ask(frames.REQUEST_PROTOCOL_VERSION, b"\x00\x02") != b"\x01":
+            raise DeviceError(
+                f"{self._host}: the controller does not speak RTDE protocol 2",
+                code=FaultCode.UNSUPPORTED,
+                hint="PolyScope 3.4 to 5.x is supported",
+            )
+        answer = self._ask(frames.GET_VERSION)
+        if len(answer) != 16:
+            raise _no_answer(self._host, RTDE, f"version answer of {len(answer)} bytes, not 16")
+        major, minor, bugfix, build = struct.unpack(">4I", answer)
+        return (major, minor, bugfix, build)
+
+    def taken_inputs(self, names: Sequence[str]) -> list[str]:
+        """Those of `names` that another client or a fieldbus holds (claimed until closed)."""
+        types = self._ask(frames.SETUP_INPUTS, ",".join(names).encode())[1:].decode("ascii")
+        answers = types.split(",")
+        return [n for n, kind in zip(names, answers, strict=False) if kind == "IN_USE"]
+
+    def start(self, rate_hz: float) -> None:
+        """Ask for the variables of `state.VARIABLES` and start sending.
+
+        Raises:
+            DeviceError: refused or no answer.
+        """
+        request = struct.pack(">d", rate_hz) + ",".join(state.VARIABLES).encode()
+        answer = self._ask(frames.SETUP_OUTPUTS, request)
+        try:
+            self._layout = frames.package_struct(frames.split_names(answer[1:]))
+        except FrameError as error:
+            raise DeviceError(
+                f"{self._host}: the controller lacks an output variable ({error})",
+                code=FaultCode.UNSUPPORTED,
+                hint="PolyScope 3.4 to 5.x is supported",
+            ) from error
+        if self._ask(frames.START) != b"\x01":
+            raise _no_answer(self._host, RTDE, "refused to start sending")
+
+    def read(self) -> state.UrState:
+        """The next sound data package.
+
+        Raises:
+            DeviceError: none by the deadline, or it cannot be true.
+        """
+        while True:
+            frame = self._next()
+            if frame.kind == frames.DATA and len(frame.payload) == self._layout.size:
+                break
+        v = self._layout.unpack(frame.payload)[1:]
+        package = state.UrState(v[0], v[1:7], v[7:13], v[13], v[14], v[15], v[16])
+        if problem := state.data_problem(package):
+            raise DeviceError(problem.message, code=problem.code, hint=problem.hint)
+        return package
+
+
+def dashboard(host: str, commands: Sequence[str], deadline_s: float) -> list[str]:
+    """Replies of the dashboard server, one per command.
+
+    Raises:
+        DeviceError: not reachable or no answer by the deadline.
+    """
+    with contextlib.closing(_connect(host, DASHBOARD, deadline_s)) as sock:
+        text = b""
+        lines: list[str] = []
+        for index, command in enumerate(("", *commands)):
+            if command:
+                try:
+                    sock.sendall(command.encode("ascii") + b"\n")
+                except OSError as error:
+                    raise _no_answer(host, DASHBOARD, f"connection lost ({error})") from error
+            while len(lines) <= index:
+                text += _receive(sock, host, DASHBOARD, deadline_s)
+                *complete, text = text.split(b"\n")
+                lines += [line.decode("utf-8", "replace").strip() for line in complete]
+        return lines[1:]
+
+
+def send_script(host: str, script: str, deadline_s: float) -> None:
+    """Hand a URScript program to the first script port that takes it.
+
+    Raises:
+        DeviceError: none did. (That one did says nothing about its being carried out.)
+    """
+    errors = []
+    for port in SCRIPT_PORTS:
+        try:
+            with contextlib.closing(_connect(host, port, deadline_s)) as sock:
+                sock.sendall(script.encode("ascii"))
+                _swallow(sock)
+                return
+        except (DeviceError, OSError) as error:
+            errors.append(str(error).splitlines()[0])
+    raise DeviceError(
+        f"no script port took the program: {'; '.join(errors)}",
+        code=FaultCode.NOT_CONNECTED,
+        hint="use the emergency stop if the arm moves",
+    )
+
+
+def _swallow(sock: socket.socket) -> None:
+    """Read what the port streams for a moment: closing with unread data would reset the
+    connection, and the controller might drop the program with it.
+    """
+    until_s = time.monotonic() + SCRIPT_LINGER_S
+    while (left_s := until_s - time.monotonic()) > 0.0:
+        sock.settimeout(left_s)
+        with contextlib.suppress(TimeoutError):
+            if not sock.recv(65536):
+                return

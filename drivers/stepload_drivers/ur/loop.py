@@ -1,0 +1,240 @@
+"""The child's loop: every package to the run, every target to the controller, every doubt fatal.
+
+It stops sending to the controller, so that the controller's own watchdog stops the arm, when the
+run falls silent while the arm follows targets. It ends the process at the first doubt about the
+connection, before ur_rtde can reconnect and start its program again behind everybody's back.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import time
+from typing import Any, NoReturn
+
+from stepload.rig.faults import FaultCode
+from stepload_drivers.ur import wire
+from stepload_drivers.ur.link import Link
+from stepload_drivers.ur.ports import ControlPort, ReceivePort
+from stepload_drivers.ur.remote import RemoteCheck
+from stepload_drivers.ur.settings import Settings
+from stepload_drivers.ur.standstill import Standstill
+from stepload_drivers.ur.state import (
+    PLAYING,
+    Problem,
+    UrState,
+    Vector6,
+    data_problem,
+    safety_problem,
+    target_pose,
+    travel_m,
+)
+
+POLL_S = 0.0004
+HANG_S = 2.0
+RESEND_SHARE = 0.2
+"""Inputs are sent again after this share of the watchdog's time."""
+LATE_PERIODS = 2.0
+CLOCK_SLACK_S = 1.0
+REFUSAL_GRACE_S = 0.05
+REPORTED = 3
+"""Exit status of a child that has reported its fault itself."""
+
+
+def stay_alive_for(seconds: float) -> None:
+    """End this process by SIGALRM unless called again: works even while a library holds the GIL."""
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+
+
+class Loop:
+    """State of one connection.
+
+    `expect_stop` is set while a stop of the program is wanted; `muted` while nothing is sent;
+    `target_m` is the target that the arm follows, None while it follows none.
+    """
+
+    def __init__(self, link: Link, settings: Settings, period_s: float) -> None:
+        self.link = link
+        self.settings = settings
+        self.standstill = Standstill()
+        self.control: ControlPort | None = None
+        self.requests: list[dict[str, Any]] = []
+        self.target_m: float | None = None
+        self.fresh_target = False
+        self.muted = False
+        self.expect_stop = False
+        self.heard_s = time.monotonic()
+        self._period_s = period_s
+        self._receive = ReceivePort(settings)
+        self._state: UrState | None = None
+        self._offset_s = 0.0
+        self._sent_s = 0.0
+        self._refused_s = math.inf
+        self._has_fault = False
+        self._remote_check: RemoteCheck | None = None
+        self.forgive_pause()
+        while self._state is None:
+            self.step()
+        self.start: Vector6 = self.state.pose
+
+    @property
+    def state(self) -> UrState:
+        """The newest package."""
+        assert self._state is not None
+        return self._state
+
+    @property
+    def position_m(self) -> float:
+        return travel_m(self.state.pose, self.start, self.settings.approach)
+
+    def forgive_pause(self) -> None:
+        """Count the age of data from now: a constructor held the interpreter."""
+        self._seen_s = time.monotonic()
+
+    def follow(self, position_m: float | None) -> None:
+        """Take over a target, or none."""
+        self.target_m = position_m
+        self.fresh_target = position_m is not None
+
+    def sent(self) -> None:
+        """An input went out by other means than `step`."""
+        self._sent_s = time.monotonic()
+
+    def step(self) -> None:
+        """Take in what came from both sides, send what is due, wait a little."""
+        for message in self.link.receive(POLL_S):
+            self.heard_s = time.monotonic()
+            if message[:1] == wire.TARGET:
+                self.follow(wire.unpack_target(message))
+                self.muted = False
+            elif message[:1] == wire.REQUEST:
+                self.requests.append(wire.unpack_json(message))
+        self._poll()
+        if self.control is not None and not self.muted:
+            self._send_due(self.control)
+
+    def _poll(self) -> None:
+        now_s = time.monotonic()
+        state = self._receive.read_new(self._state)
+        if state is None:
+            self._check_age(now_s)
+            return
+        stay_alive_for(HANG_S)
+        self._check_connected()
+        self._check(state, now_s)
+        self._state, self._seen_s = state, now_s
+        self.standstill.add(state)
+        self.link.send(wire.pack_sample(now_s, state))
+
+    def _check_connected(self) -> None:
+        """ur_rtde's "not connected" is believed at once, its "connected" never."""
+        if self._receive.connected() and (self.control is None or self.control.connected()):
+            return
+        self.die(
+            FaultCode.NOT_CONNECTED,
+            "the controller closed the connection",
+            "check cable and controller; the arm's watchdog stops it",
+        )
+
+    def _check_age(self, now_s: float) -> None:
+        age_s, limit_s = now_s - self._seen_s, self.settings.max_age_s
+        if age_s > LATE_PERIODS * self._period_s:
+            self._check_connected()
+        if age_s > limit_s and self._receive.read_new(self._state) is None:
+            self.die(
+                FaultCode.STALE,
+                f"no new data package for {age_s * 1e3:.0f} ms, limit {limit_s * 1e3:.0f} ms",
+                "check cable, switch and the controller's load; the arm's watchdog stops it",
+            )
+
+    def _check(self, state: UrState, now_s: float) -> None:
+        if problem := data_problem(state):
+            self.die(*problem)
+        if self._state is None:
+            self._offset_s = now_s - state.timestamp_s
+            return
+        ahead_s = self._offset_s + state.timestamp_s - now_s
+        if state.timestamp_s <= self._state.timestamp_s or abs(ahead_s) > CLOCK_SLACK_S:
+            self.die(
+                FaultCode.CLOCK,
+                f"the controller's clock went from {self._state.timestamp_s:.3f} s to "
+                f"{state.timestamp_s:.3f} s, {ahead_s:+.3f} s against the host",
+                "was the controller restarted?",
+            )
+        if self.control is not None and not self.expect_stop and not self._has_fault:
+            self._find_fault(state, now_s)
+
+    def _find_fault(self, state: UrState, now_s: float) -> None:
+        """Report once what keeps the arm from following, told apart as well as it can be."""
+        problem = safety_problem(state)
+        if problem is None and state.runtime_state != PLAYING:
+            problem = self._why_no_program(state)
+        elif problem is None and now_s - self._refused_s > REFUSAL_GRACE_S:
+            problem = Problem(
+                FaultCode.REFUSED_COMMAND,
+                "the controller refused a position target",
+                "read the log on the pendant",
+            )
+        if problem is not None:
+            self._has_fault = self.muted = True
+            self._report(problem)
+
+    def _why_no_program(self, state: UrState) -> Problem | None:
+        """None while the dashboard is being asked."""
+        if self._remote_check is None:
+            self._remote_check = RemoteCheck(self.settings.host)
+        if not self._remote_check.done:
+            return None
+        if self._remote_check.remote is False:
+            return Problem(
+                FaultCode.NOT_REMOTE,
+                "the controller was switched to local control and runs our program no more",
+                "switch the pendant to remote control, then start anew",
+            )
+        silent_s = time.monotonic() - self.heard_s
+        cause = (
+            f"its watchdog stopped it: nothing came from the run for {silent_s * 1e3:.0f} ms"
+            if silent_s > self.settings.leash_s
+            else "stopped from the pendant or dashboard, by its watchdog, or replaced"
+        )
+        return Problem(
+            FaultCode.PROGRAM_STOPPED,
+            "the control program on the controller does not run "
+            f"(runtime_state {state.runtime_state}): {cause}",
+            "see the pendant's log; then start anew",
+        )
+
+    def _send_due(self, control: ControlPort) -> None:
+        """Forward a fresh target at once; else repeat the last input often enough."""
+        now_s = time.monotonic()
+        if not self.fresh_target:
+            if now_s - self._sent_s < RESEND_SHARE / self.settings.watchdog_hz:
+                return
+            if self.target_m is not None and now_s - self.heard_s > self.settings.leash_s:
+                return
+        if self.target_m is None:
+            sent = control.kick()
+        else:
+            pose = target_pose(self.start, self.settings.approach, self.target_m)
+            sent = control.servo(pose, self._period_s)
+        self.fresh_target = False
+        self._sent_s = now_s
+        self._refused_s = math.inf if sent else min(self._refused_s, now_s)
+
+    def _report(self, problem: Problem) -> None:
+        self.link.send(
+            wire.pack_json(
+                wire.FAULT,
+                code=problem.code.value,
+                message=problem.message,
+                hint=problem.hint,
+                time_s=time.monotonic(),
+            )
+        )
+
+    def die(self, code: FaultCode, message: str, hint: str) -> NoReturn:
+        """Report and end at once: a living ur_rtde would reconnect and upload again."""
+        self._report(Problem(code, message, hint))
+        self.link.drain(0.05)
+        os._exit(REPORTED)

@@ -1,0 +1,134 @@
+"""What must be true of a controller before ur_rtde may touch it.
+
+ur_rtde's constructors hang for good on a silent controller and crash on old ones, so everything
+they rely on is asked first, with time-outs of our own.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+from stepload.errors import DeviceError
+from stepload.rig.faults import FaultCode
+from stepload_drivers.ur.client import RtdeClient, Version, dashboard
+from stepload_drivers.ur.settings import Settings
+
+OLDEST: Version = (3, 4, 0, 0)
+UPPER_OFFSET = 24
+INTEGERS_USED, DOUBLES_USED = 8, 18
+
+
+@dataclass(frozen=True, slots=True)
+class Controller:
+    """Who answers. `serial_number` and `model` are empty where the controller cannot tell."""
+
+    version: Version
+    serial_number: str
+    model: str
+
+    @property
+    def period_s(self) -> float:
+        """Control period: 2 ms on e-Series, 8 ms on CB3."""
+        return 0.008 if self.version[0] == 3 else 0.002
+
+    @property
+    def firmware(self) -> str:
+        return "PolyScope " + ".".join(map(str, self.version))
+
+
+def check_version(version: Version, *, upper_registers: bool) -> None:
+    """Refuse what ur_rtde 1.6.5 cannot drive.
+
+    Raises:
+        DeviceError: UNSUPPORTED, with what to do.
+    """
+    text = ".".join(map(str, version))
+    if version[0] >= 6:
+        raise DeviceError(
+            f"PolyScope {text} is not supported: PolyScope X has no dashboard and no script port",
+            code=FaultCode.UNSUPPORTED,
+            hint="use an e-Series or CB3 controller with PolyScope 3.4 to 5.x",
+        )
+    if version < OLDEST or version[0] == 4:
+        raise DeviceError(
+            f"PolyScope {text} is not supported, 3.4 is the oldest that is",
+            code=FaultCode.UNSUPPORTED,
+            hint="update the controller's software",
+        )
+    if upper_registers and version >= (5, 23, 0, 0):
+        raise DeviceError(
+            f"upper_registers does not work with PolyScope {text} (defect of ur_rtde 1.6.5)",
+            code=FaultCode.UNSUPPORTED,
+            hint="free registers 0 to 23 of the fieldbus, or stay below PolyScope 5.23",
+        )
+
+
+def register_names(*, upper_registers: bool) -> list[str]:
+    """Input registers that ur_rtde's recipes use."""
+    first = UPPER_OFFSET if upper_registers else 0
+    integers = [f"input_int_register_{first + i}" for i in range(INTEGERS_USED)]
+    return integers + [f"input_double_register_{first + i}" for i in range(DOUBLES_USED)]
+
+
+def preflight(settings: Settings, deadline_s: float) -> Controller:
+    """Ask version, registers, data, identity and remote control; ends by `deadline_s`.
+
+    Raises:
+        DeviceError: NOT_CONNECTED, UNSUPPORTED, WRONG_DEVICE, NOT_REMOTE or REFUSED_COMMAND
+            (registers taken).
+    """
+    with RtdeClient(settings.host, deadline_s) as rtde:
+        version = rtde.version()
+        check_version(version, upper_registers=settings.upper_registers)
+        names = register_names(upper_registers=settings.upper_registers)
+        if taken := rtde.taken_inputs(names):
+            raise DeviceError(
+                f"{settings.host}: input registers in use by another client or fieldbus: "
+                f"{taken[0]} and {len(taken) - 1} more",
+                code=FaultCode.REFUSED_COMMAND,
+                hint="stop the other program, switch EtherNet/IP, PROFINET and MODBUS off, "
+                "or set upper_registers: true",
+            )
+        rtde.start(125.0)
+        rtde.read()
+    serial_number, model = _identity(settings, version, deadline_s)
+    return Controller(version, serial_number, model)
+
+
+def _identity(settings: Settings, version: Version, deadline_s: float) -> tuple[str, str]:
+    asks_remote = version >= (5, 6, 0, 0)
+    commands = ["get serial number", "get robot model"]
+    if asks_remote:
+        commands.append("is in remote control")
+    replies = dashboard(settings.host, commands, deadline_s)
+    serial_number = replies[0] if replies[0].isalnum() else ""
+    model = replies[1] if replies[1].isalnum() else ""
+    if asks_remote and replies[2].lower() != "true":
+        raise not_remote(settings.host)
+    if settings.serial_number and serial_number != settings.serial_number:
+        found = serial_number or "one that does not tell its serial number"
+        raise DeviceError(
+            f"{settings.host}: expected controller {settings.serial_number}, found {found}",
+            code=FaultCode.WRONG_DEVICE,
+            hint="correct the address or the serial number in the rig file",
+        )
+    return serial_number, model
+
+
+def not_remote(host: str) -> DeviceError:
+    """The controller ignores us because somebody works on its pendant."""
+    return DeviceError(
+        f"{host}: the controller is in local control",
+        code=FaultCode.NOT_REMOTE,
+        hint="switch the pendant to remote control (Settings, System, Remote Control first)",
+    )
+
+
+def in_remote_control(host: str, timeout_s: float) -> bool | None:
+    """Whether scripts are taken; None when the controller cannot or does not say."""
+    try:
+        reply = dashboard(host, ["is in remote control"], time.monotonic() + timeout_s)[0].lower()
+    except DeviceError:
+        return None
+    return {"true": True, "false": False}.get(reply)

@@ -1,0 +1,143 @@
+"""What the child does on request.
+
+Each procedure keeps stepping the loop, so that data go on flowing and the watchdog is fed; a new
+request ends it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from stepload_drivers.ur.loop import Loop
+from stepload_drivers.ur.ports import ControlPort
+from stepload_drivers.ur.state import PLAYING, UrState, can_move
+
+PROGRAM_START_S = 3.0
+STANDSTILL_S = 2.0
+SERVO_STOP_M_S2 = 10.0
+
+
+class RequestError(Exception):
+    """A request could not be carried out; the text goes to the run."""
+
+
+def connect(loop: Loop) -> None:
+    """Control interface, TCP and payload, watchdog; proves the watchdog where asked.
+
+    Raises:
+        RuntimeError: ur_rtde could not connect or start its program.
+        RequestError: the controller refused something, or its watchdog did not act.
+    """
+    loop.control = ControlPort(loop.settings)
+    loop.forgive_pause()
+    _prepare(loop)
+    if loop.settings.prove_watchdog:
+        _trip_watchdog(loop)
+        _restart(loop)
+
+
+def stop_servo(loop: Loop) -> dict[str, object]:
+    """Leave servo mode and see the arm stand still. Sent whatever state is believed."""
+    control = _control(loop)
+    loop.follow(None)
+    confirmed = control.stop_servo(SERVO_STOP_M_S2)
+    loop.sent()
+    _wait(loop, lambda _: loop.standstill.still, STANDSTILL_S, "the arm does not stand still")
+    return {"confirmed": confirmed, "runtime_state": loop.state.runtime_state}
+
+
+def retract(loop: Loop, distance_m: float, speed_m_s: float) -> dict[str, object]:
+    """Ramp the servo target back from the measured position; goes on when the run has died."""
+    from_m = _back_away(loop, distance_m, speed_m_s)
+    goal_m = from_m - 0.95 * distance_m + 1e-4
+    _wait(loop, lambda _: loop.position_m < goal_m, 2.0, "the arm did not follow the retract")
+    stop_servo(loop)
+    return {"distance_m": from_m - loop.position_m}
+
+
+def prove(loop: Loop, distance_m: float, speed_m_s: float) -> dict[str, object]:
+    """Back away slowly, fall silent under way, and see the watchdog stop the arm."""
+    _back_away(loop, distance_m, speed_m_s)
+    cut_m = loop.position_m
+    stop_s = _trip_watchdog(loop)
+    more_s = _wait(
+        loop, lambda _: loop.standstill.still, STANDSTILL_S, "the arm does not stand still"
+    )
+    went_m = abs(loop.position_m - cut_m)
+    _restart(loop)
+    return {"stop_s": stop_s, "still_s": stop_s + more_s, "travel_m": went_m}
+
+
+def leave(loop: Loop) -> None:
+    """Stop servo and program, as far as they run."""
+    if loop.control is not None and loop.state.runtime_state == PLAYING:
+        loop.control.stop_servo(SERVO_STOP_M_S2)
+        loop.control.end_program()
+
+
+def _control(loop: Loop) -> ControlPort:
+    assert loop.control is not None
+    return loop.control
+
+
+def _wait(loop: Loop, done: Callable[[UrState], bool], timeout_s: float, what: str) -> float:
+    """Step until a new package says `done`; returns seconds waited."""
+    started_s = time.monotonic()
+    known = loop.state
+    while loop.state is known or not done(loop.state):
+        if time.monotonic() - started_s > timeout_s:
+            raise RequestError(f"{what} (within {timeout_s:.2f} s)")
+        if loop.requests or loop.link.closed:
+            raise RequestError(f"{what}: given up for another request")
+        loop.heard_s = time.monotonic()
+        loop.step()
+    return time.monotonic() - started_s
+
+
+def _prepare(loop: Loop) -> None:
+    """TCP, payload, watchdog: all of it is lost when the program starts anew."""
+    if not _control(loop).prepare():
+        raise RequestError("the controller refused TCP, payload or watchdog")
+    loop.sent()
+
+
+def _trip_watchdog(loop: Loop) -> float:
+    """Send nothing until the controller has ended the program; returns how long that took."""
+    loop.expect_stop = loop.muted = True
+    return _wait(
+        loop,
+        lambda package: package.runtime_state != PLAYING,
+        1.0 / loop.settings.watchdog_hz + 0.5,
+        "the watchdog did not stop the program; the arm must not be used",
+    )
+
+
+def _restart(loop: Loop) -> None:
+    """Upload again, see it run, arm the watchdog again."""
+    loop.follow(None)
+    if not _control(loop).upload():
+        raise RequestError("the controller refused the control program")
+    _wait(loop, can_move, PROGRAM_START_S, "the control program did not start")
+    _prepare(loop)
+    loop.muted = loop.expect_stop = False
+
+
+def _back_away(loop: Loop, distance_m: float, speed_m_s: float) -> float:
+    """Move the target from the measured position back; returns that position."""
+    from_m = loop.position_m
+    started_s = time.monotonic()
+    loop.muted = False
+    gone_m = 0.0
+    while gone_m < distance_m:
+        gone_m = min(distance_m, (time.monotonic() - started_s) * speed_m_s)
+        loop.follow(from_m - gone_m)
+        known = loop.state
+        while loop.state is known:
+            if not can_move(known):
+                raise RequestError("the control program does not run, or the arm was stopped")
+            if loop.requests:
+                raise RequestError("given up for another request")
+            loop.heard_s = time.monotonic()
+            loop.step()
+    return from_m

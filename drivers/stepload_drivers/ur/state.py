@@ -1,0 +1,144 @@
+"""What the controller says about itself, and what that means: pure functions on one data package.
+
+State words: Universal Robots, RTDE guide (`runtime_state`, `safety_mode`, `safety_status_bits`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from stepload.rig.faults import FaultCode
+
+Vector6 = tuple[float, float, float, float, float, float]
+
+PLAYING = 2
+ROBOT_RUNNING = 7
+
+REACH_M = 5.0
+FORCE_LIMIT_N = 5000.0
+TORQUE_LIMIT_NM = 5000.0
+
+_PROTECTIVE_BITS = 1 << 2
+_SAFEGUARD_BITS = 1 << 4
+_EMERGENCY_BITS = 1 << 5 | 1 << 6 | 1 << 7
+_OTHER_STOP_BITS = 1 << 3 | 1 << 8 | 1 << 9 | 1 << 10
+
+VARIABLES = [
+    "timestamp",
+    "actual_TCP_pose",
+    "actual_TCP_force",
+    "robot_mode",
+    "safety_mode",
+    "runtime_state",
+    "safety_status_bits",
+]
+
+
+class UrState(NamedTuple):
+    """One data package, the variables of `VARIABLES` in their order."""
+
+    timestamp_s: float
+    pose: Vector6
+    wrench: Vector6
+    robot_mode: int
+    safety_mode: int
+    runtime_state: int
+    safety_bits: int
+
+
+class Problem(NamedTuple):
+    """A finding: what programs branch on, what is wrong, what to do."""
+
+    code: FaultCode
+    message: str
+    hint: str
+
+
+def data_problem(state: UrState) -> Problem | None:
+    """Why the package cannot be true, so that nothing in it may be used."""
+    numbers = (state.timestamp_s, *state.pose, *state.wrench)
+    if not all(map(math.isfinite, numbers)):
+        return Problem(
+            FaultCode.NOT_FINITE,
+            "the controller sends values that are not finite",
+            "check the network and the controller's software version",
+        )
+    checks = (
+        ("TCP position", max(map(abs, state.pose[:3])), REACH_M, "m"),
+        ("TCP rotation", math.hypot(*state.pose[3:]), 3 * math.pi, "rad"),
+        ("TCP force", max(map(abs, state.wrench[:3])), FORCE_LIMIT_N, "N"),
+        ("TCP torque", max(map(abs, state.wrench[3:])), TORQUE_LIMIT_NM, "N·m"),
+        ("runtime_state", abs(state.runtime_state - 2.5), 2.5, ""),
+        ("robot_mode", abs(state.robot_mode - 5), 6, ""),
+        ("safety_mode", abs(state.safety_mode - 10), 10, ""),
+    )
+    for name, value, limit, unit in checks:
+        if value > limit:
+            return Problem(
+                FaultCode.OUT_OF_RANGE,
+                f"{name} out of range: {value:g} {unit}, limit {limit:g} {unit}",
+                "check the network and the controller's software version",
+            )
+    return None
+
+
+def safety_problem(state: UrState) -> Problem | None:
+    """Which stop of the controller's safety system or drives is in force, None for none."""
+    bits, mode = state.safety_bits, state.safety_mode
+    if bits & _EMERGENCY_BITS or mode in (6, 7):
+        return Problem(
+            FaultCode.EMERGENCY_STOP,
+            f"emergency stop (safety_mode {mode})",
+            "find the cause, release the button, power on and release the brakes, then start anew",
+        )
+    if bits & _PROTECTIVE_BITS or mode == 3:
+        return Problem(
+            FaultCode.PROTECTIVE_STOP,
+            f"protective stop (safety_mode {mode})",
+            "look at the arm, unlock on the pendant, move it clear by hand, then start anew",
+        )
+    if bits & _SAFEGUARD_BITS or mode in (5, 12, 13):
+        return Problem(
+            FaultCode.SAFEGUARD_STOP,
+            f"safeguard stop (safety_mode {mode})",
+            "close the guard and reset it; the run does not go on by itself",
+        )
+    if bits & _OTHER_STOP_BITS or mode in (4, 8, 9):
+        return Problem(
+            FaultCode.DEVICE_REPORTS,
+            f"the safety system reports safety_mode {mode}, status bits {bits:#x}",
+            "read the log on the pendant",
+        )
+    if state.robot_mode != ROBOT_RUNNING:
+        return Problem(
+            FaultCode.DEVICE_REPORTS,
+            f"the arm is not running (robot_mode {state.robot_mode})",
+            "power on and release the brakes on the pendant",
+        )
+    return None
+
+
+def can_move(state: UrState) -> bool:
+    """Whether the program runs and no stop is in force."""
+    return state.runtime_state == PLAYING and safety_problem(state) is None
+
+
+def travel_m(pose: Vector6, start: Vector6, approach: tuple[float, float, float]) -> float:
+    """Travel from `start` along the unit vector `approach`."""
+    return sum((pose[i] - start[i]) * approach[i] for i in range(3))
+
+
+def pressing_force_n(
+    wrench: Vector6, approach: tuple[float, float, float], wrench_sign: str
+) -> float:
+    """The controller's wrench (base frame) along the approach axis, positive when pressing."""
+    along = sum(wrench[i] * approach[i] for i in range(3))
+    return -along if wrench_sign == "reaction" else along
+
+
+def target_pose(
+    start: Vector6, approach: tuple[float, float, float], position_m: float
+) -> list[float]:
+    """The pose `position_m` of travel from `start`, orientation kept."""
+    return [start[i] + approach[i] * position_m for i in range(3)] + list(start[3:])

@@ -1,0 +1,79 @@
+"""Messages between the run's process and the child that holds ur_rtde, one per datagram.
+
+The first byte is the kind. Samples and targets are packed; the rest, which is rare, is JSON.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from typing import Any
+
+from stepload_drivers.ur.state import UrState
+
+SAMPLE = b"s"
+TARGET = b"t"
+BEAT = b"b"
+STAGE = b"g"
+HELLO = b"h"
+FAULT = b"f"
+REQUEST = b"r"
+REPLY = b"a"
+
+MAX_BYTES = 8192
+
+_SAMPLE = struct.Struct("=cd13d3iI")
+_TARGET = struct.Struct("=cd")
+
+
+def pack_sample(receive_time_s: float, state: UrState) -> bytes:
+    """One data package and the host's monotonic time at which it was seen."""
+    return _SAMPLE.pack(
+        SAMPLE,
+        receive_time_s,
+        state.timestamp_s,
+        *state.pose,
+        *state.wrench,
+        state.robot_mode,
+        state.safety_mode,
+        state.runtime_state,
+        state.safety_bits,
+    )
+
+
+def unpack_sample(message: bytes) -> tuple[float, UrState]:
+    """Inverse of `pack_sample`.
+
+    Raises:
+        ValueError: not a sample message.
+    """
+    if len(message) != _SAMPLE.size or message[:1] != SAMPLE:
+        raise ValueError(f"not a sample: {len(message)} bytes of kind {message[:1]!r}")
+    v = _SAMPLE.unpack(message)
+    return v[1], UrState(v[2], v[3:9], v[9:15], v[15], v[16], v[17], v[18])
+
+
+def pack_target(position_m: float) -> bytes:
+    return _TARGET.pack(TARGET, position_m)
+
+
+def unpack_target(message: bytes) -> float:
+    position_m: float = _TARGET.unpack(message)[1]
+    return position_m
+
+
+def pack_json(kind: bytes, **fields: Any) -> bytes:
+    """A rare message.
+
+    Raises:
+        ValueError: longer than a datagram may be.
+    """
+    message = kind + json.dumps(fields).encode()
+    if len(message) > MAX_BYTES:
+        raise ValueError(f"message of {len(message)} bytes, the limit is {MAX_BYTES}")
+    return message
+
+
+def unpack_json(message: bytes) -> dict[str, Any]:
+    fields: dict[str, Any] = json.loads(message[1:])
+    return fields
