@@ -136,15 +136,25 @@ class Stream:
         return any(now_s - self._stale_s <= s[2] <= now_s + _EARLY_S for s in pending)
 
     def health(self) -> Health:
+        """Counts what has arrived, drained or not."""
         now_s = self._host.catch_up()
-        span_s = self._newest_s - self._first_s
-        many = self._received > 1 and span_s > 0.0
+        waiting = [s for s in self._channel.pending if s[2] <= now_s + _EARLY_S]
+        received, lost = self._received + len(waiting), self._lost
+        first_s, newest_s, longest_s = self._first_s, self._newest_s, self._longest_s
+        if waiting:
+            lost += max(0, waiting[-1][0] - self._sequence - len(waiting))
+            if self._received == 0:
+                first_s = waiting[0][2]
+            else:
+                longest_s = max(longest_s, waiting[0][2] - newest_s)
+            newest_s = waiting[-1][2]
+        span_s = newest_s - first_s
         return Health(
-            received=self._received,
-            lost=self._lost,
-            rate_hz=(self._received - 1) / span_s if many else 0.0,
-            age_s=now_s - self._newest_s if self._received else math.inf,
-            longest_gap_s=self._longest_s,
+            received=received,
+            lost=lost,
+            rate_hz=(received - 1) / span_s if received > 1 and span_s > 0.0 else 0.0,
+            age_s=now_s - newest_s if received else math.inf,
+            longest_gap_s=longest_s,
             errors={},
         )
 
