@@ -162,6 +162,14 @@ def _record(control: Control, file_fd: int, memory_fd: int, shared: list[Shared]
     memory.set_state(State.CLOSED)
 
 
+def _wait_for_the_end(control: Control) -> None:
+    """Keep the file (and its lock) until the recorder lets go of it."""
+    while not control.ended:
+        frame = control.wait(1.0)
+        if frame is not None and frame[0] == Kind.FINISH:
+            return
+
+
 def main(file_fd: int, memory_fd: int) -> int:
     """Write until the recorder is done or gone; returns the exit code."""
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
@@ -179,8 +187,7 @@ def main(file_fd: int, memory_fd: int) -> int:
             print(f"record writer: {text}", file=sys.stderr)
             return 1
         with contextlib.suppress(OSError):
-            while not control.ended:
-                control.wait(1.0)
+            _wait_for_the_end(control)
         return 1
 
 

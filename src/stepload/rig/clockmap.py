@@ -89,8 +89,8 @@ def fit_clock(device_s: FloatArray, host_s: FloatArray) -> ClockFit:
     if not (np.diff(x) > 0.0).all():
         at = int(np.argmin(np.diff(x)))
         raise DomainError(
-            f"the device clock does not rise: {device_s[at]!r} s is followed by "
-            f"{device_s[at + 1]!r} s (sample {at + 1})"
+            f"the device clock does not rise: {float(device_s[at])!r} s is followed by "
+            f"{float(device_s[at + 1])!r} s (sample {at + 1})"
         )
     base = host_s[0] - device_s[0]
     y = (host_s - device_s) - base

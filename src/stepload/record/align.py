@@ -1,0 +1,254 @@
+"""All channels of a recording on one time base, and the lag between force and position."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepload.errors import BadInputError, DomainError
+from stepload.record.reader import FloatArray, IntArray, Recording
+from stepload.rig.clockmap import MAX_SKEW, fit_clock
+from stepload.rig.samples import Status
+
+BoolArray = NDArray[np.bool_]
+
+_USELESS = Status.SATURATED | Status.INVALID | Status.DEVICE_FAULT
+_MAX_GAP_PERIODS = 10.0
+_WINDOW_S = 2.0
+_MAX_RESIDUAL = 0.1
+"""Share of a window's force variance that its position may leave unexplained."""
+
+
+class SampleColumns(Protocol):
+    """What every device channel has."""
+
+    @property
+    def time_s(self) -> FloatArray: ...
+    @property
+    def device_time_s(self) -> FloatArray: ...
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelClock:
+    """Where a channel's sample times come from.
+
+    `how` is "device clock" or "receive time", then with the reason why in `why`. The residuals are
+    receive time minus mapped device time: transport latency beyond the smallest.
+    """
+
+    channel: str
+    how: str
+    why: str
+    skew_ppm: float
+    residual_median_us: float
+    residual_p99_us: float
+
+
+@dataclass(frozen=True, slots=True)
+class Aligned:
+    """One row per usable force sample, on the run's clock, oldest first.
+
+    `force_n` is along the force axis, positive when pressing, *not* tared. `displacement_m` is None
+    without a gauge. `phase`, `cycle`, `step` and `level_n` are those of the tick before the sample.
+    `left_out` counts force samples that were marked bad or lie in a gap of another channel.
+    """
+
+    time_s: FloatArray
+    force_n: FloatArray
+    position_m: FloatArray
+    displacement_m: FloatArray | None
+    phase: IntArray
+    cycle: IntArray
+    step: IntArray
+    level_n: FloatArray
+    clocks: tuple[ChannelClock, ...]
+    left_out: int
+
+
+@dataclass(frozen=True, slots=True)
+class Lag:
+    """How much the force comes after the position, in s, with its standard uncertainty.
+
+    NaN and inf where no ramp tells; `how` says what it rests on.
+    """
+
+    lag_s: float
+    sigma_s: float
+    how: str
+
+
+def sample_times(channel: str, columns: SampleColumns) -> tuple[FloatArray, ChannelClock]:
+    """When each sample was taken, on the run's clock: never falling, shape (N,)."""
+    receive_s = columns.time_s
+    try:
+        fit = fit_clock(columns.device_time_s, receive_s)
+        if abs(fit.skew) >= MAX_SKEW:
+            raise DomainError(f"the device clock is off by more than {MAX_SKEW * 1e6:.0f} ppm")
+    except DomainError as error:
+        clock = ChannelClock(channel, "receive time", error.message, 0.0, np.nan, np.nan)
+        return np.maximum.accumulate(receive_s), clock
+    clock = ChannelClock(
+        channel,
+        "device clock",
+        "",
+        fit.skew * 1e6,
+        fit.residual_median_us,
+        fit.residual_p99_us,
+    )
+    return fit.to_host(columns.device_time_s), clock
+
+
+def project(wrench: FloatArray, axis: str) -> FloatArray:
+    """Force along `axis` ("+fx" … "-fz"), positive when pressing; wrench (N, 6) → (N,).
+
+    Raises:
+        BadInputError: no such axis.
+    """
+    if len(axis) != 3 or axis[0] not in "+-" or axis[1:] not in ("fx", "fy", "fz"):
+        raise BadInputError(f"force axis {axis!r}", hint="one of +fx -fx +fy -fy +fz -fz")
+    component = wrench[:, "xyz".index(axis[2])]
+    return -component if axis[0] == "-" else component
+
+
+def _interpolate(
+    at_s: FloatArray, time_s: FloatArray, value: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """Values at other times, and which of them lie between close enough neighbours."""
+    right = np.clip(np.searchsorted(time_s, at_s), 1, len(time_s) - 1)
+    gap_s = time_s[right] - time_s[right - 1]
+    limit_s = _MAX_GAP_PERIODS * float(np.median(np.diff(time_s)))
+    inside = (at_s >= time_s[0]) & (at_s <= time_s[-1]) & (gap_s <= limit_s)
+    return np.interp(at_s, time_s, value), inside
+
+
+def align(recording: Recording, axis: str | None = None, lag_s: float = 0.0) -> Aligned:
+    """Put force, position and what the engine did on the force samples' times.
+
+    Args:
+        axis: force axis; the recording's own ("force_axis" of its metadata) when None.
+        lag_s: how much later than the position the force is recorded (see `measure_lag`).
+
+    Raises:
+        BadInputError: a channel without data, or no usable sample left.
+    """
+    axis = axis or recording.metadata.get("force_axis", "")
+    for name, time_s in (
+        ("force", recording.force.time_s),
+        ("arm", recording.arm.time_s),
+        ("tick", recording.ticks.time_s),
+    ):
+        if len(time_s) < 2:
+            raise BadInputError(
+                f"{recording.path}: {len(time_s)} samples in channel {name!r}",
+                hint="the run ended before there was anything to identify",
+            )
+    force_s, force_clock = sample_times("force", recording.force)
+    arm_s, arm_clock = sample_times("arm", recording.arm)
+    clocks = [force_clock, arm_clock]
+    force_n = project(recording.force.wrench, axis)
+    at_s = force_s - lag_s
+    position_m, usable = _interpolate(at_s, arm_s, recording.arm.position_m)
+    usable &= (recording.force.status & int(_USELESS)) == 0
+    usable &= np.isfinite(force_n) & np.isfinite(position_m)
+    displacement_m = None
+    if recording.displacement is not None and len(recording.displacement.time_s) >= 2:
+        gauge_s, gauge_clock = sample_times("displacement", recording.displacement)
+        clocks.append(gauge_clock)
+        displacement_m, known = _interpolate(at_s, gauge_s, recording.displacement.displacement_m)
+        usable &= known & np.isfinite(displacement_m)
+    tick = np.searchsorted(recording.ticks.time_s, at_s, side="right") - 1
+    usable &= tick >= 0
+    if not usable.any():
+        raise BadInputError(f"{recording.path}: no force sample with a position to it")
+    tick = tick[usable]
+    return Aligned(
+        time_s=at_s[usable],
+        force_n=force_n[usable],
+        position_m=position_m[usable],
+        displacement_m=None if displacement_m is None else displacement_m[usable],
+        phase=recording.ticks.phase[tick],
+        cycle=recording.ticks.cycle[tick],
+        step=recording.ticks.step[tick],
+        level_n=recording.ticks.level_n[tick],
+        clocks=tuple(clocks),
+        left_out=int(len(usable) - usable.sum()),
+    )
+
+
+def _window_lag(
+    position_m: FloatArray, force_n: FloatArray, most: int
+) -> tuple[float, float] | None:
+    """(lag, its standard uncertainty) of one window in samples; None where nothing shows.
+
+    For every shift the force is regressed on the shifted position and its square, which takes the
+    bend of any smooth contact law; the lag is where the residual is smallest.
+    """
+    y = force_n[most:-most] - force_n[most:-most].mean()
+    u = np.lib.stride_tricks.sliding_window_view(position_m, len(y))
+    u = u - u.mean(axis=1, keepdims=True)
+    v = u * u
+    v -= v.mean(axis=1, keepdims=True)
+    uu, uv, vv = (u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)
+    uy, vy, yy = u @ y, v @ y, float(y @ y)
+    determinant = uu * vv - uv * uv
+    if yy == 0.0 or not (determinant > 0.0).all():
+        return None
+    residual = yy - (vv * uy * uy - 2 * uv * uy * vy + uu * vy * vy) / determinant
+    best = int(np.argmin(residual))
+    if best in (0, len(residual) - 1) or residual[best] > _MAX_RESIDUAL * yy:
+        return None
+    left, low, right = residual[best - 1 : best + 2]
+    bend = left - 2 * low + right
+    if bend <= 0.0:
+        return None
+    variance = 2.0 * low / (len(y) - 4) / bend + 1.0 / 12.0
+    return float(most - best - 0.5 * (left - right) / bend), float(np.sqrt(variance))
+
+
+def measure_lag(
+    time_s: FloatArray,
+    force_n: FloatArray,
+    position_m: FloatArray,
+    in_contact: BoolArray | None = None,
+    max_lag_s: float = 0.1,
+) -> Lag:
+    """Lag of force behind position from the ramps of a run.
+
+    Within a window of 2 s force and position follow one smooth law, so that the shift at which the
+    position explains the force best is the lag (a cross-correlation that allows for the bend of
+    the law). Windows count by the sharpness of their minimum, ramps much and holds next to
+    nothing; the uncertainty comes from their scatter.
+
+    Args:
+        time_s, force_n, position_m: shape (N,), times rising.
+        in_contact: which samples to use, all when None.
+        max_lag_s: search range to both sides.
+    """
+    chosen = np.ones(len(time_s), bool) if in_contact is None else in_contact
+    if chosen.sum() < 16:
+        return Lag(np.nan, np.inf, "no data in contact")
+    dt_s = float(np.median(np.diff(time_s)))
+    most = max(2, round(max_lag_s / dt_s))
+    size = round(_WINDOW_S / dt_s)
+    found = []
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], chosen.view(np.int8), [0]))))
+    for start, stop in edges.reshape(-1, 2).tolist():
+        grid_s = np.arange(time_s[start], time_s[stop - 1], dt_s)
+        position = np.interp(grid_s, time_s[start:stop], position_m[start:stop])
+        force = np.interp(grid_s, time_s[start:stop], force_n[start:stop])
+        for first in range(0, len(grid_s) - size - 2 * most + 1, size):
+            window = slice(first, first + size + 2 * most)
+            lag = _window_lag(position[window], force[window], most)
+            if lag is not None and lag[1] < most:
+                found.append(lag)
+    if len(found) < 3:
+        return Lag(np.nan, np.inf, f"only {len(found)} windows with a clear ramp, 3 are needed")
+    lags, sigmas = np.array(found).T * dt_s
+    weights = sigmas**-2 / (sigmas**-2).sum()
+    middle = float(weights @ lags)
+    scatter = float(weights @ (lags - middle) ** 2) / (len(lags) - 1)
+    sigma_s = np.sqrt(max(scatter, 1.0 / (sigmas**-2).sum()))
+    return Lag(middle, float(sigma_s), f"cross-correlation in {len(lags)} windows of 2 s")

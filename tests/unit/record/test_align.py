@@ -1,0 +1,166 @@
+"""One time base: samples at the right place in spite of clocks, gaps, bad samples and lag."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stepload.errors import BadInputError
+from stepload.record.align import align, measure_lag, project
+from stepload.record.reader import ArmColumns, ForceColumns, Recording, TickColumns
+from stepload.record.rows import Phase
+from stepload.rig.samples import Status
+
+STIFFNESS_N_PER_M = 2e6
+
+
+def stepped(time_s: np.ndarray) -> np.ndarray:
+    """Travel in m: every 2 s a ramp of 0.4 s by 20 µm, then a hold."""
+    steps = np.floor(time_s / 2.0)
+    return 20e-6 * (steps + np.clip((time_s - 2.0 * steps) / 0.4, 0.0, 1.0))
+
+
+def recording(force_lag_s: float = 0.0, seed: int = 1) -> Recording:
+    """40 s of contact; the force's device clock runs 120 ppm fast and its link comes in bursts."""
+    rng = np.random.default_rng(seed)
+    true_s = np.arange(0.0, 40.0, 1e-3)
+    burst = np.arange(len(true_s)) // 8
+    receive_s = burst * 8e-3 + 7e-3 + rng.exponential(100e-6, len(true_s))
+    wrench = np.zeros((len(true_s), 6))
+    wrench[:, 2] = -STIFFNESS_N_PER_M * stepped(true_s - force_lag_s) + 3.0
+    wrench[:, 2] += rng.normal(0.0, 0.02, len(true_s))
+    arm_s = np.arange(0.0, 40.0, 2e-3)
+    tick_s = arm_s.copy()
+    position_m = stepped(arm_s) + rng.normal(0.0, 0.1e-6, len(arm_s))
+    step = np.floor(tick_s / 2.0).astype(np.int64) + 1
+    zeros = np.zeros(len(tick_s))
+    return Recording(
+        path=Path("run.mcap"),
+        force=ForceColumns(
+            time_s=receive_s,
+            sequence=np.arange(len(true_s)),
+            device_time_s=77.0 + true_s * (1.0 + 120e-6),
+            status=np.zeros(len(true_s), np.int64),
+            temperature_c=np.full(len(true_s), np.nan),
+            wrench=wrench,
+        ),
+        second_force=None,
+        arm=ArmColumns(
+            time_s=arm_s,
+            sequence=np.arange(len(arm_s)),
+            device_time_s=np.full(len(arm_s), np.nan),
+            status=np.zeros(len(arm_s), np.int64),
+            position_m=position_m,
+            force_n=np.full(len(arm_s), np.nan),
+            pose=np.zeros((len(arm_s), 6)),
+        ),
+        displacement=None,
+        ticks=TickColumns(
+            time_s=tick_s,
+            target_m=zeros,
+            force_n=zeros,
+            second_force_n=zeros,
+            predicted_peak_n=zeros,
+            limit_n=zeros,
+            compliance_m_per_n=zeros,
+            level_n=50.0 * step,
+            late_s=zeros,
+            phase=np.full(len(tick_s), int(Phase.LOAD)),
+            cycle=np.ones(len(tick_s), np.int64),
+            step=step,
+        ),
+        events=(),
+        metadata={"force_axis": "-fz"},
+        outcome={},
+        attachments={},
+        results={},
+        partial=False,
+        damage="",
+    )
+
+
+def test_bursts_and_skew_are_undone() -> None:
+    got = align(recording())
+    force, arm = got.clocks
+    assert force.how == "device clock"
+    assert force.skew_ppm == pytest.approx(-120.0, abs=10.0)
+    assert 3000.0 < force.residual_median_us < 5000.0
+    assert arm.how == "receive time"
+    assert "finite" in arm.why
+    interval_s = np.diff(got.time_s)
+    assert np.abs(interval_s - 1e-3).max() < 1e-5
+    assert (got.step == np.floor(got.time_s / 2.0) + 1).all()
+    assert (got.level_n == 50.0 * got.step).all()
+    assert (got.phase == Phase.LOAD).all()
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0])
+def test_a_bent_law_is_no_lag(exponent: float) -> None:
+    time_s = np.arange(0.0, 30.0, 1e-3)
+    rng = np.random.default_rng(5)
+    position_m = stepped(time_s)
+    force_n = 300.0 * (position_m / 300e-6) ** exponent + rng.normal(0.0, 0.02, len(time_s))
+    lag = measure_lag(time_s, force_n, position_m + rng.normal(0.0, 0.1e-6, len(time_s)))
+    assert abs(lag.lag_s) < 4.0 * lag.sigma_s
+    assert lag.sigma_s < 1e-3
+
+
+@pytest.mark.parametrize("lag_s", [-0.012, 0.0, 0.004, 0.03])
+def test_the_lag_is_measured_and_corrected(lag_s: float) -> None:
+    record = recording(force_lag_s=lag_s)
+    raw = align(record)
+    lag = measure_lag(raw.time_s, raw.force_n, raw.position_m)
+    assert lag.lag_s == pytest.approx(lag_s, abs=0.3e-3)
+    assert 0.0 < lag.sigma_s < 0.2e-3
+    assert "windows" in lag.how
+    fixed = align(record, lag_s=lag.lag_s)
+    residual_n = fixed.force_n + 3.0 - STIFFNESS_N_PER_M * fixed.position_m
+    assert np.sqrt(np.mean(residual_n**2)) < 0.3
+
+
+def test_no_motion_tells_no_lag() -> None:
+    time_s = np.arange(0.0, 20.0, 1e-3)
+    noise = np.random.default_rng(0).normal(size=(2, len(time_s)))
+    lag = measure_lag(time_s, noise[0], noise[1])
+    assert np.isnan(lag.lag_s)
+    assert np.isinf(lag.sigma_s)
+    assert "windows" in lag.how
+    none = measure_lag(time_s, noise[0], noise[1], np.zeros(len(time_s), bool))
+    assert none.how == "no data in contact"
+
+
+def test_bad_samples_and_gaps_are_left_out() -> None:
+    record = recording()
+    record.force.status[100:110] = Status.SATURATED
+    record.force.status[200:210] = Status.OVERRANGE
+    record.force.wrench[300] = np.nan
+    keep = np.ones(len(record.arm.time_s), bool)
+    keep[5000:5100] = False
+    arm = replace(
+        record.arm,
+        **{n: getattr(record.arm, n)[keep] for n in record.arm.__slots__},
+    )
+    got = align(replace(record, arm=arm))
+    assert 10 + 1 + 198 <= got.left_out <= 10 + 1 + 203 + 10
+    inside = (got.time_s > 10.001) & (got.time_s < 10.199)
+    assert not inside.any()
+
+
+def test_projection() -> None:
+    wrench = np.arange(6.0).reshape(1, 6)
+    found: Mapping[str, float] = {a: float(project(wrench, a)[0]) for a in ("+fx", "-fy", "+fz")}
+    assert found == {"+fx": 0.0, "-fy": -1.0, "+fz": 2.0}
+    for axis in ("", "fz", "+tz", "+fw"):
+        with pytest.raises(BadInputError, match="force axis"):
+            project(wrench, axis)
+
+
+def test_an_empty_channel_is_named() -> None:
+    record = recording()
+    arm = replace(record.arm, **{n: getattr(record.arm, n)[:1] for n in record.arm.__slots__})
+    with pytest.raises(BadInputError, match="1 samples in channel 'arm'"):
+        align(replace(record, arm=arm))

@@ -1,0 +1,272 @@
+"""The recorder end to end: what goes in comes out, here and in the field's readers."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.highlevel import AnyReader
+
+from stepload.errors import BadInputError
+from stepload.record.reader import read_recording
+from stepload.record.recorder import Recorder, RecordingFailedError
+from stepload.record.recovery import find_unfinished, is_being_written, recover
+from stepload.rig.samples import DisplacementSample
+
+RATES_HZ = {"force": 1000.0, "arm": 500.0, "tick": 500.0}
+Start = Callable[..., Recorder]
+
+
+def decode(path: Path) -> list[tuple[str, Any, Any]]:
+    """(topic, message record, decoded message) of everything, through mcap-ros2-support."""
+    with path.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        return [(c.topic, m, d) for _, c, m, d in reader.iter_decoded_messages()]
+
+
+@pytest.fixture
+def start(tmp_path: Path, virtual_clock: Any) -> Any:
+    started: list[Recorder] = []
+
+    def start(rates_hz: Mapping[str, float] = RATES_HZ, lossless: bool = True) -> Recorder:
+        recorder = Recorder(
+            tmp_path,
+            rates_hz=rates_hz,
+            clock=virtual_clock,
+            metadata={"run_id": "r1", "force_axis": "+fz"},
+            attachments={"plan.yaml": b"payload: {}\n"},
+            lossless=lossless,
+        )
+        started.append(recorder)
+        return recorder
+
+    yield start
+    for recorder in started:
+        recorder.abandon()
+
+
+def fill(recorder: Recorder, make: SimpleNamespace, count: int) -> None:
+    for i in range(count):
+        recorder.force(make.force(i))
+        if i % 2:
+            recorder.arm(make.arm(i // 2))
+            recorder.tick(make.tick(i // 2))
+
+
+def test_everything_comes_back_exactly(start: Start, make: SimpleNamespace) -> None:
+    recorder = start({**RATES_HZ, "second_force": 100.0, "displacement": 50.0})
+    fill(recorder, make, 400)
+    recorder.second_force(make.force(7))
+    recorder.displacement(DisplacementSample(3, 1.0, 100.2, 0, 2e-6))
+    recorder.event(100.3, "touch", {"force_n": 2.5, "limit": float("inf"), "at": np.float64(0.1)})
+    path = recorder.finish({"k": 1.0, "bad": float("nan")}, "identified")
+
+    got = read_recording(path)
+    assert path.name == "run.mcap"
+    assert not got.partial
+    assert not got.damage
+    samples = [make.force(i) for i in range(400)]
+    np.testing.assert_array_equal(got.force.sequence, [s.sequence for s in samples])
+    np.testing.assert_array_equal(got.force.time_s, [s.receive_time_s for s in samples])
+    np.testing.assert_array_equal(got.force.device_time_s, [s.device_time_s for s in samples])
+    np.testing.assert_array_equal(got.force.status, [s.status for s in samples])
+    np.testing.assert_array_equal(got.force.temperature_c, [s.temperature_c for s in samples])
+    np.testing.assert_array_equal(got.force.wrench, [s.wrench for s in samples])
+    arm = [make.arm(i) for i in range(200)]
+    np.testing.assert_array_equal(got.arm.position_m, [s.position_m for s in arm])
+    np.testing.assert_array_equal(got.arm.pose, [s.pose for s in arm])
+    assert np.isnan(got.arm.force_n).all()
+    ticks = [make.tick(i) for i in range(200)]
+    for name in ticks[0]._fields:
+        np.testing.assert_array_equal(
+            getattr(got.ticks, name), [getattr(t, name) for t in ticks], err_msg=name
+        )
+    assert got.second_force is not None
+    np.testing.assert_array_equal(got.second_force.wrench, [make.force(7).wrench])
+    assert got.displacement is not None
+    assert got.displacement.displacement_m.tolist() == [2e-6]
+    (event,) = got.events
+    assert (event.time_s, event.kind) == (100.3, "touch")
+    assert event.data == {"force_n": 2.5, "limit": "inf", "at": 0.1}
+    assert got.results == {"k": 1.0, "bad": "nan"}
+    assert got.metadata["run_id"] == "r1"
+    assert got.outcome["verdict"] == "identified"
+    assert got.outcome["recorded_force"] == "400"
+    assert got.attachments["plan.yaml"] == b"payload: {}\n"
+
+
+def test_opens_and_decodes_in_the_fields_readers(start: Start, make: SimpleNamespace) -> None:
+    recorder = start()
+    fill(recorder, make, 300)
+    recorder.event(100.1, "note", {"text": "ü"})
+    path = recorder.finish({}, "identified")
+    expected = {"/force": 300, "/force/sample": 300, "/arm": 150, "/tick": 150, "/events": 1}
+
+    seen: Counter[str] = Counter()
+    wrenches = []
+    with AnyReader([path]) as bag:
+        for connection, _, raw in bag.messages():
+            message: Any = bag.deserialize(raw, connection.msgtype)
+            seen[connection.topic] += 1
+            if connection.topic == "/force":
+                wrenches.append(message.wrench.force.z)
+    assert seen == expected
+    assert wrenches == [make.force(i).wrench[2] for i in range(300)]
+
+    seen.clear()
+    stamps = []
+    for topic, message, decoded in decode(path):
+        seen[topic] += 1
+        if topic == "/force":
+            stamp = decoded.header.stamp
+            stamps.append(stamp.sec * 10**9 + stamp.nanosec - message.publish_time)
+            assert message.publish_time <= message.log_time
+            assert decoded.header.frame_id == "force"
+    assert seen == expected
+    assert set(stamps) == {0}
+
+
+def test_log_times_never_go_back_even_when_samples_do(start: Start, make: SimpleNamespace) -> None:
+    recorder = start()
+    for i in (5, 6, 2, 7):
+        recorder.force(make.force(i))
+    path = recorder.finish({}, "stopped")
+    in_file_order = {m.sequence: m.log_time for topic, m, _ in decode(path) if topic == "/force"}
+    times = [in_file_order[sequence] for sequence in (5, 6, 2, 7)]
+    assert times == sorted(times)
+    assert read_recording(path).force.sequence.tolist() == [5, 6, 2, 7]
+
+
+def test_lossless_waits_for_the_writer(start: Start, make: SimpleNamespace) -> None:
+    recorder = start({**RATES_HZ, "force": 60.0})
+    capacity = recorder._shared.capacity["force"]
+    for i in range(capacity * 5):
+        recorder.force(make.force(i))
+    assert not recorder.problem()
+    got = read_recording(recorder.finish({}, "identified"))
+    assert got.force.sequence.tolist() == list(range(capacity * 5))
+
+
+def test_a_full_ring_drops_the_newest_and_says_so(start: Start, make: SimpleNamespace) -> None:
+    recorder = start({**RATES_HZ, "force": 60.0}, lossless=False)
+    capacity = recorder._shared.capacity["force"]
+    os.kill(recorder.writer_pid, signal.SIGSTOP)
+    try:
+        for i in range(capacity + 10):
+            recorder.force(make.force(i))
+        problem = next(filter(None, (recorder.problem() for _ in range(1000))), "")
+    finally:
+        os.kill(recorder.writer_pid, signal.SIGCONT)
+    assert "10 of force" in problem
+    got = read_recording(recorder.finish({}, "stopped"))
+    assert got.force.sequence.tolist() == list(range(capacity))
+    assert got.outcome["dropped_force"] == "10"
+
+
+def test_signals_to_the_group_do_not_reach_the_writer(start: Start, make: SimpleNamespace) -> None:
+    recorder = start()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        os.kill(recorder.writer_pid, number)
+    fill(recorder, make, 100)
+    assert len(read_recording(recorder.finish({}, "stopped")).force.sequence) == 100
+
+
+def test_a_full_disk_is_a_problem_and_leaves_a_repairable_file(
+    start: Start, make: SimpleNamespace
+) -> None:
+    recorder = start()
+    fill(recorder, make, 200)
+    until(lambda: recorder._shared.recorded("tick") == 100)
+    size = recorder.part_path.stat().st_size + 4096
+    resource.prlimit(recorder.writer_pid, resource.RLIMIT_FSIZE, (size, size))
+    written = 200
+    while not (problem := recorder.problem()):
+        recorder.force(make.force(written))
+        written += 1
+    assert "File too large" in problem
+    with pytest.raises(RecordingFailedError, match="File too large"):
+        recorder.finish({}, "stopped")
+    recovered = recover(recorder.part_path)
+    got = read_recording(recovered.path)
+    assert recovered.cut_bytes == 0
+    assert got.partial
+    assert 200 <= len(got.force.sequence) <= written
+    np.testing.assert_array_equal(got.force.sequence, np.arange(len(got.force.sequence)))
+
+
+def test_a_dead_writer_is_a_problem(start: Start, make: SimpleNamespace) -> None:
+    recorder = start()
+    os.kill(recorder.writer_pid, signal.SIGKILL)
+    until(lambda: bool(recorder.problem()))
+    assert "code -9" in recorder.problem()
+    recorder.force(make.force(0))
+    with pytest.raises(RecordingFailedError, match="code -9"):
+        recorder.finish({}, "stopped")
+
+
+def test_abandoned_records_are_found_and_repaired(
+    start: Start, make: SimpleNamespace, tmp_path: Path
+) -> None:
+    recorder = start()
+    fill(recorder, make, 100)
+    assert is_being_written(recorder.part_path)
+    assert find_unfinished(tmp_path) == []
+    with pytest.raises(BadInputError, match="being written"):
+        recover(recorder.part_path)
+    recorder.abandon()
+    assert recorder.problem() == ""
+    assert find_unfinished(tmp_path) == [recorder.part_path]
+    recovered = recover(recorder.part_path)
+    assert recovered.counts["/force"] == 100
+    assert find_unfinished(tmp_path) == []
+    got = read_recording(recovered.path)
+    assert got.partial
+    assert got.outcome["verdict"] == "interrupted"
+
+
+def test_a_directory_holds_one_run(start: Start, tmp_path: Path) -> None:
+    start().finish({}, "identified")
+    with pytest.raises(BadInputError, match="exists already"):
+        start()
+
+
+def test_a_missing_directory_is_said(virtual_clock: Any, tmp_path: Path) -> None:
+    with pytest.raises(BadInputError, match="No such file"):
+        Recorder(
+            tmp_path / "no",
+            rates_hz=RATES_HZ,
+            clock=virtual_clock,
+            metadata={},
+            attachments={},
+            lossless=True,
+        )
+
+
+@pytest.mark.parametrize("rate_hz", [0.0, -1.0, float("nan"), float("inf")])
+def test_impossible_rates_are_refused(start: Start, rate_hz: float, tmp_path: Path) -> None:
+    with pytest.raises(BadInputError, match="rate of force"):
+        start({"force": rate_hz})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_stream_without_a_rate_cannot_be_recorded(start: Start, make: SimpleNamespace) -> None:
+    with pytest.raises(RuntimeError, match="without a rate for 'second_force'"):
+        start().second_force(make.force(0))
+
+
+def until(condition: Callable[[], bool]) -> None:
+    give_up_at = time.monotonic() + 30.0
+    while not condition():
+        assert time.monotonic() < give_up_at
+        time.sleep(0.005)

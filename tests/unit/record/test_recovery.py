@@ -1,0 +1,128 @@
+"""Repair keeps all that is whole, as judged by the reference stream reader, and nothing else."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+from mcap.records import Channel, Message
+from mcap.stream_reader import StreamReader
+
+from stepload.errors import BadInputError
+from stepload.record.reader import read_recording
+from stepload.record.recovery import recover
+
+
+def streamed(path: Path) -> Counter[str]:
+    """Messages per topic that the reference reader delivers before it fails."""
+    topics: dict[int, str] = {}
+    seen: Counter[str] = Counter()
+    with path.open("rb") as file:
+        try:
+            for record in StreamReader(file, validate_crcs=True).records:
+                if isinstance(record, Channel):
+                    topics[record.id] = record.topic
+                elif isinstance(record, Message):
+                    seen[topics[record.channel_id]] += 1
+        except (McapError, ValueError, OSError, AssertionError):
+            pass
+        except Exception as error:
+            if "zstd" not in type(error).__module__ and "struct" not in type(error).__module__:
+                raise
+    return seen
+
+
+def indexed(path: Path) -> Counter[str]:
+    """Messages per topic that the reference reader finds through summary and indexes."""
+    with path.open("rb") as file:
+        return Counter(c.topic for _, c, _ in make_reader(file, validate_crcs=True).iter_messages())
+
+
+def test_cut_at_every_kibibyte(write_record: Callable[..., Path], tmp_path: Path) -> None:
+    whole = write_record(chunks=12).read_bytes()
+    cut_file = tmp_path / "cut.mcap.part"
+    found = []
+    for size in [*range(1024, len(whole), 1024), len(whole) - 1]:
+        cut_file.write_bytes(whole[:size])
+        expected = streamed(cut_file)
+        recovered = recover(cut_file)
+        assert Counter(recovered.counts) == expected == indexed(recovered.path), size
+        found.append(sum(expected.values()))
+        recovered.path.unlink()
+    assert found == sorted(found)
+    assert found[-1] == sum(streamed(write_record(chunks=12)).values()) > found[0]
+
+
+@pytest.mark.parametrize("tail", [b"\x00" * 5000, b"\xff" * 5000, b"\x05" * 7])
+def test_a_filled_tail_is_cut(
+    write_record: Callable[..., Path], tmp_path: Path, tail: bytes
+) -> None:
+    good = write_record(finished=False).read_bytes()
+    path = tmp_path / "tail.mcap.part"
+    path.write_bytes(good + tail)
+    recovered = recover(path)
+    assert recovered.cut_bytes == len(tail)
+    assert recovered.counts["/force"] == 400
+    got = read_recording(recovered.path)
+    assert got.partial
+    np.testing.assert_array_equal(got.force.sequence, np.arange(400))
+
+
+def test_a_rotten_chunk_does_not_cost_the_ones_behind_it(
+    write_record: Callable[..., Path],
+) -> None:
+    path = write_record()
+    data = bytearray(path.read_bytes())
+    at = data.index(b"zstd", 3 * len(data) // 8) + 200
+    data[at] ^= 0x10
+    path.write_bytes(data)
+    assert "byte" in read_recording(path).damage
+    recovered = recover(path)
+    assert recovered.path.name == "run.recovered.mcap"
+    assert recovered.damage
+    assert recovered.counts["/force"] == 350
+    assert path.exists()
+    assert sum(indexed(recovered.path).values()) == sum(recovered.counts.values())
+
+
+def test_a_whole_record_survives_repair_unchanged(write_record: Callable[..., Path]) -> None:
+    path = write_record()
+    recovered = recover(path)
+    before, after = read_recording(path), read_recording(recovered.path)
+    assert recovered.cut_bytes == 0
+    assert not recovered.damage
+    assert not before.partial
+    assert after.partial
+    np.testing.assert_array_equal(before.force.wrench, after.force.wrench)
+    assert before.events == after.events
+    assert before.results == after.results
+
+
+def test_lost_indexes_are_made_again(write_record: Callable[..., Path], tmp_path: Path) -> None:
+    data = write_record(finished=False).read_bytes()
+    cut = tmp_path / "noindex.mcap.part"
+    cut.write_bytes(data[: data.rindex(b"\x07")])
+    recovered = recover(cut)
+    assert indexed(recovered.path) == Counter(recovered.counts)
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89MCAP0\r", b"not a record at all"])
+def test_nothing_to_recover(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "run.mcap.part"
+    path.write_bytes(content)
+    with pytest.raises(BadInputError, match="not an MCAP file"):
+        recover(path)
+    assert [p.name for p in tmp_path.iterdir()] == ["run.mcap.part"]
+
+
+def test_nothing_is_overwritten(write_record: Callable[..., Path]) -> None:
+    part = write_record("run.mcap.part", finished=False)
+    part.with_suffix("").write_text("mine")
+    with pytest.raises(BadInputError, match="exists already"):
+        recover(part)
+    assert part.with_suffix("").read_text() == "mine"
