@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample, Status
@@ -23,7 +24,15 @@ FORCE_CLOCK_S = 300.0
 SECOND_CLOCK_S = 350.0
 GAUGE_CLOCK_S = 400.0
 
-AXES = ("fx", "fy", "fz")
+Wrench = tuple[float, float, float, float, float, float]
+_WRENCHES: dict[str, Callable[[float], Wrench]] = {
+    "+fx": lambda force_n: (force_n, 0.0, 0.0, 0.0, 0.0, 0.0),
+    "-fx": lambda force_n: (-force_n, 0.0, 0.0, 0.0, 0.0, 0.0),
+    "+fy": lambda force_n: (0.0, force_n, 0.0, 0.0, 0.0, 0.0),
+    "-fy": lambda force_n: (0.0, -force_n, 0.0, 0.0, 0.0, 0.0),
+    "+fz": lambda force_n: (0.0, 0.0, force_n, 0.0, 0.0, 0.0),
+    "-fz": lambda force_n: (0.0, 0.0, -force_n, 0.0, 0.0, 0.0),
+}
 
 _IGNORED_S = 1.0
 
@@ -53,6 +62,7 @@ class Channel:
         "_range",
         "disturbed",
         "last",
+        "next_s",
         "origin_s",
         "pending",
         "period_s",
@@ -77,7 +87,8 @@ class Channel:
         self.pending: deque[Any]
         self.ignore()
         self.samples = 0
-        """Sample times that have passed: the next one is `(samples + 1) · period_s`."""
+        """Sample times that have passed."""
+        self.next_s = self.period_s
         self.sequence = 0
         self.origin_s = 0.0
         """Host time of world time 0."""
@@ -146,7 +157,7 @@ class Channel:
 class ForceChannel(Channel):
     """A force sensor: true contact force → wrench."""
 
-    __slots__ = ("_after", "_before", "_drift", "_offset", "_sign")
+    __slots__ = ("_drift", "_offset", "_wrench")
 
     def __init__(
         self,
@@ -177,10 +188,7 @@ class ForceChannel(Channel):
         )
         self._offset = offset_n
         self._drift = drift_n_per_s
-        place = AXES.index(axis[1:])
-        self._sign = -1.0 if axis[0] == "-" else 1.0
-        self._before = (0.0,) * place
-        self._after = (0.0,) * (5 - place)
+        self._wrench = _WRENCHES[axis]
 
     def sample(self, time_s: float, back: float) -> None:
         plant = self._plant
@@ -211,15 +219,14 @@ class ForceChannel(Channel):
                     self._clock_s + time_s,
                     self.origin_s + time_s + self._delay_s,
                     status,
-                    (*self._before, self._sign * value, *self._after),
+                    self._wrench(value),
                     math.nan,
                 ),
             )
         )
 
     def _emit(self, device_s: float, receive_s: float, status: int, value: float) -> None:
-        wrench = (*self._before, self._sign * value, *self._after)
-        row = (self.sequence, device_s, receive_s, status, wrench, math.nan)
+        row = (self.sequence, device_s, receive_s, status, self._wrench(value), math.nan)
         self.pending.append(_new(ForceSample, row))
 
 

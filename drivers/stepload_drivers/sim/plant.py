@@ -28,6 +28,8 @@ ERROR_N, ERROR_SHARE = 0.01, 5e-4
 AT_REST_N = 1e-4
 """Unbalanced force below which a contact on a standing drive is left alone."""
 _SHORTEST_S = 1e-8
+_THERE_M = 1e-12
+"""A drive this near to its target stands."""
 
 
 class Plant:
@@ -58,6 +60,7 @@ class Plant:
         "_max_push",
         "_max_speed",
         "_peak_n",
+        "_resting",
         "_steps",
         "_stiffness",
         "_sub_s",
@@ -101,7 +104,7 @@ class Plant:
         self.target_m = self.drive_m = self.tip_m = 0.0
         self.drive_speed = self.tip_speed = 0.0
         self.force_n = self.last_force_n = self._tangent = self._peak_n = 0.0
-        self.braked = False
+        self.braked = self._resting = False
         self.sub_steps = self._steps = 0
         self._follower = 0.0
         self._commands: deque[tuple[float, float]] = deque()
@@ -179,7 +182,8 @@ class Plant:
         drive = self.drive_m
         gap = self.target_m - self._follower
         speed = self.drive_speed
-        if gap == 0.0 == speed:
+        if -_THERE_M < gap < _THERE_M and -_THERE_M < speed * h < _THERE_M:
+            self.drive_speed = 0.0
             moved = drive
             actual = 0.0
         else:
@@ -201,7 +205,7 @@ class Plant:
                 self.tip_speed = actual + w
             else:
                 self._press(drive, actual, h)
-        else:
+        elif actual or not self._resting:
             self._press(drive, actual, h)
         self.drive_m = moved
         self._steps += 1
@@ -254,6 +258,7 @@ class Plant:
         x, v, force, tangent = self.tip_m, self.tip_speed, self.force_n, self._tangent
         left = h
         dt = 2.0 * self._sub_s
+        self._resting = False
         while left > 0.0:
             total = stiffness + tangent
             drift = stiffness * speed / total
@@ -264,6 +269,7 @@ class Plant:
             amplitude = math.sqrt(u * u + w * w / omega2)
             if speed == 0.0 and total * amplitude < AT_REST_N:
                 v = 0.0
+                self._resting = force > 0.0
                 break
             ringing = tangent * amplitude
             if dt > left:

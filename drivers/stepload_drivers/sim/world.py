@@ -108,12 +108,11 @@ class World:
             now_s = plant.time_s
             due_s = now_s + _EARLY_S
             for channel in self.channels:
-                time_s = (channel.samples + 1) * channel.period_s
-                while time_s <= due_s:
+                while channel.next_s <= due_s:
+                    early_s = now_s - channel.next_s
+                    channel.sample(channel.next_s, early_s / h if early_s > _EARLY_S else 0.0)
                     channel.samples += 1
-                    back = (now_s - time_s) / h
-                    channel.sample(time_s, back if back > 1e-6 else 0.0)
-                    time_s = (channel.samples + 1) * channel.period_s
+                    channel.next_s = (channel.samples + 1) * channel.period_s
 
 
 class VirtualClock:
