@@ -10,6 +10,8 @@ from stepload.errors import DomainError
 from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
 from stepload.identify.points import Points
 
+PLAUSIBLE_EXPONENTS = 0.5, 5.0
+"""Theory has n > 1 (5) and 1.5 to 2 for round and pointed bodies; the margin is for noise."""
 _BLOCK = 16384
 
 
@@ -26,8 +28,8 @@ def finish(
 ) -> Fit:
     """The `Fit` of F = exp(`log_k`) (δ - `zero_m`)^n with its rms force residual.
 
-    An exponent that is no contact law (n ≤ 0) or a K beyond floating point is flagged
-    ILL_CONDITIONED, not raised: a table of all estimators must stay complete.
+    An exponent that is no contact law or a K beyond floating point is flagged ILL_CONDITIONED,
+    not raised: a table of all estimators must stay complete.
     """
     secant = log_secant(log_k, n, secant_force_n)
     return Fit(
@@ -57,9 +59,11 @@ def log_secant(log_k: float, n: float, force_n: float) -> float:
 
 def unlawful(log_k: float, n: float) -> tuple[Doubt, ...]:
     """A doubt where n and ln K are no contact law."""
-    if n > 0.0 and abs(log_k) < 700.0:
+    low, high = PLAUSIBLE_EXPONENTS
+    if low <= n <= high and abs(log_k) < 700.0:
         return ()
-    return (Doubt(Flag.ILL_CONDITIONED, f"n = {n:.3g}, ln K = {log_k:.4g} is no contact law"),)
+    message = f"n = {n:.3g} is no contact law; an exponent lies between {low:g} and {high:g}"
+    return (Doubt(Flag.ILL_CONDITIONED, message),)
 
 
 def force_rms(

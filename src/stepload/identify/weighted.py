@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -54,19 +55,15 @@ def ew_tls(
     moments = log_moments(points, row_scaled=True)
     x, y = np.log(points.deformation_m), np.log(points.force_n)
     vx, vy = (sigma_m / points.deformation_m) ** 2, (sigma_n / points.force_n) ** 2
-    low = high = start = max(moments.sxy / moments.sxx, 0.1)
-    slope = _profile(start, x, y, vx, vy).slope
-    while low > 0.01 and high < 100.0:
-        low, high = (low / 1.1, high) if slope > 0.0 else (low, high * 1.1)
-        if slope * _profile(low if slope > 0.0 else high, x, y, vx, vy).slope <= 0.0:
-            break
-    else:
-        doubt = Doubt(Flag.NOT_CONVERGED, f"no minimum between n = {low:.3g} and {high:.3g}")
+    start = moments.sxy / moments.sxx
+    bracket = _bracket(start, lambda at: _profile(at, x, y, vx, vy).slope)
+    if bracket is None:
+        doubt = Doubt(Flag.NOT_CONVERGED, f"no minimum of (24) about n = {start:.3g}")
         log_k = _profile(start, x, y, vx, vy).log_k
         return finish(
             "ew_tls", points, log_k, start, secant_force_n=secant_force_n, doubts=(doubt,)
         )
-    n = float(brentq(lambda at: _profile(at, x, y, vx, vy).slope, low, high, xtol=1e-13))
+    n = float(brentq(lambda at: _profile(at, x, y, vx, vy).slope, *bracket, xtol=1e-13))
     profile = _profile(n, x, y, vx, vy)
     covariance = np.zeros((3, 3))
     covariance[:2, :2] = np.linalg.inv(profile.normal)
@@ -92,6 +89,20 @@ def require_sigmas(sigma_m: float, sigma_n: float) -> None:
                 f"sigma of the {what} is {value:g} {unit}; it must be finite and above 0 {unit}",
                 hint="a resolution q counts as a standard deviation of q/sqrt(12)",
             )
+
+
+def _bracket(start: float, slope: Callable[[float], float]) -> tuple[float, float] | None:
+    """Two positive exponents between which the cost has its minimum next to `start`."""
+    if not start > 0.0:
+        return None
+    downhill = 1.0 / 1.1 if slope(start) > 0.0 else 1.1
+    here = start
+    while 0.01 < here < 100.0:
+        there = here * downhill
+        if (slope(there) > 0.0) == (downhill > 1.0):
+            return min(here, there), max(here, there)
+        here = there
+    return None
 
 
 def _profile(n: float, x: FloatArray, y: FloatArray, vx: FloatArray, vy: FloatArray) -> _Profile:
