@@ -200,11 +200,12 @@ class Plant:
                 w = p21 * u + p22 * w
                 if -1e-15 < w < 1e-15 and -1e-18 < tip - moved < 1e-18:
                     tip, w = moved, 0.0
-            if tip <= self._contact_m:
-                self.tip_m = tip
-                self.tip_speed = actual + w
-            else:
+            speed = actual + w
+            if tip > self._contact_m or self._turns_inside(self.tip_m, self.tip_speed, speed, h):
                 self._press(drive, actual, h)
+            else:
+                self.tip_m = tip
+                self.tip_speed = speed
         elif actual or not self._resting:
             self._press(drive, actual, h)
         self.drive_m = moved
@@ -214,6 +215,7 @@ class Plant:
     def _drive(self, drive: float, gap: float, speed: float, h: float) -> tuple[float, float]:
         """The drive's next position and the speed that takes it there."""
         if self.braked:
+            self._follower = self.target_m = drive
             self.drive_speed = 0.0
             return drive, 0.0
         want = gap * self._follow
@@ -246,6 +248,10 @@ class Plant:
             moved = drive
         self._follower = follower
         return moved, (moved - drive) / h
+
+    def _turns_inside(self, x: float, v: float, v1: float, dt: float) -> bool:
+        """Whether a tip that is apart before and after `dt` touches in between."""
+        return v > 0.0 > v1 and x + 0.5 * dt * v * v / (v - v1) > self._contact_m
 
     def _spring_n(self, drive: float) -> float:
         return self._stiffness * (drive - self.tip_m)
@@ -281,13 +287,17 @@ class Plant:
             while True:
                 p11, p12, p21, p22 = self._propagator(tangent, dt)
                 x1 = rest + drift * dt + p11 * u + p12 * w
+                v1 = drift + p21 * u + p22 * w
                 force1, tangent1 = evaluate(x1 - surface)
                 error = force1 - force - tangent * (x1 - x)
                 allowed = self._error_factor * (ERROR_N + ERROR_SHARE * force1)
-                if -allowed <= error <= allowed or dt <= _SHORTEST_S:
+                if dt <= _SHORTEST_S:
+                    break
+                if -allowed <= error <= allowed and (
+                    force1 > 0.0 or force > 0.0 or not self._turns_inside(x, v, v1, dt)
+                ):
                     break
                 dt *= 0.5
-            v1 = drift + p21 * u + p22 * w
             if force1 > self._peak_n:
                 self._peak_n = force1
             if v > 0.0 > v1 and force1 > 0.0:

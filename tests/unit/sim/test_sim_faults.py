@@ -238,6 +238,22 @@ def test_protective_stop_holds_tells_and_ends() -> None:
     assert not seen.arm[-1].status
 
 
+def test_after_a_protective_stop_the_arm_waits_for_a_new_target() -> None:
+    rig = open_world(
+        replace(SPEC, surface_m=1.0, faults=(WorldFault("protective_stop", 0.1, 0.1, 0.0),))
+    )
+    rig.arm.open(1.0)
+    rig.arm.command(50e-3)
+    rig.clock.sleep_until(0.15)
+    held_m = rig.arm.drain()[-1].position_m
+    assert 5e-3 < held_m < 40e-3
+    rig.clock.sleep_until(0.4)
+    assert rig.arm.drain()[-1].position_m == pytest.approx(held_m, abs=6e-6)
+    rig.arm.command(50e-3)
+    rig.clock.sleep_until(1.5)
+    assert rig.arm.drain()[-1].position_m == pytest.approx(50e-3, abs=10e-6)
+
+
 def test_command_raise_does_not_stop_the_retract() -> None:
     rig = open_world(replace(SPEC, faults=(WorldFault("command_raise", 0.0, math.inf, 0.0),)))
     rig.arm.open(1.0)

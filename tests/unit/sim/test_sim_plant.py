@@ -260,3 +260,29 @@ def test_guarded_approach_stays_within_the_force_budget(seed: float) -> None:
     )
     assert math.isfinite(seen_s)
     assert 3.0 <= plant.peak_n <= sum(term.value for term in terms)
+
+
+def test_a_tip_that_only_grazes_the_surface_between_two_steps_is_felt() -> None:
+    """It swings freely by 100 µm, and turns 0.1 µm beyond the surface in the middle of a step."""
+    swing_m, omega, mass = 1e-4, math.sqrt(1e5 / 5.0), 5.0
+    graze_m = 0.1e-6
+    spec = replace(
+        IDEAL,
+        payload=payload(1e8, 1.0),
+        surface_m=swing_m - graze_m,
+        system_stiffness_n_per_m=1e5,
+        system_damping_n_s_per_m=0.0,
+        effective_mass_kg=mass,
+    )
+    plant = Plant(spec, step_s=1e-3)
+    before_s = 0.5e-3
+    plant.tip_m = swing_m * math.cos(omega * before_s)
+    plant.tip_speed = swing_m * omega * math.sin(omega * before_s)
+    assert plant.tip_m < spec.surface_m
+    plant.step()
+    entry_speed = omega * math.sqrt(2.0 * swing_m * graze_m)
+    assert plant.force_n == 0.0
+    assert plant.tip_m < spec.surface_m
+    back_n = 1e5 * spec.surface_m
+    exact_n = math.hypot(back_n, entry_speed * math.sqrt(mass * 1e8)) - back_n
+    assert plant.peak_n == pytest.approx(exact_n, rel=0.01)
