@@ -112,4 +112,6 @@ def can_wire(transport: str, port: int = 0) -> tuple[PtyWire | TcpWire, CanProto
     """Wire and protocol for "slcan" or "socketcand"."""
     if transport == "slcan":
         return PtyWire(), Slcan()
-    return TcpWire(Socketcand.GREETING, port), Socketcand()
+    wire = TcpWire(Socketcand.GREETING, port)
+    wire.address += "/can0"
+    return wire, Socketcand()

@@ -79,9 +79,11 @@ class Emulator:
         self.produced = self.sent = self.spoiled = self.overrun = 0
 
     def start(self) -> None:
+        """Serve from now on."""
         self._thread.start()
 
     def stop(self) -> None:
+        """End the service and give the wire back; it cannot be started again."""
         self._halt.set()
         if self._thread.is_alive():
             self._thread.join()
@@ -169,8 +171,11 @@ class Emulator:
             self._put(spoiled)
 
     def _flush(self, now_s: float) -> None:
+        due = []
         while self._held and self._held[0][0] <= now_s:
-            self._put(self._held.popleft()[1])
+            due.append(self._held.popleft()[1])
+        if due:
+            self._put(b"".join(due))
 
     def _put(self, data: bytes) -> None:
         if self._wire.write(data):

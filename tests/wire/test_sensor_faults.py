@@ -1,0 +1,211 @@
+"""What each sensor driver reports for each fault of its device or its wire."""
+
+import itertools
+
+import pytest
+
+from stepload.errors import DeviceError
+from stepload.rig.faults import FaultCode
+from stepload.rig.samples import Status
+
+UART, BOTA, CAN, ATI = "robotous_uart", "bota_serial", "robotous_can", "ati_can"
+TCP = {"transport": "socketcand"}
+
+LATCHED = [
+    (BOTA, {}, "bit_flip", 0.3, FaultCode.CORRUPT),
+    (BOTA, {}, "noise", 0.3, FaultCode.CORRUPT),
+    (BOTA, {}, "cut", 0.3, FaultCode.CORRUPT),
+    (BOTA, {}, "silent", 1.0, FaultCode.STALE),
+    (BOTA, {}, "freeze", 1.0, FaultCode.STALE),
+    (BOTA, {}, "zero", 1.0, FaultCode.STALE),
+    (BOTA, {}, "unplug", 1.0, FaultCode.NOT_CONNECTED),
+    (BOTA, {}, "overrange", 2.0, FaultCode.OVERLOAD),
+    (BOTA, {}, "status", 2.0, FaultCode.DEVICE_REPORTS),
+    (BOTA, {}, "nan", 1.0, FaultCode.NOT_FINITE),
+    (BOTA, {}, "clock_stop", 1.0, FaultCode.CLOCK),
+    (BOTA, {}, "clock_jump", 30.0, FaultCode.CLOCK),
+    (UART, {}, "bit_flip", 0.3, FaultCode.CORRUPT),
+    (UART, {}, "noise", 0.3, FaultCode.CORRUPT),
+    (UART, {}, "silent", 1.0, FaultCode.STALE),
+    (UART, {}, "freeze", 1.0, FaultCode.STALE),
+    (UART, {}, "unplug", 1.0, FaultCode.NOT_CONNECTED),
+    (UART, {}, "overrange", 2.0, FaultCode.OVERLOAD),
+    (CAN, {}, "torn", 0.3, FaultCode.CORRUPT),
+    (CAN, {}, "noise", 0.3, FaultCode.CORRUPT),
+    (CAN, {}, "zero", 1.0, FaultCode.STALE),
+    (CAN, {}, "unplug", 1.0, FaultCode.NOT_CONNECTED),
+    (CAN, TCP, "unplug", 1.0, FaultCode.NOT_CONNECTED),
+    (CAN, TCP, "silent", 1.0, FaultCode.STALE),
+    (ATI, {}, "overrange", 3.0, FaultCode.OVERLOAD),
+    (ATI, {}, "status", 6.0, FaultCode.DEVICE_REPORTS),
+    (ATI, {}, "torn", 0.5, FaultCode.CORRUPT),
+    (ATI, {}, "drop", 1.0, FaultCode.STALE),
+    (ATI, {}, "freeze", 1.0, FaultCode.STALE),
+    (ATI, {}, "unplug", 1.0, FaultCode.NOT_CONNECTED),
+    (ATI, TCP, "unplug", 1.0, FaultCode.NOT_CONNECTED),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "device", "fault", "magnitude", "code"),
+    LATCHED,
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_fault_is_latched_with_its_code(emulated, name, device, fault, magnitude, code):
+    with emulated(name, device=device) as pair:
+        pair.run(0.05)
+        assert pair.driver.fault() is None
+        pair.emulator.board.switch_on(fault, magnitude)
+        assert pair.until(lambda: pair.driver.fault() is not None)
+        latched = pair.driver.fault()
+        assert latched.code is code, latched.message
+        assert latched.hint
+        pair.emulator.board.clear()
+        pair.run(0.05)
+        assert pair.driver.fault() == latched
+
+
+def test_samples_in_overload_are_flagged_one_by_one(emulated):
+    with emulated(UART) as pair:
+        pair.run(0.1)
+        pair.emulator.board.switch_on("overrange", 2.0)
+        assert pair.until(lambda: pair.driver.fault() is not None)
+        pair.run(0.05)
+        rated_n = 200.0
+        for sample in pair.samples:
+            assert bool(sample.status & Status.OVERRANGE) == (sample.wrench[2] > 1.2 * rated_n)
+
+
+def test_no_value_is_repeated_after_an_unplug(emulated):
+    with emulated(BOTA) as pair:
+        pair.emulator.board.switch_on("unplug")
+        assert pair.until(lambda: pair.driver.fault() is not None)
+        pair.driver.drain()
+        pair.samples.clear()
+        pair.run(0.05)
+        assert pair.samples == []
+
+
+COUNTED = [
+    (BOTA, "status", 0.0, "app_took_too_long"),
+    (BOTA, "noise", 0.01, "checksum"),
+    (BOTA, "bit_flip", 0.01, "checksum"),
+    (UART, "cut", 0.01, "damaged"),
+    (CAN, "torn", 0.01, "orphans"),
+    (CAN, "cut", 0.01, "damaged"),
+    (ATI, "status", 14.0, "status_bits"),
+    (ATI, "drop", 0.02, "timeouts"),
+    (ATI, "torn", 0.01, "orphans"),
+]
+
+
+@pytest.mark.parametrize(("name", "fault", "magnitude", "error"), COUNTED)
+def test_rare_damage_is_counted_and_survived(emulated, name, fault, magnitude, error):
+    with emulated(name) as pair:
+        pair.run(0.05)
+        pair.emulator.board.switch_on(fault, magnitude)
+        assert pair.until(lambda: pair.driver.health().errors.get(error, 0) > 0)
+        pair.emulator.board.clear()
+        before = pair.driver.health().received
+        assert pair.until(lambda: pair.driver.health().received > before + 50)
+        assert pair.driver.fault() is None
+
+
+def test_bota_counts_every_dropped_frame_by_its_clock(emulated):
+    with emulated(BOTA) as pair:
+        pair.run(0.1)
+        pair.emulator.board.switch_on("drop", 0.05)
+        pair.run(0.5)
+        pair.emulator.board.clear()
+        pair.run(0.1)
+        dropped = pair.emulator.spoiled
+        assert dropped > 0
+        assert pair.driver.health().lost == dropped
+        first, last = pair.samples[0], pair.samples[-1]
+        assert last.sequence - first.sequence + 1 == len(pair.samples) + dropped
+
+
+def test_rft_finds_lost_samples_by_count_over_time(emulated):
+    with emulated(UART) as pair:
+        pair.run(0.6)
+        pair.emulator.board.switch_on("drop", 1.0)
+        assert pair.until(lambda: pair.emulator.spoiled >= 40)
+        pair.emulator.board.clear()
+        assert pair.until(lambda: pair.driver.health().lost > 0)
+        assert pair.driver.health().lost == pytest.approx(pair.emulator.spoiled, abs=2)
+
+
+def test_ati_late_answers_do_not_shift_the_pairs(emulated):
+    with emulated(ATI) as pair:
+        pair.run(0.1)
+        pair.emulator.board.switch_on("late", 0.03)
+        assert pair.until(lambda: pair.driver.health().errors.get("resyncs", 0) > 0)
+        pair.emulator.board.clear()
+        before = pair.driver.health().received
+        assert pair.until(lambda: pair.driver.health().received > before + 100)
+        assert pair.driver.health().lost > 0
+        assert pair.driver.fault() is None
+
+
+def test_bursts_of_16_ms_lose_nothing_and_are_spread_back(emulated):
+    with emulated(BOTA) as pair:
+        pair.run(0.1)
+        pair.emulator.board.switch_on("batch", 0.016)
+        pair.run(0.4)
+        assert pair.driver.health().lost == 0
+        assert pair.driver.fault() is None
+        numbers = [sample.sequence for sample in pair.samples]
+        assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+        times = {sample.receive_time_s for sample in pair.samples[-100:]}
+        assert len(times) > 90
+
+
+def test_bota_clock_goes_on_over_its_wrap(emulated):
+    with emulated(BOTA, faults=("wrap",)) as pair:
+        pair.run(1.3)
+        times = [sample.device_time_s for sample in pair.samples]
+        assert times[0] < 2**32 * 1e-6 < times[-1]
+        steps = [b - a for a, b in itertools.pairwise(times)]
+        assert max(steps) < 2e-3
+        assert pair.driver.fault() is None
+
+
+def test_zero_drift_comes_through_unchanged(emulated):
+    with emulated(BOTA, peak_n=0.0) as pair:
+        pair.emulator.board.switch_on("drift", 6000.0)
+        pair.run(0.3)
+        force_n = [sample.wrench[2] for sample in pair.samples]
+        assert force_n[-1] - force_n[0] > 10.0
+
+
+@pytest.mark.parametrize("name", [UART, CAN, BOTA, ATI])
+@pytest.mark.parametrize(
+    ("fault", "code"), [("deaf", FaultCode.NOT_CONNECTED), ("refuse", FaultCode.REFUSED_COMMAND)]
+)
+def test_device_that_does_not_take_settings_is_not_opened(emulated, name, fault, code):
+    with emulated(name, faults=(fault,), open_it=False) as pair:
+        with pytest.raises(DeviceError) as caught:
+            pair.driver.open(0.5)
+        assert caught.value.code == code
+
+
+@pytest.mark.parametrize("name", [UART, CAN, BOTA, ATI])
+def test_another_serial_number_is_refused(emulated, name):
+    with emulated(name, open_it=False, serial_number="SOMEONE ELSE") as pair:
+        with pytest.raises(DeviceError, match="SOMEONE ELSE") as caught:
+            pair.driver.open(2.0)
+        assert caught.value.code == FaultCode.WRONG_DEVICE
+
+
+def test_rft_of_unknown_model_is_refused_because_its_divider_is_unknown(emulated):
+    with emulated(UART, faults=("wrong_model",), open_it=False) as pair:
+        with pytest.raises(DeviceError, match="RFT76-HA01") as caught:
+            pair.driver.open(2.0)
+        assert caught.value.code == FaultCode.UNSUPPORTED
+
+
+def test_ati_bad_calibration_slot_is_refused(emulated):
+    with emulated(ATI, open_it=False, calibration=9) as pair:
+        with pytest.raises(DeviceError, match="bad calibration") as caught:
+            pair.driver.open(2.0)
+        assert caught.value.code == FaultCode.DEVICE_REPORTS

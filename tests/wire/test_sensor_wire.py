@@ -1,0 +1,203 @@
+"""Sensor drivers and their emulators when all is well: settings, values, nothing lost."""
+
+import statistics
+
+import pytest
+
+from stepload.errors import BadInputError, DeviceError
+from stepload.rig.faults import FaultCode
+from stepload_drivers import serialport
+from stepload_drivers.ati.sensor import AtiCan
+from stepload_drivers.bota.sensor import BotaSerial
+from stepload_drivers.robotous.sensor import RobotousCan, RobotousUart
+
+TCP = {"transport": "socketcand"}
+SENSORS = [
+    ("robotous_uart", {}),
+    ("robotous_can", {}),
+    ("robotous_can", TCP),
+    ("bota_serial", {}),
+    ("ati_can", {}),
+    ("ati_can", TCP),
+]
+
+
+@pytest.mark.parametrize(("name", "device"), SENSORS)
+def test_every_sample_arrives_once(emulated, name, device):
+    with emulated(name, device=device) as pair:
+        pair.run(0.5)
+        health = pair.driver.health()
+        assert pair.driver.fault() is None
+        assert health.lost == 0
+        assert health.errors == {}
+        numbers = [sample.sequence for sample in pair.samples]
+        assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+        assert len(numbers) > 0.5 * 0.5 * pair.driver.rate_hz
+
+
+@pytest.mark.parametrize(("name", "device"), SENSORS)
+def test_force_comes_through_in_newton(emulated, name, device):
+    with emulated(name, device=device, peak_n=0.0) as pair:
+        pair.emulator.board.switch_on("offset", 50.0)
+        pair.run(0.05)
+        pair.samples.clear()
+        pair.run(0.2)
+        axes = zip(*(sample.wrench for sample in pair.samples), strict=True)
+        means = [statistics.fmean(axis) for axis in axes]
+        assert means == pytest.approx([0.0, 0.0, 50.0, 0.0, 0.0, 0.0], abs=0.05)
+
+
+def test_rft_bias_is_the_devices_own_zero(emulated):
+    with emulated("robotous_uart", peak_n=0.0) as pair:
+        pair.emulator.board.switch_on("offset", 30.0)
+        pair.run(0.05)
+        assert pair.driver.bias(1.0) is True
+        pair.run(0.1)
+        pair.samples.clear()
+        pair.run(0.1)
+        assert abs(statistics.fmean(s.wrench[2] for s in pair.samples)) < 0.3
+
+
+def test_rft_overload_counters_are_compared_at_the_end(emulated):
+    with emulated("robotous_uart", peak_n=0.0) as pair:
+        pair.run(0.05)
+        pair.driver._stream.latch = lambda *_: None  # the run goes on in spite of the overload
+        pair.emulator.board.switch_on("overrange", 2.0)
+        pair.run(0.05)
+        pair.emulator.board.clear()
+        pair.run(0.05)
+        pair.driver.close()
+        assert pair.driver.health().errors == {"overload_events": 1}
+
+
+def test_rft_settings_are_read_back(emulated):
+    with emulated("robotous_uart", rate=200.0, filter=100.0) as pair:
+        pair.run(0.3)
+        assert pair.driver.health().rate_hz == pytest.approx(200.0, rel=0.1)
+
+
+def test_rft_that_still_streams_from_last_time_is_opened(emulated):
+    with emulated("robotous_uart") as pair:
+        pair.driver._link.close()  # as if the program had been killed: no stop is sent
+        pair.driver._link = None
+        pair.driver.close()
+        assert pair.emulator.device.period_s is not None
+        again = RobotousUart(port=pair.emulator.address)
+        try:
+            assert again.open(2.0).model == "RFT64-SB01"
+        finally:
+            again.close()
+
+
+def test_bota_that_can_only_do_800_hz_says_so(emulated):
+    with emulated("bota_serial", device={"shortest_sinc": 64}) as pair:
+        assert pair.driver.rate_hz == pytest.approx(800.0, rel=0.01)
+        pair.run(0.2)
+        assert pair.driver.health().lost == 0
+
+
+def test_gauge_streams(emulated):
+    with emulated("gauge_serial", device={"rate_hz": 100.0}, rate=100.0) as pair:
+        pair.run(0.3)
+        assert len(pair.samples) > 15
+        assert all(-1e-6 < sample.displacement_m < 20e-6 for sample in pair.samples)
+
+
+def test_gauge_answers_requests(emulated):
+    device = {"rate_hz": 50.0, "request": b"?\r"}
+    with emulated("gauge_serial", device=device, rate=50.0, request=r"?\r") as pair:
+        pair.run(0.3)
+        assert len(pair.samples) > 5
+        assert pair.driver.health().lost == 0
+
+
+@pytest.mark.parametrize(
+    ("fault", "magnitude", "code"),
+    [
+        ("overrange", 2.0, FaultCode.OUT_OF_RANGE),
+        ("nan", 1.0, FaultCode.CORRUPT),
+        ("silent", 1.0, FaultCode.STALE),
+        ("unplug", 1.0, FaultCode.NOT_CONNECTED),
+    ],
+)
+def test_gauge_faults(emulated, fault, magnitude, code):
+    with emulated("gauge_serial", device={"rate_hz": 100.0}, rate=100.0, range=0.02) as pair:
+        pair.emulator.board.switch_on(fault, magnitude)
+        assert pair.until(lambda: pair.driver.fault() is not None)
+        assert pair.driver.fault().code is code
+
+
+def test_gauge_at_rest_is_not_frozen(emulated):
+    with emulated("gauge_serial", device={"rate_hz": 100.0}, rate=100.0) as pair:
+        pair.emulator.board.switch_on("freeze")
+        pair.run(0.4)
+        assert pair.driver.fault() is None
+
+
+def test_a_port_is_never_shared(emulated):
+    with emulated("bota_serial") as pair:
+        with pytest.raises(DeviceError, match="lock") as caught:
+            BotaSerial(port=pair.emulator.address).open(1.0)
+        assert caught.value.code == FaultCode.NOT_CONNECTED
+        pair.run(0.1)
+        assert pair.driver.fault() is None
+
+
+@pytest.fixture
+def slow_adapter(monkeypatch, tmp_path):
+    """Makes every port look like a USB adapter with the factory's latency timer."""
+
+    def install(port):
+        folder = tmp_path / port.rsplit("/", 1)[1]
+        folder.mkdir(exist_ok=True)
+        (folder / "latency_timer").write_text("16\n")
+        monkeypatch.setattr(serialport, "USB_SERIAL", tmp_path)
+
+    return install
+
+
+def test_slow_usb_adapter_is_refused_without_a_device_clock(emulated, slow_adapter):
+    for name in ("robotous_uart", "robotous_can"):
+        with emulated(name, open_it=False) as pair:
+            slow_adapter(pair.emulator.address)
+            with pytest.raises(DeviceError, match="16 ms") as caught:
+                pair.driver.open(1.0)
+            assert caught.value.code == FaultCode.UNSUPPORTED
+
+
+def test_slow_usb_adapter_is_noted_where_the_device_has_a_clock(emulated, slow_adapter):
+    with emulated("bota_serial", open_it=False) as pair:
+        slow_adapter(pair.emulator.address)
+        pair.driver.open(2.0)
+        assert pair.driver.health().errors == {"slow_latency_timer": 1}
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: BotaSerial(port="/dev/nowhere"),
+        lambda: RobotousUart(port="/dev/nowhere"),
+        lambda: RobotousCan(channel="/dev/nowhere", interface="slcan"),
+        lambda: RobotousCan(channel="127.0.0.1:9/can0", interface="socketcand"),
+        lambda: AtiCan(channel="nowhere", interface="no_such_interface"),
+    ],
+)
+def test_missing_ports_are_not_connected(make):
+    with pytest.raises(DeviceError) as caught:
+        make().open(0.5)
+    assert caught.value.code == FaultCode.NOT_CONNECTED
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: RobotousUart(port="x", baud=115200), "921600"),
+        (lambda: RobotousUart(port="x", rate=123.0), "333"),
+        (lambda: RobotousCan(channel="x", first_id=2), "different"),
+        (lambda: BotaSerial(port="x", baud=230400), "carry"),
+        (lambda: BotaSerial(port="x", rate=900.0), "800"),
+    ],
+)
+def test_settings_that_cannot_work_are_refused_before_opening(make, words):
+    with pytest.raises(BadInputError, match=words):
+        make()
