@@ -25,6 +25,8 @@ from stepload.identify.points import FEW_POINTS
 MEMORY_SHARE = 0.25
 """A memory spanning less than this share of the force range is flagged HOLD_WINDUP."""
 
+_INFINITE = math.inf
+
 
 class RsRtls:
     """Recursive RS-BTLS with forgetting; without forgetting and rest it equals `rs_btls`.
@@ -77,8 +79,8 @@ class RsRtls:
         Raises:
             DomainError: a number is not finite.
         """
-        if not (deformation_m > 0.0 and force_n > 0.0):
-            if deformation_m - deformation_m != 0.0 or force_n - force_n != 0.0:
+        if not (0.0 < deformation_m < _INFINITE and 0.0 < force_n < _INFINITE):
+            if not (math.isfinite(deformation_m) and math.isfinite(force_n)):
                 raise DomainError(f"sample ({deformation_m} m, {force_n} N) is not finite")
             self._not_positive += 1
             return False
@@ -143,7 +145,7 @@ class RsRtls:
         Raises:
             DomainError: fewer than three samples have been used.
         """
-        if self._used < 3 or self._r22 == 0.0:
+        if self._used < 3 or self._r22 <= 1e-13 * abs(self._r12):
             raise DomainError(
                 f"{self._used} samples used, {self._not_positive} not positive; a fit needs at "
                 "least 3 different ones",
