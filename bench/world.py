@@ -10,7 +10,8 @@ import math
 import time
 
 from stepload.rig.world import PayloadTruth, SimulatedRig, WorldSpec
-from stepload_drivers.sim.world import World, open_world
+from stepload_drivers.sim.simulation import World
+from stepload_drivers.sim.world import open_world
 
 PAYLOAD = PayloadTruth("smooth", 6.57e8, 1.5, 727.0, 0.0, 0.0, 0.0, math.inf)
 STVF = WorldSpec(

@@ -14,7 +14,7 @@ from stepload.rig.clock import MonotonicClock
 from stepload.rig.device import Identity
 from stepload.rig.faults import FaultCode
 from stepload.rig.world import PayloadTruth, WorldSpec
-from stepload_drivers.sim.world import World
+from stepload_drivers.sim.simulation import World
 
 
 def smooth_payload(k: float, n: float) -> PayloadTruth:

@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from stepload.errors import DomainError
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.laws import contact_law
 
@@ -89,16 +88,6 @@ class Plant:
         swing_rad: float = SWING_RAD,
         error_factor: float = 1.0,
     ) -> None:
-        for name in (
-            "system_stiffness_n_per_m",
-            "effective_mass_kg",
-            "max_speed_m_s",
-            "max_acceleration_m_s2",
-            "max_push_n",
-        ):
-            value = getattr(spec, name)
-            if not value > 0.0:
-                raise DomainError(f"simulated rig: {name} = {value:g} must be positive")
         self.step_s = step_s
         self.time_s = 0.0
         self.target_m = self.drive_m = self.tip_m = 0.0

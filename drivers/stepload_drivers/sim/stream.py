@@ -11,7 +11,7 @@ from stepload.rig.device import Health
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import Status
 from stepload_drivers.sim.channels import Channel
-from stepload_drivers.sim.world import World
+from stepload_drivers.sim.simulation import World
 
 _EARLY_S = 1e-9
 _STALE_S = 0.05

@@ -1,118 +1,12 @@
-"""The simulated rig in virtual time: plant, channels, faults and the clock that makes it go on."""
+"""A simulated rig in virtual time: time passes when it is slept on, as fast as the host can."""
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
-
 from stepload.rig.world import SimulatedRig, WorldSpec
-from stepload_drivers.sim.channels import (
-    FORCE_CLOCK_S,
-    SECOND_CLOCK_S,
-    ArmChannel,
-    Channel,
-    ForceChannel,
-    GaugeChannel,
-)
-from stepload_drivers.sim.faults import Schedule, check_kinds
-from stepload_drivers.sim.plant import Plant
-
-_EARLY_S = 1e-9
-_LONGEST_STEP_S = 1e-3
-_GAUGE_ZERO_M = 20e-6
-
-
-class World:
-    """Plant and channels of one `WorldSpec`; world time begins at 0 with the arm at travel 0.
-
-    Base steps divide the arm's period and are at most 1 ms long.
-    """
-
-    def __init__(self, spec: WorldSpec) -> None:
-        check_kinds(spec.faults)
-        self.spec = spec
-        period_s = 1.0 / spec.arm_rate_hz
-        parts = math.ceil(period_s / _LONGEST_STEP_S - 1e-6)
-        self.plant = Plant(spec, step_s=period_s / parts)
-        self._step_s = self.plant.step_s
-        chance = np.random.default_rng([spec.seed, 0])
-        arm_offset_n = float(chance.normal()) * spec.arm_force_noise_n
-        gauge_zero_m = float(chance.uniform(-_GAUGE_ZERO_M, _GAUGE_ZERO_M))
-        second_offset_n = float(chance.normal()) * 3.0 * spec.second_force_noise_n
-        self.arm = ArmChannel(
-            self.plant, spec, force_offset_n=arm_offset_n, faults=Schedule.for_arm(spec.faults)
-        )
-        self.force = ForceChannel(
-            self.plant,
-            rate_hz=spec.force_rate_hz,
-            axis=spec.force_axis,
-            noise_n=spec.force_noise_n,
-            quantum_n=spec.force_quantum_n,
-            delay_s=spec.force_delay_s,
-            range_n=spec.force_range_n,
-            offset_n=spec.start_force_bias_n,
-            drift_n_per_s=spec.force_drift_n_per_s,
-            clock_s=FORCE_CLOCK_S,
-            seed=spec.seed,
-            stream=20,
-            faults=Schedule(spec.faults, prefix="force_"),
-        )
-        self.channels: list[Channel] = [self.arm, self.force]
-        self.second_force: ForceChannel | None = None
-        if spec.second_force_rate_hz > 0.0:
-            self.second_force = ForceChannel(
-                self.plant,
-                rate_hz=spec.second_force_rate_hz,
-                axis=spec.second_force_axis,
-                noise_n=spec.second_force_noise_n,
-                quantum_n=spec.second_force_quantum_n,
-                delay_s=spec.second_force_delay_s,
-                range_n=spec.second_force_range_n,
-                offset_n=second_offset_n,
-                drift_n_per_s=0.0,
-                clock_s=SECOND_CLOCK_S,
-                seed=spec.seed,
-                stream=30,
-                faults=Schedule(spec.faults, prefix="second_"),
-            )
-            self.channels.append(self.second_force)
-        self.gauge: GaugeChannel | None = None
-        if spec.gauge_rate_hz > 0.0:
-            faults = Schedule(spec.faults, prefix="gauge_")
-            self.gauge = GaugeChannel(
-                self.plant, spec, offset_m=gauge_zero_m, stream=40, faults=faults
-            )
-            self.channels.append(self.gauge)
-
-    @property
-    def time_s(self) -> float:
-        """World time that has been simulated."""
-        return self.plant.time_s
-
-    @property
-    def true_peak_force_n(self) -> float:
-        return self.plant.peak_n
-
-    @property
-    def true_force_n(self) -> float:
-        return self.plant.force_n
-
-    def advance(self, to_s: float) -> None:
-        """Let the world go on to `to_s` (whole base steps); nothing happens if that is past."""
-        plant = self.plant
-        h = self._step_s
-        limit = to_s + _EARLY_S - h
-        while plant.time_s <= limit:
-            plant.step()
-            now_s = plant.time_s
-            due_s = now_s + _EARLY_S
-            for channel in self.channels:
-                while channel.next_s <= due_s:
-                    early_s = now_s - channel.next_s
-                    channel.sample(channel.next_s, early_s / h if early_s > _EARLY_S else 0.0)
-                    channel.samples += 1
-                    channel.next_s = (channel.samples + 1) * channel.period_s
+from stepload_drivers.sim.arm import WorldArm
+from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.sensors import WorldDisplacementSensor, WorldForceSensor
+from stepload_drivers.sim.simulation import World
 
 
 class VirtualClock:
@@ -138,7 +32,7 @@ class VirtualClock:
 
 
 class VirtualHost:
-    """The program's side of a simulated rig in virtual time (see `stepload_drivers.sim.host`)."""
+    """The program's side of a simulated rig in virtual time (a `stream.Host`)."""
 
     def __init__(self, world: World) -> None:
         self.world = world
@@ -156,9 +50,6 @@ def open_world(spec: WorldSpec) -> SimulatedRig:
         BadInputError: an unknown fault.
         DomainError: a number that no rig or payload has.
     """
-    from stepload_drivers.sim.arm import WorldArm
-    from stepload_drivers.sim.sensors import WorldDisplacementSensor, WorldForceSensor
-
     world = World(spec)
     host = VirtualHost(world)
     return SimulatedRig(

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import pytest
 
-from stepload.errors import DeviceError
+from stepload.errors import DeviceError, DomainError
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.rig.world import SimulatedRig, WorldFault, WorldSpec
@@ -221,3 +221,10 @@ def test_virtual_time_only_passes_by_sleeping() -> None:
     rig.clock.sleep_until(now_s + 0.0005)
     assert rig.clock.now_s() == now_s + 0.0005
     assert rig.clock.virtual
+
+
+@pytest.mark.parametrize("name", ["arm_rate_hz", "effective_mass_kg", "max_push_n"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_impossible_rigs_are_refused(name: str, value: float) -> None:
+    with pytest.raises(DomainError, match=name):
+        open_world(replace(SPEC, **{name: value}))
