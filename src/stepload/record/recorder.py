@@ -105,6 +105,7 @@ class Recorder:
         self.part_path = directory / (NAME + PART_SUFFIX)
         self._lossless = lossless
         self._looks = 0
+        self._events = 0
         self._problem = ""
         self._closed = False
         wall_ns = time.time_ns()
@@ -159,9 +160,32 @@ class Recorder:
         """Process id of the writer."""
         return self._process.pid
 
+    def recorded(self, stream: str) -> int:
+        """Rows of a stream that are safely on the disk."""
+        return self._shared.recorded(stream)
+
     def event(self, time_s: float, kind: str, data: Mapping[str, object]) -> None:
         """Record something that happened, with its numbers."""
         self._push_event(time_s, to_json({"time_s": time_s, "kind": kind, "data": data}))
+        self._events += 1
+
+    def sync(self) -> None:
+        """Return once everything pushed so far is on the disk, readable at `part_path`.
+
+        Raises:
+            RecordingFailedError: it will not get there.
+        """
+        give_up_at = time.monotonic() + FINISH_TIMEOUT_S
+        rows = [name for name in RINGS[:-1] if self._shared.capacity[name]]
+
+        def behind() -> bool:
+            events = self._shared.recorded("events") + self._shared.dropped("events")
+            return events < self._events or any(self._shared.waiting(name) for name in rows)
+
+        while behind():
+            if self.problem() or time.monotonic() > give_up_at:
+                self._fail("the record writer does not keep up")
+            time.sleep(0.002)
 
     def problem(self) -> str:
         """Why the record is not what it should be; "" while all is well. Never blocks."""

@@ -130,6 +130,10 @@ class Shared:
     def recorded(self, name: str) -> int:
         return self.counters[self._counter(name, _RECORDED)]
 
+    def waiting(self, name: str) -> int:
+        """Rows pushed and not yet on the disk (not for events, whose ring counts bytes)."""
+        return self.counters[self._counter(name, 0)] - self.recorded(name)
+
     def add_recorded(self, name: str, count: int) -> None:
         self.counters[self._counter(name, _RECORDED)] += count
 

@@ -1,0 +1,85 @@
+"""Opens the devices of a plan, or the simulated rig in their place, and closes what it opened."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from typing import cast
+
+from stepload.plan.model import DriverChoice, Plan, SecondForceSource
+from stepload.rehearse import world_for
+from stepload.rig.clock import Clock, MonotonicClock
+from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor, Identity
+from stepload.rig.plugins import load_driver
+from stepload.rig.world import WorldView, load_world
+
+OPEN_TIMEOUT_S = 15.0
+
+
+@dataclass(slots=True)
+class OpenRig:
+    """Open devices with what they said they are; `world` is only there in a dry run."""
+
+    arm: Arm
+    force: ForceSensor
+    displacement: DisplacementSensor | None
+    second_force: ForceSensor | None
+    clock: Clock
+    identities: Mapping[str, Identity]
+    rates_hz: Mapping[str, float]
+    world: WorldView | None
+
+
+def _made(group: str, choice: DriverChoice) -> Device:
+    return load_driver(group, choice.name)(**choice.options)
+
+
+def _devices(plan: Plan) -> tuple[Arm, ForceSensor, DisplacementSensor | None, ForceSensor | None]:
+    rig = plan.rig
+    gauge = rig.displacement and _made("stepload.displacement_sensors", rig.displacement.driver)
+    second = None
+    if rig.second_force.source is SecondForceSource.SENSOR and rig.second_force.sensor:
+        second = _made("stepload.force_sensors", rig.second_force.sensor.driver)
+    return (
+        cast(Arm, _made("stepload.arms", rig.arm.driver)),
+        cast(ForceSensor, _made("stepload.force_sensors", rig.force.driver)),
+        cast(DisplacementSensor | None, gauge),
+        cast(ForceSensor | None, second),
+    )
+
+
+@contextmanager
+def opened(plan: Plan, *, dry_run: bool, seed: int | None = None) -> Iterator[OpenRig]:
+    """The open rig of a plan; sensors open before the arm and close after it.
+
+    Raises:
+        DeviceError: a device did not open; those already open were closed again.
+    """
+    world: WorldView | None = None
+    clock: Clock = MonotonicClock()
+    if dry_run:
+        simulated = load_world()(world_for(plan, seed=seed))
+        arm, force = simulated.arm, simulated.force
+        gauge, second = simulated.displacement, simulated.second_force
+        clock, world = simulated.clock, simulated.world
+    else:
+        arm, force, gauge, second = _devices(plan)
+    roles: dict[str, Device | None] = {
+        "force_sensor": force, "second_force_sensor": second, "displacement_sensor": gauge,
+        "arm": arm,
+    }  # fmt: skip
+    identities = {}
+    with ExitStack() as stack:
+        for role, device in roles.items():
+            if device is not None:
+                stack.callback(device.close)
+                identities[role] = device.open(OPEN_TIMEOUT_S)
+        rates_hz = {
+            "force": force.rate_hz, "arm": 1.0 / arm.period_s, "tick": 1.0 / arm.period_s,
+        }  # fmt: skip
+        if second is not None:
+            rates_hz["second_force"] = second.rate_hz
+        if gauge is not None:
+            rates_hz["displacement"] = gauge.rate_hz
+        yield OpenRig(arm, force, gauge, second, clock, identities, rates_hz, world)
