@@ -56,6 +56,10 @@ class Quantity(Leaf):
     above: bool = False
 
     def read(self, value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            name, example = describe_unit(self.unit)
+            hint = f'expected {name} with its unit, for example "{example}"'
+            raise field_error(f"{_told(value)} is not {name}", hint)
         try:
             number = parse_quantity(value, self.unit)
         except QuantityError as error:

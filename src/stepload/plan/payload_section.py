@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import radians
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -57,7 +58,7 @@ class SharpConeSection(Section):
     """An ideal cone, n = 2."""
 
     shape: Literal["sharp_cone"]
-    slope: Annotated[float, Quantity("rad", 0.001, 1.553)] = Field(
+    slope: Annotated[float, Quantity("rad", radians(0.1), radians(89.0))] = Field(
         description="Angle between the flank and the plate."
     )
 

@@ -21,6 +21,7 @@ from stepload.plan.fields import (
     Remark,
     Temperature,
 )
+from stepload.plan.introspect import default_text, sections_below
 from stepload.plan.payload_section import PayloadSection, Section
 from stepload.plan.rig_section import RigSection
 
@@ -148,6 +149,13 @@ def json_schema() -> dict[str, Any]:
     """
     schema = PlanSection.model_json_schema()
     definitions = schema["$defs"]
+    for model in sections_below(PlanSection):
+        properties = definitions.get(model.__name__, schema)["properties"]
+        for name, field in model.model_fields.items():
+            properties[name].pop("title", None)
+            properties[name].pop("default", None)
+            if (default := default_text(field)) is not None:
+                properties[name]["default"] = default
     for name in ("Rig", "Arm", "Force", "Displacement"):
         definitions[f"{name}Section"].pop("required", None)
     for key in ("payload", "rig", "procedure"):

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 from stepload.contact.elastic import law_for
 from stepload.contact.press import (
+    NOISE_MULTIPLE,
     ForceLimits,
     PressRig,
     Term,
     force_budget,
     force_limits,
     largest_speed,
-    speed_terms,
 )
 from stepload.errors import RefusedError
 from stepload.plan.model import Plan, Provenance, Rig, SecondForceSource, SystemStiffness
@@ -31,8 +31,10 @@ LEAST_STIFFNESS_DOUBT = {
     Provenance.INDICATIVE: 0.3,
 }
 """Smallest relative doubt about K_s by where it comes from; 3 sigma where that is more."""
-HARD_STOP_FACTOR = 10.0
-"""A hidden hard stop is taken to be this many times stiffer than the system."""
+HARD_STOP_N_PER_M = 1e9
+"""Stiffness of a hidden hard stop: metal on metal over some square millimetres."""
+HARD_STOP_IMPACT_FACTOR = 1.5
+"""On v sqrt(m k), which is exact for a linear stop without damping."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +77,11 @@ def largest_stiffness(system: SystemStiffness) -> float:
     return system.stiffness_n_per_m + max(3.0 * system.sigma_n_per_m, doubt)
 
 
+def channel_skew_s(rig: Rig) -> float:
+    """Bound on the difference of the delays of the two force channels, in s."""
+    return rig.force.delay_s + 2.0 / rig.arm.rate_hz
+
+
 def press_rig(rig: Rig, noise_n: float) -> PressRig:
     """Upper bounds of a rig's delays and inertia, from the plan."""
     arm, force = rig.arm, rig.force
@@ -100,7 +107,9 @@ def press_rig(rig: Rig, noise_n: float) -> PressRig:
         reaction=parts,
         reaction_s=max(total_s, loop_s),
         loop_s=loop_s,
-        cross_check_s=second.time_s + CROSS_CHECK_FILTER_S if has_second else 0.0,
+        cross_check_s=(
+            second.time_s + CROSS_CHECK_FILTER_S + channel_skew_s(rig) if has_second else 0.0
+        ),
     )
 
 
@@ -165,6 +174,9 @@ def pressing_for(
             f" {forces.limit_n:.4g} N",
             hint="lower the touch force, raise the top force or use a quieter force sensor",
         )
+    contact = _contact_coefficient(numbers, forces.limit_n)
+    room_n = forces.allowed_n - procedure.touch_force_n - NOISE_MULTIPLE * noise_n
+    guarded = min(guarded, room_n / contact)
     top_speed = 0.8 * rig.arm.max_speed_m_s
     return Pressing(
         rig=numbers,
@@ -172,15 +184,14 @@ def pressing_for(
         tangent_n_per_m=tangent,
         guarded_speed_m_s=min(guarded, top_speed),
         fast_speed_m_s=min(fast, top_speed),
-        contact_n_s_per_m=_contact_coefficient(numbers, forces.limit_n),
+        contact_n_s_per_m=contact,
     )
 
 
 def _contact_coefficient(rig: PressRig, limit_n: float) -> float:
     """Force per speed, in N s/m, where a hidden hard stop takes over in contact."""
-    hard = HARD_STOP_FACTOR * rig.stiffness_n_per_m
-    delay_s = rig.reaction_s + rig.cross_check_s
-    linear = sum(term.value for term in speed_terms(rig, hard, delay_s))
-    linear = max(linear, 1.1 * rig.stiffness_n_per_m * delay_s)
+    travel = rig.stiffness_n_per_m * (rig.reaction_s + rig.cross_check_s)
+    impact = HARD_STOP_IMPACT_FACTOR * math.sqrt(rig.mass_kg * HARD_STOP_N_PER_M)
+    linear = 1.1 * travel + rig.damping_n_s_per_m + impact
     braking = rig.stiffness_n_per_m * (limit_n / linear) / (2.0 * rig.acceleration_m_s2)
     return linear + braking

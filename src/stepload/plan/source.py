@@ -82,14 +82,15 @@ def _read(path: Path, name: str) -> bytes:
         raise fail("no such file") from None
     except (OSError, ValueError) as error:
         raise fail(f"cannot be opened: {getattr(error, 'strerror', None) or error}") from None
-    with open(handle, "rb") as file:
-        info = os.fstat(handle)
-        if not stat.S_ISREG(info.st_mode):
+    try:
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
             raise fail("is not a regular file")
-        try:
+        with open(handle, "rb", closefd=False) as file:
             data = file.read(MAX_BYTES + 1)
-        except OSError as error:
-            raise fail(f"cannot be read: {error.strerror}") from None
+    except OSError as error:
+        raise fail(f"cannot be read: {error.strerror}") from None
+    finally:
+        os.close(handle)
     if len(data) > MAX_BYTES:
         raise fail(
             f"is larger than {MAX_BYTES // 1024} KiB",

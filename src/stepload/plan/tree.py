@@ -158,6 +158,13 @@ class _Builder:
             key_place = self.place(event.start_mark)
             self.node(event, events, depth + 1)
             value = self.node(next(events), events, depth + 1)
+            if (
+                isinstance(value, Scalar)
+                and value.value is None
+                and value.place.line > key_place.line
+            ):
+                after = Place(self.source, key_place.line, key_place.column + len(key) + 1)
+                value = Scalar(after, None)
             if not is_text:
                 self.problems.append(
                     key_place.problem("a key that is not a word", "write key: value")

@@ -9,12 +9,18 @@ from __future__ import annotations
 import types
 from difflib import get_close_matches
 from functools import cache
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
-from stepload.plan.fields import Leaf
+from stepload.plan.introspect import (
+    item_type,
+    leaf_of,
+    parts_of,
+    section_of,
+    shapes_of,
+)
 from stepload.plan.payload_section import Section
 from stepload.plan.problems import Problem, printable
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence
@@ -58,37 +64,6 @@ def unknown_key(place: Place, key: str, known: list[str]) -> Problem:
     return place.problem(f"unknown key {printable(key)!r}", hint)
 
 
-def section_of(field: FieldInfo, shape: object = None) -> type[Section] | None:
-    """The section model that stands in `field`, by its tag where there are several."""
-    models = [m for m in (field.annotation, *get_args(field.annotation)) if _is_section(m)]
-    if field.discriminator is not None:
-        return next((m for m in models if shape in shapes_of(m)), None)
-    return models[0] if models else None
-
-
-def shapes_of(model: type[Section]) -> tuple[object, ...]:
-    """The tags of a model that is one of several."""
-    return get_args(model.model_fields["shape"].annotation)
-
-
-def leaf_of(field: FieldInfo) -> Leaf | None:
-    """The field type that says what may be written in `field`."""
-    found = [*field.metadata]
-    for part in _parts(field.annotation):
-        found += getattr(part, "__metadata__", ())
-    return next((item for item in found if isinstance(item, Leaf)), None)
-
-
-def _parts(annotation: Any) -> list[Any]:
-    if get_origin(annotation) in (Union, types.UnionType, list):
-        return [inner for part in get_args(annotation) for inner in _parts(part)]
-    return [annotation]
-
-
-def _is_section(annotation: Any) -> bool:
-    return isinstance(annotation, type) and issubclass(annotation, Section)
-
-
 def _read_field(
     name: str, field: FieldInfo, parent: Mapping, values: Values, problems: list[Problem]
 ) -> None:
@@ -107,7 +82,7 @@ def _read_field(
             values[name] = node
         else:
             problems.append(node.place.problem(f"{_told(node)} where a mapping belongs"))
-    elif isinstance(node, Sequence) or _item_type(field) is not None:
+    elif isinstance(node, Sequence) or item_type(field) is not None:
         _read_list(name, field, node, values, problems)
     else:
         _read_leaf(name, _adapter(field), node, values, problems)
@@ -135,23 +110,17 @@ def _read_tagged(
         problems.append(tag.place.problem(f"{_told(tag)} is not a shape", hint))
 
 
-def _item_type(field: FieldInfo) -> Any:
-    """What a list in `field` holds; None where no list belongs."""
-    lists = [a for a in (field.annotation, *get_args(field.annotation)) if get_origin(a) is list]
-    return get_args(lists[0])[0] if lists else None
-
-
 def _read_list(
     name: str, field: FieldInfo, node: Node, values: Values, problems: list[Problem]
 ) -> None:
-    item_type = _item_type(field)
-    if item_type is None or not isinstance(node, Sequence):
-        wanted = "one value belongs" if item_type is None else "a list belongs"
+    inner = item_type(field)
+    if inner is None or not isinstance(node, Sequence):
+        wanted = "one value belongs" if inner is None else "a list belongs"
         problems.append(node.place.problem(f"{_told(node)} where {wanted}", _wanted(field)))
         return
     items: Values = {}
     for index, item in enumerate(node.items):
-        _read_leaf(str(index), _leaf_adapter(item_type, ()), item, items, problems)
+        _read_leaf(f"{name}[{index}]", _leaf_adapter(inner, ()), item, items, problems)
     if len(items) == len(node.items):
         values[name] = list(items.values())
 
@@ -169,7 +138,7 @@ def _read_leaf(
         context = first.get("ctx", {})
         message = context.get("message", f"{_told(node)} is not accepted here")
         hint = context.get("hint") or f"expected {context.get('expected', 'something else')}"
-        problems.append(node.place.problem(message, hint))
+        problems.append(node.place.problem(f"{name}: {message}", hint))
 
 
 @cache
@@ -178,7 +147,7 @@ def _leaf_adapter(annotation: Any, metadata: tuple[Any, ...]) -> TypeAdapter[Any
 
 
 def _adapter(field: FieldInfo) -> TypeAdapter[Any]:
-    annotation = next(p for p in _parts(field.annotation) if p is not types.NoneType)
+    annotation = next(p for p in parts_of(field.annotation) if p is not types.NoneType)
     return _leaf_adapter(annotation, tuple(field.metadata))
 
 

@@ -1,0 +1,83 @@
+"""The reference and the JSON Schema say what the loader does."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stepload.plan.introspect import sections_below
+from stepload.plan.load import json_schema, load_plan, profiles
+from stepload.plan.plan_section import PlanSection
+from stepload.plan.reference import missing_tables, with_tables
+
+ROOT = Path(__file__).parents[3]
+DOCS = ROOT / "docs" / "plan.md"
+
+
+def test_the_reference_is_up_to_date() -> None:
+    text = DOCS.read_text(encoding="utf-8")
+    assert with_tables(text) == text, "run: python -m stepload.plan.reference"
+    assert missing_tables(text) == []
+
+
+def test_every_key_has_a_meaning() -> None:
+    for model in sections_below(PlanSection):
+        for name, field in model.model_fields.items():
+            assert field.description or name == "shape", f"{model.__name__}.{name}"
+
+
+def test_the_first_plan_of_the_reference_is_good(tmp_path: Path) -> None:
+    example = re.search(r"```yaml\n(stepload: 1.*?)```", DOCS.read_text(), re.DOTALL)
+    assert example
+    path = tmp_path / "plan.yaml"
+    path.write_text(example[1].replace("payloads/", f"{ROOT}/procedures/payloads/"))
+    assert load_plan(path).procedure.top_force_n == 300.0
+
+
+def _nodes(schema: Any) -> Iterator[dict[str, Any]]:
+    if isinstance(schema, dict):
+        yield schema
+        for value in schema.values():
+            yield from _nodes(value)
+    elif isinstance(schema, list):
+        for value in schema:
+            yield from _nodes(value)
+
+
+def test_the_schema_is_whole() -> None:
+    schema = json.loads(json.dumps(json_schema()))
+    assert schema["required"] == ["stepload", "payload", "rig", "procedure"]
+    for node in _nodes(schema):
+        if isinstance(reference := node.get("$ref"), str):
+            assert reference.removeprefix("#/$defs/") in schema["$defs"]
+        if "pattern" in node:
+            assert all(re.search(node["pattern"], example) for example in node["examples"])
+
+
+def test_schema_defaults_are_written_as_a_plan_would() -> None:
+    definitions = json_schema()["$defs"]
+    procedure = definitions["ProcedureSection"]["properties"]
+    assert (procedure["hold"]["default"], procedure["touches"]["default"]) == ("3 s", 3)
+    assert procedure["unload_fraction"]["default"] == "5 %"
+    for node in _nodes(definitions):
+        if "pattern" in node and "default" in node:
+            assert re.search(node["pattern"], node["default"])
+
+
+@pytest.mark.parametrize("key", ["radius: 3", 'radius: "3"'])
+def test_the_schema_refuses_a_number_without_unit(key: str) -> None:
+    radius = json_schema()["$defs"]["SphereSection"]["properties"]["radius"]
+    value = key.partition(": ")[2].strip('"')
+    assert radius["type"] == "string"
+    assert not re.search(radius["pattern"], value)
+
+
+def test_profiles_are_known_by_name() -> None:
+    assert set(profiles()) == {
+        "stvf", "one-axis", "ur3e", "ur5e", "ur10e", "ur16e", "ur20", "ur30",
+    }  # fmt: skip

@@ -1,0 +1,194 @@
+"""Good plans: defaults, profiles, files and SI units."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from stepload.contact.materials import (
+    BluntTip,
+    FlatPunch,
+    Geometry,
+    PowerProfile,
+    SharpCone,
+    Sphere,
+)
+from stepload.plan.load import load_payload, load_plan, profiles
+from stepload.plan.model import Provenance, SecondForceSource
+from stepload.plan.problems import PlanError
+
+WritePlan = Callable[..., Path]
+
+
+def test_what_is_not_said_has_a_sensible_default(write_plan: WritePlan) -> None:
+    plan = load_plan(write_plan())
+    assert plan.name == "plan"
+    procedure = plan.procedure
+    assert procedure.levels_n == (50.0, 100.0, 150.0, 200.0, 250.0, 300.0)
+    assert (procedure.touches, procedure.tare_s, procedure.cycles) == (3, 10.0, 1)
+    assert procedure.touch_force_n == 3.0  # 1 % of 300 N, and two resolutions of 1.5 N
+    assert procedure.search_distance_m == pytest.approx(3e-3)
+    travel_m = 300.0 / 3.49e6 + (300.0 / 6.57e8) ** (2.0 / 3.0)
+    assert procedure.retract_m > 2.0 * travel_m
+    identify = plan.identify
+    assert identify.kind == "payload"
+    assert (identify.resolution_multiple_p, identify.compensation_quality_s) == (2.0, 20.0)
+    assert (identify.accuracy_t, identify.secant_force_n) == (5.0, 300.0)
+    assert identify.accept_unidentifiable == ""
+    assert plan.record.directory == Path("runs")
+
+
+def test_quantities_arrive_in_si_units(write_plan: WritePlan) -> None:
+    rig = load_plan(write_plan()).rig
+    assert rig.system_stiffness.stiffness_n_per_m == 3.49e6
+    assert rig.system_stiffness.damping_n_s_per_m == 3.87e4
+    assert rig.system_stiffness.msde_m == 5.42e-7
+    assert rig.arm.position_resolution_m == 2e-6
+    assert (rig.force.resolution_n, rig.force.rate_hz) == (1.5, 1000.0)
+    assert rig.second_force.source is SecondForceSource.ARM
+    assert rig.second_force.tolerance_relative == 0.02
+
+
+def test_secant_force_is_never_beyond_the_top_force(write_plan: WritePlan) -> None:
+    plan = load_plan(write_plan(("300 N", "120 N")))
+    assert plan.identify.secant_force_n == 120.0
+    assert plan.procedure.levels_n == (50.0, 100.0, 120.0)
+
+
+@pytest.mark.parametrize(("step", "count"), [("0.1 N", 3000), ("100 N", 3), ("70 N", 5)])
+def test_levels_end_exactly_at_the_top_force(write_plan: WritePlan, step: str, count: int) -> None:
+    path = write_plan(("50 N", step), ("surface", "touch_force: 2.9 N, surface"))
+    if count > 1000:
+        with pytest.raises(PlanError, match="3000 load levels"):
+            load_plan(path)
+        return
+    levels = load_plan(path).procedure.levels_n
+    assert len(levels) == count
+    assert levels[-1] == 300.0
+    assert all(a < b for a, b in pairwise(levels))
+
+
+def test_explicit_levels_set_the_step(write_plan: WritePlan) -> None:
+    plan = load_plan(write_plan(("step: 50 N", "levels: [20 N, 120 N, 300 N]")))
+    assert plan.procedure.levels_n == (20.0, 120.0, 300.0)
+    assert plan.procedure.step_n == 180.0
+
+
+def test_overrides_are_laid_over_a_profile(write_plan: WritePlan) -> None:
+    override = "rig: {profile: stvf, name: ours, force: {noise: 0.4 N}, mechanical_fuse: 600 N}"
+    rig = load_plan(write_plan(("rig: stvf", override))).rig
+    assert (rig.name, rig.force.noise_n, rig.mechanical_fuse_n) == ("ours", 0.4, 600.0)
+    assert rig.force.resolution_n == 1.5
+
+
+def test_another_driver_drops_the_options_of_the_old_one(write_plan: WritePlan) -> None:
+    override = "rig: {profile: ur5e, arm: {driver: sim}, force: {driver: sim}}"
+    arm = load_plan(write_plan(("rig: stvf", override), ("300 N", "150 N"))).rig.arm
+    assert "lookahead" not in arm.driver.options
+
+
+def test_a_stiffness_with_a_value_replaces_the_whole_old_one(write_plan: WritePlan) -> None:
+    override = "rig: {profile: stvf, system_stiffness: {value: 4 MN/m, sigma: 40 kN/m}}"
+    stiffness = load_plan(write_plan(("rig: stvf", override))).rig.system_stiffness
+    assert (stiffness.stiffness_n_per_m, stiffness.sigma_n_per_m) == (4e6, 4e4)
+    assert stiffness.damping_n_s_per_m == 0.0
+    assert stiffness.provenance is Provenance.DECLARED
+
+
+def test_a_rig_file_may_build_on_a_profile(write_plan: WritePlan, tmp_path: Path) -> None:
+    (tmp_path / "rigs").mkdir()
+    (tmp_path / "rigs" / "ours.yaml").write_text("profile: stvf\nname: ours\n")
+    plan = load_plan(write_plan(("rig: stvf", "rig: rigs/ours.yaml")))
+    assert plan.rig.name == "ours"
+    assert [Path(s.name).name for s in plan.sources] == [
+        "plan.yaml", "ball.yaml", "ours.yaml", "profile stvf",
+    ]  # fmt: skip
+
+
+def test_a_procedure_may_be_a_file(write_plan: WritePlan, tmp_path: Path) -> None:
+    (tmp_path / "steps.yaml").write_text("step: 10 N\ntop_force: 20 N\nsurface_distance: 4 mm\n")
+    inline = "{step: 50 N, top_force: 300 N, surface_distance: 5 mm}"
+    plan = load_plan(write_plan((inline, "steps.yaml")))
+    assert plan.procedure.levels_n == (10.0, 20.0)
+
+
+def test_a_problem_in_a_file_is_told_with_that_file(write_plan: WritePlan, tmp_path: Path) -> None:
+    path = write_plan()
+    (tmp_path / "ball.yaml").write_text("name: ball\ngeometry: {shape: sphere, radius: 3}\n")
+    with pytest.raises(PlanError) as caught:
+        load_plan(path)
+    problem = caught.value.problems[-1]
+    assert Path(problem.file).name == "ball.yaml"
+    assert (problem.line, problem.column) == (2, 35)
+
+
+def test_another_payload_can_be_put_in(write_plan: WritePlan, tmp_path: Path) -> None:
+    other = tmp_path / "other.yaml"
+    path = write_plan()
+    other.write_text((tmp_path / "ball.yaml").read_text().replace("name: ball", "name: other"))
+    plan = load_plan(path, payload=other)
+    assert plan.payload.name == "other"
+    assert load_payload(other) == plan.payload
+
+
+def test_sources_carry_text_and_digest(write_plan: WritePlan) -> None:
+    path = write_plan()
+    source = load_plan(path).sources[0]
+    assert source.text == path.read_text()
+    assert source.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+@pytest.mark.parametrize(
+    ("geometry", "built"),
+    [
+        ("{shape: sphere, radius: 3 mm}", Sphere(0.003)),
+        ("{shape: sphere, radius: 3 mm, counter_radius: 1 cm}", Sphere(0.003, 0.01)),
+        ("{shape: cone_tip, radius: 3 mm}", BluntTip("cone", 0.003)),
+        ("{shape: pyramid_tip, radius: 3 mm}", BluntTip("pyramid", 0.003)),
+        ("{shape: sharp_cone, slope: 15 deg}", SharpCone(math.radians(15.0))),
+        ("{shape: flat_punch, radius: 3 mm}", FlatPunch(0.003)),
+        (
+            "{shape: power, exponent: 3, gap: 1 mm, at_radius: 10 mm}",
+            PowerProfile(3.0, pytest.approx(1000.0)),
+        ),
+    ],
+)
+def test_every_shape_is_built(tmp_path: Path, geometry: str, built: Geometry) -> None:
+    path = tmp_path / "payload.yaml"
+    path.write_text(
+        f"name: x\ngeometry: {geometry}\nforce_limit: 400 N\n"
+        "material: {name: a, youngs_modulus: 3 GPa, poisson_ratio: 0.3}\n"
+        "plate: {name: b, youngs_modulus: 70 GPa, poisson_ratio: 0.33}\n"
+    )
+    payload = load_payload(path)
+    assert payload.geometry == built
+    assert payload.declared_force_limit_n == 400.0
+
+
+def test_driver_options_arrive_checked_and_complete(write_plan: WritePlan) -> None:
+    override = (
+        "rig: {profile: ur5e, arm: {options: {host: 127.0.0.1, lookahead: 50 ms, "
+        "approach: [0, 0, -1]}}, force: {options: {port: /dev/null}}}"
+    )
+    rig = load_plan(write_plan(("rig: stvf", override), ("300 N", "150 N"))).rig
+    options = rig.arm.driver.options
+    assert (options["host"], options["lookahead"]) == ("127.0.0.1", 0.05)
+    assert options["approach"] == (0.0, 0.0, -1.0)
+    assert options["upper_registers"] is False
+    assert rig.system_stiffness.provenance is Provenance.INDICATIVE
+
+
+@pytest.mark.parametrize("name", profiles())
+def test_every_profile_makes_a_rig(write_plan: WritePlan, name: str) -> None:
+    override = f"rig: {{profile: {name}, arm: {{driver: sim}}, force: {{driver: sim}}}}"
+    path = write_plan(("rig: stvf", override), ("300 N", "100 N"))
+    rig = load_plan(path).rig
+    assert rig.second_force.source is SecondForceSource.ARM
+    assert 0.0 < rig.system_stiffness.sigma_n_per_m < rig.system_stiffness.stiffness_n_per_m
+    indicative = rig.system_stiffness.provenance is Provenance.INDICATIVE
+    assert indicative == name.startswith("ur")
