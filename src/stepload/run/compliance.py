@@ -8,6 +8,7 @@ CONFIDENCE = 3.0
 FORGET_SHARE = 0.2
 """Data are forgotten over this share of the present force, as travel."""
 POINTS_PER_MEMORY = 20.0
+LEAST_MEMORY_QUANTA = 8.0
 
 
 class TangentCompliance:
@@ -20,20 +21,21 @@ class TangentCompliance:
     """
 
     __slots__ = (
-        "_bin_f", "_bin_n", "_bin_start_m", "_bin_x", "_floor", "_memory_m", "_mf", "_mx",
-        "_noise_n", "_quantum_m", "_sff", "_sxf", "_sxx", "_w", "_x_last", "c_m_per_n",
+        "_bin_f", "_bin_n", "_bin_start_m", "_bin_x", "_floor", "_least_bin_m", "_memory_m", "_mf",
+        "_mx", "_noise_n", "_quantum_m", "_sff", "_sxf", "_sxx", "_w", "_x_last", "c_m_per_n",
     )  # fmt: skip
 
     def __init__(self, stiffness_n_per_m: float, noise_n: float, resolution_m: float) -> None:
         self._floor = 1.0 / stiffness_n_per_m
         self._noise_n = noise_n
         self._quantum_m = resolution_m
+        self._least_bin_m = 0.5 * resolution_m
         self.restart()
 
     def restart(self) -> None:
         """Forget everything: a new contact, or a change of direction."""
         self.c_m_per_n = self._floor
-        self._memory_m = 12.0 * self._noise_n * self._floor
+        self._remember(0.0)
         self._bin_start_m = math.nan
         self._bin_f = self._bin_x = 0.0
         self._bin_n = 0
@@ -50,7 +52,7 @@ class TangentCompliance:
             self._bin_start_m = position_m
             return
         bin_m = self._memory_m / POINTS_PER_MEMORY
-        if -bin_m < moved_m < bin_m or -self._quantum_m < moved_m < self._quantum_m:
+        if -bin_m < moved_m < bin_m or -self._least_bin_m < moved_m < self._least_bin_m:
             return
         self._push(self._bin_x / n, self._bin_f / n, n)
         self._bin_start_m = position_m
@@ -76,5 +78,9 @@ class TangentCompliance:
         quantum = slope * self._quantum_m
         variance = max(scatter, noise + quantum * quantum / (12.0 * averaged)) / sxx
         stiffest = max(slope, 0.0) + CONFIDENCE * math.sqrt(variance)
-        self.c_m_per_n = c = max(self._floor, 1.0 / stiffest)
-        self._memory_m = c * max(FORGET_SHARE * abs(f), 12.0 * self._noise_n)
+        self.c_m_per_n = max(self._floor, 1.0 / stiffest)
+        self._remember(f)
+
+    def _remember(self, force_n: float) -> None:
+        travel_m = self.c_m_per_n * max(FORGET_SHARE * abs(force_n), 12.0 * self._noise_n)
+        self._memory_m = max(travel_m, LEAST_MEMORY_QUANTA * self._quantum_m)

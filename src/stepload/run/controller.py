@@ -32,7 +32,7 @@ class StepController:
     __slots__ = (
         "_anchor_m", "_anchor_n", "_anchor_rise_n", "_band_n", "_change_n", "_compliance", "_delay",
         "_delay_at", "_level_n", "_limits", "_pair_alpha", "_pair_m", "_pair_n", "_sign",
-        "_start_n", "_trusted", "c_m_per_n", "reached", "speed_m_s",
+        "_start_n", "_taut", "_taut_m", "_taut_n", "_trusted", "c_m_per_n", "reached", "speed_m_s",
     )  # fmt: skip
 
     def __init__(self, limits: RunLimits) -> None:
@@ -51,6 +51,8 @@ class StepController:
         self._level_n = self._start_n = 0.0
         self._sign = 1.0
         self._pair_m = self._pair_n = self._anchor_m = self._anchor_n = 0.0
+        self._taut = 0
+        self._taut_n = self._taut_m = 0.0
         self._trusted = False
         self.c_m_per_n = 1.0 / limits.stiffness_n_per_m
         self.speed_m_s = 0.0
@@ -70,6 +72,7 @@ class StepController:
         self._start_n = force_n
         self._pair_m = self._anchor_m = position_m
         self._pair_n = self._anchor_n = force_n
+        self._taut = 0
         self._delay = [position_m] * len(self._delay)
         self.c_m_per_n = 1.0 / self._limits.stiffness_n_per_m
         self.speed_m_s = 0.0
@@ -126,10 +129,22 @@ class StepController:
         if sign > 0.0:
             if pair_n > self._anchor_n + self._anchor_rise_n:
                 self._anchor_n, self._anchor_m = pair_n, pair_m
+                self._taut = 0
             room_n = limits.force_limit_n - self._anchor_n - ANCHOR_SIGMAS * limits.noise_n
             end_m = self._anchor_m + (room_n * floor if room_n > 0.0 else 0.0)
             if target > end_m:
+                self._pull(force_n, then_m)
                 target = end_m if end_m > target_m else target_m
                 speed = (target - target_m) / step_s
         self.speed_m_s = sign * speed
         return target
+
+    def _pull(self, force_n: float, position_m: float) -> None:
+        """At the end of the leash a soft payload shows its answer only in the mean over a while."""
+        self._taut = n = self._taut + 1
+        self._taut_n += (force_n - self._taut_n) / n
+        self._taut_m += (position_m - self._taut_m) / n
+        rise_n = ANCHOR_SIGMAS * self._limits.noise_n / math.sqrt(n)
+        if self._taut_n > self._anchor_n + rise_n:
+            self._anchor_n, self._anchor_m = self._taut_n, self._taut_m
+            self._taut = 0

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from stepload.contact.press import NOISE_MULTIPLE, Term
 from stepload.errors import DomainError
 from stepload.plan.model import ForceSpec, Plan, SecondForceSource
-from stepload.plan.pressing import CROSS_CHECK_FILTER_S, Measured, pressing_for
+from stepload.plan.pressing import CROSS_CHECK_FILTER_S, Measured, channel_skew_s, pressing_for
 
 STALE_S = 0.012
 CLOCK_S = 0.015
@@ -51,6 +51,7 @@ class RunLimits:
     cross_relative: float
     cross_time_s: float
     cross_filter_s: float
+    channel_skew_s: float
     leash_time_s: float
     model_tolerance_m: float
     model_lag_s: float
@@ -148,6 +149,7 @@ def derive_limits(
         "cross_relative": (second.tolerance_relative if has_second else 0.0, "", "R5: plan"),
         "cross_time_s": (second.time_s if has_second else 0.0, "s", "R5: plan"),
         "cross_filter_s": (CROSS_CHECK_FILTER_S, "s", "R5: filter on the difference"),
+        "channel_skew_s": (channel_skew_s(rig), "s", "R5: force sensor delay + 2 ticks"),
         "leash_time_s": (LEASH_TIME_S, "s", "R6: time at the end of the leash without an answer"),
         "model_tolerance_m": (arm.model_tolerance_m, "m", "R7: rig: arm.model_tolerance"),
         "model_lag_s": (MODEL_LAG_S, "s", "R7: tolerance in proportion to speed"),
@@ -157,7 +159,7 @@ def derive_limits(
         "jump_n": (10.0 * noise_n + 2.0 * force.resolution_n, "N", "R9: 10 sigma + 2 quanta"),
         "clock_s": (max(CLOCK_S, 5.0 / force.rate_hz), "s", "R10: 15 ms or 5 periods"),
         "contact_n_s_per_m": (
-            pressing.contact_n_s_per_m, "N s/m", "speed cap: a hidden stop 10 times K_s",
+            pressing.contact_n_s_per_m, "N s/m", "speed cap: a hidden hard stop of 1e9 N/m",
         ),
         "guarded_speed_m_s": (min(pressing.guarded_speed_m_s, fast_m_s), "m/s", "force budget"),
         "fast_speed_m_s": (fast_m_s, "m/s", "force budget with all of F_lim, and the leash"),

@@ -18,7 +18,7 @@ from stepload.run.limits import RunLimits
 from stepload.run.operator import Operator
 from stepload.run.settle import RingTest, SettleTest
 from stepload.run.supervisor import Supervisor
-from stepload.run.tare import Tare, TareWindow
+from stepload.run.tare import LEAST_READINGS, Tare, TareWindow
 
 DRIFT_CHECK_S = 0.5
 REST_S = 0.2
@@ -168,7 +168,7 @@ class StepProcedure:
         sup = self._sup
         if sup.force.fresh:
             self._window.add(now_s, sup.force.raw_n, sup.second_raw_n)
-        if now_s - self._since_s < duration_s:
+        if now_s - self._since_s < duration_s or self._window.count < LEAST_READINGS:
             return None
         return self._window.result()
 
@@ -451,7 +451,11 @@ class StepProcedure:
             return
         if self._rest_from_s != self._rest_from_s:
             self._rest_from_s = now_s
-        if now_s - self._rest_from_s >= REST_S + 4.0 * self._limits.loop_s:
+        if now_s - self._rest_from_s < REST_S + 4.0 * self._limits.loop_s:
+            return
+        if self._sup.smooth_n > self._limits.touch_force_n:
+            self._not_open()
+        else:
             self._after_retract(now_s)
 
     def _begin_post_tare(self, now_s: float) -> None:

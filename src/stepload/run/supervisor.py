@@ -28,6 +28,9 @@ SPEED_MEMORY_S = 0.15
 SECOND_IDENTICAL = 100
 """So many identical samples mean a frozen second channel; it may be slower than its stream."""
 LEASH_SHARE = 0.9
+LEAST_PROGRESS_M = 5e-6
+ANSWER_FILTER_S = 0.3
+"""Time constant of the force that R6 looks for an answer in."""
 
 _SEARCHING = (int(Phase.FAST_APPROACH), int(Phase.GUARDED_APPROACH))
 _LOAD = int(Phase.LOAD)
@@ -63,12 +66,13 @@ class Supervisor:
     """
 
     __slots__ = (
-        "_answer_m", "_answer_n", "_cross_alpha", "_cross_s", "_delayed", "_delayed_at",
-        "_difference_n", "_last_n", "_last_target_m", "_limits", "_model_alpha", "_model_m",
-        "_now_s", "_recent_m_s", "_second_is_arm", "_slope_noise_n_per_s", "_slow_n",
-        "_speed_decay", "_tared", "_taut_s", "arm",
-        "cause", "force", "force_n", "predicted_n", "second", "second_n", "second_zero_n",
-        "slope_n_per_s", "smooth_alpha", "smooth_n", "smooth_tau_s", "speed_m_s", "zero_n",
+        "_answer_alpha", "_answer_m", "_answer_n", "_answer_rise_n", "_cross_alpha", "_cross_s",
+        "_delayed", "_delayed_at", "_difference_n", "_last_n", "_last_target_m",
+        "_least_progress_m", "_limits", "_mean_n", "_model_alpha", "_model_m", "_now_s",
+        "_progress_m", "_progress_s", "_recent_m_s", "_second_is_arm", "_slope_noise_n_per_s",
+        "_slow_n", "_speed_decay", "_steps", "_tared", "_taut_s", "arm", "cause", "force",
+        "force_n", "predicted_n", "second", "second_n", "second_zero_n", "slope_n_per_s",
+        "smooth_alpha", "smooth_n", "smooth_tau_s", "speed_m_s", "zero_n",
     )  # fmt: skip
 
     def __init__(self, limits: RunLimits, force_axis: str, second_axis: str = "") -> None:
@@ -110,9 +114,14 @@ class Supervisor:
         self._model_m = self._last_target_m = math.nan
         self._now_s = math.nan
         self._tared = False
+        self._steps = 1
+        self._least_progress_m = max(3.0 * limits.position_resolution_m, LEAST_PROGRESS_M)
+        self._progress_m = self._progress_s = math.nan
         self._difference_n = self._cross_s = self._taut_s = 0.0
         self._answer_n = self._answer_m = self._last_n = self._slow_n = 0.0
-        self._recent_m_s = 0.0
+        self._answer_alpha = min(1.0, period_s / ANSWER_FILTER_S)
+        self._answer_rise_n = 6.0 * limits.noise_n * math.sqrt(0.5 * self._answer_alpha)
+        self._mean_n = self._recent_m_s = 0.0
         self._speed_decay = math.exp(-period_s / SPEED_MEMORY_S)
         self.zero_n = self.second_zero_n = 0.0
         self.force_n = self.smooth_n = self.slope_n_per_s = 0.0
@@ -182,13 +191,17 @@ class Supervisor:
         elif -speed > recent:
             recent = -speed
         self._recent_m_s = recent
+        self._steps = steps = 1 if step_s < 1.5 * period_s else min(round(step_s / period_s), 1000)
         delayed = self._delayed
         at = self._delayed_at
-        delayed_m = delayed[at]
-        delayed[at] = target_m
-        at += 1
-        self._delayed_at = at if at < len(delayed) else 0
-        self._model_m = model_m = self._model_m + self._model_alpha * (delayed_m - self._model_m)
+        model_m = self._model_m
+        for _ in range(steps):
+            delayed_m = delayed[at]
+            delayed[at] = target_m
+            at = at + 1 if at + 1 < len(delayed) else 0
+            model_m += self._model_alpha * (delayed_m - model_m)
+        self._delayed_at = at
+        self._model_m = model_m
         error_m = position_m - model_m
         tolerance_m = limits.model_tolerance_m + limits.model_lag_s * recent
         if not -tolerance_m <= error_m <= tolerance_m:
@@ -196,10 +209,21 @@ class Supervisor:
                 "R7", error_m, tolerance_m, "m",
                 f"the arm is {error_m * 1e6:+.1f} um away from where its commands should put it",
             )  # fmt: skip
-        if phase in _SEARCHING and position_m > limits.search_end_m:
+        if phase not in _SEARCHING:
+            self._progress_s = math.nan
+            return None
+        if position_m > limits.search_end_m:
             return Finding(
                 "R8", position_m, limits.search_end_m, "m",
                 "surface not found within the search distance",
+            )  # fmt: skip
+        if self._progress_s != self._progress_s or position_m > self._progress_m:
+            self._progress_m = position_m + self._least_progress_m
+            self._progress_s = now_s
+        elif now_s - self._progress_s > limits.leash_time_s:
+            return Finding(
+                "R7", now_s - self._progress_s, limits.leash_time_s, "s",
+                "the arm does not follow: no progress towards the surface",
             )  # fmt: skip
         return None
 
@@ -246,7 +270,7 @@ class Supervisor:
             )  # fmt: skip
 
         recent = self._recent_m_s
-        jump_limit_n = limits.jump_n + limits.contact_n_s_per_m * recent
+        jump_limit_n = (limits.jump_n + limits.contact_n_s_per_m * recent) * self._steps
         if not -jump_limit_n <= jump_n <= jump_limit_n:
             finding = finding or Finding(
                 "R9", jump_n, jump_limit_n, "N",
@@ -257,11 +281,17 @@ class Supervisor:
         if phase == _LOAD:
             finding = finding or self._judge_load(target_m, smooth_n, speed)
         else:
-            self._answer_n, self._answer_m, self._taut_s = smooth_n, target_m, 0.0
+            self._answer_n = self._mean_n = smooth_n
+            self._answer_m, self._taut_s = target_m, 0.0
         return finding
 
     def _judge_cross_check(self, force_n: float, smooth_n: float) -> Finding | None:
-        """R5: the difference of the channels, filtered, for longer than the plan allows."""
+        """R5: the difference of the channels, filtered, for longer than the plan allows.
+
+        The channels' delays differ: while the force rises the tolerance grows by what it rises in
+        that time (a frozen channel gets nothing), and while the target moves away, which is safe,
+        nothing is counted.
+        """
         limits = self._limits
         second = self.second
         second_n = (self.arm.force_n if second is None else second.raw_n) - self.second_zero_n
@@ -270,7 +300,9 @@ class Supervisor:
         difference_n += self._cross_alpha * (second_n - force_n - difference_n)
         self._difference_n = difference_n
         tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(smooth_n)
-        if -tolerance_n <= difference_n <= tolerance_n:
+        if self.slope_n_per_s > 0.0:
+            tolerance_n += self.slope_n_per_s * limits.channel_skew_s
+        if -tolerance_n <= difference_n <= tolerance_n or self.speed_m_s < 0.0:
             self._cross_s = 0.0
             return None
         self._cross_s += limits.period_s
@@ -293,8 +325,9 @@ class Supervisor:
                 "CAP", speed, max(cap_n, 0.0) / limits.contact_n_s_per_m, "m/s",
                 "faster in contact than a hidden hard stop would allow",
             )  # fmt: skip
-        if smooth_n > self._answer_n + 3.0 * noise_n:
-            self._answer_n, self._answer_m, self._taut_s = smooth_n, target_m, 0.0
+        self._mean_n = mean_n = self._mean_n + self._answer_alpha * (smooth_n - self._mean_n)
+        if mean_n > self._answer_n + self._answer_rise_n:
+            self._answer_n, self._answer_m, self._taut_s = mean_n, target_m, 0.0
             return None
         travel_m = target_m - self._answer_m
         leash_n = limits.force_limit_n - self._answer_n - 6.0 * noise_n

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+LEAST_READINGS = 3
+
 
 @dataclass(frozen=True, slots=True)
 class Tare:
@@ -39,15 +41,20 @@ class TareWindow:
         self._force_n.append(force_n)
         self._second_n.append(second_n)
 
+    @property
+    def count(self) -> int:
+        """Readings so far."""
+        return len(self._time_s)
+
     def result(self) -> Tare:
-        """The figures; needs three readings.
+        """The figures; needs `LEAST_READINGS`.
 
         Raises:
-            ValueError: fewer than three.
+            ValueError: fewer.
         """
         count = len(self._time_s)
-        if count < 3:
-            raise ValueError(f"a tare needs three readings, there are {count}")
+        if count < LEAST_READINGS:
+            raise ValueError(f"a tare needs {LEAST_READINGS} readings, there are {count}")
         mean, noise, slope = _line(self._time_s, self._force_n)
         second_mean, second_noise, _ = _line(self._time_s, self._second_n)
         start_s, end_s = self._time_s[0], self._time_s[-1]

@@ -1,0 +1,146 @@
+"""Limits are finite, below F_c, and refuse what leaves no room."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from run_plans import stvf_plan, ur_plan
+
+from stepload.contact.press import force_budget, force_limits, largest_speed
+from stepload.errors import DomainError, RefusedError
+from stepload.plan.model import Provenance, SecondForce, SecondForceSource
+from stepload.plan.pressing import Measured, largest_stiffness, pressing_for
+from stepload.run.limits import derive_limits, identical_counts
+
+
+@settings(deadline=None, max_examples=150)
+@given(
+    elastic=st.floats(5.0, 5000.0),
+    top=st.floats(1.0, 2000.0),
+    step=st.floats(0.5, 100.0),
+    noise=st.floats(0.001, 2.0),
+    tolerance=st.floats(0.0, 20.0),
+    relative=st.floats(0.0, 0.3),
+    bias=st.floats(0.0, 3.0),
+    capacity=st.floats(5.0, 5000.0),
+)
+def test_an_unseen_error_at_the_force_limit_stays_below_the_elastic_limit(
+    elastic: float,
+    top: float,
+    step: float,
+    noise: float,
+    tolerance: float,
+    relative: float,
+    bias: float,
+    capacity: float,
+) -> None:
+    try:
+        limits = force_limits(
+            elastic,
+            top_force_n=top,
+            step_n=step,
+            noise_n=noise,
+            tolerance_n=tolerance,
+            tolerance_relative=relative,
+            bias_n=bias,
+            capacity_n=capacity,
+        )
+    except RefusedError:
+        return
+    worst_true_n = limits.limit_n * (1.0 + relative) + tolerance + bias
+    assert worst_true_n <= elastic * (1.0 + 1e-12)
+    assert top + 8.0 * noise < limits.limit_n <= capacity
+    assert top <= limits.largest_top_n
+
+
+@settings(deadline=None, max_examples=100)
+@given(
+    tangent=st.floats(1e3, 1e9),
+    force=st.floats(5.0, 1000.0),
+    share=st.floats(0.01, 0.9),
+    stvf=st.booleans(),
+)
+def test_the_largest_speed_spends_the_whole_force_budget(
+    tangent: float, force: float, share: float, stvf: bool
+) -> None:
+    rig = pressing_for(stvf_plan() if stvf else ur_plan(), elastic_limit_n=727.0).rig
+    threshold = share * force
+    speed = largest_speed(
+        rig, force_n=force, threshold_n=threshold, tangent_n_per_m=tangent, delay_s=0.02
+    )
+    if speed == 0.0:
+        assert threshold + 6.0 * rig.noise_n >= force
+        return
+    terms = force_budget(
+        rig, speed_m_s=speed, threshold_n=threshold, tangent_n_per_m=tangent, delay_s=0.02
+    )
+    assert sum(t.value for t in terms) == pytest.approx(force, rel=1e-9)
+
+
+def test_plastic_sphere_on_the_paper_machine_leaves_room() -> None:
+    limits = derive_limits(stvf_plan(), elastic_limit_n=727.0)
+    assert limits.force_limit_n == pytest.approx(375.0)
+    assert limits.allowed_n == pytest.approx((727.0 - 11.0 - 1.0) / 1.05)
+    named = {term.name: term for term in limits.terms}
+    for field in fields(limits):
+        if field.name not in ("terms", "identical_counts", "cross_check"):
+            assert named[field.name].value == getattr(limits, field.name)
+            assert named[field.name].source
+
+
+@pytest.mark.parametrize("elastic_limit", [9.6, 1.2, 20.0, math.nan, math.inf, -1.0, 0.0])
+def test_no_room_or_no_number_is_refused(elastic_limit: float) -> None:
+    with pytest.raises((RefusedError, DomainError)):
+        derive_limits(stvf_plan(), elastic_limit_n=elastic_limit)
+
+
+def test_the_refusal_says_what_top_force_would_do() -> None:
+    with pytest.raises(RefusedError, match="reduce the top force to 233"):
+        derive_limits(stvf_plan(), elastic_limit_n=261.0)
+
+
+@pytest.mark.parametrize("field", ["force_limit_n", "reaction_s", "stale_force_s", "jump_n"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, 0.0, -1.0])
+def test_a_limit_that_could_never_trip_is_refused(field: str, value: float) -> None:
+    limits = derive_limits(stvf_plan(), elastic_limit_n=727.0)
+    with pytest.raises(DomainError, match=field):
+        replace(limits, **{field: value})
+
+
+def test_measured_noise_and_bias_only_tighten() -> None:
+    planned = derive_limits(stvf_plan(), elastic_limit_n=727.0)
+    noisy = derive_limits(stvf_plan(), elastic_limit_n=727.0, measured=Measured(0.9, 5.0))
+    quiet = derive_limits(stvf_plan(), elastic_limit_n=727.0, measured=Measured(0.01, 0.0))
+    assert noisy.allowed_n < planned.allowed_n
+    assert noisy.largest_top_n < planned.largest_top_n
+    assert quiet.allowed_n == planned.allowed_n
+    assert quiet.largest_top_n == planned.largest_top_n
+
+
+def test_guessed_stiffness_is_doubted() -> None:
+    system = stvf_plan().rig.system_stiffness
+    assert largest_stiffness(system) == pytest.approx(3.49e6 + 3.0 * 3.5e4)
+    guess = replace(system, provenance=Provenance.INDICATIVE)
+    assert largest_stiffness(guess) == pytest.approx(1.3 * 3.49e6)
+
+
+def test_one_channel_pays_for_its_gain_with_margin() -> None:
+    plan = stvf_plan()
+    alone = replace(
+        plan, rig=replace(plan.rig, second_force=SecondForce(SecondForceSource.NONE, 0, 0, 0, 0))
+    )
+    limits = derive_limits(alone, elastic_limit_n=727.0)
+    assert limits.cross_check == ""
+    assert limits.allowed_n == pytest.approx((727.0 - 1.0) / (1.0 + 3.0 * 0.005))
+
+
+def test_frozen_value_rule_knows_quantised_sensors() -> None:
+    force = stvf_plan().rig.force
+    assert identical_counts(force, 0.3) == 25
+    coarse = identical_counts(replace(force, resolution_n=1.5), 0.3)
+    assert 1000 < coarse < 4000
+    assert identical_counts(replace(force, resolution_n=1.5), 0.01) == 0
