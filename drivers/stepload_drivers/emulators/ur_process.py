@@ -13,6 +13,9 @@ import json, sys
 from stepload_drivers.emulators.ur_emulator import run_ur_emulator
 options = json.loads(sys.argv[2])
 options["version"] = tuple(options["version"])
+if truth := options.pop("world", None):
+    from stepload_drivers.emulators.ur_world import axis_in_world
+    options["axis"] = axis_in_world(**truth)
 run_ur_emulator(sys.argv[1], until_eof=True, **options)
 """
 
@@ -23,7 +26,8 @@ class UrEmulatorProcess:
     Args:
         host: an address of 127.0.0.0/8 that no other emulator uses.
         version: PolyScope version.
-        options: further JSON-able arguments of `run_ur_emulator`.
+        options: further JSON-able arguments of `run_ur_emulator`; `world` instead of `axis`, the
+            fields of the default `WorldSpec` to replace.
 
     Raises:
         RuntimeError: it did not start, with its last words.

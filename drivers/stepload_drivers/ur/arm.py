@@ -98,10 +98,10 @@ class UrArm(Arm):
                 raise DeviceError(fault.message, code=fault.code, hint=fault.hint)
         return Identity(
             driver="ur",
-            model=controller.model,
-            serial_number=controller.serial_number,
+            model=controller.model or "unknown",
+            serial_number=controller.serial_number or "unknown",
             firmware=controller.firmware,
-            calibration_revision="",
+            calibration_revision="unknown",
         )
 
     def drain(self) -> list[ArmSample]:

@@ -13,6 +13,7 @@ from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur.client import RtdeClient, Version, dashboard
 from stepload_drivers.ur.settings import Settings
+from stepload_drivers.ur.state import safety_problem
 
 OLDEST: Version = (3, 4, 0, 0)
 UPPER_OFFSET = 24
@@ -75,8 +76,8 @@ def preflight(settings: Settings, deadline_s: float) -> Controller:
     """Ask version, registers, data, identity and remote control; ends by `deadline_s`.
 
     Raises:
-        DeviceError: NOT_CONNECTED, UNSUPPORTED, WRONG_DEVICE, NOT_REMOTE or REFUSED_COMMAND
-            (registers taken).
+        DeviceError: NOT_CONNECTED, UNSUPPORTED, WRONG_DEVICE, NOT_REMOTE REFUSED_COMMAND
+            (registers taken), or the stop that is in force.
     """
     with RtdeClient(settings.host, deadline_s) as rtde:
         version = rtde.version()
@@ -91,7 +92,10 @@ def preflight(settings: Settings, deadline_s: float) -> Controller:
                 "or set upper_registers: true",
             )
         rtde.start(125.0)
-        rtde.read()
+        if problem := safety_problem(rtde.read()):
+            raise DeviceError(
+                f"{settings.host}: {problem.message}", code=problem.code, hint=problem.hint
+            )
     serial_number, model = _identity(settings, version, deadline_s)
     return Controller(version, serial_number, model)
 

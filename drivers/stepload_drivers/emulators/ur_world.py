@@ -1,0 +1,36 @@
+"""Couples the emulated UR controller to the simulated contact world, in real time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+from stepload_drivers.emulators.ur_axis import AxisState
+from stepload_drivers.sim.live import DEFAULT_SPEC, LiveWorld
+
+
+class LiveAxis:
+    """A `LiveWorld` as the emulator's axis; sensors' emulators may share the same world.
+
+    The world keeps its own time (monotonic); the controller's starts with it.
+    """
+
+    def __init__(self, world: LiveWorld) -> None:
+        self.world = world
+
+    def command(self, position_m: float) -> None:
+        self.world.command(position_m)
+
+    def advance_to(self, time_s: float) -> None:
+        self.world.advance_to(self.world.origin_s + time_s)
+
+    def state(self) -> AxisState:
+        state = self.world.state()
+        force_n = state.arm_force_n
+        return AxisState(state.position_m, state.force_n if math.isnan(force_n) else force_n)
+
+
+def axis_in_world(**truth: Any) -> LiveAxis:
+    """An axis in the default world with some of its truth replaced (fields of `WorldSpec`)."""
+    return LiveAxis(LiveWorld(replace(DEFAULT_SPEC, **truth)))

@@ -1,0 +1,123 @@
+"""Death and silence on our side: the run's process, the child, or only the loop."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from stepload.errors import DeviceError
+from stepload.rig.faults import FaultCode
+
+RUN = """
+import sys, time
+from stepload_drivers.ur.arm import UrArm
+arm = UrArm(host=sys.argv[1], max_age=0.5, leash=0.5, watchdog=5.0, prove_watchdog=False)
+arm.open(15.0)
+target_m = 0.0
+print(arm._child.pid, flush=True)
+while True:
+    arm.drain()
+    target_m += 1e-5
+    arm.command(target_m)
+    time.sleep(0.005)
+"""
+
+
+def gone(pid):
+    """Whether a process has ended (a zombie has)."""
+    try:
+        with open(f"/proc/{pid}/stat") as stat:
+            return stat.read().rpartition(")")[2].split()[0] == "Z"
+    except OSError:
+        return True
+
+
+def wait_for(condition, limit_s=5.0):
+    give_up_s = time.monotonic() + limit_s
+    while not condition():
+        assert time.monotonic() < give_up_s, "did not happen in time"
+        time.sleep(0.02)
+
+
+def stopped_by_watchdog(emulator):
+    truth = emulator.state()
+    return truth["watchdog_trips"] == 1 and truth["runtime_state"] == 1 and not truth["moving"]
+
+
+@pytest.fixture
+def run(start_emulator):
+    emulator = start_emulator()
+    process = subprocess.Popen(
+        [sys.executable, "-c", RUN, emulator.host], stdout=subprocess.PIPE, text=True
+    )
+    child = int(process.stdout.readline())
+    wait_for(lambda: emulator.state()["position_m"] > 5e-5)
+    yield emulator, process, child
+    process.kill()
+    process.communicate()
+
+
+def test_kill_of_the_run_ends_child_and_motion(run):
+    emulator, process, child = run
+    process.send_signal(signal.SIGKILL)
+    wait_for(lambda: gone(child))
+    wait_for(lambda: emulator.state()["runtime_state"] == 1)
+    before = emulator.state()["position_m"]
+    time.sleep(0.2)
+    assert emulator.state()["position_m"] == pytest.approx(before, abs=1e-9)
+
+
+def test_kill_of_run_and_child_at_once_leaves_the_stop_to_the_watchdog(run):
+    emulator, process, child = run
+    os.kill(child, signal.SIGSTOP)
+    process.send_signal(signal.SIGKILL)
+    os.kill(child, signal.SIGKILL)
+    wait_for(lambda: stopped_by_watchdog(emulator))
+
+
+def test_hung_run_is_left_to_the_watchdog(run):
+    emulator, process, child = run
+    process.send_signal(signal.SIGSTOP)
+    wait_for(lambda: stopped_by_watchdog(emulator))
+    assert not gone(child)
+
+
+def test_ctrl_c_in_the_terminal_does_not_reach_the_child(run):
+    _, process, child = run
+    assert os.getsid(child) != os.getsid(process.pid)
+
+
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [(signal.SIGKILL, FaultCode.DRIVER), (signal.SIGSEGV, FaultCode.DRIVER),
+     (signal.SIGSTOP, FaultCode.STALE)],
+)  # fmt: skip
+def test_death_of_the_child_is_a_fault_and_the_arm_can_still_be_stopped(
+    start_emulator, make_arm, follow, after, number, code
+):
+    emulator = start_emulator()
+    arm = make_arm(emulator.host)
+    arm.open(15.0)
+    follow(arm, after(0.2))
+    os.kill(arm._child.pid, number)
+    with contextlib.suppress(DeviceError):  # once the child is gone, targets are refused
+        follow(arm, lambda: arm.fault() is not None, 3.0)
+    assert arm.fault().code == code
+    arm.safe(3.0)
+    assert emulator.state()["runtime_state"] == 1
+
+
+def test_silent_run_trips_the_watchdog_and_is_told_so(start_emulator, make_arm, follow, after):
+    emulator = start_emulator()
+    arm = make_arm(emulator.host, leash=0.1)
+    arm.open(15.0)
+    follow(arm, after(0.2))
+    wait_for(lambda: stopped_by_watchdog(emulator))
+    wait_for(lambda: arm.fault() is not None)
+    assert arm.fault().code == FaultCode.PROGRAM_STOPPED

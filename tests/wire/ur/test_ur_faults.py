@@ -1,0 +1,189 @@
+"""Faults of controller and network while the arm moves: what is reported, and that it stands still.
+
+"Reported in time" is checked against the driver's own limit with a wide margin for the machine.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import time
+
+import pytest
+
+from stepload.errors import DeviceError
+from stepload.rig.faults import FaultCode
+from stepload.rig.samples import Status
+
+REPORT_WITHIN_S = 3.0
+STOP_WITHIN_S = 3.0
+
+LIES = {
+    FaultCode.NOT_FINITE,
+    FaultCode.OUT_OF_RANGE,
+    FaultCode.CLOCK,
+    FaultCode.STALE,
+    FaultCode.DRIVER,
+    FaultCode.NOT_CONNECTED,
+}
+
+
+def wait_until_still(emulator):
+    """The truth: where the arm stands, once its program has ended or nothing moves it."""
+    give_up_s = time.monotonic() + STOP_WITHIN_S
+    last = emulator.state()
+    while time.monotonic() < give_up_s:
+        time.sleep(0.1)
+        now = emulator.state()
+        if abs(now["position_m"] - last["position_m"]) < 1e-7:
+            return now
+        last = now
+    raise AssertionError(f"the arm still moves: {last}")
+
+
+@pytest.mark.parametrize(
+    ("commands", "codes"),
+    [
+        (["drop"], {FaultCode.NOT_CONNECTED}),
+        (["drop rst"], {FaultCode.NOT_CONNECTED}),
+        (["refuse on"], {FaultCode.NOT_CONNECTED}),
+        (["freeze on"], {FaultCode.STALE}),
+        (["repeat on"], {FaultCode.STALE}),
+        (["blackhole on"], {FaultCode.STALE}),
+        (["wrong-type on"], {FaultCode.STALE}),
+        (["nan on"], {FaultCode.NOT_FINITE}),
+        (["random on"], LIES),
+        (["wrong-size"], LIES),
+        (["protective-stop"], {FaultCode.PROTECTIVE_STOP}),
+        (["emergency-stop"], {FaultCode.EMERGENCY_STOP}),
+        (["safeguard on"], {FaultCode.SAFEGUARD_STOP}),
+        (["kill-program"], {FaultCode.PROGRAM_STOPPED}),
+        (["local on", "kill-program"], {FaultCode.NOT_REMOTE}),
+    ],
+    ids=lambda value: ", ".join(sorted(value)) if isinstance(value, set) else value[0],
+)
+def test_fault_is_told_apart_and_the_arm_stops(
+    start_emulator, make_arm, follow, after, commands, codes
+):
+    emulator = start_emulator()
+    arm = make_arm(emulator.host)
+    arm.open(15.0)
+    follow(arm, after(0.2))
+    for command in commands:
+        emulator.command(command)
+    switched_s = time.monotonic()
+    with contextlib.suppress(DeviceError):  # once the link is gone, targets are refused
+        follow(arm, lambda: arm.fault() is not None, REPORT_WITHIN_S)
+    fault = arm.fault()
+    assert fault is not None
+    assert fault.code in codes
+    assert fault.hint
+    assert fault.time_s - switched_s < REPORT_WITHIN_S
+    try:
+        arm.safe(2.0)
+    except DeviceError:
+        assert commands[0] in ("refuse on", "blackhole on")
+    assert wait_until_still(emulator)["uploads"] == 1
+    with_status = arm.drain()
+    if with_status and fault.code not in LIES:
+        assert with_status[-1].status == Status.STOPPED
+
+
+@pytest.mark.parametrize("command", ["drop", "repeat on", "wrong-size", "kill-program"])
+def test_retract_goes_out_when_ur_rtde_is_gone(start_emulator, make_arm, follow, after, command):
+    emulator = start_emulator()
+    arm = make_arm(emulator.host)
+    arm.open(15.0)
+    follow(arm, after(0.2))
+    emulator.command(command)
+    with contextlib.suppress(DeviceError):
+        follow(arm, lambda: arm.fault() is not None)
+    emulator.command("repeat off")
+    before = wait_until_still(emulator)["position_m"]
+    arm.retract(0.002, 0.02, 5.0)
+    assert wait_until_still(emulator)["position_m"] == pytest.approx(before - 0.002, abs=2e-4)
+
+
+def test_retract_without_data_is_sent_though_it_cannot_be_confirmed(
+    start_emulator, make_arm, follow, after
+):
+    emulator = start_emulator()
+    arm = make_arm(emulator.host)
+    arm.open(15.0)
+    follow(arm, after(0.2))
+    emulator.command("freeze on")
+    before = emulator.state()["position_m"]
+    with pytest.raises(DeviceError) as caught:
+        arm.retract(0.002, 0.02, 3.0)
+    assert caught.value.code == FaultCode.NOT_CONNECTED
+    assert wait_until_still(emulator)["position_m"] < before - 0.0015
+
+
+@pytest.mark.parametrize(
+    ("command", "code"),
+    [
+        ("protective-stop", FaultCode.PROTECTIVE_STOP),
+        ("emergency-stop", FaultCode.EMERGENCY_STOP),
+    ],
+)
+def test_retract_says_why_it_cannot(start_emulator, make_arm, follow, after, command, code):
+    emulator = start_emulator()
+    arm = make_arm(emulator.host)
+    arm.open(15.0)
+    follow(arm, after(0.1))
+    emulator.command(command)
+    with pytest.raises(DeviceError) as caught:
+        arm.retract(0.002, 0.02, 3.0)
+    assert caught.value.code == code
+
+
+def test_releasing_a_safeguard_does_not_move_a_safe_arm(start_emulator, make_arm, follow, after):
+    emulator = start_emulator()
+    arm = make_arm(emulator.host)
+    arm.open(15.0)
+    follow(arm, after(0.2))
+    emulator.command("safeguard on")
+    follow(arm, lambda: arm.fault() is not None)
+    arm.safe(2.0)
+    before = emulator.state()
+    emulator.command("safeguard off")
+    time.sleep(0.3)
+    assert emulator.state()["position_m"] == pytest.approx(before["position_m"], abs=1e-9)
+    assert emulator.state()["runtime_state"] == 1
+
+
+@pytest.mark.parametrize("command", ["rate 50", "jitter 0.02"])
+def test_fewer_packages_are_counted_from_the_time_stamps(
+    start_emulator, make_arm, follow, after, command
+):
+    emulator = start_emulator()
+    arm = make_arm(emulator.host)
+    arm.open(15.0)
+    emulator.command(command)
+    follow(arm, after(0.6))
+    health = arm.health()
+    assert health.lost > 50
+    assert health.rate_hz < 450
+    assert health.longest_gap_s > 0.005
+    assert arm.fault() is None
+
+
+def test_wrong_recipe_id_does_no_harm(start_emulator, make_arm, follow, after):
+    emulator = start_emulator()
+    arm = make_arm(emulator.host)
+    arm.open(15.0)
+    emulator.command("wrong-recipe on")
+    follow(arm, after(0.3))
+    assert arm.fault() is None
+
+
+def test_short_packages_end_in_a_fault_or_in_true_values(start_emulator, make_arm, follow, after):
+    emulator = start_emulator()
+    arm = make_arm(emulator.host)
+    arm.open(15.0)
+    follow(arm, after(0.2))
+    emulator.command("short on")
+    try:
+        follow(arm, lambda: arm.fault() is not None, 1.0)
+    except DeviceError:
+        assert arm.fault() is not None
+    wait_until_still(emulator)
