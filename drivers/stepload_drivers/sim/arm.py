@@ -101,17 +101,21 @@ class WorldArm(Arm):
                 break
         else:
             problem = problem or f"still moving after {timeout_s:g} s"
-        if problem:
+        if problem := problem or self._blind():
             raise self._refused("stop", problem)
 
     def retract(self, distance_m: float, speed_m_s: float, timeout_s: float) -> None:
-        """Ramp back from the measured position in world time; see `Arm.retract`."""
+        """Ramp back from the measured position; see `Arm.retract`.
+
+        Begins at the last target where that is further back: a measured position that has frozen
+        must not become a push.
+        """
         host = self._host
         if host is None:
             raise not_open(_NAME)
         begin_s = now_s = host.catch_up()
         end_s = begin_s + timeout_s
-        start_m = self._measured_m()
+        start_m = min(self._measured_m(), host.world.plant.target_m)
         goal_m = start_m - distance_m
         quantum_m = host.world.spec.position_quantum_m
         near_m = max(_ARRIVED_M, _ARRIVED_QUANTA * quantum_m, host.world.spec.lost_motion_m)
@@ -119,16 +123,25 @@ class WorldArm(Arm):
         while True:
             travelled_m = min(distance_m, speed_m_s * (now_s - begin_s + self.period_s))
             problem = self._send(start_m - travelled_m)
-            if travelled_m == distance_m and self._measured_m() <= goal_m + near_m:
+            there = self._measured_m() <= goal_m + near_m and not self._blind()
+            if travelled_m == distance_m and there:
                 break
             if now_s >= end_s:
-                problem = problem or f"not there after {timeout_s:g} s"
+                problem = problem or self._blind() or f"not there after {timeout_s:g} s"
                 break
             host.clock.sleep_until(min(end_s, now_s + self.period_s))
             now_s = host.catch_up()
         if problem:
             self._send(host.world.plant.drive_m)
             raise self._refused("retract", problem)
+
+    def _blind(self) -> str:
+        """Why the arm's position is not known here, or ""."""
+        host, faults = self._host, self._faults
+        assert host is not None
+        assert faults is not None
+        silent = {"arm_lost", "arm_dropout"} & faults.active(host.catch_up() - host.origin_s).keys()
+        return "the arm's samples do not arrive" if silent else ""
 
     def _measured_m(self) -> float:
         assert self._host is not None

@@ -274,6 +274,34 @@ def test_retract_that_cannot_be_confirmed_says_so(kind: str) -> None:
     assert rig.clock.now_s() == pytest.approx(0.5, abs=0.01)
 
 
+def test_retract_is_sent_but_not_confirmed_while_the_arm_is_silent() -> None:
+    rig = open_world(replace(SPEC, faults=(WorldFault("arm_lost", 0.1, 1.0, 0.0),)))
+    rig.arm.open(1.0)
+    rig.arm.command(0.15e-3)
+    rig.clock.sleep_until(0.5)
+    assert rig.world.true_force_n > 50.0
+    with pytest.raises(DeviceError, match="samples do not arrive"):
+        rig.arm.retract(1e-3, 0.05, 0.5)
+    assert rig.world.true_force_n == 0.0
+    with pytest.raises(DeviceError, match="stop not confirmed"):
+        rig.arm.safe(0.1)
+
+
+def test_retract_from_a_position_that_froze_deep_does_not_push() -> None:
+    rig = open_world(replace(SPEC, faults=(WorldFault("position_frozen", 0.5, 9.0, 0.0),)))
+    rig.arm.open(1.0)
+    rig.arm.command(0.15e-3)
+    rig.clock.sleep_until(0.6)
+    peak_n = rig.world.true_peak_force_n
+    rig.arm.command(-1e-3)
+    rig.clock.sleep_until(1.5)
+    assert rig.world.true_force_n == 0.0
+    with pytest.raises(DeviceError):
+        rig.arm.retract(1e-3, 0.05, 0.5)
+    assert rig.world.true_force_n == 0.0
+    assert rig.world.true_peak_force_n == peak_n
+
+
 def test_host_stall_happens_once_and_the_rig_goes_on() -> None:
     seen = watch("host_stall")
     gaps = [round(b - a, 6) for a, b in zip(seen.ticks, seen.ticks[1:], strict=False)]
