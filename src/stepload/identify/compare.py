@@ -179,7 +179,7 @@ def at_other_modulus(
     plate. For one geometry K = g E_eq, with g and n of the geometry alone (3), (5), (7); hence F(δ)
     scales with E_eq (4), and the curve of one machine is carried to the other by
     F E_eq,to / E_eq,from. For the plastic sphere that is −2.4 % from steel to aluminium, for an
-    aluminium sphere −33 %. It holds below F_c and where roughness is small against δ.
+    aluminium sphere −32 %. It holds below F_c and where roughness is small against δ.
 
     Raises:
         DomainError: a modulus is not positive and finite.

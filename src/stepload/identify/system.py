@@ -35,6 +35,8 @@ from stepload.identify.smooth import (
 )
 
 _CELLS = 60
+_IN_CONTACT = 0.03
+"""Below this share of the largest force a sample may be noise in free air."""
 _RATE_WINDOW_S = 0.1
 _NORMAL_95_ONE_SIDED = 1.644854
 
@@ -122,9 +124,8 @@ def fit_system_stiffness(
     _check(time_s, displacement_m, force_n)
     if not 0 <= min_force_fraction < 0.9:
         raise DomainError(f"min_force_fraction is {min_force_fraction}; limits are 0 and 0.9")
-    pressing = force_n > 0
-    cells = _gather(time_s, displacement_m, force_n, pressing)
     top = float(force_n.max())
+    cells = _gather(time_s, displacement_m, force_n, force_n > _IN_CONTACT * top)
     high = cells.force_n >= min_force_fraction * top
     force, travel = cells.force_n[high], cells.displacement_m[high]
     shift = (
