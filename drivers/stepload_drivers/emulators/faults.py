@@ -36,7 +36,7 @@ FAULTS: dict[str, tuple[float, str]] = {
 """Default magnitude and meaning of each fault."""
 
 _TEXT = re.compile(
-    r"(?P<name>[a-z_]+)(:(?P<magnitude>[-+.e\d]+))?(@(?P<start>[.\d]+))?(\+(?P<duration>[.\d]+))?"
+    r"(?P<name>[a-z_]+)(:(?P<magnitude>-?[.\d]+(e-?\d+)?))?(@(?P<start>[.\d]+))?(\+(?P<duration>[.\d]+))?"
 )
 
 

@@ -1,0 +1,170 @@
+"""`stepload emulate …`: one emulated device, or a rig of them around one contact world."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from stepload_drivers.emulators import ur_command
+from stepload_drivers.emulators.faults import FAULTS, FaultBoard, parse_fault
+
+app = typer.Typer(
+    help="Emulated devices: their wire protocol on loopback or a pseudo-terminal.\n\n"
+    "Each prints what a driver has to be given, then runs until Ctrl+C. Faults can be switched on "
+    "with --fault, or by the same text as a line on standard input; `clear` ends them, `quit` "
+    "ends the emulator.",
+    no_args_is_help=True,
+)
+
+FAULT_HELP = "NAME[:MAGNITUDE][@START][+DURATION] (s); NAME one of " + ", ".join(FAULTS)
+Fault = Annotated[list[str] | None, typer.Option("--fault", help=FAULT_HELP)]
+Peak = Annotated[float, typer.Option("--peak", help="Peak of the measured force, N.")]
+Axis = Annotated[str, typer.Option("--axis", help="Wrench component that grows when pressing.")]
+Serial = Annotated[str, typer.Option("--serial-number", help="Serial number that it tells.")]
+UntilEof = Annotated[bool, typer.Option("--until-eof", help="End when standard input closes.")]
+Transport = Annotated[str, typer.Option(help="slcan (on a pty) or socketcand (TCP).")]
+Port = Annotated[int, typer.Option(help="TCP port for socketcand; 0: any free one.")]
+
+
+def _run(
+    name: str, faults: list[str] | None, peak_n: float, axis: str, until_eof: bool, **options: Any
+) -> None:
+    from stepload_drivers.emulators.catalog import EMULATORS, driver_options
+    from stepload_drivers.emulators.physics import Sine, WrenchSource
+    from stepload_drivers.emulators.service import serve
+
+    board = FaultBoard(tuple(parse_fault(text) for text in faults or ()))
+    source = WrenchSource(Sine(peak_n), axis)
+    with EMULATORS[name](source, board, **options) as emulator:
+        greeting = json.dumps({"driver": name, "options": driver_options(emulator)})
+        serve(board, [greeting], typer.echo, until_eof=until_eof)
+
+
+@app.command()
+def bota(
+    fault: Fault = None,
+    peak: Peak = 10.0,
+    axis: Axis = "+fz",
+    serial_number: Serial = "BOTA0001",
+    until_eof: UntilEof = False,
+) -> None:
+    """Bota SensONE on a pseudo-terminal."""
+    _run("bota_serial", fault, peak, axis, until_eof, serial_number=serial_number)
+
+
+@app.command("robotous-uart")
+def robotous_uart(
+    fault: Fault = None,
+    peak: Peak = 10.0,
+    axis: Axis = "+fz",
+    serial_number: Serial = "RFT0001",
+    model: Annotated[str, typer.Option(help="Model name.")] = "RFT64-SB01",
+    until_eof: UntilEof = False,
+) -> None:
+    """ROBOTOUS RFT on a pseudo-terminal."""
+    _run("robotous_uart", fault, peak, axis, until_eof, serial_number=serial_number,
+         model_name=model)  # fmt: skip
+
+
+@app.command("robotous-can")
+def robotous_can(
+    fault: Fault = None,
+    peak: Peak = 10.0,
+    axis: Axis = "+fz",
+    serial_number: Serial = "RFT0001",
+    model: Annotated[str, typer.Option(help="Model name.")] = "RFT64-SB01",
+    transport: Transport = "slcan",
+    port: Port = 0,
+    until_eof: UntilEof = False,
+) -> None:
+    """ROBOTOUS RFT on CAN."""
+    _run("robotous_can", fault, peak, axis, until_eof, serial_number=serial_number,
+         model_name=model, transport=transport, port=port)  # fmt: skip
+
+
+@app.command()
+def ati(
+    fault: Fault = None,
+    peak: Peak = 10.0,
+    axis: Axis = "+fz",
+    serial_number: Serial = "FT012345",
+    transport: Transport = "slcan",
+    port: Port = 0,
+    until_eof: UntilEof = False,
+) -> None:
+    """ATI NETCANOEM on CAN."""
+    _run("ati_can", fault, peak, axis, until_eof, serial_number=serial_number,
+         transport=transport, port=port)  # fmt: skip
+
+
+@app.command()
+def gauge(
+    fault: Fault = None,
+    peak: Peak = 10.0,
+    rate: Annotated[float, typer.Option(help="Readings per second.")] = 10.0,
+    request: Annotated[str, typer.Option(help="What asks for a reading; empty: streams.")] = "",
+    unit: Annotated[str, typer.Option(help="Unit of the number: mm, um, in, …")] = "mm",
+    until_eof: UntilEof = False,
+) -> None:
+    """Digital gauge on a pseudo-terminal; it feels 1 µm per newton."""
+    asked = request.replace("\\r", "\r").replace("\\n", "\n").encode("ascii")
+    _run("gauge_serial", fault, peak, "+fz", until_eof, rate_hz=rate, request=asked, unit=unit)
+
+
+@app.command()
+def rig(
+    world: Annotated[Path | None, typer.Option(help="World as JSON; default: a stiff rig.")] = None,
+    sensor: Annotated[
+        list[str] | None, typer.Option("--sensor", help="Driver name of a sensor to emulate.")
+    ] = None,
+    fault: Annotated[list[str] | None, typer.Option("--fault", help=f"DRIVER={FAULT_HELP}")] = None,
+    ur: Annotated[str, typer.Option(help="Loopback address of an emulated UR arm.")] = "",
+    approach: Annotated[
+        tuple[float, float, float], typer.Option(help="Approach direction of the arm, base frame.")
+    ] = (0.0, 0.0, -1.0),
+    until_eof: UntilEof = False,
+) -> None:
+    """Sensors and a UR arm around one contact world, in real time.
+
+    With --ur, standard input takes the commands of `emulate ur`.
+    """
+    from stepload_drivers.emulators.catalog import driver_options
+    from stepload_drivers.emulators.live_rig import LiveRig, load_spec
+    from stepload_drivers.emulators.service import serve
+    from stepload_drivers.sim.live import DEFAULT_SPEC
+
+    sensors = tuple(sensor or ("bota_serial",))
+    boards = {name: FaultBoard(_faults_of(name, sensors, fault or [])) for name in sensors}
+    live = LiveRig(load_spec(world) if world else DEFAULT_SPEC, sensors, boards)
+    live.start()
+    try:
+        greeting = [
+            json.dumps({"driver": name, "options": driver_options(emulator)})
+            for name, emulator in live.emulators.items()
+        ]
+        if ur:
+            from stepload_drivers.emulators.ur_emulator import run_ur_emulator
+
+            typer.echo("\n".join(greeting))
+            run_ur_emulator(ur, direction=approach, axis=live.axis, until_eof=until_eof)
+        else:
+            serve(boards[sensors[0]], greeting, typer.echo, until_eof=until_eof)
+    finally:
+        live.stop()
+
+
+def _faults_of(name: str, sensors: tuple[str, ...], faults: list[str]) -> tuple[Any, ...]:
+    found = []
+    for text in faults:
+        driver, equals, rest = text.partition("=")
+        if not equals:
+            driver, rest = sensors[0], text
+        if driver == name:
+            found.append(parse_fault(rest))
+    return tuple(found)
+
+
+ur_command.register(app)

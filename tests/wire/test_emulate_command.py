@@ -1,0 +1,130 @@
+"""`stepload emulate …` as a process: address out, faults in, one world for a whole rig."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import pytest
+from typer.testing import CliRunner
+
+from stepload.errors import BadInputError
+from stepload_drivers.bota.sensor import BotaSerial
+from stepload_drivers.emulators.command import app
+from stepload_drivers.emulators.faults import FaultBoard, parse_fault
+from stepload_drivers.emulators.live_rig import LiveRig, dump_spec, load_spec
+from stepload_drivers.emulators.service import obey
+from stepload_drivers.gauge.sensor import GaugeSerial
+from stepload_drivers.sim.live import DEFAULT_SPEC
+
+PROGRAM = "import sys; from stepload_drivers.emulators.command import app; app(sys.argv[1:])"
+
+
+def emulate(*arguments):
+    return subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, *arguments],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+
+
+def test_prints_the_drivers_options_takes_faults_and_quits():
+    with emulate("bota", "--fault", "status:0@0+0.5") as process:
+        told = json.loads(process.stdout.readline())
+        assert told["driver"] == "bota_serial"
+        sensor = BotaSerial(**told["options"])
+        try:
+            sensor.open(5.0)
+            process.stdin.write("silent\n")
+            process.stdin.flush()
+            assert process.stdout.readline() == "ok\n"
+            give_up_s = time.monotonic() + 10.0
+            while sensor.fault() is None and time.monotonic() < give_up_s:
+                time.sleep(0.01)
+            assert sensor.fault().code == "stale"
+        finally:
+            sensor.close()
+        process.stdin.write("quit\n")
+        process.stdin.flush()
+        assert process.wait(10.0) == 0
+
+
+def test_ends_on_sigterm():
+    with emulate("gauge") as process:
+        process.stdout.readline()
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(10.0) == 0
+
+
+def test_an_unknown_fault_is_refused_with_the_known_ones():
+    result = CliRunner().invoke(app, ["bota", "--fault", "gremlin@1"])
+    assert isinstance(result.exception, BadInputError)
+    assert "bit_flip" in result.exception.hint
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("drop", ("drop", 1.0, 0.0, float("inf"))),
+        ("drop:0.5+1", ("drop", 0.5, 0.0, 1.0)),
+        ("offset:-2e1@3+1.5", ("offset", -20.0, 3.0, 1.5)),
+    ],
+)
+def test_fault_texts(text, expected):
+    fault = parse_fault(text)
+    assert (fault.name, fault.magnitude, fault.start_s, fault.duration_s) == expected
+
+
+def test_faults_begin_end_and_clear():
+    board = FaultBoard()
+    assert obey(board, "drop:0.5+0.05\n") == "ok"
+    assert board.magnitude("drop") == 0.5
+    time.sleep(0.06)
+    assert board.magnitude("drop") is None
+    assert obey(board, "zero") == "ok"
+    assert obey(board, "clear") == "ok"
+    assert not board.on("zero")
+    assert obey(board, "nonsense").startswith("error")
+
+
+def test_a_rig_shares_one_world(tmp_path):
+    """Pressing with the arm shows on force sensor and gauge alike."""
+    spec = replace(DEFAULT_SPEC, surface_m=0.5e-3, start_force_bias_n=0.0, force_noise_n=0.02)
+    path = tmp_path / "world.json"
+    path.write_text(dump_spec(spec))
+    assert load_spec(path) == spec
+    rig = LiveRig(spec, ("bota_serial", "gauge_serial"), {})
+    rig.start()
+    force = BotaSerial(port=rig.emulators["bota_serial"].address)
+    gauge = GaugeSerial(port=rig.emulators["gauge_serial"].address)
+    try:
+        force.open(5.0)
+        gauge.open(5.0)
+        force.drain()
+        rig.axis.command(0.52e-3)
+        readings = []
+        give_up_s = time.monotonic() + 10.0
+        while rig.world.state().force_n < 20.0 and time.monotonic() < give_up_s:
+            time.sleep(0.02)
+        time.sleep(0.5)
+        readings = force.drain()
+        state = rig.world.state()
+        assert state.force_n > 20.0
+        assert readings[-1].wrench[2] == pytest.approx(state.force_n, rel=0.05)
+        closed_m = gauge.drain()[-1].displacement_m
+        assert closed_m == pytest.approx(state.deformation_m, abs=2e-6)
+        assert closed_m > 0.0
+    finally:
+        force.close()
+        gauge.close()
+        rig.stop()
+
+
+def test_a_world_file_with_an_unknown_field_is_refused(tmp_path):
+    path = tmp_path / "world.json"
+    path.write_text('{"gravity": 9.81}')
+    with pytest.raises(BadInputError, match="gravity"):
+        load_spec(path)
