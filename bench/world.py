@@ -61,6 +61,16 @@ def drive(rig: SimulatedRig, start_m: float, speed_m_s: float, ticks: int) -> fl
     return time.perf_counter() - begun
 
 
+def idle(rig: SimulatedRig, ticks: int) -> float:
+    """Seconds of host time for `ticks` ticks of the world alone, samples made and not drained."""
+    sleep = rig.clock.sleep_until
+    now_s = rig.clock.now_s()
+    begun = time.perf_counter()
+    for tick in range(1, ticks + 1):
+        sleep(now_s + tick * 0.001)
+    return time.perf_counter() - begun
+
+
 def main() -> None:
     ticks = 5000
     rows: dict[str, list[float]] = {}
@@ -73,9 +83,10 @@ def main() -> None:
         rows.setdefault("free, standing", []).append(drive(rig, 0.0, 0.0, ticks))
         rows.setdefault("free, moving", []).append(drive(rig, 0.0, 0.0004, ticks))
         before = world.plant.sub_steps
-        rows.setdefault("pressing, 0.1 mm/s", []).append(drive(rig, 0.00198, 0.00002, ticks))
+        rows.setdefault("pressing, 20 um/s", []).append(drive(rig, 0.00198, 0.00002, ticks))
         subs = world.plant.sub_steps - before
         rows.setdefault("pressing, holding", []).append(drive(rig, 0.00208, 0.0, ticks))
+        rows.setdefault("world alone, holding", []).append(idle(rig, ticks))
     for name, seconds in rows.items():
         print(f"{name:22} {min(seconds) / ticks * 1e6:6.2f} us per tick")
     print(f"sub-steps per tick while pressing: {subs / ticks:.2f}")
