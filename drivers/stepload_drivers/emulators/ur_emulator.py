@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import ipaddress
+import os
 import sys
 from collections.abc import Sequence
 
@@ -66,6 +68,8 @@ def run_ur_emulator(
     server = UrServer(controller, host, until_eof=until_eof)
 
     def ready() -> None:
+        with contextlib.suppress(OSError):  # a controller keeps its period, where permitted
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
         for line in commands:
             server.command(line)
         sys.stdout.write(f"ready: UR {version[0]}.{version[1]} on {host}\n")

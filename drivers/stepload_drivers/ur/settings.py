@@ -117,6 +117,8 @@ def settings_from(options: Mapping[str, Any]) -> Settings:
         value = values[name]
         if option.required and not value:
             raise BadInputError(f"ur: option {name!r} is missing", hint=option.help)
+        if option.choices and value not in option.choices:
+            raise BadInputError(f"ur: {name} = {value!r}", hint=f"one of {option.choices}")
         if value is None or option.low is None or option.high is None:
             continue
         if not option.low <= value <= option.high:  # also refuses NaN

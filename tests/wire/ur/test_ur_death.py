@@ -13,6 +13,8 @@ import pytest
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
+from stepload_drivers.ur.process import ChildProcess
+from stepload_drivers.ur.settings import settings_from
 
 RUN = """
 import sys, time
@@ -121,3 +123,13 @@ def test_silent_run_trips_the_watchdog_and_is_told_so(start_emulator, make_arm, 
     wait_for(lambda: stopped_by_watchdog(emulator))
     wait_for(lambda: arm.fault() is not None)
     assert arm.fault().code == FaultCode.PROGRAM_STOPPED
+
+
+def test_a_constructor_that_hangs_with_the_interpreter_held_is_ended(start_emulator):
+    emulator = start_emulator(commands=["blackhole on"])
+    settings = settings_from({"host": emulator.host})
+    child = ChildProcess(settings, 0.002, connect_s=0.7)
+    wait_for(lambda: child.receive(0.01) is not None and child.ended)
+    words = child.last_words()
+    child.kill()
+    assert "hung" in words
