@@ -16,13 +16,13 @@ import stepload
 from stepload.errors import RefusedError
 from stepload.feasibility.preflight import Preflight, preflight
 from stepload.feasibility.verdict import Verdict
-from stepload.findings import analyse
+from stepload.findings import analyse, conditions, replayed
 from stepload.findings.page import compose, headline
 from stepload.findings.results import run_data
 from stepload.findings.run_findings import RunFindings
 from stepload.open_rig import OpenRig, opened
 from stepload.plain import plain
-from stepload.plan.model import Plan
+from stepload.plan.model import Plan, SecondForceSource
 from stepload.record.reader import read_recording
 from stepload.record.recorder import Recorder
 from stepload.report.page import render
@@ -53,6 +53,12 @@ def run_directory(plan: Plan, *, dry_run: bool, out: Path | None) -> Path:
     return plan.record.directory / f"{stamp}-{slug}{'-dry' if dry_run else ''}"
 
 
+def _second_axis(plan: Plan) -> str:
+    second = plan.rig.second_force
+    has_sensor = second.source is SecondForceSource.SENSOR
+    return second.sensor.axis if has_sensor and second.sensor else ""
+
+
 def _metadata(plan: Plan, rig: OpenRig, *, dry_run: bool, seed: int | None) -> dict[str, str]:
     data = {
         "run_id": secrets.token_hex(6),
@@ -67,6 +73,7 @@ def _metadata(plan: Plan, rig: OpenRig, *, dry_run: bool, seed: int | None) -> d
         "operator": plan.record.operator,
         "notes": plan.record.notes,
         "force_axis": plan.rig.force.axis,
+        "second_force_axis": _second_axis(plan),
         "rig": plan.rig.name,
         "payload": plan.payload.name,
     }
@@ -79,14 +86,13 @@ def _metadata(plan: Plan, rig: OpenRig, *, dry_run: bool, seed: int | None) -> d
 
 
 def _attachments(plan: Plan, limits: RunLimits, check: Preflight) -> dict[str, bytes]:
-    files = {}
+    files = {
+        conditions.FILE: conditions.to_bytes(conditions.planned(plan, check.theory.elastic_limit_n))
+    }
     for index, source in enumerate(plan.sources):
         name = "plan.yaml" if index == 0 else f"plan-{index}-{Path(source.name).name}"
         files[name] = source.text.encode()
-    terms = [
-        {"name": t.name, "value": t.value, "unit": t.unit, "source": t.source} for t in limits.terms
-    ]
-    files["limits.json"] = json.dumps(terms).encode()
+    files[replayed.FILE] = replayed.limits_to_bytes(limits)
     reasons = [
         {"code": r.code, "severity": r.severity.value, "message": r.message, "remedy": r.remedy}
         for r in check.reasons

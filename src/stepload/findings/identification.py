@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from stepload.errors import BadInputError, DomainError
 from stepload.feasibility.after import Judgement, judge
+from stepload.findings.conditions import Conditions
 from stepload.identify.budget import Budget, budget
 from stepload.identify.decide import decide
 from stepload.identify.fit import Fit, Flag
 from stepload.identify.fit_all import SAMPLES, fit_all, payload_deformation
 from stepload.identify.sampling import uniform_in_force
-from stepload.identify.sources import Sources
 
 FloatArray = NDArray[np.float64]
 
@@ -24,32 +24,6 @@ REPORTED = ("rs_btls", "rs_rtls", "joint")
 """Always reported: the paper's two fits and the one with a fitted zero."""
 SECANT_FLAGS = frozenset(Flag) - {Flag.EXPONENT_UNDETERMINED}
 """Doubts that touch the secant; an undetermined exponent alone leaves it usable."""
-
-
-@dataclass(frozen=True, slots=True)
-class Conditions:
-    """What identification must be told beside the data; SI units.
-
-    Attributes:
-        sources: the uncertainty sources; `system_stiffness_n_per_m` None where the travel is the
-            payload's deformation already.
-        secant_force_n: force the secants are taken at.
-        touch_force_n: the contact threshold that found the zero; 0 where the zero is given.
-        position_resolution_m: δ_Δ for (34).
-        elastic_limit_n: F_c, None where it is not known.
-        roughness_m: σ_eq, None where the payload is smooth or not known.
-        p, s, t: those of (29)–(32).
-    """
-
-    sources: Sources
-    secant_force_n: float
-    touch_force_n: float
-    position_resolution_m: float
-    elastic_limit_n: float | None = None
-    roughness_m: float | None = None
-    p: float = 2.0
-    s: float = 20.0
-    t: float = 5.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,186 @@
+"""Verbs that produce results: run, identify."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stepload.cli.output import Output
+from stepload.cli.plans import AsJson, PayloadFile, PlanFile
+from stepload.errors import BadInputError, ExitCode
+
+if TYPE_CHECKING:
+    from stepload.experiment import Finished
+    from stepload.findings.identification import Identification
+
+DryRun = Annotated[
+    bool, typer.Option("--dry-run", help="On the simulated rig, in virtual time; moves nothing.")
+]
+OutDirectory = Annotated[
+    Path | None, typer.Option("--out", help="Directory for the run's files (a new one).")
+]
+Seed = Annotated[int | None, typer.Option("--seed", help="Seed of the simulated rig.")]
+
+EXIT_OF_SIGNAL = {
+    signal.SIGTERM: ExitCode.TERMINATED,
+    signal.SIGHUP: ExitCode.HANGUP,
+}
+
+
+def show_identification(found: Identification, out: Output) -> None:
+    """Fits, the believed one and why, and the judgement as text."""
+    from stepload.findings.identification import REPORTED
+    from stepload.findings.page import interval
+    from stepload.units import format_quantity as f
+
+    rows = []
+    for name in dict.fromkeys((*REPORTED, found.believe)):
+        if (fit := found.fits.get(name)) is None:
+            continue
+        stated = found.budgets.get(name)
+        rows.append(
+            (
+                f"{name} *" if name == found.believe else name,
+                f"{fit.k:.3g}",
+                f"{fit.n:.3f}",
+                f(fit.zero_m, "m"),
+                f(fit.secant_n_per_m, "N/m"),
+                interval(*stated.interval_secant_n_per_m, "N/m") if stated else "-",
+            )
+        )
+    secant_at = f(found.fit.secant_force_n, "N")
+    out.table(
+        "fits (* believed)",
+        ("fit", "K [N/m^n]", "n", "zero", f"secant at {secant_at}", "95 % interval"),
+        rows,
+    )
+    for line in found.why:
+        out.line(f"believe {found.believe}: {line}")
+    for doubt in found.fit.doubts:
+        out.line(f"doubt: {doubt.message}")
+    out.line(f"verdict: {found.judgement.outcome.value.upper()}")
+    for reason in found.judgement.reasons:
+        out.line(f"  {reason}")
+
+
+def _exit_code(finished: Finished) -> ExitCode:
+    from stepload.run.loop import RunStatus
+
+    outcome = finished.findings.outcome
+    if outcome.status is RunStatus.COMPLETED:
+        return ExitCode.OK
+    if outcome.status is RunStatus.STOPPED:
+        return ExitCode.STOPPED
+    return EXIT_OF_SIGNAL.get(signal.Signals(outcome.signal_number or signal.SIGINT),
+                              ExitCode.INTERRUPTED)  # fmt: skip
+
+
+def _show_run(finished: Finished, out: Output) -> None:
+    findings = finished.findings
+    out.line(findings.outcome.why)
+    if findings.identification is not None:
+        show_identification(findings.identification, out)
+    elif findings.problem:
+        out.line(f"no result: {findings.problem}")
+    out.line(finished.headline)
+    out.line(f"report: {finished.directory / 'report.html'}")
+    out.line(f"record: {finished.directory / 'run.mcap'}")
+
+
+def run(
+    plan: PlanFile,
+    dry_run: DryRun = False,
+    out: OutDirectory = None,
+    payload: PayloadFile = None,
+    seed: Seed = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run a plan: preflight, press, record, identify, report. Ctrl+C ends it safely."""
+    from stepload.cli.plans import show_preflight
+    from stepload.cli.progress import progress
+    from stepload.experiment import run_plan
+    from stepload.feasibility.preflight import preflight
+    from stepload.feasibility.verdict import Verdict
+    from stepload.plan.load import load_plan
+    from stepload.run.operator import Operator
+
+    output = Output(as_json=as_json)
+    loaded = load_plan(plan, payload=payload)
+    check = preflight(loaded)
+    if check.verdict is not Verdict.REFUSED:
+        show_preflight(check, output)
+    operator = Operator()
+    with operator.listening(), progress(quiet=quiet) as show:
+        finished = run_plan(
+            loaded, dry_run=dry_run, out=out, seed=seed, operator=operator, on_progress=show
+        )
+    _show_run(finished, output)
+    output.result({**finished.data, "directory": finished.directory})
+    raise typer.Exit(_exit_code(finished))
+
+
+def identify(
+    file: Annotated[Path, typer.Argument(help="run.mcap of ours, or a CSV curve.")],
+    system_stiffness: Annotated[
+        str | None,
+        typer.Option("--system-stiffness", help='K_s to take out, such as "3.49e6 N/m".'),
+    ] = None,
+    system_stiffness_sigma: Annotated[
+        str | None,
+        typer.Option("--system-stiffness-sigma", help='Its standard uncertainty, "70 kN/m".'),
+    ] = None,
+    msde: Annotated[
+        str | None, typer.Option("--msde", help='Smooth deformation error, "0.54 um".')
+    ] = None,
+    secant_force: Annotated[
+        str | None, typer.Option("--secant-force", help='Force of the secant, "300 N".')
+    ] = None,
+    elastic_limit: Annotated[
+        str | None, typer.Option("--elastic-limit", help='F_c, to flag data above it, "727 N".')
+    ] = None,
+    kind: Annotated[str, typer.Option("--kind", help="payload or system.")] = "payload",
+    as_json: AsJson = False,
+) -> None:
+    """Identify the contact law from a record or a CSV file; nothing is moved or changed."""
+    from stepload.findings.from_file import Wishes, identify_file, system_of_file
+    from stepload.findings.results import identification_data, system_data
+    from stepload.units import format_quantity, parse_quantity
+
+    def quantity(text: str | None, unit: str) -> float | None:
+        return None if text is None else parse_quantity(text, unit)
+
+    wishes = Wishes(
+        system_stiffness_n_per_m=quantity(system_stiffness, "N/m"),
+        system_stiffness_sigma_n_per_m=quantity(system_stiffness_sigma, "N/m"),
+        smooth_error_m=quantity(msde, "m"),
+        secant_force_n=quantity(secant_force, "N"),
+        elastic_limit_n=quantity(elastic_limit, "N"),
+    )
+    out = Output(as_json=as_json)
+    data: dict[str, Any]
+    if kind == "system":
+        fit = system_of_file(file)
+        data = system_data(fit)
+        out.line(
+            f"K_s = {format_quantity(fit.stiffness_n_per_m, 'N/m')} ± "
+            f"{format_quantity(fit.sigma_n_per_m, 'N/m')}, MSDE {format_quantity(fit.msde_m, 'm')}"
+        )
+    elif kind == "payload":
+        found, notes = identify_file(file, wishes)
+        show_identification(found, out)
+        for note in notes:
+            out.line(f"note: {note}")
+        data = identification_data(found) | {"notes": list(notes)}
+    else:
+        raise BadInputError(f"--kind {kind!r}", hint="payload or system")
+    out.result(data)
+
+
+def register(app: typer.Typer) -> None:
+    """Add this room's verbs."""
+    app.command()(run)
+    app.command()(identify)

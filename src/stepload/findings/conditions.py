@@ -1,0 +1,127 @@
+"""What identification must be told beside the data; kept in the record as conditions.json."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+
+from stepload.errors import BadInputError
+from stepload.findings.press_data import PressData
+from stepload.identify.sources import Sources
+from stepload.plan.model import Plan
+
+FILE = "conditions.json"
+UNKNOWN_LAG_SIGMA_S = 0.5e-3
+"""Standard uncertainty of the alignment where no ramp tells: half a period at 1 kHz."""
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """What identification must be told beside the data; SI units.
+
+    Attributes:
+        sources: the uncertainty sources; `system_stiffness_n_per_m` None where the travel is the
+            payload's deformation already.
+        secant_force_n: force the secants are taken at.
+        touch_force_n: the contact threshold that found the zero; 0 where the zero is given.
+        position_resolution_m: δ_Δ for (34).
+        elastic_limit_n: F_c, None where it is not known.
+        roughness_m: σ_eq, None where the payload is smooth or not known.
+        p, s, t: those of (29)–(32).
+        kind: "payload" or "system".
+    """
+
+    sources: Sources
+    secant_force_n: float
+    touch_force_n: float
+    position_resolution_m: float
+    elastic_limit_n: float | None = None
+    roughness_m: float | None = None
+    p: float = 2.0
+    s: float = 20.0
+    t: float = 5.0
+    kind: str = "payload"
+
+
+def planned(plan: Plan, elastic_limit_n: float) -> Conditions:
+    """The conditions of a plan, with the rig's figures; see `measured`."""
+    rig, stiffness, wanted = plan.rig, plan.rig.system_stiffness, plan.identify
+    gauge = rig.displacement
+    sources = Sources(
+        system_stiffness_n_per_m=None if gauge else stiffness.stiffness_n_per_m,
+        system_stiffness_sigma_n_per_m=0.0 if gauge else stiffness.sigma_n_per_m,
+        smooth_error_m=0.0 if gauge else stiffness.msde_m,
+        force_noise_n=rig.force.noise_n,
+        force_resolution_n=rig.force.resolution_n,
+        position_noise_m=gauge.noise_m if gauge else rig.arm.position_noise_m,
+        position_resolution_m=gauge.resolution_m if gauge else rig.arm.position_resolution_m,
+        lag_sigma_s=UNKNOWN_LAG_SIGMA_S,
+        gain_sigma=rig.force.gain_uncertainty,
+    )
+    return Conditions(
+        sources=sources,
+        secant_force_n=wanted.secant_force_n,
+        touch_force_n=plan.procedure.touch_force_n,
+        position_resolution_m=sources.position_resolution_m,
+        elastic_limit_n=elastic_limit_n,
+        roughness_m=plan.payload.roughness_m,
+        p=wanted.resolution_multiple_p,
+        s=wanted.compensation_quality_s,
+        t=wanted.accuracy_t,
+        kind=wanted.kind,
+    )
+
+
+def measured(conditions: Conditions, data: PressData) -> Conditions:
+    """The same with noise and lag as the run itself found them."""
+    sources = conditions.sources
+    lag_sigma_s = data.lag.sigma_s if math.isfinite(data.lag.sigma_s) else sources.lag_sigma_s
+    return replace(
+        conditions,
+        sources=replace(
+            sources,
+            force_noise_n=max(data.noise_n, sources.force_noise_n),
+            lag_sigma_s=lag_sigma_s,
+        ),
+    )
+
+
+def to_bytes(conditions: Conditions) -> bytes:
+    """As a file of the record."""
+    return json.dumps(asdict(conditions)).encode()
+
+
+def from_attachments(attachments: Mapping[str, bytes]) -> Conditions:
+    """Read a record's conditions; the record may be anybody's.
+
+    Raises:
+        BadInputError: not there, or not what it should be.
+    """
+    raw = attachments.get(FILE)
+    if raw is None:
+        raise BadInputError(f"the record has no {FILE}", hint="it was not made by stepload run")
+    try:
+        data = json.loads(raw)
+        found = Conditions(**{**data, "sources": Sources(**data["sources"])})
+        _check(found)
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        raise BadInputError(f"{FILE} in the record is damaged: {error}") from None
+    return found
+
+
+def _check(found: Conditions) -> None:
+    if found.kind not in ("payload", "system"):
+        raise ValueError(f"kind {found.kind!r}")
+    numbers = {**asdict(found.sources), **asdict(found)}
+    optional = {"system_stiffness_n_per_m", "zero_sigma_m", "elastic_limit_n", "roughness_m"}
+    positive = {"secant_force_n", "p", "s", "t", "system_stiffness_n_per_m", "elastic_limit_n",
+                "position_resolution_m"}  # fmt: skip
+    for name, value in numbers.items():
+        if name in ("sources", "kind") or (value is None and name in optional):
+            continue
+        if not isinstance(value, int | float) or not 0.0 <= value < math.inf:
+            raise ValueError(f"{name} is {value!r}, must be finite and not negative")
+        if name in positive and value == 0.0:
+            raise ValueError(f"{name} is 0, must be positive")
