@@ -53,7 +53,7 @@ class Appender:
         self._fd = fd
         self.good = 0
         self._crc = 0
-        self._compressor = zstandard.ZstdCompressor(level=1)
+        self._compressor = zstandard.ZstdCompressor(level=3)
         self._schemas: list[records.Schema] = []
         self._channels: list[records.Channel] = []
         self._chunks: list[records.ChunkIndex] = []
@@ -141,7 +141,7 @@ class Appender:
         self.append(encode(records.Metadata(name, dict(data))))
         self._metadata.append(records.MetadataIndex(at, self.good - at, name))
 
-    def add_chunk(self, groups: Sequence[tuple[int, NDArray[np.void], bytes]]) -> None:
+    def add_chunk(self, groups: Sequence[tuple[int, NDArray[np.void], bytes | bytearray]]) -> None:
         """Compress and write one chunk with its message indexes.
 
         Args:

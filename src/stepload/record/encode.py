@@ -12,37 +12,48 @@ from stepload.record.container import INDEX_ENTRY
 from stepload.record.layout import Topic
 from stepload.rig.clockmap import ClockMap
 
-Group = tuple[int, NDArray[np.void], bytes]
+Group = tuple[int, NDArray[np.void], bytes | bytearray]
 _MAX_NS = 2.0**62
 
 
 def to_ns(time_s: NDArray[np.float64], offset_ns: int) -> NDArray[np.int64]:
     """Nanoseconds on the record's time axis; what is not a time becomes the axis' start."""
-    ns = np.nan_to_num(np.rint(time_s * 1e9), nan=0.0, posinf=0.0, neginf=0.0)
-    whole: NDArray[np.int64] = np.clip(ns, -_MAX_NS, _MAX_NS).astype(np.int64) + offset_ns
+    ns = np.rint(time_s * 1e9)
+    bad = ~(np.abs(ns) < _MAX_NS)
+    if bad.any():
+        ns = np.where(bad, -float(offset_ns), ns)
+    whole: NDArray[np.int64] = ns.astype(np.int64) + offset_ns
     return np.maximum(whole, 0)
 
 
-def records_of(
-    topic: Topic,
-    rows: NDArray[np.void],
-    sequence: NDArray[np.int64],
-    log_ns: NDArray[np.int64],
-    publish_ns: NDArray[np.int64],
-) -> Group:
-    """Message records of one channel with their index entries (see Appender.add_chunk)."""
-    assert topic.dtype is not None
-    raw = bytearray(topic.template().tobytes() * len(rows))
-    out = np.frombuffer(raw, topic.dtype)
-    out["sequence_u4"] = (sequence & 0xFFFFFFFF).astype(np.uint32)
-    out["log_ns"] = log_ns
-    out["publish_ns"] = publish_ns
-    if topic.frame is not None:
-        out["stamp_s"] = publish_ns // 1_000_000_000
-        out["stamp_ns"] = publish_ns % 1_000_000_000
-    for name, _, _ in topic.fields:
-        out[name] = rows[name]
-    return topic.channel, _index(log_ns, topic.dtype.itemsize), bytes(raw)
+class _Encoder:
+    """Makes message records of one topic."""
+
+    def __init__(self, topic: Topic) -> None:
+        assert topic.dtype is not None
+        self._topic = topic
+        self._dtype = topic.dtype
+        self._template = topic.template()
+        words = sum(count for _, _, count in topic.fields)
+        self._words = slice(topic.first_word, topic.first_word + words)
+
+    def encode(
+        self,
+        rows: NDArray[np.void],
+        sequence: NDArray[np.int64],
+        log_ns: NDArray[np.int64],
+        publish_ns: NDArray[np.int64],
+    ) -> Group:
+        """Message records with their index entries (see Appender.add_chunk)."""
+        raw = bytearray(self._template * len(rows))
+        out = np.frombuffer(raw, self._dtype)
+        out["sequence_u4"] = sequence & 0xFFFFFFFF
+        out["log_ns"] = log_ns
+        out["publish_ns"] = publish_ns
+        if self._topic.frame is not None:
+            out["stamp_s"], out["stamp_ns"] = np.divmod(publish_ns, 1_000_000_000)
+        out["words"] = rows.view("<u8").reshape(len(rows), -1)[:, self._words]
+        return self._topic.channel, _index(log_ns, self._dtype.itemsize), raw
 
 
 def _index(log_ns: NDArray[np.int64], stride: int) -> NDArray[np.void]:
@@ -62,6 +73,7 @@ class Channel:
 
     def __init__(self, topics: Sequence[Topic], offset_ns: int) -> None:
         self._topics = topics
+        self._encoders = [_Encoder(topic) for topic in topics if topic.fields]
         self._offset_ns = offset_ns
         self._last_ns = 0
         self._count = 0
@@ -86,14 +98,15 @@ class Channel:
             stamp_s = np.where(np.isfinite(device_s), np.minimum(mapped_s, receive_s), receive_s)
         log_ns = self._log_ns(receive_s)
         publish_ns = to_ns(stamp_s, self._offset_ns)
-        return [records_of(t, rows, rows["sequence"], log_ns, publish_ns) for t in self._topics]
+        sequence = rows["sequence"]
+        return [e.encode(rows, sequence, log_ns, publish_ns) for e in self._encoders]
 
     def encode_ticks(self, rows: NDArray[np.void]) -> list[Group]:
         """Ticks: logged and stamped with their own time, numbered from 0."""
         log_ns = self._log_ns(rows["time_s"])
         sequence = np.arange(self._count, self._count + len(rows), dtype=np.int64)
         self._count += len(rows)
-        return [records_of(t, rows, sequence, log_ns, log_ns) for t in self._topics]
+        return [e.encode(rows, sequence, log_ns, log_ns) for e in self._encoders]
 
     def encode_events(self, events: Sequence[tuple[float, bytes]]) -> list[Group]:
         """Texts with their times."""

@@ -18,6 +18,8 @@ RECORD_HEAD = 9
 """Opcode and length in front of every MCAP record."""
 MESSAGE_HEAD = 22
 """Channel id, sequence, log time and publish time in front of a message's data."""
+LOG_TIME_AT = RECORD_HEAD + 6
+"""Byte of a message record where its log time stands."""
 
 _SEPARATOR = "=" * 80 + "\n"
 _HEADER = (
@@ -74,7 +76,7 @@ _TICK = (
 )
 
 Fields = tuple[tuple[str, str, int], ...]
-"""(name, numpy kind, count) of each number."""
+"""(name, numpy kind of 8 bytes, count) of each number."""
 
 WRENCH_FIELDS: Fields = (("wrench", "<f8", 6),)
 SAMPLE_FIELDS: Fields = (
@@ -121,7 +123,9 @@ class Topic:
     """One channel of a record: where its numbers lie in an MCAP message record.
 
     `frame` is the constant frame_id of types with a std_msgs/Header, None for those without.
-    `dtype` covers the whole record including its head; None for the text channel.
+    `first_word` says where the fields begin in a ring row, both in words of 8 bytes.
+    `dtype` covers the whole record including its head, its field "words" all numbers of the
+    message at once; None for the text channel.
     """
 
     channel: int
@@ -130,14 +134,15 @@ class Topic:
     definition: str
     fields: Fields
     frame: str | None = None
+    first_word: int = 0
     dtype: np.dtype[np.void] | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         if self.fields:
             object.__setattr__(self, "dtype", _record_dtype(self.fields, self.frame))
 
-    def template(self) -> np.ndarray[tuple[int], np.dtype[np.void]]:
-        """One record, shape (1,), with every constant byte in place."""
+    def template(self) -> bytes:
+        """One record with every constant byte in place."""
         assert self.dtype is not None
         record = np.zeros(1, self.dtype)
         record["opcode"] = MESSAGE_OPCODE
@@ -147,7 +152,7 @@ class Topic:
         if self.frame is not None:
             record["frame_length"] = len(self.frame) + 1
             record["frame"] = self.frame.encode()
-        return record
+        return record.tobytes()
 
 
 def _record_dtype(fields: Fields, frame: str | None) -> np.dtype[np.void]:
@@ -161,20 +166,31 @@ def _record_dtype(fields: Fields, frame: str | None) -> np.dtype[np.void]:
         formats += ["<i4", "<u4", "<u4", f"S{len(frame) + 1}"]
         offsets += [body, body + 4, body + 8, body + 12]
         at = 12 + len(frame) + 1
+    at += -at % 8
+    names.append("words")
+    formats.append(f"({sum(count for _, _, count in fields)},)<u8")
+    offsets.append(body + at)
     for name, kind, count in fields:
-        size = np.dtype(kind).itemsize
-        at += -at % size
         names.append(name)
         formats.append(kind if count == 1 else f"({count},){kind}")
         offsets.append(body + at)
-        at += size * count
+        at += 8 * count
     return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": body + at})
 
 
-FORCE = Topic(1, "/force", "geometry_msgs/msg/WrenchStamped", _WRENCH, WRENCH_FIELDS, "force")
+_WRENCH_AT = len(SAMPLE_FIELDS)
+FORCE = Topic(
+    1, "/force", "geometry_msgs/msg/WrenchStamped", _WRENCH, WRENCH_FIELDS, "force", _WRENCH_AT
+)
 FORCE_SAMPLE = Topic(2, "/force/sample", "stepload_msgs/msg/ForceSample", _SAMPLE, SAMPLE_FIELDS)
 SECOND = Topic(
-    3, "/second_force", "geometry_msgs/msg/WrenchStamped", _WRENCH, WRENCH_FIELDS, "second_force"
+    3,
+    "/second_force",
+    "geometry_msgs/msg/WrenchStamped",
+    _WRENCH,
+    WRENCH_FIELDS,
+    "second_force",
+    _WRENCH_AT,
 )
 SECOND_SAMPLE = Topic(
     4, "/second_force/sample", "stepload_msgs/msg/ForceSample", _SAMPLE, SAMPLE_FIELDS

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
 from stepload.record.container import INDEX_ENTRY, Appender, index_record
-from stepload.record.layout import MESSAGE_OPCODE, RECORD_HEAD
+from stepload.record.layout import LOG_TIME_AT, MESSAGE_OPCODE, RECORD_HEAD
 from stepload.record.scan import (
     Chunk,
     DamageError,
@@ -87,28 +87,29 @@ class _Repair:
         try:
             if record.opcode == Opcode.CHUNK:
                 self._take_chunk(record, read_chunk(record))
-            elif record.opcode == Opcode.SCHEMA:
-                self._add_schema(parse(records.Schema, record))
-            elif record.opcode == Opcode.CHANNEL:
-                self._add_channel(parse(records.Channel, record))
             elif record.opcode == Opcode.METADATA:
                 metadata = parse(records.Metadata, record)
                 self._out.add_metadata(metadata.name, metadata.metadata)
             elif record.opcode == Opcode.ATTACHMENT:
                 self._take_attachment(record)
+            else:
+                self._define(record)
         except DamageError as error:
             self.damage = self.damage or str(error)
             self.cut_bytes += record.end - record.at
 
-    def _add_schema(self, schema: records.Schema) -> None:
-        if schema.id not in self._schemas:
-            self._schemas.add(schema.id)
-            self._out.add_schema(schema)
-
-    def _add_channel(self, channel: records.Channel) -> None:
-        if channel.id not in self._topics:
-            self._topics[channel.id] = channel.topic
-            self._out.add_channel(channel)
+    def _define(self, record: RawRecord) -> None:
+        """Take a schema or channel that is not known yet."""
+        if record.opcode == Opcode.SCHEMA:
+            schema = parse(records.Schema, record)
+            if schema.id not in self._schemas:
+                self._schemas.add(schema.id)
+                self._out.add_schema(schema)
+        elif record.opcode == Opcode.CHANNEL:
+            channel = parse(records.Channel, record)
+            if channel.id not in self._topics:
+                self._topics[channel.id] = channel.topic
+                self._out.add_channel(channel)
 
     def _take_attachment(self, record: RawRecord) -> None:
         if int.from_bytes(record.body[-4:], "little") != zlib.crc32(record.body[:-4]):
@@ -121,21 +122,21 @@ class _Repair:
     def _take_chunk(self, record: RawRecord, chunk: Chunk) -> None:
         entries: dict[int, list[NDArray[np.void]]] = {}
         for run in runs(record.at, chunk.raw):
-            inner = RawRecord(record.at, run.opcode, chunk.raw[run.at + RECORD_HEAD : run.end])
-            if run.opcode == Opcode.SCHEMA:
-                self._add_schema(parse(records.Schema, inner))
-            elif run.opcode == Opcode.CHANNEL:
-                self._add_channel(parse(records.Channel, inner))
-            elif run.opcode == MESSAGE_OPCODE:
-                if run.channel not in self._topics:
-                    raise DamageError(record.at, f"a message of unknown channel {run.channel}")
-                entries.setdefault(run.channel, []).append(_index_entries(chunk.raw, run))
+            if run.opcode != MESSAGE_OPCODE:
+                body = chunk.raw[run.at + RECORD_HEAD : run.end]
+                self._define(RawRecord(record.at, run.opcode, body))
+                continue
+            if run.channel not in self._topics:
+                raise DamageError(record.at, f"a message of unknown channel {run.channel}")
+            entries.setdefault(run.channel, []).append(_index_entries(chunk.raw, run))
         if not entries:
             return
         indexes = {}
         for channel, parts in entries.items():
-            index = np.concatenate(parts)
-            index = index[np.argsort(index["log_ns"], kind="stable")]
+            index = parts[0] if len(parts) == 1 else np.concatenate(parts)
+            times = index["log_ns"]
+            if (times[1:] < times[:-1]).any():
+                index = index[np.argsort(index["log_ns"], kind="stable")]
             indexes[channel] = (len(index), index_record(channel, index))
         entry = records.ChunkIndex(
             chunk_length=record.end - record.at,
@@ -166,16 +167,8 @@ class _Repair:
 
 def _index_entries(raw: bytes, run: Run) -> NDArray[np.void]:
     """Message index entries of one run, offsets from the chunk's start."""
-    heads = np.frombuffer(
-        raw,
-        np.dtype(
-            {"names": ["log_ns"], "formats": ["<u8"], "offsets": [15], "itemsize": run.stride}
-        ),
-        run.count,
-        run.at,
-    )
     index = np.empty(run.count, INDEX_ENTRY)
-    index["log_ns"] = heads["log_ns"]
+    index["log_ns"] = np.ndarray(run.count, "<u8", raw, run.at + LOG_TIME_AT, (run.stride,))
     index["offset"] = np.arange(run.at, run.end, run.stride, dtype=np.uint64)
     return index
 

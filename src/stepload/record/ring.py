@@ -229,12 +229,14 @@ class Shared:
         i_head, i_tail = self._counter(name, 0), self._counter(name, _TAIL)
         head, tail, capacity = self.counters[i_head], self.counters[i_tail], self.capacity[name]
         dtype = ROWS[row_kind(name)]
-        ring = np.frombuffer(self.memory, dtype, capacity, self.base[name])
-        start, count = tail % capacity, head - tail
-        first = ring[start : start + count]
-        rows = np.concatenate((first, ring[: count - len(first)]))
+        size, base = dtype.itemsize, self.base[name]
+        start = tail % capacity
+        stop = start + head - tail
+        data = self.memory[base + start * size : base + min(stop, capacity) * size]
+        if stop > capacity:
+            data += self.memory[base : base + (stop - capacity) * size]
         self.counters[i_tail] = head
-        return rows
+        return np.frombuffer(data, dtype)
 
     def take_events(self) -> list[tuple[float, bytes]]:
         """All waiting events, oldest first."""

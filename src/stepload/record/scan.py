@@ -32,6 +32,8 @@ _FREE_EXPANSION_BYTES = 1 << 26
 _RECORD_HEAD = struct.Struct("<BQ")
 _CHUNK_HEAD = struct.Struct("<QQQII")
 
+_WORD = np.dtype("<u8")
+
 R = TypeVar("R", bound=records.McapRecord)
 
 
@@ -148,7 +150,7 @@ class Scan:
                 return
             self.data_crc = zlib.crc32(record.body, zlib.crc32(head, self.data_crc))
             yield record
-            at = record.end
+            at += RECORD_HEAD + length
 
     def chunk(self, record: RawRecord) -> Chunk:
         """Decompress and check one chunk.
@@ -224,22 +226,17 @@ def _equal_heads(raw: bytes, position: int, stride: int) -> int:
     most = (len(raw) - position) // stride
     if most < 2 or raw[position + stride : position + stride + size] != head:
         return 1
-    dtype = np.dtype(
-        {
-            "names": ["first", "last"],
-            "formats": ["<u8", "<u8"],
-            "offsets": [0, size - 8],
-            "itemsize": stride,
-        }
-    )
+    first = int.from_bytes(head[:8], "little")
+    last = int.from_bytes(head[-8:], "little")
     known, window = 2, 64
     while known < most:
         n = min(window, most - known)
-        heads = np.frombuffer(raw, dtype, n, position + known * stride)
-        first, last = np.frombuffer(head, "<u8", 1), np.frombuffer(head, "<u8", 1, size - 8)
-        differ = (heads["first"] != first) | (heads["last"] != last)
-        if differ.any():
-            return known + int(np.argmax(differ))
+        at = position + known * stride
+        differ = np.ndarray(n, _WORD, raw, at, (stride,)) != first
+        differ |= np.ndarray(n, _WORD, raw, at + size - 8, (stride,)) != last
+        place = int(differ.argmax())
+        if differ[place]:
+            return known + place
         known += n
         window *= 4
     return most

@@ -187,7 +187,7 @@ def test_a_full_disk_is_a_problem_and_leaves_a_repairable_file(
 ) -> None:
     recorder = start()
     fill(recorder, make, 200)
-    until(lambda: recorder._shared.recorded("tick") == 100)
+    until(lambda: recorder.recorded("tick") == 100)
     size = recorder.part_path.stat().st_size + 4096
     resource.prlimit(recorder.writer_pid, resource.RLIMIT_FSIZE, (size, size))
     written = 200
