@@ -73,14 +73,18 @@ def force_rms(
     if not (math.isfinite(log_k) and math.isfinite(n)):
         return math.nan
     total = 0.0
+    buffer = np.empty(min(_BLOCK, force_n.size))
     with np.errstate(divide="ignore", over="ignore"):
         for start in range(0, force_n.size, _BLOCK):
-            part = np.maximum(deformation_m[start : start + _BLOCK] - zero_m, 0.0)
+            force = force_n[start : start + _BLOCK]
+            part = buffer[: force.size]
+            np.subtract(deformation_m[start : start + _BLOCK], zero_m, out=part)
+            np.maximum(part, 0.0, out=part)
             np.log(part, out=part)
             part *= n
             part += log_k
             np.exp(part, out=part)
-            part -= force_n[start : start + _BLOCK]
+            part -= force
             total += float(part @ part)
     return math.sqrt(total / force_n.size)
 

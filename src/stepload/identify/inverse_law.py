@@ -16,12 +16,15 @@ from numpy.typing import ArrayLike
 from stepload.errors import DomainError
 from stepload.identify.finish import finish
 from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
+from stepload.identify.gram import gram
 from stepload.identify.points import Points, loaded
 
-_BLOCK = 16384
+_BLOCK = 8192
 _START_POINTS = 2000
 _POWERS = np.geomspace(0.12, 4.0, 48)
 _MAX_STEPS = 60
+_SMALL = 1e-6
+"""Relative size of a step whose gain in cost drowns in rounding: taken unchecked."""
 _TOLERANCE = 1e-7
 """Relative size of the last step; what is left after it is smaller by another factor 1e-3."""
 
@@ -191,7 +194,7 @@ def _descend(
     prior: ZeroPrior | None,
     weight: float,
 ) -> tuple[_Model, _Sums, tuple[Doubt, ...]]:
-    """Damped Gauss–Newton from `model`; the sums are those at the returned model."""
+    """Damped Gauss–Newton from `model`; the sums are those before the last, tiny step."""
     sums = _sums(model, deformation, log_force, prior, weight)
     for _ in range(_MAX_STEPS):
         step = np.zeros(3)
@@ -202,20 +205,24 @@ def _descend(
         step[2] /= model.at_top_m
         scale = abs(model.at_top_m)
         size = max(abs(step[0]) / scale, abs(step[1]) / scale, abs(step[2]) / model.power)
+        if size < _TOLERANCE:
+            return _stepped(model, step), sums, ()
         for halvings in range(30):
-            trial = _Model(*(float(v) for v in np.add(model, step * 0.5**halvings)))
+            trial = _stepped(model, step * 0.5**halvings)
             if not 0.02 < trial.power < 50.0:
                 continue
             trial_sums = _sums(trial, deformation, log_force, prior, weight)
-            if size < _TOLERANCE or trial_sums.cost <= sums.cost:
+            if size < _SMALL or trial_sums.cost <= sums.cost:
                 break
         else:
             break
         model, sums = trial, trial_sums
-        if size < _TOLERANCE:
-            return model, sums, ()
     message = f"no convergence; the last model has n = {1.0 / model.power:.3g}"
     return model, sums, (Doubt(Flag.NOT_CONVERGED, message),)
+
+
+def _stepped(model: _Model, step: FloatArray) -> _Model:
+    return _Model(*(float(value) for value in np.add(model, step)))
 
 
 def _sums(
@@ -225,7 +232,7 @@ def _sums(
     prior: ZeroPrior | None,
     weight: float,
 ) -> _Sums:
-    gram = np.zeros((4, 4))
+    total = np.zeros((4, 4))
     rows = np.empty((4, min(_BLOCK, log_force.size)))
     rows[0] = 1.0
     for start in range(0, log_force.size, _BLOCK):
@@ -237,8 +244,8 @@ def _sums(
         np.multiply(part[1], -model.at_top_m, out=part[3])
         part[3] += deformation[start : start + _BLOCK]
         part[3] -= model.zero_m
-        gram += part @ part.T
-    normal, gradient, cost = gram[:3, :3], gram[:3, 3], float(gram[3, 3])
+        total += gram(part)
+    normal, gradient, cost = total[:3, :3], total[:3, 3], float(total[3, 3])
     if prior is not None:
         off = prior.mean_m - model.zero_m
         normal[0, 0] += weight
