@@ -153,36 +153,36 @@ class _Builder:
     def mapping(self, place: Place, events: Iterator[ev.Event], depth: int) -> Mapping:
         mapping = Mapping(place)
         while not isinstance(event := next(events), ev.MappingEndEvent):
-            is_text = isinstance(event, ev.ScalarEvent)
-            key: str = event.value if isinstance(event, ev.ScalarEvent) else ""
+            key = event.value if isinstance(event, ev.ScalarEvent) else None
             key_place = self.place(event.start_mark)
             self.node(event, events, depth + 1)
             value = self.node(next(events), events, depth + 1)
-            if (
-                isinstance(value, Scalar)
-                and value.value is None
-                and value.place.line > key_place.line
-            ):
-                after = Place(self.source, key_place.line, key_place.column + len(key) + 1)
-                value = Scalar(after, None)
-            if not is_text:
-                self.problems.append(
-                    key_place.problem("a key that is not a word", "write key: value")
-                )
-            elif key == "<<":
-                self.problems.append(key_place.problem("merge key <<", _NO_ALIAS))
-            elif key in mapping.entries:
-                first = mapping.keys[key].line
-                self.problems.append(
-                    key_place.problem(
-                        f"duplicate key {printable(key)!r}",
-                        f"it is given already in line {first}; keep one of the two",
-                    )
-                )
-            else:
-                mapping.entries[key] = value
+            if problem := _bad_key(mapping, key, key_place):
+                self.problems.append(problem)
+            elif isinstance(key, str):
+                mapping.entries[key] = _behind(key, key_place, value)
                 mapping.keys[key] = key_place
         return mapping
+
+
+def _bad_key(mapping: Mapping, key: str | None, place: Place) -> Problem | None:
+    if key is None:
+        return place.problem("a key that is not a word", "write key: value")
+    if key == "<<":
+        return place.problem("merge key <<", _NO_ALIAS)
+    if key in mapping.entries:
+        return place.problem(
+            f"duplicate key {printable(key)!r}",
+            f"it is given already in line {mapping.keys[key].line}; keep one of the two",
+        )
+    return None
+
+
+def _behind(key: str, place: Place, value: Node) -> Node:
+    """`value`; where nothing is written, YAML puts it in a later line: put it behind its key."""
+    if isinstance(value, Scalar) and value.value is None and value.place.line > place.line:
+        return Scalar(Place(place.source, place.line, place.column + len(key) + 1), None)
+    return value
 
 
 _NO_ALIAS = "plans have no anchors, aliases or merge keys: write the value where it is used"

@@ -60,13 +60,14 @@ def test_secant_force_is_never_beyond_the_top_force(write_plan: WritePlan) -> No
     assert plan.procedure.levels_n == (50.0, 100.0, 120.0)
 
 
-@pytest.mark.parametrize(("step", "count"), [("0.1 N", 3000), ("100 N", 3), ("70 N", 5)])
+@pytest.mark.parametrize(("step", "count"), [("1.1 N", 273), ("100 N", 3), ("70 N", 5)])
 def test_levels_end_exactly_at_the_top_force(write_plan: WritePlan, step: str, count: int) -> None:
-    path = write_plan(("50 N", step), ("surface", "touch_force: 2.9 N, surface"))
-    if count > 1000:
-        with pytest.raises(PlanError, match="3000 load levels"):
-            load_plan(path)
-        return
+    low = "surface_distance: 5 mm, touch_force: 1 N"
+    path = write_plan(
+        ("50 N", step),
+        ("surface_distance: 5 mm", low),
+        ("rig: stvf", "rig: {profile: stvf, force: {noise: 0.1 N}}"),
+    )
     levels = load_plan(path).procedure.levels_n
     assert len(levels) == count
     assert levels[-1] == 300.0
