@@ -1,7 +1,7 @@
 """The cadence: read the devices, tick, command, record, until the run is over and the arm is safe.
 
-Absolute deadlines, so that a late tick does not shift the ones after it. The same loop runs in
-virtual time, where sleeping makes the simulated world go on.
+Absolute deadlines on one grid, so that a late tick does not shift the ones after it. The same loop
+runs in virtual time, where sleeping makes the simulated world go on.
 """
 
 from __future__ import annotations
@@ -32,8 +32,6 @@ SAFE_DEADLINE_S = 3.0
 RETRACT_EXTRA_S = 2.0
 DEADLINE_SLACK_S = 1.0
 """A device is given its own timeout; its thread a little more."""
-CATCH_UP_S = 0.05
-"""A loop that is later than this starts its deadlines anew instead of hurrying after them."""
 REALTIME_PRIORITY = 20
 
 
@@ -185,8 +183,8 @@ class _Loop:
             if operator.stop_level >= StopLevel.ARM_ONLY and not engine.safe_reached:
                 return
             deadline_s += period_s
-            if late_s > CATCH_UP_S:
-                deadline_s = now() + period_s
+            if late_s > period_s:  # leave the missed ticks out instead of hurrying after them
+                deadline_s += period_s * (late_s // period_s)
             sleep_until(deadline_s)
 
     def _drain(self, device: Any, name: str, now_s: float) -> list[Any]:

@@ -10,8 +10,6 @@ from stepload.rig.samples import ArmSample, ForceSample
 from stepload.run.limits import RunLimits
 from stepload.run.supervisor import Cause, Supervisor
 
-_BEFORE_TARE = (int(Phase.WARM_UP), int(Phase.TARE))
-
 
 @dataclass(frozen=True, slots=True)
 class ReplayTick:
@@ -55,14 +53,14 @@ def replay(
     count = 0
     for tick in ticks:
         row = tick.row
-        if row.phase == Phase.SAFING:
-            break
         count += 1
         cause = supervisor.check(
             row.time_s, tick.force, tick.arm, tick.second, target_m, compliance, phase
         )
         if cause is not None:
             return Replayed(cause, Phase(phase), count)
+        if row.phase == Phase.SAFING:
+            break
         while ahead and ahead[-1][0] <= row.time_s:
             _, zero_n, second_zero_n = ahead.pop()
             supervisor.tare(zero_n, second_zero_n)

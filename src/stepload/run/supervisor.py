@@ -158,9 +158,12 @@ class Supervisor:
         `target_m` is the target in force until now (NaN before the first), `compliance_m_per_n` the
         controller's c_use.
         """
-        finding = self.force.take(force_samples, now_s) or self.arm.take(arm_samples, now_s)
+        finding = self.force.take(force_samples, now_s)
+        arm_finding = self.arm.take(arm_samples, now_s)  # every stream is followed, whatever fails
+        finding = finding or arm_finding
         if self.second is not None:
-            finding = finding or self.second.take(second_samples, now_s)
+            second_finding = self.second.take(second_samples, now_s)
+            finding = finding or second_finding
         motion = self._judge_motion(now_s, target_m, phase)
         force = self._judge_force(target_m, compliance_m_per_n, phase) if self._tared else None
         self._now_s = now_s

@@ -54,7 +54,6 @@ def run(bench: Bench, until_s: float = 600.0, rows: list[TickRow] | None = None)
         second.open(1.0)
     now_s = rig.clock.now_s()
     period_s = rig.arm.period_s
-    start_s = now_s
     end_s = now_s + until_s
     done = False
     while not done and now_s < end_s:
@@ -66,8 +65,8 @@ def run(bench: Bench, until_s: float = 600.0, rows: list[TickRow] | None = None)
         if rows is not None and engine.row is not None:
             rows.append(engine.row)
         bench.ticks += 1
-        now_s = start_s + bench.ticks * period_s
-        rig.clock.sleep_until(now_s)
+        rig.clock.sleep_until(now_s + period_s)
+        now_s = rig.clock.now_s()
     return engine
 
 

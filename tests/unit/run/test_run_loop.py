@@ -1,0 +1,334 @@
+"""The loop on the simulated rig: complete, paused, stopped, broken; and safing that always ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import pytest
+from run_bench import Bench, bench_for, spec_for
+from run_plans import stvf_plan
+
+from stepload.record.rows import Phase, TickRow
+from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
+from stepload.rig.world import WorldFault
+from stepload.run.loop import RunOutcome, RunStatus, run_loop
+from stepload.run.operator import Operator, StopLevel
+from stepload.run.replay import group_by_tick, replay
+from stepload.run.safing import Action, make_safe
+
+QUICK = {"touches": 2, "tare_s": 0.2, "hold_s": 0.2, "settle_timeout_s": 0.3, "top_force_n": 100.0}
+
+
+@dataclass
+class Tape:
+    """Keeps what the loop records."""
+
+    forces: list[ForceSample] = field(default_factory=list)
+    arms: list[ArmSample] = field(default_factory=list)
+    rows: list[TickRow] = field(default_factory=list)
+    events: list[tuple[float, str, Mapping[str, object]]] = field(default_factory=list)
+    trouble: str = ""
+    on_tick: Callable[[TickRow], None] | None = None
+
+    def force(self, sample: ForceSample) -> None:
+        self.forces.append(sample)
+
+    def second_force(self, sample: ForceSample) -> None:
+        raise AssertionError("this rig has none")
+
+    def arm(self, sample: ArmSample) -> None:
+        self.arms.append(sample)
+
+    def displacement(self, sample: DisplacementSample) -> None:
+        raise AssertionError("this rig has none")
+
+    def tick(self, row: TickRow) -> None:
+        self.rows.append(row)
+        if self.on_tick:
+            self.on_tick(row)
+
+    def event(self, time_s: float, kind: str, data: Mapping[str, object]) -> None:
+        self.events.append((time_s, kind, data))
+
+    def problem(self) -> str:
+        return self.trouble
+
+    def kinds(self) -> Counter[str]:
+        return Counter(kind for _, kind, _ in self.events)
+
+    def phases(self) -> list[str]:
+        return [str(data["phase"]) for _, kind, data in self.events if kind == "phase"]
+
+
+def _bench(faults: list[WorldFault] | None = None, **procedure: Any) -> Bench:
+    plan = stvf_plan(**(QUICK | procedure))
+    return bench_for(plan, 727.0, spec_for(plan, 4, faults or []))
+
+
+def _go(bench: Bench, tape: Tape) -> RunOutcome:
+    bench.rig.arm.open(1.0)
+    bench.rig.force.open(1.0)
+    return run_loop(bench.engine, bench.rig, tape)
+
+
+def test_a_run_goes_through_every_phase_in_order() -> None:
+    bench, tape = _bench(cycles=2), Tape()
+    outcome = _go(bench, tape)
+    assert outcome.status is RunStatus.COMPLETED
+    assert outcome.cause is None
+    assert outcome.why.startswith("The run was completed.")
+    cycle = ["LOAD", "HOLD", "LOAD", "HOLD", "UNLOAD", "UNLOAD_HOLD", "RETRACT", "POST_TARE"]
+    touch = ["GUARDED_APPROACH", "DWELL"]
+    assert tape.phases() == [
+        "WARM_UP", "TARE", "DRIFT_CHECK", "FAST_APPROACH", *touch, "TOUCH_RETRACT", *touch,
+        *cycle, "FAST_APPROACH", *touch, *cycle, "FAST_APPROACH", *touch, "RETRACT", "DONE",
+    ]  # fmt: skip
+    assert outcome.levels_done == 4
+    assert [t.purpose for t in outcome.touches] == ["first", "again", "cycle", "last"]
+    assert all(abs(t.position_m - outcome.touches[0].position_m) < 1e-5 for t in outcome.touches)
+    assert outcome.tares[0].noise_n == pytest.approx(0.3, rel=0.3)
+    assert abs(outcome.zero_shift_n) < 0.2
+    assert len(tape.rows) == outcome.lateness.ticks
+    assert len(tape.forces) == pytest.approx(len(tape.rows), abs=2)
+    assert outcome.lateness.overruns == 0
+    assert all(action.error == "" for action in outcome.safing)
+    held = [data for _, kind, data in tape.events if kind == "held" and data["loading"]]
+    assert [data["level_n"] for data in held] == [50.0, 100.0] * 2
+    assert all(abs(data["force_n"] - data["level_n"]) < 1.0 for data in held)  # type: ignore[operator]
+    assert bench.peak_n < 101.0
+
+
+def test_cycles_without_lift_off_stay_in_contact() -> None:
+    bench, tape = _bench(cycles=2, lift_off=False, unload_fraction=0.1), Tape()
+    outcome = _go(bench, tape)
+    assert outcome.status is RunStatus.COMPLETED
+    assert tape.phases().count("POST_TARE") == 1
+    between = [
+        row.force_n for row in tape.rows if row.cycle == 1 and row.phase == Phase.UNLOAD_HOLD
+    ]
+    assert min(between) > 5.0
+
+
+def test_start_level_and_cycle_continue_an_interrupted_run() -> None:
+    plan = stvf_plan(**QUICK)
+    bench = bench_for(plan, 727.0, start_level=1, start_cycle=1)
+    tape = Tape()
+    assert _go(bench, tape).levels_done == 1
+    assert {row.level_n for row in tape.rows if row.phase == Phase.LOAD} == {100.0}
+
+
+def test_pause_unloads_waits_and_comes_back_with_a_new_tare_and_touch() -> None:
+    bench, tape = _bench(), Tape()
+
+    def act(row: TickRow) -> None:
+        if row.phase == Phase.LOAD and row.step == 1 and row.cycle == 1 and not paused:
+            bench.operator.paused = True
+            paused.append(row.time_s)
+        if row.phase == Phase.PAUSED:
+            assert row.force_n < 2.0
+            if row.time_s > paused[0] + 4.0:
+                bench.operator.paused = False
+
+    paused: list[float] = []
+    tape.on_tick = act
+    outcome = _go(bench, tape)
+    assert outcome.status is RunStatus.COMPLETED
+    phases = tape.phases()
+    at = phases.index("PAUSED")
+    assert phases[at - 2 : at] == ["HOLD", "RETRACT"]
+    assert phases[at + 1 : at + 4] == ["TARE", "DRIFT_CHECK", "FAST_APPROACH"]
+    assert outcome.levels_done == 2
+
+
+@pytest.mark.parametrize("phase", [Phase.TARE, Phase.GUARDED_APPROACH, Phase.LOAD, Phase.UNLOAD])
+@pytest.mark.parametrize("level", [1, 2, 3])
+def test_the_operator_stops_at_any_time(phase: Phase, level: int) -> None:
+    bench, tape = _bench(), Tape()
+
+    def act(row: TickRow) -> None:
+        if row.phase == phase:
+            bench.operator.request_stop(StopLevel(level))
+
+    tape.on_tick = act
+    outcome = _go(bench, tape)
+    assert outcome.status is RunStatus.INTERRUPTED
+    assert outcome.cause is None
+    assert bench.rig.world.true_force_n == 0.0
+    names = [action.name for action in outcome.safing if action.sent]
+    if level == 1 and phase is Phase.LOAD:
+        assert outcome.levels_done == 1
+    if level == 3:
+        assert names == ["arm retract", "arm stop"]
+    else:
+        assert names == ["arm stop", "force sensor"]
+
+
+def test_signals_set_levels() -> None:
+    operator = Operator()
+    with operator.listening():
+        os.kill(os.getpid(), signal.SIGINT)
+        assert operator.stop_level == 1
+        os.kill(os.getpid(), signal.SIGTERM)
+        assert operator.stop_level == 2
+        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGINT)
+        assert operator.stop_level == 3
+        assert operator.signal_number == signal.SIGINT
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.parametrize(
+    ("kind", "rule", "retracted"),
+    [
+        ("force_raise", "device", True),
+        ("arm_raise", "device", False),
+        ("command_raise", "loop", False),
+    ],
+)  # fmt: skip
+def test_an_exception_in_a_driver_ends_with_the_force_off(
+    kind: str, rule: str, retracted: bool
+) -> None:
+    for start_s in (0.1, 1.0, 2.6, 3.0):
+        bench, tape = _bench([WorldFault(kind, start_s, 60.0, 0.0)]), Tape()
+        outcome = _go(bench, tape)
+        assert outcome.status is RunStatus.STOPPED
+        assert outcome.cause is not None
+        assert outcome.cause.rule == rule
+        assert "simulated exception" in outcome.cause.message
+        assert outcome.retracted is retracted
+        assert bench.rig.world.true_force_n == 0.0
+        assert bench.peak_n < 727.0
+        assert tape.kinds()["end"] == 1
+
+
+def test_a_bug_in_the_tick_itself_ends_with_the_force_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench, tape = _bench(), Tape()
+    procedure = bench.engine.procedure
+    step = procedure.step
+
+    def broken(now_s: float, step_s: float) -> float:
+        if procedure.phase == Phase.HOLD:
+            raise ZeroDivisionError("a bug")
+        return step(now_s, step_s)
+
+    monkeypatch.setattr(procedure, "step", broken)
+    outcome = _go(bench, tape)
+    assert outcome.status is RunStatus.STOPPED
+    assert outcome.cause is not None
+    assert "a bug" in outcome.cause.message
+    assert bench.rig.world.true_force_n == 0.0
+    assert [action.name for action in outcome.safing][:2] == ["arm retract", "arm stop"]
+
+
+def test_a_recorder_that_fails_stops_the_run_but_not_the_retract() -> None:
+    bench, tape = _bench(), Tape()
+
+    def full(row: TickRow) -> None:
+        if row.phase >= Phase.HOLD:
+            raise OSError(28, "No space left on device")
+
+    tape.on_tick = full
+    outcome = _go(bench, tape)
+    assert outcome.status is RunStatus.STOPPED
+    assert "No space left" in outcome.why
+    assert outcome.retracted
+    assert bench.rig.world.true_force_n == 0.0
+
+    bench, tape = _bench(), Tape(trouble="the writer died")
+    outcome = _go(bench, tape)
+    assert outcome.cause is not None
+    assert outcome.cause.rule == "recorder"
+
+
+def test_a_trip_is_told_with_its_figures() -> None:
+    bench, tape = _bench([WorldFault("force_nan", 3.0, 60.0, 0.0)]), Tape()
+    outcome = _go(bench, tape)
+    assert outcome.status is RunStatus.STOPPED
+    assert "R4 at 2.998 s" in outcome.why
+    assert "not finite" in outcome.why
+    assert "Safing, arm stop: confirmed" in outcome.why
+    trip = next(data for _, kind, data in tape.events if kind == "trip")
+    assert trip["rule"] == "R4"
+    assert {"value", "limit", "unit", "sample_age_s", "time_s", "message"} <= set(trip)
+
+
+def test_safing_survives_what_raises_and_what_hangs() -> None:
+    release = threading.Event()
+    called: list[str] = []
+
+    def hang() -> None:
+        called.append("hang")
+        release.wait(30.0)
+
+    def fail() -> None:
+        called.append("fail")
+        raise OSError("unplugged")
+
+    actions = [
+        Action("sensor", lambda: called.append("sensor"), 1.0),
+        Action("retract", hang, 0.1, arm=True),
+        Action("stop", fail, 1.0, arm=True),
+        Action("leave", lambda: (_ for _ in ()).throw(SystemExit(3)).__next__(), 1.0),
+    ]
+    start_s = time.monotonic()
+    outcomes = make_safe(actions, Operator())
+    try:
+        assert called == ["hang", "fail", "sensor"]
+        assert [outcome.name for outcome in outcomes] == ["retract", "stop", "sensor", "leave"]
+        assert all(outcome.sent for outcome in outcomes)
+        assert "no answer within" in outcomes[0].error
+        assert outcomes[1].error == "OSError: unplugged"
+        assert outcomes[2].error == ""
+        assert "SystemExit" in outcomes[3].error
+        assert time.monotonic() - start_s < 20.0
+    finally:
+        release.set()
+
+
+def test_the_third_ctrl_c_skips_all_but_the_arm() -> None:
+    operator = Operator()
+    called: list[str] = []
+
+    def retract() -> None:
+        called.append("retract")
+        operator.request_stop(StopLevel.ARM_ONLY)
+
+    outcomes = make_safe(
+        [
+            Action("sensor", lambda: called.append("sensor"), 1.0),
+            Action("retract", retract, 1.0, arm=True),
+            Action("stop", lambda: called.append("stop"), 1.0, arm=True),
+        ],
+        operator,
+    )
+    assert called == ["retract", "stop"]
+    assert not outcomes[2].sent
+
+
+def test_replay_finds_the_same_trip_and_would_trip_earlier_with_tighter_limits() -> None:
+    bench, tape = _bench([WorldFault("force_gain", 3.5, 60.0, 0.5)]), Tape()
+    outcome = _go(bench, tape)
+    assert outcome.cause is not None
+    tares = [
+        (time_s, float(data["mean_n"]), float(data["second_mean_n"]))  # type: ignore[arg-type]
+        for time_s, kind, data in tape.events
+        if kind == "tare"
+    ]
+    ticks = list(group_by_tick(tape.rows, tape.forces, tape.arms))
+    again = replay(ticks, tares, bench.limits, force_axis="-fz")
+    assert again.cause is not None
+    assert again.cause.rule == outcome.cause.rule
+    assert again.cause.time_s == outcome.cause.time_s
+    tight = replace(bench.limits, force_limit_n=40.0)
+    earlier = replay(ticks, tares, tight, force_axis="-fz")
+    assert earlier.cause is not None
+    assert earlier.cause.rule in ("R1", "R2", "CAP")
+    assert earlier.cause.time_s < outcome.cause.time_s
+    assert earlier.phase in (Phase.LOAD, Phase.HOLD)
