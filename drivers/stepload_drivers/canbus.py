@@ -8,6 +8,7 @@ silence for ever). All others are used as they are.
 from __future__ import annotations
 
 import contextlib
+import re
 import select
 import socket
 import time
@@ -31,6 +32,21 @@ class CanFrame(NamedTuple):
     id: int
     data: bytes
     time_s: float
+
+
+_SLCAN_LINE = re.compile(r"t([0-7][0-9A-Fa-f]{2})([0-8])((?:[0-9A-Fa-f]{2})*)", re.ASCII)
+_STAMP_BYTES = 2
+
+
+def slcan_frame(line: str) -> tuple[int, bytes] | None:
+    """Id and data of a standard data frame's line (with or without time stamp), else None."""
+    match = _SLCAN_LINE.fullmatch(line)
+    if match is None:
+        return None
+    data, length = bytes.fromhex(match[3]), int(match[2])
+    if len(data) not in (length, length + _STAMP_BYTES):
+        return None
+    return int(match[1], 16), data[:length]
 
 
 class FastSlcan(slcanBus):
@@ -64,24 +80,13 @@ class FastSlcan(slcanBus):
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         line = self._read(timeout)
-        if not line or line[0] in "zZ":
+        if not line or line in ("z", "Z"):
             return None, False
-        try:
-            if line[0] != "t":
-                raise ValueError("not a standard data frame")
-            data = bytes.fromhex(line[5:])
-            if len(data) not in (int(line[4]), int(line[4]) + 2):
-                raise ValueError("length does not fit")
-            message = can.Message(
-                timestamp=self._read_s,
-                arbitration_id=int(line[1:4], 16),
-                is_extended_id=False,
-                data=data[: int(line[4])],
-            )
-        except (ValueError, IndexError):
+        frame = slcan_frame(line)
+        if frame is None:
             self.damaged += 1
             return None, False
-        return message, False
+        return can.Message(self._read_s, frame[0], is_extended_id=False, data=frame[1]), False
 
 
 class WatchedSocketcand(SocketCanDaemonBus):

@@ -24,7 +24,7 @@ from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 Sample = ForceSample | ArmSample | DisplacementSample
 
 GRACE_S = 2.0
-LEAK_GRACE_S = 3.0
+LEAK_GRACE_S = 1.5
 MIN_SAMPLES = 10
 POLL_S = 0.005
 RATE_TOLERANCE = 0.25
@@ -153,7 +153,8 @@ def check_unopened(trial: Trial) -> None:
     """An unopened device touches nothing, has no samples and no fault, and closes."""
     before = _resources()
     device = trial.make()
-    _require(not _leaks(before), f"the constructor opened {_leaks(before)}; only `open` may")
+    opened = _leaks(before)
+    _require(not opened, f"the constructor opened {sorted(opened)}; only `open` may")
     _require(_drain(device) == [], "drain() before open() gave samples")
     health = device.health()
     _require(isinstance(health, Health), f"health() gave {type(health).__name__}, not Health")
@@ -397,10 +398,11 @@ CHECKS: tuple[Callable[[Trial], None], ...] = (
     check_safe,
     check_close,
     check_failing_open,
-    check_stale,
     check_bias,
     check_motion,
+    check_stale,
 )
+"""In this order; `check_stale` is last, because what was silenced may stay so."""
 
 
 def run_trial(trial: Trial) -> list[CheckResult]:

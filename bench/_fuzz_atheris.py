@@ -1,0 +1,44 @@
+"""Coverage-guided fuzzing of every sensor decoder (needs the `fuzz` extra).
+
+python bench/_fuzz_atheris.py -runs=1000000
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+
+import atheris  # type: ignore[import-not-found, unused-ignore]
+
+with atheris.instrument_imports():
+    from stepload_drivers.ati.poller import Poller
+    from stepload_drivers.bota import codec as bota
+    from stepload_drivers.canbus import CanFrame, slcan_frame
+    from stepload_drivers.gauge.codec import LineDecoder
+    from stepload_drivers.gauge.sensor import DEFAULT_PATTERN
+    from stepload_drivers.robotous import codec as robotous
+
+
+def one_input(data: bytes) -> None:
+    """Any exception is a finding."""
+    for payload in robotous.UartDecoder().feed(data):
+        if robotous.uart_frame(payload) not in data:
+            raise AssertionError("an RFT frame that was not in the input")
+    for frame in bota.Decoder().feed(data):
+        if len(frame.wrench) != 6:
+            raise AssertionError("a Bota frame without six values")
+    if not all(map(math.isfinite, LineDecoder(DEFAULT_PATTERN, 1e-3, b"\r").feed(data))):
+        raise AssertionError("a reading that is not finite")
+    slcan_frame(data.decode("ascii", "replace"))
+    poller, pairer, now_s = Poller(0x20, 1e-3, 1e-3), robotous.CanPairer(1, 2, 1e-3), 0.0
+    for start in range(0, len(data), 10):
+        piece = data[start : start + 10]
+        now_s += piece[0] * 1e-5
+        poller.due(now_s)
+        poller.feed(CanFrame(0x200 + piece[0] % 3, piece[2:], now_s), now_s)
+        pairer.feed(piece[0] % 4, piece[2:], now_s)
+
+
+if __name__ == "__main__":
+    atheris.Setup(sys.argv, one_input)
+    atheris.Fuzz()

@@ -1,0 +1,120 @@
+"""Random frames into every sensor decoder: crashes, and corrupt frames that pass, against the odds.
+
+Headers are right and the rest is random, which is the hardest case. A frame that passes is expected
+as often as its checksum lets it: RFT 1 in 256, Bota 1 in 65536; slcan and gauge lines have none, so
+there only crashes and impossible values count.
+    python bench/fuzz_decoders.py --frames 10000000
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import random
+import sys
+import time
+from collections.abc import Callable
+
+from stepload_drivers.ati.poller import Poller
+from stepload_drivers.bota import codec as bota
+from stepload_drivers.canbus import CanFrame, slcan_frame
+from stepload_drivers.gauge.codec import LineDecoder
+from stepload_drivers.gauge.sensor import DEFAULT_PATTERN
+from stepload_drivers.robotous import codec as robotous
+
+CHUNK = 50_000
+
+
+def rft_uart(chance: random.Random, count: int) -> int:
+    size = robotous.UART_FRAME_BYTES
+    data = bytearray(chance.randbytes(size * count))
+    data[0::size] = bytes((robotous.UART_START,)) * count
+    data[size - 1 :: size] = bytes((robotous.UART_END,)) * count
+    return len(robotous.UartDecoder().feed(bytes(data)))
+
+
+def rft_can(chance: random.Random, count: int) -> int:
+    pairer, time_s, found = robotous.CanPairer(1, 2, 1e-3), 0.0, 0
+    lengths = chance.choices((8, 8, 8, 7, 0), k=count)
+    data = chance.randbytes(8)
+    for length in lengths:
+        time_s += 4e-4
+        payload = pairer.feed(chance.randrange(4), data[:length], time_s)
+        found += payload is not None and len(payload) != robotous.PAYLOAD_BYTES
+    return found
+
+
+def bota_serial(chance: random.Random, count: int) -> int:
+    size = bota.FRAME_BYTES
+    data = bytearray(chance.randbytes(size * count))
+    data[0::size] = bytes((bota.HEADER,)) * count
+    return len(bota.Decoder().feed(bytes(data)))
+
+
+def ati_can(chance: random.Random, count: int) -> int:
+    poller, now_s, wrong = Poller(0x20, 1e-3, 1e-3), 0.0, 0
+    data = chance.randbytes(8)
+    for length in chance.choices((8, 6, 8, 6, 0, 3), k=count):
+        now_s += chance.random() * 1e-3
+        poller.due(now_s)
+        frame = CanFrame(0x200 + chance.randrange(3), data[:length], now_s)
+        answer = poller.feed(frame, now_s)
+        wrong += answer is not None and (len(answer.first), len(answer.second)) != (8, 6)
+    return wrong
+
+
+def slcan_lines(chance: random.Random, count: int) -> int:
+    text = chance.randbytes(12 * count).decode("latin-1")
+    wrong = 0
+    for start in range(0, len(text), 12):
+        frame = slcan_frame("t" + text[start : start + 12])
+        wrong += frame is not None and (frame[0] > 0x7FF or len(frame[1]) > 8)
+    return wrong
+
+
+def gauge_lines(chance: random.Random, count: int) -> int:
+    alphabet = b"+-.0123456789eEAnaif \r\xff"
+    data = bytes(chance.choices(alphabet, k=8 * count))
+    readings = LineDecoder(DEFAULT_PATTERN, 1e-3, b"\r").feed(data)
+    return sum(not math.isfinite(value) for value in readings)
+
+
+DECODERS: dict[str, tuple[Callable[[random.Random, int], int], float]] = {
+    "RFT UART": (rft_uart, 1 / 256 + 18 / 256**3),
+    "RFT CAN pairs": (rft_can, 0.0),
+    "Bota": (bota_serial, (1 + 36 / 256) / 65536),
+    "ATI pairs": (ati_can, 0.0),
+    "slcan lines": (slcan_lines, 0.0),
+    "gauge lines": (gauge_lines, 0.0),
+}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--frames", type=int, default=1_000_000)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    bad = 0
+    print(
+        f"{'decoder':16}{'frames':>12}{'passed':>10}{'expected':>12}{'crashes':>9}{'Mframe/s':>10}"
+    )
+    for name, (run, odds) in DECODERS.items():
+        chance, passed, crashes, done = random.Random(options.seed), 0, 0, 0
+        started_s = time.perf_counter()
+        while done < options.frames:
+            count = min(CHUNK, options.frames - done)
+            done += count
+            try:
+                passed += run(chance, count)
+            except Exception as error:  # a crash is what this looks for
+                crashes += 1
+                print(f"{name}: {type(error).__name__}: {error}")
+        speed = done / (time.perf_counter() - started_s) / 1e6
+        expected = odds * done
+        bad += crashes + (passed > expected + 5.0 * math.sqrt(expected))
+        print(f"{name:16}{done:12}{passed:10}{expected:12.1f}{crashes:9}{speed:10.2f}")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
