@@ -7,7 +7,11 @@ and carried through the estimator to first order.
 
 Which fit to hang it on: the joint fit of (K, n, δ0). A touch threshold finds the zero late by the
 deformation at the threshold, which biases every two-parameter fit; their budget therefore needs
-`zero_sigma_m` and is several times wider. `bench/coverage.py` measures the coverage.
+`zero_sigma_m` and is wider. `bench/coverage.py` measures the coverage.
+
+The sizes of the sources are taken as known. The size of the smooth error estimated from one K_s run
+is itself known only to a third or so: use `smooth_error_m` of `SystemStiffnessFit`, not the rms
+misfit, which lacks what the line absorbed, and pool the estimates of several runs where there are.
 
 Example:
     >>> import numpy as np

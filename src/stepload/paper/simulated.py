@@ -158,7 +158,7 @@ def one_fit(run: RawRun) -> Section:
         Line("RS-BTLS", *_curve(paper, contact)),
         Line("joint (K, n, zero)", *_curve(free, contact + free.zero_m)),
         Line("95 % band", (contact + free.zero_m)[inside] * 1e6, band.upper_n[inside], dashed=True),
-        Line("95 % band", (contact + free.zero_m) * 1e6, band.lower_n, dashed=True),
+        Line("", (contact + free.zero_m) * 1e6, band.lower_n, dashed=True),
     ]
     figure = chart("Force over deformation (27)", "deformation from touch, µm", "force, N", drawn)
     lines = [

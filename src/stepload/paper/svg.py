@@ -18,7 +18,7 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 76.0, 16.0, 36.0, 52.0
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One curve; `dots` draws its points instead, `dashed` marks a limit."""
+    """One curve; `dots` draws its points instead, `dashed` marks a limit; no label, no legend."""
 
     label: str
     x: FloatArray
@@ -70,7 +70,8 @@ def chart(
         if line.dots:
             dots = "".join(f"M{x:.1f} {y:.1f}h0" for x, y in places)
             parts.append(
-                f'<path d="{dots}" stroke="{colour}" stroke-width="3" stroke-linecap="round"/>'
+                f'<path d="{dots}" stroke="{colour}" stroke-width="{3 if len(places) > 9 else 7}" '
+                'stroke-linecap="round"/>'
             )
         else:
             dash = ' stroke-dasharray="6 4"' if line.dashed else ""
@@ -78,10 +79,12 @@ def chart(
             parts.append(
                 f'<path d="M{course}" fill="none" stroke="{colour}" stroke-width="1.5"{dash}/>'
             )
-        parts.append(
-            f'<path d="M{left + 10:g} {key_y - 4:g}h18" stroke="{colour}" stroke-width="3"/>'
-            f'<text x="{left + 34:g}" y="{key_y:g}">{escape(line.label)}</text>'
-        )
+        if line.label:
+            parts.append(
+                f'<path d="M{left + 10:g} {key_y - 4:g}h18" stroke="{colour}" stroke-width="3"/>'
+                f'<text x="{left + 34:g}" y="{key_y:g}" stroke="#fff" stroke-width="3" '
+                f'paint-order="stroke">{escape(line.label)}</text>'
+            )
     return "\n".join([*parts, "</svg>", ""])
 
 
