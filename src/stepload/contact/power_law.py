@@ -84,7 +84,7 @@ def secant_stiffness(k: float, n: float, force_n: float) -> float:
 
     Example:
         >>> f"{secant_stiffness(1.82e10, 1.85, 300.0):.2e}"
-        '4.79e+06'
+        '4.83e+06'
     """
     if not 0.0 < force_n < math.inf:
         raise DomainError(f"secant force is {force_n:g} N; it must be finite and greater than 0 N")

@@ -43,7 +43,7 @@ ZERO_KNOWN = 0.5
 SAME_EXPONENT = 0.02
 """Exponents closer than this compare whatever their σ (they are printed with two decimals)."""
 
-_UNUSABLE = frozenset({Flag.NOT_CONVERGED, Flag.ILL_CONDITIONED})
+_UNUSABLE = frozenset({Flag.NOT_CONVERGED, Flag.ILL_CONDITIONED, Flag.HOLD_WINDUP})
 
 
 @dataclass(frozen=True, slots=True)

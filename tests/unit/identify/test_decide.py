@@ -135,3 +135,8 @@ def test_covariance_stands_in_for_a_missing_budget() -> None:
 def test_no_fit_at_all_is_refused() -> None:
     with pytest.raises(BadInputError, match="no fit"):
         decide({})
+
+
+def test_wound_up_recursive_fit_is_not_believed() -> None:
+    decision = decide(table(fit("rs_rtls", flag=Flag.HOLD_WINDUP)))
+    assert any("believe none of them" in reason for reason in decision.why)
