@@ -17,6 +17,9 @@ from stepload.rig.samples import Status
 REPORT_WITHIN_S = 3.0
 STOP_WITHIN_S = 3.0
 
+LINK_DOWN = {FaultCode.NOT_CONNECTED, FaultCode.DRIVER}
+"""ur_rtde's own reconnect sometimes crashes (SIGSEGV) before the loss can be reported."""
+
 LIES = {
     FaultCode.NOT_FINITE,
     FaultCode.OUT_OF_RANGE,
@@ -43,9 +46,9 @@ def wait_until_still(emulator):
 @pytest.mark.parametrize(
     ("commands", "codes"),
     [
-        (["drop"], {FaultCode.NOT_CONNECTED}),
-        (["drop rst"], {FaultCode.NOT_CONNECTED}),
-        (["refuse on"], {FaultCode.NOT_CONNECTED}),
+        (["drop"], LINK_DOWN),
+        (["drop rst"], LINK_DOWN),
+        (["refuse on"], LINK_DOWN),
         (["freeze on"], {FaultCode.STALE}),
         (["repeat on"], {FaultCode.STALE}),
         (["blackhole on"], {FaultCode.STALE}),
