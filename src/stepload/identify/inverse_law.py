@@ -139,7 +139,7 @@ def _fit(
     columns = slice(0, 3) if free_zero else slice(1, 3)
     stride = max(1, log_force.size // _START_POINTS)
     few = points.deformation_m[::stride], log_force[::stride]
-    model = _search(*few, free_zero=free_zero)
+    model = _rising(_search(*few, free_zero=free_zero))
     if stride > 1:
         model, _, _ = _descend(model, *few, columns, None, 0.0)
     whole = points.deformation_m, log_force
@@ -148,11 +148,7 @@ def _fit(
         sigma_m = _residual_sigma(sums.cost, log_force.size)
     weight = 0.0 if prior is None or sigma_m is None else (sigma_m / prior.sigma_m) ** 2
     model, sums, doubts = _descend(model, *whole, columns, prior, weight)
-    if not model.at_top_m > 0.0:
-        raise DomainError(
-            f"the deformation falls by {-model.at_top_m:g} m while the force rises",
-            hint="check the sign of the channels and the system stiffness used in (27)",
-        )
+    _rising(model)
     if sigma_m is None:
         sigma_m = _residual_sigma(sums.cost, log_force.size)
     n = 1.0 / model.power
@@ -167,6 +163,15 @@ def _fit(
         covariance=_covariance(model, sums.normal, columns, sigma_m),
         doubts=doubts,
     )
+
+
+def _rising(model: _Model) -> _Model:
+    if not model.at_top_m > 1e-12 * abs(model.zero_m):
+        raise DomainError(
+            f"the deformation does not rise with the force (by {model.at_top_m:.3g} m to the top)",
+            hint="check the sign of the channels and the system stiffness used in (27)",
+        )
+    return model
 
 
 def _search(deformation: FloatArray, log_force: FloatArray, *, free_zero: bool) -> _Model:

@@ -181,8 +181,12 @@ def test_unusable_data_are_refused() -> None:
         joint(x[:3], force_n[:3])
     with pytest.raises(DomainError, match="all 50 forces are equal"):
         joint(x, np.full(50, 100.0))
-    with pytest.raises(DomainError, match="deformation falls"):
-        joint(-x, force_n)
+    for estimator in (joint, inverse_ls):
+        with pytest.raises(DomainError, match="does not rise with the force"):
+            estimator(-x, force_n)
+    for constant_m in (0.0, 1e-5, 1.1e-5, -0.3):
+        with pytest.raises(DomainError, match="does not rise with the force"):
+            joint(np.full(50, constant_m), force_n)
     with pytest.raises(DomainError, match="prior of the zero"):
         joint(x, force_n, zero_prior=(0.0, 0.0))
     with pytest.raises(DomainError, match="prior of the zero"):
