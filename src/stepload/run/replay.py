@@ -10,6 +10,9 @@ from stepload.rig.samples import ArmSample, ForceSample
 from stepload.run.limits import RunLimits
 from stepload.run.supervisor import Cause, Supervisor
 
+LATE_TICKS = 3
+"""A sample may reach a tick before the tick's own time stamp: look this far past the trip."""
+
 
 @dataclass(frozen=True, slots=True)
 class ReplayTick:
@@ -50,7 +53,7 @@ def replay(
     ahead = list(reversed(tares))
     target_m = compliance = float("nan")
     phase = int(Phase.WARM_UP)
-    count = 0
+    count = late = 0
     for tick in ticks:
         row = tick.row
         count += 1
@@ -60,7 +63,10 @@ def replay(
         if cause is not None:
             return Replayed(cause, Phase(phase), count)
         if row.phase == Phase.SAFING:
-            break
+            late += 1
+            if late > LATE_TICKS:
+                break
+            continue
         while ahead and ahead[-1][0] <= row.time_s:
             _, zero_n, second_zero_n = ahead.pop()
             supervisor.tare(zero_n, second_zero_n)
