@@ -12,7 +12,11 @@ Scenario A: the zero is known. B: the zero is the position at the first sample a
 C: B with an error of K_s of 2 % (standard deviation) and a smooth position error of 0.54 µm,
 correlated over 50 N. The starting position is random within the position quantum.
 
-In brackets: what an independent simulation of the same protocol gave. Fits in logarithms with a
+In brackets: what an earlier simulation of the same protocol gave. Its noise before quantisation,
+its starting phase, the exact rule of its contact threshold and its number of samples are not known;
+those used here were chosen among a few because they come close to its columns A and B, so the
+agreement there checks the estimators against each other more than the absolute figures. The
+worst 2 % are left out because of single runs of aluminium in C. Fits in logarithms with a
 known zero ("log_ls", "log_tls", A) hang on the few samples nearest to zero and differ most; in
 column C aluminium is beyond K_max, where the figure hangs on the worst runs.
 """
