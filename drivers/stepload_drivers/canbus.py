@@ -15,6 +15,7 @@ import time
 from typing import Any, NamedTuple
 
 import can
+import serial
 from can.interfaces.slcan import slcanBus
 from can.interfaces.socketcand import SocketCanDaemonBus
 
@@ -60,6 +61,7 @@ class FastSlcan(slcanBus):
         self.damaged = 0
         self._lines: list[bytes] = []
         self._read_s = 0.0
+        serial.Serial(channel, exclusive=True).close()  # before a command disturbs its owner
         super().__init__(channel, sleep_after_open=0.0, timeout=0.0, **options)
         self.serialPortOrig.exclusive = True
 

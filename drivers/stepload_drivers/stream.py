@@ -23,6 +23,7 @@ CORRUPT_WINDOW_S = 1.0
 CORRUPT_SHARE = 0.02
 BACKLOG_S = 60.0
 FROZEN_COUNT = 25
+READER_S = 2.0
 
 
 class Stream(Generic[Sample]):
@@ -52,7 +53,7 @@ class Stream(Generic[Sample]):
         self._queue: deque[Sample] = deque()
         self._backlog = int(BACKLOG_S / period_s) + 1
         self._received = self._lost = 0
-        self._first_s = self._last_s = math.nan
+        self._first_s = self._last_s = self._looked_s = math.nan
         self._longest_gap_s = 0.0
         self._errors: dict[str, int] = {}
         self._bad_times: deque[float] = deque(maxlen=max(5, int(CORRUPT_SHARE / period_s)))
@@ -134,11 +135,27 @@ class Stream(Generic[Sample]):
             self._fault = Fault(code, message, hint, time.monotonic())
         self._progress.set()
 
+    def looked(self, began_s: float) -> None:
+        """The reader has taken all that had arrived when it began to look (reader thread)."""
+        self._looked_s = began_s
+
     def fault(self) -> Fault | None:
-        """The first fault; latches staleness by itself."""
+        """The first fault; latches staleness by itself.
+
+        Age counts up to the reader's last look, so that a stall of the host is not blamed on the
+        device; a reader that does not look any more is a fault of its own.
+        """
         if self._fault is None and self._received:
-            age_s = time.monotonic() - self._last_s
-            if age_s > self._stale_s:
+            age_s = self._looked_s - self._last_s
+            idle_s = time.monotonic() - max(self._looked_s, self._last_s)
+            if idle_s > READER_S:
+                self.latch(
+                    FaultCode.DRIVER,
+                    f"{self.name}: its reader has not looked for {idle_s:.1f} s "
+                    f"(limit {READER_S:g} s)",
+                    "the host is overloaded or the driver hangs: start anew",
+                )
+            elif age_s > self._stale_s:
                 self.latch(
                     FaultCode.STALE,
                     f"{self.name}: newest sample is {age_s:.3f} s old (limit {self._stale_s:g} s)",

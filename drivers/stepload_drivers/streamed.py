@@ -57,7 +57,9 @@ class Reader(threading.Thread):
     def run(self) -> None:
         try:
             while not self._halt.is_set():
+                began_s = time.monotonic()
                 self._sensor._read(self._stream)
+                self._stream.looked(began_s)
         except DeviceError as error:
             self._stream.latch(FaultCode(error.code), error.message, error.hint)
         except Exception as error:

@@ -135,6 +135,18 @@ def test_rft_finds_lost_samples_by_count_over_time(emulated):
         assert pair.driver.health().lost == pytest.approx(pair.emulator.spoiled, abs=2)
 
 
+def test_rft_counts_every_torn_pair(emulated):
+    with emulated(CAN) as pair:
+        pair.run(0.1)
+        pair.emulator.board.switch_on("torn", 0.01)
+        pair.run(0.4)
+        pair.emulator.board.clear()
+        pair.run(0.2)
+        torn = pair.emulator.spoiled
+        assert pair.driver.health().errors.get("orphans", 0) == torn
+        assert pair.driver.health().lost == torn
+
+
 def test_ati_late_answers_do_not_shift_the_pairs(emulated):
     with emulated(ATI) as pair:
         pair.run(0.1)

@@ -1,5 +1,6 @@
 """Sensor drivers and their emulators when all is well: settings, values, nothing lost."""
 
+import socket
 import statistics
 
 import pytest
@@ -141,6 +142,25 @@ def test_a_port_is_never_shared(emulated):
         assert caught.value.code == FaultCode.NOT_CONNECTED
         pair.run(0.1)
         assert pair.driver.fault() is None
+
+
+def test_an_slcan_port_is_never_shared(emulated):
+    with emulated("robotous_can") as pair:
+        with pytest.raises(DeviceError) as caught:
+            RobotousCan(interface="slcan", channel=pair.emulator.address).open(1.0)
+        assert caught.value.code == FaultCode.NOT_CONNECTED
+        pair.run(0.3)
+        assert pair.driver.fault() is None
+        assert pair.driver.health().errors == {}
+
+
+def test_a_server_that_says_nothing_is_given_up_in_time():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        channel = f"127.0.0.1:{server.getsockname()[1]}/can0"
+        sensor = RobotousCan(interface="socketcand", channel=channel)
+        with pytest.raises(DeviceError) as caught:
+            sensor.open(0.3)
+        assert caught.value.code == FaultCode.NOT_CONNECTED
 
 
 @pytest.fixture

@@ -169,12 +169,12 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         arrival_s = time.monotonic()
         orphans = self._errors.orphans
         self._errors = count_new_errors(self._errors, self._link, stream)
-        if not payloads:
-            return
-        if torn := (self._errors.orphans - orphans + 1) // 2:
+        if torn := self._errors.orphans - orphans:
             self._arrivals.skip(torn)
             self._sequence += torn
             stream.lose(torn)
+        if not payloads:
+            return
         lost = self._arrivals.arrived(len(payloads), arrival_s)
         stream.lose(lost)
         self._sequence += max(0, lost)

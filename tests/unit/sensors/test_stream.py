@@ -33,9 +33,25 @@ def test_first_fault_wins():
 def test_stale_is_a_fault_without_any_event():
     s = stream(stale_s=0.02)
     s.put([1], time.monotonic() - 0.03)
+    s.looked(time.monotonic())
     assert s.fault().code is FaultCode.STALE
     s.put([2], time.monotonic())
     assert s.fault().code is FaultCode.STALE
+
+
+def test_a_stalled_host_is_not_a_stale_device():
+    s = stream(stale_s=0.02)
+    now_s = time.monotonic()
+    s.put([1], now_s - 1.0)
+    s.looked(now_s - 1.0)
+    assert s.fault() is None
+
+
+def test_a_reader_that_hangs_is_a_fault():
+    s = stream(stale_s=0.02)
+    s.put([1], time.monotonic() - 3.0)
+    s.looked(time.monotonic() - 3.0)
+    assert s.fault().code is FaultCode.DRIVER
 
 
 def test_identical_readings_are_a_fault_after_their_time():
