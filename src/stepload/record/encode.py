@@ -86,16 +86,19 @@ class Channel:
         return ns
 
     def encode_samples(self, rows: NDArray[np.void]) -> list[Group]:
-        """Device samples: logged at their receive time, stamped with their mapped device time."""
+        """Device samples: logged at their receive time, stamped with their mapped device time.
+
+        A batch with a device time that is none is stamped with its receive times.
+        """
         receive_s, device_s = rows["receive_time_s"], rows["device_time_s"]
+        latency_s = receive_s - device_s
         stamp_s = receive_s
-        good = np.flatnonzero(np.isfinite(device_s) & np.isfinite(receive_s))
-        if len(good):
-            first = good[np.argmin(receive_s[good] - device_s[good])]
+        first = int(latency_s.argmin())
+        if np.isfinite(latency_s[first]):
             self._clock.add(float(device_s[first]), float(receive_s[first]))
             start_s = self._clock.to_host(0.0)
             mapped_s = start_s + device_s * (self._clock.to_host(1.0) - start_s)
-            stamp_s = np.where(np.isfinite(device_s), np.minimum(mapped_s, receive_s), receive_s)
+            stamp_s = np.minimum(mapped_s, receive_s)
         log_ns = self._log_ns(receive_s)
         publish_ns = to_ns(stamp_s, self._offset_ns)
         sequence = rows["sequence"]

@@ -116,8 +116,9 @@ class Recording:
 class _Columns:
     """Gathers one channel's messages and turns them into columns batch by batch."""
 
-    def __init__(self, topic: Topic) -> None:
+    def __init__(self, topic: Topic, mean_of: int) -> None:
         assert topic.dtype is not None
+        self._mean_of = mean_of
         self._topic = topic
         self._dtype = topic.dtype
         self._waiting: list[memoryview] = []
@@ -132,16 +133,30 @@ class _Columns:
                 f"not {self._dtype.itemsize - RECORD_HEAD}",
             )
         self._waiting.append(memoryview(raw)[run.at : run.end])
-        self._waiting_bytes += run.stride * run.count
+        self._waiting_bytes += run.stride * run.number
         if self._waiting_bytes >= BATCH_BYTES:
             self._flush()
 
     def _flush(self) -> None:
-        rows = np.frombuffer(b"".join(self._waiting), self._dtype)
-        self._waiting.clear()
-        self._waiting_bytes = 0
+        data = memoryview(b"".join(self._waiting))
+        whole = len(data) // self._dtype.itemsize // self._mean_of * self._mean_of
+        rows = np.frombuffer(data, self._dtype, whole)
+        rest = data[rows.nbytes :]
+        self._waiting = [rest]
+        self._waiting_bytes = len(rest)
         for name, parts in self._parts.items():
-            parts.append(np.ascontiguousarray(rows[name]))
+            parts.append(self._condense(name, rows[name]))
+
+    def _condense(self, name: str, values: NDArray[np.generic]) -> NDArray[np.generic]:
+        k = self._mean_of
+        if k == 1:
+            return np.ascontiguousarray(values)
+        blocks = values.reshape(-1, k, *values.shape[1:])
+        if name == "status":
+            return np.asarray(np.bitwise_or.reduce(blocks, axis=1))
+        if self._topic is layout.TICK or values.dtype.kind == "i":
+            return np.ascontiguousarray(blocks[:, -1])
+        return np.asarray(blocks.mean(axis=1))
 
     def columns(self) -> dict[str, NDArray[np.generic]]:
         """Name → array of all messages; gives the batches' memory back as it goes."""
@@ -174,11 +189,11 @@ def _text(message: memoryview, at: int) -> bytes:
 class _Reading:
     """State while a file is walked."""
 
-    def __init__(self, scan: Scan) -> None:
+    def __init__(self, scan: Scan, mean_of: int) -> None:
         self._scan = scan
         self._schemas: dict[int, str] = {}
         self._topics: dict[int, Topic] = {}
-        self.columns = {t.name: _Columns(t) for t in layout.TOPICS if t.fields}
+        self.columns = {t.name: _Columns(t, mean_of) for t in layout.TOPICS if t.fields}
         self.present: set[str] = set()
         self.texts: list[tuple[int, bytes]] = []
         self.metadata: dict[str, dict[str, str]] = {}
@@ -229,7 +244,7 @@ class _Reading:
         if topic is None:
             return
         if topic is layout.EVENTS:
-            for i in range(run.count):
+            for i in range(run.number):
                 start = run.at + i * run.stride
                 self.texts.append((at, _text(memoryview(raw)[start : start + run.stride], at)))
         else:
@@ -248,14 +263,18 @@ class _Reading:
         return ForceColumns(time_s=about.pop("receive_time_s"), wrench=values, **about)  # type: ignore[arg-type]
 
 
-def read_recording(path: Path) -> Recording:
+def read_recording(path: Path, mean_of: int = 1) -> Recording:
     """Read a record, also an unfinished or cut one up to where it is whole.
+
+    Args:
+        mean_of: samples averaged into one, to fit long runs into memory (an hour at 1 kHz takes
+            700 MB as it is). Their status bits are united; of ticks the last of each is kept.
 
     Raises:
         BadInputError: not a record of stepload, or nothing readable in it.
     """
     file, scan = open_scan(path)
-    reading = _Reading(scan)
+    reading = _Reading(scan, mean_of)
     damage = ""
     with file:
         try:

@@ -167,8 +167,8 @@ class _Repair:
 
 def _index_entries(raw: bytes, run: Run) -> NDArray[np.void]:
     """Message index entries of one run, offsets from the chunk's start."""
-    index = np.empty(run.count, INDEX_ENTRY)
-    index["log_ns"] = np.ndarray(run.count, "<u8", raw, run.at + LOG_TIME_AT, (run.stride,))
+    index = np.empty(run.number, INDEX_ENTRY)
+    index["log_ns"] = np.ndarray(run.number, "<u8", raw, run.at + LOG_TIME_AT, (run.stride,))
     index["offset"] = np.arange(run.at, run.end, run.stride, dtype=np.uint64)
     return index
 

@@ -5,13 +5,14 @@ Needs no index and no footer, so it reads unfinished and cut files up to where t
 
 from __future__ import annotations
 
+import os
 import struct
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO, TypeVar
+from typing import BinaryIO, NamedTuple, TypeVar
 
 import numpy as np
 import zstandard
@@ -28,6 +29,7 @@ MAX_RECORD_BYTES = 1 << 28
 """No record of ours comes near it; bounds the memory a hostile file can ask for."""
 MAX_EXPANSION = 100
 """Each message costs 16 bytes of index on disk, so honest files stay far below."""
+_BLOCK_BYTES = 1 << 22
 _FREE_EXPANSION_BYTES = 1 << 26
 _RECORD_HEAD = struct.Struct("<BQ")
 _CHUNK_HEAD = struct.Struct("<QQQII")
@@ -46,8 +48,7 @@ class DamageError(Exception):
         self.why = why
 
 
-@dataclass(frozen=True, slots=True)
-class RawRecord:
+class RawRecord(NamedTuple):
     """One whole record: where it begins in the file, its opcode, its content without head."""
 
     at: int
@@ -74,19 +75,18 @@ class Chunk:
     raw: bytes
 
 
-@dataclass(frozen=True, slots=True)
-class Run:
-    """`count` records of one kind in a row, `stride` bytes apart, from byte `at` of a chunk."""
+class Run(NamedTuple):
+    """`number` records of one kind in a row, `stride` bytes apart, from byte `at` of a chunk."""
 
     opcode: int
     channel: int
     at: int
     stride: int
-    count: int
+    number: int
 
     @property
     def end(self) -> int:
-        return self.at + self.stride * self.count
+        return self.at + self.stride * self.number
 
 
 def parse(kind: type[R], record: RawRecord) -> R:
@@ -110,47 +110,57 @@ class Scan:
         self._size = size
         self._budget = MAX_EXPANSION * size + _FREE_EXPANSION_BYTES
         self._decompressor = zstandard.ZstdDecompressor()
-        self.data_crc = 0
-        """Checksum of everything walked over so far."""
 
     def records(self) -> Iterator[RawRecord]:
-        """Records in file order up to and including DataEnd.
+        """Records in file order up to and including DataEnd, without the message indexes.
 
         Raises:
             BadInputError: not an MCAP file at all.
             DamageError: cut or overwritten; everything before was yielded.
         """
-        magic = self._file.read(len(MAGIC))
-        if magic != MAGIC:
+        data = self._file.read(_BLOCK_BYTES)
+        if not data.startswith(MAGIC):
             raise BadInputError(
-                f"{getattr(self._file, 'name', 'file')}: not an MCAP file (begins with {magic!r})",
+                f"{getattr(self._file, 'name', 'file')}: not an MCAP file "
+                f"(begins with {data[:8]!r})",
                 hint="records of stepload are named run.mcap; curves in CSV end in .csv",
             )
-        self.data_crc = zlib.crc32(magic)
-        at = len(magic)
+        base, at, crc = 0, len(MAGIC), 0
         while True:
-            head = self._file.read(RECORD_HEAD)
-            if len(head) < RECORD_HEAD:
-                raise DamageError(at, "the file ends before its DataEnd record")
-            opcode, length = _RECORD_HEAD.unpack(head)
-            if not 1 <= opcode <= 0x0F:
-                raise DamageError(at, f"no record begins with opcode {opcode}")
-            if length > self._size - at - RECORD_HEAD:
-                raise DamageError(at, f"a record of {length} bytes goes beyond the file's end")
-            if length > MAX_RECORD_BYTES:
-                raise DamageError(at, f"a record of {length} bytes, limit {MAX_RECORD_BYTES}")
-            record = RawRecord(at, opcode, self._file.read(length))
-            if len(record.body) < length:
-                raise DamageError(at, "the file shrank while it was read")
-            if opcode == Opcode.DATA_END:
-                crc = parse(records.DataEnd, record).data_section_crc
-                if crc not in (0, self.data_crc):
-                    raise DamageError(at, "the checksum of the whole data section is wrong")
+            opcode, end = self._head(data, at, base)
+            if end > len(data):
+                crc = zlib.crc32(memoryview(data)[:at], crc)
+                data = data[at:] + self._file.read(max(_BLOCK_BYTES, end - len(data)))
+                base, at, end = base + at, 0, end - at
+                if min(end, RECORD_HEAD) > len(data):
+                    raise DamageError(base, "the file ends before its DataEnd record")
+                if opcode == 0:
+                    continue
+                if end > len(data):
+                    raise DamageError(base, "the file shrank while it was read")
+            if opcode != Opcode.MESSAGE_INDEX:
+                record = RawRecord(base + at, opcode, data[at + RECORD_HEAD : end])
+                if opcode == Opcode.DATA_END:
+                    stored = parse(records.DataEnd, record).data_section_crc
+                    if stored not in (0, zlib.crc32(memoryview(data)[:at], crc)):
+                        raise DamageError(record.at, "the data section's checksum is wrong")
+                    yield record
+                    return
                 yield record
-                return
-            self.data_crc = zlib.crc32(record.body, zlib.crc32(head, self.data_crc))
-            yield record
-            at += RECORD_HEAD + length
+            at = end
+
+    def _head(self, data: bytes, at: int, base: int) -> tuple[int, int]:
+        """(opcode, end in `data`) of a record; opcode 0 where its head is not there yet."""
+        if at + RECORD_HEAD > len(data):
+            return 0, at + RECORD_HEAD
+        opcode, length = _RECORD_HEAD.unpack_from(data, at)
+        if not 1 <= opcode <= 0x0F:
+            raise DamageError(base + at, f"no record begins with opcode {opcode}")
+        if length > self._size - base - at - RECORD_HEAD:
+            raise DamageError(base + at, f"a record of {length} bytes goes beyond the file's end")
+        if length > MAX_RECORD_BYTES:
+            raise DamageError(base + at, f"a record of {length} bytes, limit {MAX_RECORD_BYTES}")
+        return opcode, at + RECORD_HEAD + length
 
     def chunk(self, record: RawRecord) -> Chunk:
         """Decompress and check one chunk.
@@ -226,17 +236,16 @@ def _equal_heads(raw: bytes, position: int, stride: int) -> int:
     most = (len(raw) - position) // stride
     if most < 2 or raw[position + stride : position + stride + size] != head:
         return 1
-    first = int.from_bytes(head[:8], "little")
-    last = int.from_bytes(head[-8:], "little")
+    shift = size - _WORD.itemsize
+    pair = np.ndarray(2, _WORD, head, 0, (shift,))  # two overlapping words cover the 11 bytes
     known, window = 2, 64
     while known < most:
         n = min(window, most - known)
-        at = position + known * stride
-        differ = np.ndarray(n, _WORD, raw, at, (stride,)) != first
-        differ |= np.ndarray(n, _WORD, raw, at + size - 8, (stride,)) != last
+        heads = np.ndarray((n, 2), _WORD, raw, position + known * stride, (stride, shift))
+        differ = heads != pair
         place = int(differ.argmax())
-        if differ[place]:
-            return known + place
+        if differ.item(place):
+            return known + place // 2
         known += n
         window *= 4
     return most
@@ -275,9 +284,10 @@ def count_messages(path: Path) -> dict[str, int]:
                 elif record.opcode == Opcode.CHUNK:
                     for run in runs(record.at, scan.chunk(record).raw):
                         if run.opcode == MESSAGE_OPCODE:
-                            counts[run.channel] = counts.get(run.channel, 0) + run.count
+                            counts[run.channel] = counts.get(run.channel, 0) + run.number
         except DamageError as damage:
             raise BadInputError(f"{path}: {damage}") from damage
-        if not file.read().endswith(MAGIC):
+        file.seek(-len(MAGIC), os.SEEK_END)
+        if file.read() != MAGIC:
             raise BadInputError(f"{path}: no footer")
     return {topics.get(c, f"channel {c}"): n for c, n in counts.items()}

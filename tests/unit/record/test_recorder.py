@@ -106,6 +106,21 @@ def test_everything_comes_back_exactly(start: Start, make: SimpleNamespace) -> N
     assert got.attachments["plan.yaml"] == b"payload: {}\n"
 
 
+def test_long_runs_are_read_as_means(start: Start, make: SimpleNamespace) -> None:
+    recorder = start()
+    fill(recorder, make, 404)
+    path = recorder.finish({}, "identified")
+    full, mean = read_recording(path), read_recording(path, mean_of=5)
+    np.testing.assert_allclose(
+        mean.force.wrench, full.force.wrench[:400].reshape(80, 5, 6).mean(axis=1)
+    )
+    np.testing.assert_allclose(mean.force.time_s, full.force.time_s[2:400:5])
+    assert (mean.force.status == 3).all()
+    np.testing.assert_array_equal(mean.force.sequence, full.force.sequence[4::5])
+    np.testing.assert_array_equal(mean.ticks.step, full.ticks.step[4::5])
+    assert len(mean.arm.time_s) == 40
+
+
 def test_opens_and_decodes_in_the_fields_readers(start: Start, make: SimpleNamespace) -> None:
     recorder = start()
     fill(recorder, make, 300)
