@@ -1,4 +1,4 @@
-"""The UR emulator as a process of its own, for tests, demonstrations and `doctor`."""
+"""The UR emulator as a process of its own, for tests and benchmarks."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from stepload_drivers.ur.loop import Loop
 from stepload_drivers.ur.ports import ControlPort
-from stepload_drivers.ur.state import PLAYING, UrState, can_move
+from stepload_drivers.ur.state import PLAYING, UrState, arrived_m, can_move
 
 PROGRAM_START_S = 3.0
 STANDSTILL_S = 2.0
@@ -50,7 +50,7 @@ def stop_servo(loop: Loop) -> dict[str, object]:
 def retract(loop: Loop, distance_m: float, speed_m_s: float) -> dict[str, object]:
     """Ramp the servo target back from the measured position; goes on when the run has died."""
     from_m = _back_away(loop, distance_m, speed_m_s)
-    goal_m = from_m - 0.95 * distance_m + 1e-4
+    goal_m = from_m - arrived_m(distance_m)
     _wait(loop, lambda _: loop.position_m < goal_m, 2.0, "the arm did not follow the retract")
     stop_servo(loop)
     return {"distance_m": from_m - loop.position_m}

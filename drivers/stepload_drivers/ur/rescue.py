@@ -15,7 +15,7 @@ from stepload.rig.faults import FaultCode
 from stepload_drivers.ur.client import RtdeClient, dashboard, send_script
 from stepload_drivers.ur.preflight import in_remote_control, not_remote
 from stepload_drivers.ur.settings import Settings
-from stepload_drivers.ur.state import PLAYING, Vector6, safety_problem, travel_m
+from stepload_drivers.ur.state import PLAYING, Vector6, arrived_m, safety_problem, travel_m
 
 DECELERATION_M_S2 = 2.0
 ACCELERATION_M_S2 = 0.2
@@ -88,7 +88,7 @@ def retract(settings: Settings, distance_m: float, speed_m_s: float, deadline_s:
             back_m = -travel_m(package.pose, start, settings.approach)
             if package.runtime_state == PLAYING:
                 idle_since_s = time.monotonic()
-            elif back_m >= 0.95 * distance_m - 1e-4:
+            elif back_m >= arrived_m(distance_m):
                 return
     if in_remote_control(host, ASK_LIMIT_S) is False:
         raise not_remote(host)

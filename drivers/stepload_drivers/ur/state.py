@@ -142,3 +142,8 @@ def target_pose(
 ) -> list[float]:
     """The pose `position_m` of travel from `start`, orientation kept."""
     return [start[i] + approach[i] * position_m for i in range(3)] + list(start[3:])
+
+
+def arrived_m(distance_m: float) -> float:
+    """Travel back from which a retract by `distance_m` counts as done: servo error allowed for."""
+    return max(0.5 * distance_m, 0.95 * distance_m - 1e-4)
