@@ -21,7 +21,7 @@ from stepload.record.scan import DamageError, RawRecord, Run, Scan, open_scan, p
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-BATCH_BYTES = 1 << 25
+BATCH_BYTES = 1 << 22
 """Message bytes gathered before they are turned into columns."""
 _TEXT_AT = RECORD_HEAD + MESSAGE_HEAD + 4
 

@@ -132,11 +132,14 @@ class Recorder:
             self._shared, memory_fd = Shared.create(capacities(rates_hz))
             try:
                 self._process = _spawn(file_fd, memory_fd)
-            except OSError as error:
+            except OSError:
                 self._shared.close()
-                raise RecordingFailedError(f"cannot start the record writer: {error}") from error
+                raise
             finally:
                 os.close(memory_fd)
+        except OSError as error:
+            self.part_path.unlink()
+            raise RecordingFailedError(f"cannot start the record writer: {error}") from error
         finally:
             os.close(file_fd)
         self._counters = self._shared.counters
@@ -151,8 +154,11 @@ class Recorder:
             for name, data in attachments.items():
                 self._send(Kind.ATTACHMENT, name.encode() + b"\x00" + data)
             self._wait_until_running()
-        except BaseException:
+        except BaseException as error:
             self.abandon()
+            self.part_path.unlink(missing_ok=True)
+            if isinstance(error, OSError):
+                raise RecordingFailedError(f"the record writer went away: {error}") from error
             raise
 
     @property

@@ -193,10 +193,12 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
         raise BadInputError(f"{target} exists already", hint="move it away or name another file")
     file, scan = open_scan(path)
     with file:
-        if is_being_written(path):
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
             raise BadInputError(
                 f"{path} is being written by a running experiment", hint="wait for its end"
-            )
+            ) from None
         unverified = target.with_name(target.name + ".recovering")
         fd = os.open(unverified, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NOFOLLOW, 0o644)
         try:

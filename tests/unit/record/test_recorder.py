@@ -220,6 +220,36 @@ def test_a_full_disk_is_a_problem_and_leaves_a_repairable_file(
     np.testing.assert_array_equal(got.force.sequence, np.arange(len(got.force.sequence)))
 
 
+def test_a_disk_that_is_full_from_the_start(virtual_clock: Any, tmp_path: Path) -> None:
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (8 << 20, before[1]))
+    try:
+        with pytest.raises(RecordingFailedError, match="File too large"):
+            Recorder(
+                tmp_path,
+                rates_hz=RATES_HZ,
+                clock=virtual_clock,
+                metadata={},
+                attachments={"big.txt": bytes(9 << 20)},
+                lossless=True,
+            )
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_sync_makes_the_unfinished_record_readable(start: Start, make: SimpleNamespace) -> None:
+    recorder = start()
+    fill(recorder, make, 300)
+    recorder.event(100.0, "note", {})
+    recorder.sync()
+    got = read_recording(recorder.part_path)
+    assert got.partial
+    assert len(got.force.sequence) == 300
+    assert len(got.ticks.time_s) == 150
+    assert len(got.events) == 1
+
+
 def test_a_dead_writer_is_a_problem(start: Start, make: SimpleNamespace) -> None:
     recorder = start()
     os.kill(recorder.writer_pid, signal.SIGKILL)
