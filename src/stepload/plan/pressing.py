@@ -31,6 +31,9 @@ LEAST_STIFFNESS_DOUBT = {
     Provenance.INDICATIVE: 0.3,
 }
 """Smallest relative doubt about K_s by where it comes from; 3 sigma where that is more."""
+LEAST_TOUCH_SIGMAS = 4.0
+LEAST_UNCHECKED_N = 15.0
+"""Smallest elastic limit that may be pressed with one force channel and no mechanical fuse."""
 HARD_STOP_N_PER_M = 1e9
 """Stiffness of a hidden hard stop: metal on metal over some square millimetres."""
 HARD_STOP_IMPACT_FACTOR = 1.5
@@ -132,6 +135,13 @@ def pressing_for(
     bias_n = max(procedure.max_drift_n, measured.bias_n if measured else 0.0)
     second = rig.second_force
     has_second = second.source is not SecondForceSource.NONE
+    _check_touch(procedure.touch_force_n, noise_n)
+    if not has_second and rig.mechanical_fuse_n is None and elastic_limit_n < LEAST_UNCHECKED_N:
+        raise RefusedError(
+            f"elastic limit {elastic_limit_n:.3g} N is below {LEAST_UNCHECKED_N:g} N, and nothing"
+            " checks the only force channel",
+            hint="declare a second force channel or a mechanical fuse",
+        )
     forces = force_limits(
         elastic_limit_n,
         top_force_n=procedure.top_force_n,
@@ -186,6 +196,16 @@ def pressing_for(
         fast_speed_m_s=min(fast, top_speed),
         contact_n_s_per_m=contact,
     )
+
+
+def _check_touch(touch_force_n: float, noise_n: float) -> None:
+    least_n = LEAST_TOUCH_SIGMAS * noise_n
+    if touch_force_n < least_n:
+        raise RefusedError(
+            f"touch force {touch_force_n:.3g} N is below {LEAST_TOUCH_SIGMAS:g} times the force"
+            f" noise of {noise_n:.3g} N: noise would be taken for a touch",
+            hint=f"raise the touch force to {math.ceil(least_n * 100.0) / 100.0:g} N",
+        )
 
 
 def _contact_coefficient(rig: PressRig, limit_n: float) -> float:

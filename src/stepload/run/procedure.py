@@ -120,7 +120,11 @@ class StepProcedure:
 
     @property
     def release_m(self) -> float:
-        """Position at which the contact is surely open, as far as it is known."""
+        """Position at which the contact is surely open, as far as it is known.
+
+        A run that is stopped at its start pose goes back from there too: what the arm believes is
+        no reason not to retract, so the start pose needs that much room behind it.
+        """
         known_m = self._sup.arm.position_m
         if self._surface_m == self._surface_m:
             known_m = min(known_m, self._surface_m)

@@ -65,7 +65,7 @@ class Engine:
         self.safe_reached = False
         self._phase = int(Phase.WARM_UP)
         self._last_s = math.nan
-        self._longest_step_s = 2.0 * limits.period_s
+        self._longest_step_s = 1.2 * limits.period_s  # a late tick moves less, never faster
         self._safe_m = self._safe_speed_m_s = self._give_up_s = 0.0
 
     @property
@@ -91,6 +91,8 @@ class Engine:
         not steer; its samples are recorded by the caller.
         """
         step_s = now_s - self._last_s
+        if self._last_s != self._last_s:
+            self._emit(now_s, "limits", {t.name: t.value for t in self.limits.terms})
         self._last_s = now_s
         if not 0.0 <= step_s <= self._longest_step_s:
             step_s = self._longest_step_s if step_s > 0.0 else 0.0

@@ -113,7 +113,7 @@ def test_a_limit_that_could_never_trip_is_refused(field: str, value: float) -> N
 
 def test_measured_noise_and_bias_only_tighten() -> None:
     planned = derive_limits(stvf_plan(), elastic_limit_n=727.0)
-    noisy = derive_limits(stvf_plan(), elastic_limit_n=727.0, measured=Measured(0.9, 5.0))
+    noisy = derive_limits(stvf_plan(), elastic_limit_n=727.0, measured=Measured(0.7, 5.0))
     quiet = derive_limits(stvf_plan(), elastic_limit_n=727.0, measured=Measured(0.01, 0.0))
     assert noisy.allowed_n < planned.allowed_n
     assert noisy.largest_top_n < planned.largest_top_n
@@ -144,3 +144,19 @@ def test_frozen_value_rule_knows_quantised_sensors() -> None:
     coarse = identical_counts(replace(force, resolution_n=1.5), 0.3)
     assert 1000 < coarse < 4000
     assert identical_counts(replace(force, resolution_n=1.5), 0.01) == 0
+
+
+def test_small_limits_need_a_second_channel_or_a_fuse() -> None:
+    plan = stvf_plan(top_force_n=5.0, step_n=2.5, max_drift_n=0.1, touch_force_n=1.5)
+    alone = SecondForce(SecondForceSource.NONE, 0, 0, 0, 0)
+    quiet = replace(plan.rig.force, noise_n=0.05)
+    rig = replace(plan.rig, second_force=alone, force=quiet)
+    with pytest.raises(RefusedError, match="nothing checks"):
+        derive_limits(replace(plan, rig=rig), elastic_limit_n=14.9)
+    fused = replace(plan, rig=replace(rig, mechanical_fuse_n=12.0))
+    assert derive_limits(fused, elastic_limit_n=14.9).force_limit_n < 14.9
+
+
+def test_a_touch_force_in_the_noise_is_refused() -> None:
+    with pytest.raises(RefusedError, match=r"raise the touch force to 1\.2 N"):
+        derive_limits(stvf_plan(touch_force_n=1.0), elastic_limit_n=727.0)
