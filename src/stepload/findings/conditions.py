@@ -13,8 +13,8 @@ from stepload.identify.sources import Sources
 from stepload.plan.model import Plan
 
 FILE = "conditions.json"
-UNKNOWN_LAG_SIGMA_S = 0.5e-3
-"""Standard uncertainty of the alignment where no ramp tells: half a period at 1 kHz."""
+UNKNOWN_LAG_SIGMA_S = 1e-3
+"""Standard uncertainty of the alignment where the ramps tell no better: a period at 1 kHz."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,7 @@ def planned(plan: Plan, elastic_limit_n: float) -> Conditions:
 def measured(conditions: Conditions, data: PressData) -> Conditions:
     """The same with noise and lag as the run itself found them."""
     sources = conditions.sources
-    lag_sigma_s = data.lag.sigma_s if math.isfinite(data.lag.sigma_s) else sources.lag_sigma_s
+    lag_sigma_s = min(data.lag.sigma_s, sources.lag_sigma_s)
     return replace(
         conditions,
         sources=replace(

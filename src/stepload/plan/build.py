@@ -170,6 +170,7 @@ def build_procedure(v: Values) -> Procedure:
         step_n=v["step"],
         top_force_n=v["top_force"],
         levels_n=tuple(v["levels"]),
+        load_rate_n_per_s=v["load_rate"],
         hold_s=v["hold"],
         unload=v["unload"],
         cycles=v["cycles"],

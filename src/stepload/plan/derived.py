@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 from stepload.contact.elastic import law_for
@@ -11,6 +12,8 @@ from stepload.plan.model import Payload
 from stepload.plan.validate import Values
 
 MAX_LEVELS = 1000
+RAMP_S = 1.0
+"""Time over which the largest load step is applied where the plan does not say."""
 
 
 def number(values: Values, *path: str) -> float | None:
@@ -28,6 +31,10 @@ def fill(values: Values, payload: Payload | None) -> None:
     if not isinstance(procedure, dict) or top is None:
         return
     _fill_levels(procedure, top)
+    levels = procedure.get("levels")
+    if isinstance(levels, list) and levels:
+        gaps = (high - low for low, high in pairwise([0.0, *levels]))
+        _fill(procedure, "load_rate", max(gaps) / RAMP_S)
     _fill(procedure, "search_distance", _times(3.0, number(procedure, "surface_uncertainty")))
     resolution, noise = (
         number(values, "rig", "force", "resolution"),

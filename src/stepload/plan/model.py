@@ -201,6 +201,7 @@ class Procedure:
     ± `surface_uncertainty_m`; the search ends `search_distance_m` beyond the near edge of that
     band. `retract_m` is measured from the contact.
     `levels_n` are the load steps in rising order, the last is `top_force_n`.
+    Force rises and falls at `load_rate_n_per_s` at the most, so that lag and damping stay small.
     `lift_off` says whether cycles part the contact (seating) or unload to `unload_fraction` of the
     top force (shakedown, run-in).
     """
@@ -208,6 +209,7 @@ class Procedure:
     step_n: float
     top_force_n: float
     levels_n: tuple[float, ...]
+    load_rate_n_per_s: float
     hold_s: float
     unload: bool
     cycles: int

@@ -13,6 +13,7 @@ from stepload.plan.fields import (
     FilePath,
     Flag,
     Force,
+    ForceRate,
     Length,
     Name,
     Note,
@@ -33,6 +34,11 @@ class ProcedureSection(Section):
     step: Force | None = Field(default=None, description="Load step; give this or `levels`.")
     levels: list[Force] | None = Field(
         default=None, description="Every load level, rising, the last one `top_force`."
+    )
+    load_rate: ForceRate | None = Field(
+        default=None,
+        description="How fast the force rises and falls at the most; default: the largest step in "
+        "one second. Lag and damping spoil data of faster ramps.",
     )
     hold: Duration = Field(
         default=3.0, description="How long each level is held once it has settled."

@@ -1,9 +1,10 @@
 """Brings the contact force to a level by moving the position target: v = λ c (F_level − F).
 
 λ = 0.25/T with the loop delay T keeps the loop free of overshoot as long as c is not above the true
-tangent compliance; c is a lower confidence bound of it. The leash bounds the target by what the
-force has *proved* so far: even if every link died now, the arm would go to the last target and the
-force would stay below F_lim.
+tangent compliance; c is a lower confidence bound of it. F_level rises along a ramp of the plan's
+load rate, so that what is measured on the way is close to static. The leash bounds the target by
+what the force has *proved* so far: even if every link died now, the arm would go to the last target
+and the force would stay below F_lim.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ class StepController:
 
     __slots__ = (
         "_anchor_m", "_anchor_n", "_anchor_rise_n", "_band_n", "_change_n", "_compliance", "_delay",
-        "_delay_at", "_level_n", "_limits", "_pair_alpha", "_pair_m", "_pair_n", "_sign",
+        "_delay_at", "_level_n", "_limits", "_pair_alpha", "_pair_m", "_pair_n", "_ramp_n", "_sign",
         "_start_n", "_taut", "_taut_m", "_taut_n", "_trusted", "c_m_per_n", "reached", "speed_m_s",
     )  # fmt: skip
 
@@ -48,7 +49,7 @@ class StepController:
             1 + round((limits.force_delay_s + limits.period_s) / limits.period_s)
         )
         self._delay_at = 0
-        self._level_n = self._start_n = 0.0
+        self._level_n = self._start_n = self._ramp_n = 0.0
         self._sign = 1.0
         self._pair_m = self._pair_n = self._anchor_m = self._anchor_n = 0.0
         self._taut = 0
@@ -69,7 +70,7 @@ class StepController:
         if not self._trusted:
             self._compliance.restart()
         self._level_n, self._sign = level_n, sign
-        self._start_n = force_n
+        self._start_n = self._ramp_n = force_n
         self._pair_m = self._anchor_m = position_m
         self._pair_n = self._anchor_n = force_n
         self._taut = 0
@@ -96,7 +97,11 @@ class StepController:
 
         compliance = self._compliance
         compliance.add(then_m, force_n)
-        error_n = sign * (self._level_n - force_n)
+        ramp_n = self._ramp_n + sign * limits.load_rate_n_per_s * step_s
+        if sign * (self._level_n - ramp_n) < 0.0:
+            ramp_n = self._level_n
+        self._ramp_n = ramp_n
+        error_n = sign * (ramp_n - force_n)
         if error_n < 0.0:
             error_n = 0.0
         floor = 1.0 / limits.stiffness_n_per_m

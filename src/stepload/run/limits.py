@@ -67,6 +67,7 @@ class RunLimits:
     acceleration_m_s2: float
     leash_free_m: float
     step_rate_per_s: float
+    load_rate_n_per_s: float
     band_n: float
     touch_force_n: float
     lost_motion_m: float
@@ -167,10 +168,8 @@ def derive_limits(
         "acceleration_m_s2": (0.5 * arm.max_acceleration_m_s2, "m/s^2", "half of the arm's"),
         "leash_free_m": (leash_free_m, "m", "(F_lim - F_th - 6 sigma) / K_s,max"),
         "step_rate_per_s": (0.25 / press.loop_s, "1/s", "lambda = 0.25 / T"),
-        "band_n": (
-            max(0.25, 2.0 * press.noise_n, 1.2 * press.stiffness_n_per_m * arm.lost_motion_m),
-            "N", "0.25 N, 2 sigma, 1.2 K_s h",
-        ),
+        "band_n": (max(0.25, 2.0 * press.noise_n), "N", "0.25 N, 2 sigma"),
+        "load_rate_n_per_s": (procedure.load_rate_n_per_s, "N/s", "plan"),
         "touch_force_n": (procedure.touch_force_n, "N", "plan"),
         "lost_motion_m": (arm.lost_motion_m, "m", "rig: arm.lost_motion"),
         "position_resolution_m": (arm.position_resolution_m, "m", "rig: arm.position_resolution"),

@@ -74,6 +74,7 @@ def _procedure(**changes: Any) -> Procedure:
         "surface_distance_m": 0.003, "surface_uncertainty_m": 0.0005, "search_distance_m": 0.002,
         "retract_m": 0.001, "tare_s": 0.5, "warm_up_s": 0.1, "max_drift_n": 1.0,
         "settle_timeout_s": 3.0,
+        "load_rate_n_per_s": 1000.0,
     }  # fmt: skip
     values.update(changes)
     if "levels_n" not in values:

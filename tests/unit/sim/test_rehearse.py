@@ -99,6 +99,7 @@ PLAN = Plan(
         warm_up_s=0.1,
         max_drift_n=1.0,
         settle_timeout_s=3.0,
+        load_rate_n_per_s=1000.0,
     ),
     identify=IdentifyPlan("payload", 300.0, 2.0, 20.0, 5.0, "", None),
     record=RecordPlan(Path("runs"), "", ""),
