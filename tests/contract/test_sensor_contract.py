@@ -34,7 +34,7 @@ def trial(request):
             make=lambda: driver(**options),
             observe_s=0.2,
             silence=lambda: board.switch_on("silent"),
-            stale_s=1.0,
+            stale_s=1.0 if name == "gauge_serial" else 0.4,
         )
 
 

@@ -77,7 +77,7 @@ class AtiDevice:
         for frame in frames:
             if frame.id >> 4 == self._base:
                 units = self._answer(Op(frame.id & 0xF), frame.data, now_s)
-                answers.append([self._protocol.encode(unit) for unit in units])
+                answers.append(self._protocol.encode(units))
         return [answer for answer in answers if answer]
 
     def _answer(self, op: Op, data: bytes, now_s: float) -> list[Frame]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 from stepload_drivers.emulators.wire import PtyWire, TcpWire
@@ -23,7 +24,9 @@ class CanProtocol(Protocol):
         on its own."""
         ...
 
-    def encode(self, frame: Frame) -> bytes: ...
+    def encode(self, frames: Sequence[Frame]) -> list[bytes]:
+        """Bytes of frames that were on the bus together; none while the link is closed."""
+        ...
 
 
 class Slcan:
@@ -65,10 +68,13 @@ class Slcan:
                 pass
         return None, False
 
-    def encode(self, frame: Frame) -> bytes:
+    def encode(self, frames: Sequence[Frame]) -> list[bytes]:
         if not self.open:
-            return b""
-        return b"t%03X%d%b\r" % (frame.id, len(frame.data), frame.data.hex().upper().encode())
+            return []
+        return [
+            b"t%03X%d%b\r" % (frame.id, len(frame.data), frame.data.hex().upper().encode())
+            for frame in frames
+        ]
 
 
 class Socketcand:
@@ -101,11 +107,14 @@ class Socketcand:
                     frames.append(frame)
         return frames, replies
 
-    def encode(self, frame: Frame) -> bytes:
+    def encode(self, frames: Sequence[Frame]) -> list[bytes]:
         if not self._raw:
-            return b""
+            return []
         stamp = f"{time.time():.6f}".encode()
-        return b"< frame %03X %b %b >" % (frame.id, stamp, frame.data.hex().upper().encode())
+        return [
+            b"< frame %03X %b %b >" % (frame.id, stamp, frame.data.hex().upper().encode())
+            for frame in frames
+        ]
 
 
 def can_wire(transport: str, port: int = 0) -> tuple[PtyWire | TcpWire, CanProtocol]:

@@ -62,7 +62,7 @@ class Measured:
 class Emulator:
     """One device on one wire, served by one thread from `start` to `stop`.
 
-    `produced` counts the samples due so far, `sent` those handed to the wire undamaged and whole,
+    `produced` counts the samples due so far, `sent` those handed to the wire,
     `spoiled` those that a fault touched, `overrun` those that the wire did not take.
     """
 
@@ -135,7 +135,7 @@ class Emulator:
         self._flush(time.monotonic())
 
     def _emit(self, due_s: float) -> None:
-        units = [unit for unit in self.device.sample(due_s) if unit]
+        units = self.device.sample(due_s)
         if not units:
             return
         self.produced += 1

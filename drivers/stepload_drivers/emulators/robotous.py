@@ -191,8 +191,5 @@ class RftCan:
         return self._units(self._core.payload(time_s))
 
     def _units(self, payload: bytes) -> list[bytes]:
-        halves = (payload[:8], payload[8:])
-        return [
-            self._protocol.encode(Frame(frame_id, half))
-            for frame_id, half in zip(self._ids, halves, strict=True)
-        ]
+        first_id, second_id = self._ids
+        return self._protocol.encode([Frame(first_id, payload[:8]), Frame(second_id, payload[8:])])
