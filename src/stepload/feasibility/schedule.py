@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 from stepload.plan.model import Procedure
 
-SETTLE_WINDOW_S = 1.1
-"""The settling test looks at 1 s of data and must hold for 0.1 s."""
 RISE_TIME_CONSTANTS = 4.6
-"""A step closes to 1 % of itself in ln(100) time constants 1/λ."""
+"""After its ramp a step closes to 1 % of itself in ln(100) time constants 1/λ."""
+DRIFT_CHECK_S = 0.5
+REST_S = 0.3
+"""Rest after a retract, and ringing after a touch."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,25 +42,26 @@ def schedule(
         fast_speed_m_s, guarded_speed_m_s, retract_speed_m_s: approach and retract speeds.
         step_rate_per_s: λ of the step controller.
     """
-    clear_m = max(procedure.surface_distance_m - procedure.surface_uncertainty_m, 0.0)
-    step_s = RISE_TIME_CONSTANTS / step_rate_per_s + SETTLE_WINDOW_S + procedure.hold_s
-    levels = len(procedure.levels_n)
+    levels = procedure.levels_n
+    band_m = procedure.surface_uncertainty_m
+    clear_m = max(procedure.surface_distance_m - band_m, 0.0)
+    ramp_s = levels[-1] / len(levels) / procedure.load_rate_n_per_s
+    step_s = ramp_s + RISE_TIME_CONSTANTS / step_rate_per_s + procedure.hold_s
+    gap_m = min(procedure.retract_m, 0.3 * guarded_speed_m_s)
+    touch_s = gap_m / retract_speed_m_s + 2.0 * gap_m / guarded_speed_m_s + 2.0 * REST_S
+    part_s = procedure.retract_m / retract_speed_m_s + gap_m / guarded_speed_m_s + 2.0 * REST_S
+    unload_steps = len(levels) - 1 if procedure.unload else 0
     stages = [
         Stage("warm up", procedure.warm_up_s, 1),
-        Stage("tare and drift check", procedure.tare_s, 2),
+        Stage("tare and drift check", procedure.tare_s + DRIFT_CHECK_S, 1),
         Stage("fast approach", clear_m / fast_speed_m_s, 1),
-        Stage("guarded approach", procedure.surface_uncertainty_m / guarded_speed_m_s, 1),
-        Stage(
-            "touch again",
-            procedure.retract_m / retract_speed_m_s + procedure.retract_m / guarded_speed_m_s,
-            procedure.touches - 1,
-        ),
-        Stage("load step with hold", step_s, levels * procedure.cycles),
+        Stage("guarded approach", band_m / guarded_speed_m_s + REST_S, 1),
+        Stage("touch again", touch_s, procedure.touches - 1),
+        Stage("load step with hold", step_s, len(levels) * procedure.cycles),
+        Stage("unload step with hold", step_s, unload_steps * procedure.cycles),
     ]
-    if procedure.unload:
-        stages.append(Stage("unload step with hold", step_s, levels * procedure.cycles))
-    if procedure.lift_off and procedure.cycles > 1:
-        again_s = procedure.retract_m / retract_speed_m_s + procedure.retract_m / guarded_speed_m_s
-        stages.append(Stage("part and touch between cycles", again_s, procedure.cycles - 1))
-    stages.append(Stage("retract and second tare", procedure.tare_s, 1))
+    if procedure.cycles > 1:
+        name = "part and touch between cycles" if procedure.lift_off else "unload between cycles"
+        stages.append(Stage(name, part_s if procedure.lift_off else step_s, procedure.cycles - 1))
+    stages.append(Stage("retract, second tare, last touch", procedure.tare_s + part_s, 1))
     return tuple(stage for stage in stages if stage.total_s > 0.0)

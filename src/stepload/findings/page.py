@@ -186,7 +186,7 @@ def _fit_table(found: Identification) -> Table:
                 f"{name} ← believed" if name == found.believe else name,
                 f"{fit.k:.3g}",
                 f"{fit.n:.3f}",
-                f(fit.zero_m, "m"),
+                f(fit.zero_m, "m") if fit.zero_m else "as given",
                 f(fit.secant_n_per_m, "N/m"),
                 interval(*stated.interval_secant_n_per_m, "N/m") if stated else "–",
                 f(fit.force_rms_n, "N"),
@@ -333,9 +333,12 @@ def _safing_table(outcome: RunOutcome) -> Table:
 
 
 def _rig_table(recording: Recording) -> Table:
-    return Table(
-        "Run", ("", ""), [(key, value) for key, value in sorted(recording.metadata.items())]
-    )
+    shown = {
+        key: value
+        for key, value in sorted(recording.metadata.items())
+        if value and not key.startswith(("sha256", "clock_offset"))
+    }
+    return Table("Run", ("what", "value"), list(shown.items()))
 
 
 def _texts(recording: Recording) -> Sequence[tuple[str, str]]:
