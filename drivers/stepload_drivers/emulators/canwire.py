@@ -32,9 +32,8 @@ class CanProtocol(Protocol):
 class Slcan:
     """Lawicel's ASCII protocol. Frames flow only between `O` and `C`."""
 
-    def __init__(self, bitrate_code: str = "") -> None:
+    def __init__(self) -> None:
         self._buffer = b""
-        self._bitrate_code = bitrate_code
         self.open = False
 
     def feed(self, data: bytes) -> tuple[list[Frame], list[bytes]]:
@@ -52,7 +51,7 @@ class Slcan:
         if line == "":
             return None, True
         if line[0] == "S":
-            return None, not self.open and self._bitrate_code in ("", line)
+            return None, not self.open
         if line == "O":
             was_open, self.open = self.open, True
             return None, not was_open

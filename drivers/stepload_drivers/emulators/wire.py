@@ -87,7 +87,6 @@ class TcpWire:
         self._client: socket.socket | None = None
         self._rest = b""
         self.address = f"127.0.0.1:{self._server.getsockname()[1]}"
-        self.accepted = 0
 
     def fileno(self) -> int:
         return self._server.fileno()
@@ -104,7 +103,6 @@ class TcpWire:
             client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             client.setblocking(False)
             self._client, self._rest = client, b""
-            self.accepted += 1
             if self._greeting:
                 client.sendall(self._greeting)
 
