@@ -55,7 +55,8 @@ def measure(name: str, arguments: list[str], seconds: float) -> bool:
             process.stdin.close()
     print(
         f"{name:24}{count:9} samples {health.rate_hz:8.2f} Hz  "
-        f"lost {health.lost}  repeated {repeated}  errors {dict(health.errors)}  longest gap {health.longest_gap_s * 1e3:.1f} ms  "
+        f"lost {health.lost}  repeated {repeated}  errors {dict(health.errors)}  "
+        f"longest gap {health.longest_gap_s * 1e3:.1f} ms  "
         f"CPU {100 * share:.0f} %  {fault.code if fault else 'no fault'}"
     )
     return health.lost == repeated == 0 and fault is None
