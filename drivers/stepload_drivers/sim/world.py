@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stepload.rig.world import SimulatedRig, WorldSpec
 from stepload_drivers.sim.arm import WorldArm
-from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.faults import FAULTS, Schedule
 from stepload_drivers.sim.sensors import WorldDisplacementSensor, WorldForceSensor
 from stepload_drivers.sim.simulation import World
 
@@ -43,20 +43,29 @@ class VirtualHost:
         return self.clock._now_s
 
 
-def open_world(spec: WorldSpec) -> SimulatedRig:
+class _OpenWorld:
     """A simulated rig of `spec` in virtual time; entry point of group `stepload.worlds`.
 
     Raises:
         BadInputError: an unknown fault.
         DomainError: a number that no rig or payload has.
     """
-    world = World(spec)
-    host = VirtualHost(world)
-    return SimulatedRig(
-        arm=WorldArm(lambda: host),
-        force=WorldForceSensor(lambda: host),
-        displacement=WorldDisplacementSensor(lambda: host) if world.gauge else None,
-        second_force=WorldForceSensor(lambda: host, second=True) if world.second_force else None,
-        clock=host.clock,
-        world=world,
-    )
+
+    faults = FAULTS
+
+    def __call__(self, spec: WorldSpec) -> SimulatedRig:
+        world = World(spec)
+        host = VirtualHost(world)
+        return SimulatedRig(
+            arm=WorldArm(lambda: host),
+            force=WorldForceSensor(lambda: host),
+            displacement=WorldDisplacementSensor(lambda: host) if world.gauge else None,
+            second_force=WorldForceSensor(lambda: host, second=True)
+            if world.second_force
+            else None,
+            clock=host.clock,
+            world=world,
+        )
+
+
+open_world = _OpenWorld()

@@ -1,12 +1,12 @@
 """The truth of a simulated rig, and how a simulator is found (group `stepload.worlds`).
 
-A world factory takes a `WorldSpec` and gives a `SimulatedRig`: devices that pass the contract
+A `WorldFactory` takes a `WorldSpec` and gives a `SimulatedRig`: devices that pass the contract
 suite, and a virtual clock that makes the world go on when it is slept on.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from typing import Protocol
@@ -122,7 +122,16 @@ class SimulatedRig:
     world: WorldView
 
 
-def load_world(name: str = "sim") -> Callable[[WorldSpec], SimulatedRig]:
+class WorldFactory(Protocol):
+    """Makes simulated rigs; `faults` are the kinds of `WorldFault` it knows, each with one line."""
+
+    @property
+    def faults(self) -> Mapping[str, str]: ...
+
+    def __call__(self, spec: WorldSpec) -> SimulatedRig: ...
+
+
+def load_world(name: str = "sim") -> WorldFactory:
     """The installed simulator called `name`.
 
     Raises:
@@ -134,5 +143,5 @@ def load_world(name: str = "sim") -> Callable[[WorldSpec], SimulatedRig]:
             f"no simulator named {name!r} is installed",
             hint="install stepload with its drivers (pip install -e .)",
         )
-    factory: Callable[[WorldSpec], SimulatedRig] = points[0].load()
+    factory: WorldFactory = points[0].load()
     return factory

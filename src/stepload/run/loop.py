@@ -325,7 +325,7 @@ def _safe(name: str, device: Device, is_arm: bool) -> Action:
 
 
 def _record_end(recorder: Recorder, engine: Engine, outcome: RunOutcome) -> None:
-    with suppress(Exception):
+    with suppress(BaseException):  # what the run came to must not be lost with the record's end
         for event in engine.events:
             recorder.event(*event)
         for action in outcome.safing:

@@ -1,0 +1,92 @@
+"""What breaks when a layer is taken away: the campaign without one rule, leash or speed.
+
+The product has no switch for that. A rule is switched off by putting something else in the place
+of the supervisor's `Finding` while one simulated run lasts, a layer of the controller by giving
+that run's controller other limits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+from stepload.errors import BadInputError
+from stepload.run import controller, supervisor, watch
+from stepload.run.controller import StepController
+from stepload.run.limits import RunLimits
+from stepload.run.tick import Engine
+
+RULES = tuple(f"R{number}" for number in range(1, 11))
+LAYERS = {
+    "R1": "no stop at the force limit",
+    "R2": "no stop at the predicted peak force",
+    "R3": "no stop when samples are missing",
+    "R4": "no stop at samples that are frozen, not finite, out of range or flagged",
+    "R5": "no cross-check: the second force channel is not looked at",
+    "R6": "no stop at travel without an answer in force",
+    "R7": "no stop when the arm is not where its commands should put it",
+    "R8": "no end of the search",
+    "R9": "no stop at a force jump without motion",
+    "R10": "no stop at a sequence or clock out of order",
+    "leash": "the target is not bound to what the force has proved",
+    "cap": "no speed cap in contact against a hidden hard stop",
+    "guarded": "guarded approach at the fast speed",
+    "all-but-R1": "a bare threshold: R1 only, no leash, no cap, fast approach to the surface",
+}
+"""What can be switched off, each with one line of help."""
+_NEVER = -1e12
+
+
+@dataclass(frozen=True, slots=True)
+class Ablation:
+    """A campaign without this layer of `LAYERS`."""
+
+    name: str
+
+    def __post_init__(self) -> None:
+        if self.name not in LAYERS:
+            raise BadInputError(
+                f"unknown rule or layer {self.name!r}", hint=f"one of {', '.join(LAYERS)}"
+            )
+
+    @property
+    def rules(self) -> frozenset[str]:
+        """The rules that never find anything."""
+        if self.name == "all-but-R1":
+            return frozenset({*RULES, "CAP"} - {"R1"})
+        return frozenset({self.name, "CAP"} if self.name == "cap" else {self.name})
+
+    def limits(self, limits: RunLimits) -> RunLimits:
+        """The limits of a run without the layer."""
+        if self.name in ("guarded", "all-but-R1"):
+            limits = replace(limits, guarded_speed_m_s=limits.fast_speed_m_s)
+        if self.name in ("leash", "all-but-R1"):
+            limits = replace(limits, leash_free_m=1.0)
+        return limits
+
+    @contextmanager
+    def without(self, engine: Engine) -> Iterator[None]:
+        """Takes the layer away while one run lasts."""
+        rules = self.rules
+        finding = watch.Finding
+
+        def found(rule: str, *rest: Any) -> watch.Finding | None:
+            return None if rule in rules else finding(rule, *rest)
+
+        sigmas = controller.ANCHOR_SIGMAS
+        rooms: tuple[Any, ...] = (supervisor, watch)
+        for room in rooms:
+            room.Finding = found
+        if self.name in ("cap", "all-but-R1"):
+            free = replace(engine.limits, contact_n_s_per_m=1e-6)
+            engine.procedure._controller = StepController(free)
+        if self.name in ("leash", "all-but-R1"):
+            controller.ANCHOR_SIGMAS = _NEVER
+        try:
+            yield
+        finally:
+            controller.ANCHOR_SIGMAS = sigmas
+            for room in rooms:
+                room.Finding = finding

@@ -1,0 +1,62 @@
+"""What is kept of each run: one line of JSON."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+
+NOT_OPENED = "not opened"
+KILLED = "killed"
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """One run. `rule` is what stopped it, "" if nothing did; times in s of world time.
+
+    `detection_s` is from the beginning of the only fault to the stop; None where several things
+    were wrong, or nothing. `phase` is where the run was when it stopped. `hazard` names why the
+    run is outside the claim.
+    """
+
+    series: str
+    index: int
+    arm_class: str
+    healthy: bool
+    wrong: tuple[str, ...]
+    hazard: str
+    rule: str
+    message: str
+    phase: str
+    status: str
+    stop_s: float
+    detection_s: float | None
+    end_s: float
+    peak_n: float
+    elastic_limit_n: float
+
+    @property
+    def peak_ratio(self) -> float:
+        """True peak force over F_c."""
+        return self.peak_n / self.elastic_limit_n
+
+    @property
+    def false_trip(self) -> bool:
+        """Stopped, with nothing wrong."""
+        return self.healthy and self.status != "completed"
+
+    def to_line(self) -> str:
+        """One line of JSON, without its line end."""
+        return json.dumps(asdict(self), separators=(",", ":"), allow_nan=False)
+
+    @classmethod
+    def from_line(cls, line: str) -> Result:
+        """The inverse of `to_line`.
+
+        Raises:
+            ValueError: not such a line.
+        """
+        try:
+            data = json.loads(line)
+            return cls(**{**data, "wrong": tuple(data["wrong"])})
+        except (TypeError, KeyError) as error:
+            raise ValueError(f"not a result of a campaign: {error}") from error
