@@ -10,7 +10,7 @@ from stepload.contact.elastic import law_for
 from stepload.contact.limit import elastic_limit, no_limit_reason
 from stepload.contact.power_law import ContactLaw
 from stepload.contact.press import Term
-from stepload.errors import RefusedError
+from stepload.errors import DomainError, RefusedError
 from stepload.feasibility.hazards import hazards
 from stepload.feasibility.identifiability import (
     Identifiability,
@@ -21,11 +21,12 @@ from stepload.feasibility.identifiability import (
 from stepload.feasibility.schedule import Stage, schedule
 from stepload.feasibility.verdict import Reason, Severity, Verdict, verdict_of
 from stepload.plan.model import Payload, Plan, Provenance, SecondForceSource
-from stepload.plan.pressing import Pressing, pressing_for
+from stepload.plan.pressing import Pressing, largest_top_force, pressing_for
 from stepload.units import format_quantity
 
 STEP_RATE = 0.25
 """λ T of the step controller."""
+ALMOST = 0.999
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,25 +96,21 @@ def _with_top(plan: Plan, top_n: float) -> Plan:
     return replace(plan, procedure=procedure)
 
 
-def _press(plan: Plan, elastic_limit_n: float) -> tuple[Pressing | None, str]:
+def _press(plan: Plan, elastic_limit_n: float, safe_n: float) -> tuple[Pressing | None, str]:
     """How this plan may press, and why not as planned ("" when it may)."""
     try:
         return pressing_for(plan, elastic_limit_n=elastic_limit_n), ""
     except RefusedError as refusal:
         why = refusal.message
     try:
-        probe = pressing_for(
-            _with_top(plan, 0.01 * plan.procedure.top_force_n), elastic_limit_n=elastic_limit_n
-        )
-        safe_n = probe.forces.largest_top_n
-        return pressing_for(_with_top(plan, safe_n), elastic_limit_n=elastic_limit_n), why
-    except RefusedError:
+        lower = _with_top(plan, min(plan.procedure.top_force_n, ALMOST * safe_n))
+        return pressing_for(lower, elastic_limit_n=elastic_limit_n), why
+    except (RefusedError, DomainError):
         return None, why
 
 
-def _force_reasons(plan: Plan, pressing: Pressing | None, refusal: str) -> Iterator[Reason]:
+def _force_reasons(plan: Plan, safe_n: float, refusal: str) -> Iterator[Reason]:
     top_n = plan.procedure.top_force_n
-    safe_n = pressing.forces.largest_top_n if pressing else 0.0
     if refusal:
         useful = safe_n > 3.0 * plan.procedure.touch_force_n
         yield Reason(
@@ -271,10 +268,11 @@ def preflight(plan: Plan) -> Preflight:
     """
     procedure = plan.procedure
     theory = theory_of(plan.payload)
-    pressing, refusal = _press(plan, theory.elastic_limit_n)
+    safe_n = largest_top_force(plan, elastic_limit_n=theory.elastic_limit_n)
+    pressing, refusal = _press(plan, theory.elastic_limit_n, safe_n)
     secant_at_top = theory.law.secant(procedure.top_force_n)
     found = None if plan.identify.kind == "system" else _identifiability_of(plan)
-    reasons = [*_force_reasons(plan, pressing, refusal), *_rig_reasons(plan)]
+    reasons = [*_force_reasons(plan, safe_n, refusal), *_rig_reasons(plan)]
     if found is not None:
         reasons += _identifiable_reasons(plan, secant_at_top, found)
     if pressing is not None:
@@ -284,7 +282,7 @@ def preflight(plan: Plan) -> Preflight:
         reasons=tuple(reasons),
         theory=theory,
         top_force_n=procedure.top_force_n,
-        largest_safe_force_n=pressing.forces.largest_top_n if pressing else 0.0,
+        largest_safe_force_n=safe_n,
         force_limit_n=pressing.forces.limit_n if pressing else 0.0,
         deformation_m=procedure.top_force_n / secant_at_top,
         secant_n_per_m=theory.law.secant(plan.identify.secant_force_n),

@@ -116,6 +116,34 @@ def press_rig(rig: Rig, noise_n: float) -> PressRig:
     )
 
 
+def _forces(
+    plan: Plan, elastic_limit_n: float, top_force_n: float, noise_n: float, bias_n: float
+) -> ForceLimits:
+    rig, second = plan.rig, plan.rig.second_force
+    has_second = second.source is not SecondForceSource.NONE
+    return force_limits(
+        elastic_limit_n,
+        top_force_n=top_force_n,
+        step_n=plan.procedure.step_n,
+        noise_n=noise_n,
+        tolerance_n=second.tolerance_n if has_second else 0.0,
+        tolerance_relative=(
+            second.tolerance_relative if has_second else 3.0 * rig.force.gain_uncertainty
+        ),
+        bias_n=bias_n,
+        capacity_n=min(rig.arm.max_push_n, 0.95 * rig.force.range_n),
+    )
+
+
+def largest_top_force(plan: Plan, *, elastic_limit_n: float) -> float:
+    """The highest top force in N that this rig and payload allow; 0 where none is."""
+    noise_n, bias_n = plan.rig.force.noise_n, plan.procedure.max_drift_n
+    try:
+        return _forces(plan, elastic_limit_n, math.ulp(1.0), noise_n, bias_n).largest_top_n
+    except RefusedError:
+        return 0.0
+
+
 def pressing_for(
     plan: Plan, *, elastic_limit_n: float, measured: Measured | None = None
 ) -> Pressing:
@@ -142,18 +170,7 @@ def pressing_for(
             " checks the only force channel",
             hint="declare a second force channel or a mechanical fuse",
         )
-    forces = force_limits(
-        elastic_limit_n,
-        top_force_n=procedure.top_force_n,
-        step_n=procedure.step_n,
-        noise_n=noise_n,
-        tolerance_n=second.tolerance_n if has_second else 0.0,
-        tolerance_relative=(
-            second.tolerance_relative if has_second else 3.0 * rig.force.gain_uncertainty
-        ),
-        bias_n=bias_n,
-        capacity_n=min(rig.arm.max_push_n, 0.95 * rig.force.range_n),
-    )
+    forces = _forces(plan, elastic_limit_n, procedure.top_force_n, noise_n, bias_n)
     numbers = press_rig(rig, noise_n)
     payload = plan.payload
     law = law_for(payload.geometry, payload.material, payload.plate)
