@@ -3,13 +3,12 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
-OUT    ?= runs/demo
 
 # Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-wire test lint types imports unit docs campaign bench fuzz paper clean
+.PHONY: help demo demo-wire test lint types imports unit campaign bench fuzz paper clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -22,7 +21,7 @@ $(READY): pyproject.toml
 	@touch $@
 
 demo: $(READY) ## The paper's plastic sphere on the simulated rig; ends with a report
-	$(BIN)/stepload run procedures/plastic-sphere.yaml --dry-run --out $(OUT)
+	$(BIN)/stepload run procedures/plastic-sphere.yaml --dry-run
 
 demo-wire: $(READY) ## A whole plan with real drivers against emulated devices, in real time
 	$(BIN)/python bench/demo_wire.py
@@ -46,8 +45,11 @@ campaign: $(READY) ## The fault campaign, 100,000 runs (hours; resumable)
 	$(BIN)/stepload campaign procedures/campaign.yaml --runs 100000 --faults all --seed 1 --out campaign
 
 bench: $(READY) ## Ratios against named baselines, measured side by side
-	@for script in bench/*.py; do case $$script in */_*|*/demo_wire.py) continue;; esac; \
+	@for script in bench/*.py; do case $$script in */_*|*/demo_wire.py|*/fuzz_*|*/soak.py|*/kill_*) continue;; esac; \
 	  echo "== $$script"; $(BIN)/python $$script || exit 1; done
+
+fuzz: $(READY) ## Random frames into every decoder, 10 million each
+	$(BIN)/python bench/fuzz_decoders.py --frames 10000000
 
 paper: $(READY) ## Regenerate docs/paper.md
 	$(BIN)/python -m stepload.paper --out docs/paper.md
