@@ -13,6 +13,8 @@ from stepload.plan.pressing import CROSS_CHECK_FILTER_S, Measured, channel_skew_
 STALE_S = 0.012
 CLOCK_S = 0.015
 IDENTICAL_COUNTS = 25
+SECOND_IDENTICAL_COUNTS = 100
+"""The second channel may be slower than the stream it comes in."""
 MODEL_LAG_S = 0.07
 LEASH_TIME_S = 1.5
 FALSE_FREEZE_ODDS = 1e-11
@@ -25,8 +27,8 @@ class RunLimits:
 
     R1 … R10 and the in-contact speed cap are those of `stepload.run.supervisor`. Times in s,
     lengths in m, forces in N. `identical_counts` 0 switches the frozen-value rule off: the sensor's
-    noise is so far below its resolution that a sound sensor repeats itself as well. `cross_check`
-    "" means that there is no second force channel.
+    noise is so far below its resolution that a sound sensor repeats itself as well; the same for
+    the second channel. `cross_check` "" means that there is no second force channel.
     """
 
     elastic_limit_n: float
@@ -45,6 +47,7 @@ class RunLimits:
     stale_arm_s: float
     stale_second_s: float
     identical_counts: int
+    second_identical_counts: int
     full_scale_n: float
     cross_check: str
     cross_tolerance_n: float
@@ -78,7 +81,8 @@ class RunLimits:
     def __post_init__(self) -> None:
         allowed_zero = {
             "cross_tolerance_n", "cross_relative", "cross_time_s", "identical_counts",
-            "second_noise_n", "command_delay_s", "arm_lag_s", "force_delay_s", "lost_motion_m",
+            "second_identical_counts", "second_noise_n", "command_delay_s", "arm_lag_s",
+            "force_delay_s", "lost_motion_m",
         }  # fmt: skip
         for field in fields(self):
             value = getattr(self, field.name)
@@ -92,19 +96,20 @@ class RunLimits:
                 )
 
 
-def identical_counts(force: ForceSpec, noise_n: float) -> int:
+def identical_counts(force: ForceSpec, noise_n: float, least: int = IDENTICAL_COUNTS) -> int:
     """How many equal samples in a row are too many for a sound sensor (R4).
 
     A value in the middle of a quantum q stays there with p = erf(q/(2√2 σ)); the count is the run
-    length whose odds are `FALSE_FREEZE_ODDS`. 0 where no count separates frozen from sound.
+    length whose odds are `FALSE_FREEZE_ODDS`, never below `least`. 0 where no count separates
+    frozen from sound.
     """
     if force.resolution_n <= 0.0:
-        return IDENTICAL_COUNTS
+        return least
     stays = math.erf(force.resolution_n / (2.0 * math.sqrt(2.0) * noise_n))
     if stays >= 1.0 - 1e-6:
         return 0
     counts = math.log(FALSE_FREEZE_ODDS) / math.log(stays) if stays > 0.0 else 0.0
-    return max(IDENTICAL_COUNTS, math.ceil(counts))
+    return max(least, math.ceil(counts))
 
 
 def derive_limits(
@@ -177,6 +182,11 @@ def derive_limits(
     }  # fmt: skip
     return RunLimits(
         identical_counts=identical_counts(force, press.noise_n),
+        second_identical_counts=(
+            identical_counts(second.sensor, second.noise_n, SECOND_IDENTICAL_COUNTS)
+            if second.sensor
+            else SECOND_IDENTICAL_COUNTS
+        ),
         cross_check=second.source.value if has_second else "",
         terms=tuple(Term(name, *row) for name, row in values.items()),
         **{name: row[0] for name, row in values.items()},

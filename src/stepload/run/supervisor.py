@@ -25,10 +25,10 @@ from stepload.run.watch import ArmWatch, Finding, ForceWatch
 
 SPEED_MEMORY_S = 0.15
 """How long a past speed excuses a position error or a force jump."""
-SECOND_IDENTICAL = 100
-"""So many identical samples mean a frozen second channel; it may be slower than its stream."""
 LEASH_SHARE = 0.9
 LEAST_PROGRESS_M = 5e-6
+PROGRESS_SHARE = 0.25
+"""An approach at this share of the guarded speed still counts as progress; touches use half."""
 ANSWER_FILTER_S = 0.3
 """Time constant of the force that R6 looks for an answer in."""
 
@@ -69,10 +69,10 @@ class Supervisor:
         "_answer_alpha", "_answer_m", "_answer_n", "_answer_rise_n", "_cross_alpha", "_cross_s",
         "_delayed", "_delayed_at", "_difference_n", "_last_n", "_last_target_m",
         "_least_progress_m", "_limits", "_mean_n", "_model_alpha", "_model_m", "_now_s",
-        "_progress_m", "_progress_s", "_recent_m_s", "_second_is_arm", "_slope_noise_n_per_s",
-        "_slow_n", "_speed_decay", "_steps", "_tared", "_taut_s", "arm", "cause", "force",
-        "force_n", "predicted_n", "second", "second_n", "second_zero_n", "slope_n_per_s",
-        "smooth_alpha", "smooth_n", "smooth_tau_s", "speed_m_s", "zero_n",
+        "_progress_m", "_progress_s", "_progress_time_s", "_recent_m_s", "_second_is_arm",
+        "_slope_noise_n_per_s", "_slow_n", "_speed_decay", "_steps", "_tared", "_taut_s", "arm",
+        "cause", "force", "force_n", "predicted_n", "second", "second_n", "second_zero_n",
+        "slope_n_per_s", "smooth_alpha", "smooth_n", "smooth_tau_s", "speed_m_s", "zero_n",
     )  # fmt: skip
 
     def __init__(self, limits: RunLimits, force_axis: str, second_axis: str = "") -> None:
@@ -93,13 +93,13 @@ class Supervisor:
                 second_axis,
                 full_scale_n=math.inf,
                 stale_s=limits.stale_second_s,
-                identical_counts=SECOND_IDENTICAL,
+                identical_counts=limits.second_identical_counts,
                 clock_s=clock_s,
             )
         self._second_is_arm = limits.cross_check == "arm"
         self.arm = ArmWatch(
             stale_s=limits.stale_arm_s,
-            identical_counts=SECOND_IDENTICAL,
+            identical_counts=limits.second_identical_counts,
             clock_s=clock_s,
             needs_force=self._second_is_arm,
         )
@@ -116,6 +116,8 @@ class Supervisor:
         self._tared = False
         self._steps = 1
         self._least_progress_m = max(3.0 * limits.position_resolution_m, LEAST_PROGRESS_M)
+        slowest_m_s = PROGRESS_SHARE * limits.guarded_speed_m_s
+        self._progress_time_s = max(limits.leash_time_s, self._least_progress_m / slowest_m_s)
         self._progress_m = self._progress_s = math.nan
         self._difference_n = self._cross_s = self._taut_s = 0.0
         self._answer_n = self._answer_m = self._last_n = self._slow_n = 0.0
@@ -223,9 +225,9 @@ class Supervisor:
         if self._progress_s != self._progress_s or position_m > self._progress_m:
             self._progress_m = position_m + self._least_progress_m
             self._progress_s = now_s
-        elif now_s - self._progress_s > limits.leash_time_s:
+        elif now_s - self._progress_s > self._progress_time_s:
             return Finding(
-                "R7", now_s - self._progress_s, limits.leash_time_s, "s",
+                "R7", now_s - self._progress_s, self._progress_time_s, "s",
                 "the arm does not follow: no progress towards the surface",
             )  # fmt: skip
         return None
