@@ -21,7 +21,7 @@ from stepload.feasibility.identifiability import (
 from stepload.feasibility.schedule import Stage, schedule
 from stepload.feasibility.verdict import Reason, Severity, Verdict, verdict_of
 from stepload.plan.model import Payload, Plan, Provenance, SecondForceSource
-from stepload.plan.pressing import Pressing, largest_top_force, pressing_for
+from stepload.plan.pressing import AGE_S, Pressing, largest_top_force, pressing_for
 from stepload.units import format_quantity
 
 STEP_RATE = 0.25
@@ -260,6 +260,28 @@ def _rig_reasons(plan: Plan) -> Iterator[Reason]:
         )
 
 
+def _age_reasons(plan: Plan) -> Iterator[Reason]:
+    rig, second = plan.rig, plan.rig.second_force.sensor
+    limits = {
+        "arm": rig.arm.max_age_s,
+        "force": rig.force.max_age_s,
+        "second_force.sensor": second.max_age_s if second else None,
+    }
+    for name, limit_s in limits.items():
+        if limit_s is None or limit_s <= AGE_S:
+            continue
+        yield Reason(
+            "patient",
+            Severity.WARN,
+            f"rig.{name}.max_age lets a run go on for {limit_s * 1e3:.0f} ms without new data "
+            f"({AGE_S * 1e3:.0f} ms otherwise): until then only the leash bounds the force",
+            "for emulators on a busy machine; leave it out on a real rig",
+            limit_s,
+            AGE_S,
+            "s",
+        )
+
+
 def preflight(plan: Plan) -> Preflight:
     """Judge a plan; every reason at once.
 
@@ -272,7 +294,7 @@ def preflight(plan: Plan) -> Preflight:
     pressing, refusal = _press(plan, theory.elastic_limit_n, safe_n)
     secant_at_top = theory.law.secant(procedure.top_force_n)
     found = None if plan.identify.kind == "system" else _identifiability_of(plan)
-    reasons = [*_force_reasons(plan, safe_n, refusal), *_rig_reasons(plan)]
+    reasons = [*_force_reasons(plan, safe_n, refusal), *_rig_reasons(plan), *_age_reasons(plan)]
     if found is not None:
         reasons += _identifiable_reasons(plan, secant_at_top, found)
     if pressing is not None:

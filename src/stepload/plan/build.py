@@ -85,6 +85,7 @@ def _arm(v: Values) -> ArmSpec:
         position_noise_m=v["position_noise"],
         model_tolerance_m=v["model_tolerance"],
         pose=v["pose"],
+        max_age_s=v["max_age"],
     )
 
 
@@ -99,6 +100,7 @@ def _force(v: Values) -> ForceSpec:
         delay_s=v["delay"],
         gain_uncertainty=v["gain_uncertainty"],
         drift_n_per_s=v["drift"],
+        max_age_s=v["max_age"],
     )
 
 

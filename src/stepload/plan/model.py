@@ -86,7 +86,8 @@ class ArmSpec:
     `max_push_n` is the largest force the arm can exert along the axis, `effective_mass_kg` the
     moving mass felt at the contact, `command_delay_s` from command to start of motion, `lag_s` the
     first-order lag of the servo, `lost_motion_m` backlash and stiction as travel,
-    `position_resolution_m` the δ_Δ of the method. `model_tolerance_m` is R7's position band.
+    `position_resolution_m` the δ_Δ of the method. `model_tolerance_m` is R7's position band,
+    `max_age_s` R3's age limit (None: the supervisor's own).
     """
 
     driver: DriverChoice
@@ -102,6 +103,7 @@ class ArmSpec:
     position_noise_m: float
     model_tolerance_m: float
     pose: str
+    max_age_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +111,8 @@ class ForceSpec:
     """The force sensor that the run is controlled and identified with.
 
     `axis` is "+fx" … "-fz": the wrench component, with its sign, that is positive when pressing.
-    `gain_uncertainty` is relative (standard), `delay_s` from force to sample on the host.
+    `gain_uncertainty` is relative (standard), `delay_s` from force to sample on the host,
+    `max_age_s` R3's age limit (None: the supervisor's own).
     """
 
     driver: DriverChoice
@@ -121,6 +124,7 @@ class ForceSpec:
     delay_s: float
     gain_uncertainty: float
     drift_n_per_s: float
+    max_age_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,15 @@ from stepload.contact.press import (
     largest_speed,
 )
 from stepload.errors import RefusedError
-from stepload.plan.model import Plan, Provenance, Rig, SecondForceSource, SystemStiffness
+from stepload.plan.model import (
+    ArmSpec,
+    ForceSpec,
+    Plan,
+    Provenance,
+    Rig,
+    SecondForceSource,
+    SystemStiffness,
+)
 
 GUARDED_SHARE = 0.4
 """Share of F_lim that a guarded approach may reach."""
@@ -34,6 +42,8 @@ LEAST_STIFFNESS_DOUBT = {
 LEAST_TOUCH_SIGMAS = 4.0
 LEAST_UNCHECKED_N = 15.0
 """Smallest elastic limit that may be pressed with one force channel and no mechanical fuse."""
+AGE_S = 0.012
+"""Age at which data stop a run where the plan does not say."""
 HARD_STOP_N_PER_M = 1e9
 """Stiffness of a hidden hard stop: metal on metal over some square millimetres."""
 HARD_STOP_IMPACT_FACTOR = 1.5
@@ -78,6 +88,11 @@ def largest_stiffness(system: SystemStiffness) -> float:
     """The largest K_s in N/m that is believed possible: K_s + 3 sigma, more where it is a guess."""
     doubt = LEAST_STIFFNESS_DOUBT[system.provenance] * system.stiffness_n_per_m
     return system.stiffness_n_per_m + max(3.0 * system.sigma_n_per_m, doubt)
+
+
+def age_limit_s(stream: ForceSpec | ArmSpec) -> float:
+    """Age at which data of a stream stop the run (R3): the plan's, else 12 ms or 4 periods."""
+    return max(stream.max_age_s or AGE_S, 4.0 / stream.rate_hz)
 
 
 def channel_skew_s(rig: Rig) -> float:

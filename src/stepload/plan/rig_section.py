@@ -29,6 +29,7 @@ from stepload.plan.fields import (
 )
 from stepload.plan.payload_section import Section
 
+_Age = Annotated[float, Quantity("s", 0.002, 2.0)]
 _Drift = Annotated[float, Quantity("N/s", 0.0, 100.0)]
 _Factor = Annotated[float, Number(0.01, 100.0)]
 Axis = Annotated[str, Choice(("+fx", "-fx", "+fy", "-fy", "+fz", "-fz"))]
@@ -68,6 +69,10 @@ class ArmSection(DriverSection):
     model_tolerance: Length = Field(
         default=5e-5, description="How far the arm may be from where its commands put it (rule R7)."
     )
+    max_age: _Age | None = Field(
+        default=None,
+        description="Older data stop the run (rule R3); default: 12 ms, or four samples if longer.",
+    )
     pose: Remark = Field(
         default="", description="Name of the pose; compared with the calibration record."
     )
@@ -87,6 +92,10 @@ class ForceSection(DriverSection):
         default=0.01, description="Relative standard uncertainty of the gain."
     )
     drift: _Drift = Field(default=0.0, description="Largest drift of the zero.")
+    max_age: _Age | None = Field(
+        default=None,
+        description="Older data stop the run (rule R3); default: 12 ms, or four samples if longer.",
+    )
 
 
 class DisplacementSection(DriverSection):

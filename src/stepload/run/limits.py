@@ -8,15 +8,21 @@ from dataclasses import dataclass, fields
 from stepload.contact.press import NOISE_MULTIPLE, Term
 from stepload.errors import DomainError
 from stepload.plan.model import ForceSpec, Plan, SecondForceSource
-from stepload.plan.pressing import CROSS_CHECK_FILTER_S, Measured, channel_skew_s, pressing_for
+from stepload.plan.pressing import (
+    CROSS_CHECK_FILTER_S,
+    Measured,
+    age_limit_s,
+    channel_skew_s,
+    pressing_for,
+)
 
-STALE_S = 0.012
 CLOCK_S = 0.015
 IDENTICAL_COUNTS = 25
 SECOND_IDENTICAL_COUNTS = 100
 """The second channel may be slower than the stream it comes in."""
 MODEL_LAG_S = 0.07
 LEASH_TIME_S = 1.5
+AGE_SOURCE = "R3: the plan, or 12 ms, at least 4 periods"
 FALSE_FREEZE_ODDS = 1e-11
 """Chance per sample that a sound, quantised sensor repeats itself for long enough to trip R4."""
 
@@ -131,7 +137,8 @@ def derive_limits(
         forces.limit_n - procedure.touch_force_n - NOISE_MULTIPLE * noise_n
     ) / press.stiffness_n_per_m
     fast_m_s = min(pressing.fast_speed_m_s, 0.7 * leash_free_m / press.reaction_s)
-    second_rate_hz = second.sensor.rate_hz if second.sensor else arm.rate_hz
+    checking = second.sensor or arm
+    clock_s = max(CLOCK_S, 5.0 / force.rate_hz, force.max_age_s or 0.0, arm.max_age_s or 0.0)
     has_second = second.source is not SecondForceSource.NONE
     near_edge_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
     values: dict[str, tuple[float, str, str]] = {
@@ -147,9 +154,9 @@ def derive_limits(
         "loop_s": (press.loop_s, "s", "T: measured, or the sum of the delays"),
         "reaction_s": (press.reaction_s, "s", "T_react: the sum of the delays, at least T"),
         "force_delay_s": (force.delay_s, "s", "rig: force.delay"),
-        "stale_force_s": (max(STALE_S, 4.0 / force.rate_hz), "s", "R3: 12 ms or 4 periods"),
-        "stale_arm_s": (max(STALE_S, 4.0 / arm.rate_hz), "s", "R3: 12 ms or 4 periods"),
-        "stale_second_s": (max(STALE_S, 4.0 / second_rate_hz), "s", "R3: 12 ms or 4 periods"),
+        "stale_force_s": (age_limit_s(force), "s", AGE_SOURCE),
+        "stale_arm_s": (age_limit_s(arm), "s", AGE_SOURCE),
+        "stale_second_s": (age_limit_s(checking), "s", AGE_SOURCE),
         "full_scale_n": (force.range_n, "N", "R4: rated range"),
         "cross_tolerance_n": (second.tolerance_n if has_second else 0.0, "N", "R5: plan"),
         "cross_relative": (second.tolerance_relative if has_second else 0.0, "", "R5: plan"),
@@ -163,7 +170,7 @@ def derive_limits(
         "arm_lag_s": (arm.lag_s, "s", "rig: arm.lag"),
         "search_end_m": (near_edge_m + procedure.search_distance_m, "m", "R8: plan"),
         "jump_n": (10.0 * noise_n + 2.0 * force.resolution_n, "N", "R9: 10 sigma + 2 quanta"),
-        "clock_s": (max(CLOCK_S, 5.0 / force.rate_hz), "s", "R10: 15 ms or 5 periods"),
+        "clock_s": (clock_s, "s", "R10: 15 ms, 5 periods or the longest age limit"),
         "contact_n_s_per_m": (
             pressing.contact_n_s_per_m, "N s/m", "speed cap: a hidden hard stop of 1e9 N/m",
         ),

@@ -162,5 +162,13 @@ def test_a_touch_force_in_the_noise_is_refused() -> None:
         derive_limits(stvf_plan(touch_force_n=1.0), elastic_limit_n=727.0)
 
 
-def test_age_limits_of_the_plan_replace_the_supervisors_own(tmp_path: Path) -> None:
-    patient = replace(PLAN.rig.force, max_age_s=0.3)
+def test_age_limits_of_the_plan_replace_the_supervisors_own() -> None:
+    plan = ur_plan()
+    own = derive_limits(plan, elastic_limit_n=727.0)
+    assert (own.stale_force_s, own.stale_arm_s, own.clock_s) == (0.012, 0.012, 0.015)
+    arm, force = replace(plan.rig.arm, max_age_s=0.25), replace(plan.rig.force, max_age_s=0.3)
+    patient = derive_limits(
+        replace(plan, rig=replace(plan.rig, arm=arm, force=force)), elastic_limit_n=727.0
+    )
+    assert (patient.stale_force_s, patient.stale_arm_s, patient.clock_s) == (0.3, 0.25, 0.3)
+    assert patient.force_limit_n == own.force_limit_n
