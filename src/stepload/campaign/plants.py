@@ -10,7 +10,7 @@ import math
 from dataclasses import replace
 from random import Random
 
-from stepload.contact.elastic import equivalent_modulus, profile_constant
+from stepload.contact.elastic import equivalent_modulus, law_for, profile_constant
 from stepload.contact.materials import FlatPunch, Geometry, Material, PowerProfile
 from stepload.errors import RefusedError
 from stepload.plan.model import (
@@ -124,15 +124,20 @@ def geometry_for(k: float, n: float) -> Geometry:
     return PowerProfile(m, math.exp(log_b))
 
 
-def _payload(chance: Random, top_n: float, elastic_limit_n: float) -> tuple[Payload, float]:
-    """A payload, and its deformation at the top force."""
+def _payload(chance: Random, top_n: float, elastic_limit_n: float) -> Payload:
     n = chance.choice((1.0, 1.5, 2.0, round(chance.uniform(1.1, 3.0), 3)))
     softest = max(SECANT_N_PER_M[0], top_n / LONGEST_TRAVEL_M)
     secant = log_uniform(chance, softest, SECANT_N_PER_M[1])
     k = secant**n / top_n ** (n - 1.0)
     geometry = geometry_for(k, n)
-    payload = Payload("campaign", geometry, _PAYLOAD, _PLATE, None, None, elastic_limit_n)
-    return payload, top_n / secant
+    return Payload("campaign", geometry, _PAYLOAD, _PLATE, None, None, elastic_limit_n)
+
+
+def _travel(rig: Rig, payload: Payload, force_n: float) -> float:
+    """Travel from the surface to a force, as the plan believes it."""
+    law = law_for(payload.geometry, payload.material, payload.plate)
+    stiffness = rig.system_stiffness.stiffness_n_per_m
+    return force_n / stiffness + law.deformation(force_n) + rig.arm.lost_motion_m
 
 
 def _rig(chance: Random, arm_class: str, two_channels: bool, elastic_limit_n: float) -> Rig:
@@ -167,16 +172,19 @@ def _plan(chance: Random, template: Plan, arm_class: str, two_channels: bool) ->
         return None
     drift_n = max(drift_n, 0.01 * top_n)
     count = len(template.procedure.levels_n)
-    payload, deformation_m = _payload(chance, top_n, elastic_limit_n)
-    travel_m = top_n / rig.system_stiffness.stiffness_n_per_m + deformation_m
+    touch_n = max(0.01 * top_n, 1.0, 2.0 * force.resolution_n, 6.0 * force.noise_n)
+    payload = _payload(chance, top_n, elastic_limit_n)
+    travel_m, touch_m = (_travel(rig, payload, force_n) for force_n in (top_n, touch_n))
+    uncertainty_m = template.procedure.surface_uncertainty_m
     procedure = replace(
         template.procedure,
         step_n=top_n / count,
         top_force_n=top_n,
         levels_n=tuple(top_n * (i + 1) / count for i in range(count)),
         load_rate_n_per_s=top_n / count / log_uniform(chance, *RAMP_S),
-        touch_force_n=max(0.01 * top_n, 1.0, 2.0 * force.resolution_n, 6.0 * force.noise_n),
-        retract_m=max(5e-4, 2.0 * (travel_m + rig.arm.lost_motion_m)),
+        touch_force_n=touch_n,
+        search_distance_m=3.0 * uncertainty_m + 2.0 * touch_m,
+        retract_m=max(5e-4, 2.0 * travel_m),
         max_drift_n=drift_n,
     )
     if procedure.touch_force_n >= procedure.levels_n[0]:

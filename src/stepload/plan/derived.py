@@ -35,7 +35,6 @@ def fill(values: Values, payload: Payload | None) -> None:
     if isinstance(levels, list) and levels:
         gaps = (high - low for low, high in pairwise([0.0, *levels]))
         _fill(procedure, "load_rate", max(gaps) / RAMP_S)
-    _fill(procedure, "search_distance", _times(3.0, number(procedure, "surface_uncertainty")))
     resolution, noise = (
         number(values, "rig", "force", "resolution"),
         number(values, "rig", "force", "noise"),
@@ -44,6 +43,13 @@ def fill(values: Values, payload: Payload | None) -> None:
         _fill(procedure, "touch_force", max(0.01 * top, 1.0, 2.0 * resolution, 6.0 * noise))
         _fill(procedure, "max_drift", max(0.01 * top, 1.0, 3.0 * resolution))
     travel = elastic_travel(values, payload)
+    uncertainty, touch = (
+        number(procedure, "surface_uncertainty"),
+        number(procedure, "touch_force"),
+    )
+    if uncertainty is not None:
+        pressed = _travel(values, payload, touch) or 0.0
+        _fill(procedure, "search_distance", 3.0 * uncertainty + 2.0 * pressed)
     if travel is not None:
         _fill(procedure, "retract", max(5e-4, 2.0 * travel))
     if isinstance(identify, dict):
@@ -52,14 +58,17 @@ def fill(values: Values, payload: Payload | None) -> None:
 
 def elastic_travel(values: Values, payload: Payload | None) -> float | None:
     """Travel in m of the arm from first contact to the top force, lost motion included."""
-    top = number(values, "procedure", "top_force")
+    return _travel(values, payload, number(values, "procedure", "top_force"))
+
+
+def _travel(values: Values, payload: Payload | None, force: float | None) -> float | None:
     stiffness = number(values, "rig", "system_stiffness", "value")
     lost = number(values, "rig", "arm", "lost_motion")
-    if top is None or stiffness is None or lost is None or payload is None:
+    if force is None or stiffness is None or lost is None or payload is None:
         return None
     try:
         law = law_for(payload.geometry, payload.material, payload.plate)
-        travel = top / stiffness + law.deformation(top) + lost
+        travel = force / stiffness + law.deformation(force) + lost
     except (DomainError, OverflowError):
         return None
     return travel if math.isfinite(travel) else None
@@ -81,7 +90,3 @@ def _fill_levels(procedure: Values, top: float) -> None:
 def _fill(section: Values, key: str, value: float | None) -> None:
     if key in section and section[key] is None and value is not None:
         section[key] = value
-
-
-def _times(factor: float, value: float | None) -> float | None:
-    return None if value is None else factor * value

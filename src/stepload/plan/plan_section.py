@@ -66,7 +66,8 @@ class ProcedureSection(Section):
     search_distance: Length | None = Field(
         default=None,
         description="Travel beyond the nearest possible surface after which the search ends; "
-        "default: 1.5 times the width of the uncertain band.",
+        "default: 1.5 times the width of the uncertain band, and twice the travel from the surface "
+        "to `touch_force`.",
     )
     touch_force: Force | None = Field(
         default=None,

@@ -267,7 +267,7 @@ class Supervisor:
             finding = Finding(
                 "R1", force_n, limit_n, "N", f"force {force_n:.4g} N is above {limit_n:.4g} N"
             )
-        elif peak_n > limit_n:
+        if finding is None and peak_n > limit_n:
             finding = Finding(
                 "R2", peak_n, limit_n, "N",
                 f"force {force_n:.4g} N would rise to {peak_n:.4g} N, above {limit_n:.4g} N,"
