@@ -2,105 +2,51 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-import platform
-import re
-import secrets
+import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from datetime import UTC, datetime
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import stepload
 from stepload.errors import RefusedError
 from stepload.feasibility.preflight import Preflight, preflight
 from stepload.feasibility.verdict import Verdict
-from stepload.findings import analyse, conditions, replayed
+from stepload.findings import analyse
 from stepload.findings.page import compose, headline
-from stepload.findings.results import run_data
+from stepload.findings.results import outcome_data, run_data
 from stepload.findings.run_findings import RunFindings
-from stepload.open_rig import OpenRig, opened
+from stepload.open_rig import opened
 from stepload.plain import plain
-from stepload.plan.model import Plan, SecondForceSource
+from stepload.plan.model import Plan
 from stepload.record.reader import read_recording
-from stepload.record.recorder import Recorder
+from stepload.record.recorder import Recorder, RecordingFailedError
+from stepload.record.rows import Phase
 from stepload.report.page import render
-from stepload.run.limits import RunLimits, derive_limits
-from stepload.run.loop import run_loop
+from stepload.run.limits import derive_limits
+from stepload.run.loop import PROGRESS_S, RunOutcome, run_loop
 from stepload.run.operator import Operator
 from stepload.run.tick import Engine
+from stepload.session import control, files
+from stepload.session.resume import resumable
 
-REPORT, RESULTS = "report.html", "results.json"
+WHOLE_TICKS = 400_000
+"""Longer runs are evaluated as means of several samples, to bound the memory they take."""
+
+Progress = Callable[[Engine, Preflight], None]
 
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """What a run left behind."""
+    """What a run left behind; `problems` are what went wrong after it, `findings` then None."""
 
     directory: Path
-    findings: RunFindings
+    outcome: RunOutcome
     data: Mapping[str, Any]
+    findings: RunFindings | None
     headline: str
-
-
-def run_directory(plan: Plan, *, dry_run: bool, out: Path | None) -> Path:
-    """Where a run's files go: `out`, or a new directory below the plan's record directory."""
-    if out is not None:
-        return out
-    stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
-    slug = re.sub(r"[^a-z0-9]+", "-", plan.name.lower()).strip("-")[:40] or "run"
-    return plan.record.directory / f"{stamp}-{slug}{'-dry' if dry_run else ''}"
-
-
-def _second_axis(plan: Plan) -> str:
-    second = plan.rig.second_force
-    has_sensor = second.source is SecondForceSource.SENSOR
-    return second.sensor.axis if has_sensor and second.sensor else ""
-
-
-def _metadata(plan: Plan, rig: OpenRig, *, dry_run: bool, seed: int | None) -> dict[str, str]:
-    data = {
-        "run_id": secrets.token_hex(6),
-        "plan": plan.name,
-        "started": datetime.now(UTC).isoformat(timespec="seconds"),
-        "dry_run": str(dry_run).lower(),
-        "seed": "" if seed is None else str(seed),
-        "stepload": stepload.__version__,
-        "python": platform.python_version(),
-        "system": f"{platform.system()} {platform.machine()}",
-        "host": platform.node(),
-        "operator": plan.record.operator,
-        "notes": plan.record.notes,
-        "force_axis": plan.rig.force.axis,
-        "second_force_axis": _second_axis(plan),
-        "rig": plan.rig.name,
-        "payload": plan.payload.name,
-    }
-    for role, identity in rig.identities.items():
-        data[role] = (
-            f"{identity.driver}: {identity.model} {identity.serial_number}, firmware "
-            f"{identity.firmware}, calibration {identity.calibration_revision}"
-        )
-    return data
-
-
-def _attachments(plan: Plan, limits: RunLimits, check: Preflight) -> dict[str, bytes]:
-    files = {
-        conditions.FILE: conditions.to_bytes(conditions.planned(plan, check.theory.elastic_limit_n))
-    }
-    for index, source in enumerate(plan.sources):
-        name = "plan.yaml" if index == 0 else f"plan-{index}-{Path(source.name).name}"
-        files[name] = source.text.encode()
-    files[replayed.FILE] = replayed.limits_to_bytes(limits)
-    reasons = [
-        {"code": r.code, "severity": r.severity.value, "message": r.message, "remedy": r.remedy}
-        for r in check.reasons
-    ]
-    files["preflight.json"] = json.dumps(
-        {"verdict": check.verdict.value, "reasons": reasons}
-    ).encode()
-    return files
+    problems: tuple[str, ...]
 
 
 def refuse(check: Preflight) -> RefusedError:
@@ -119,8 +65,9 @@ def run_plan(
     dry_run: bool,
     out: Path | None = None,
     seed: int | None = None,
+    resume: Path | None = None,
     operator: Operator | None = None,
-    on_progress: Callable[[Engine, Preflight], None] | None = None,
+    on_progress: Progress | None = None,
 ) -> Finished:
     """Run a plan from preflight to report.
 
@@ -128,11 +75,13 @@ def run_plan(
         dry_run: on the simulated rig in virtual time instead of the plan's devices.
         out: directory for the run's files; made where missing.
         seed: of the simulated rig; the plan's own when None.
+        resume: directory of an interrupted run of this plan, to go on after its last step.
         operator: where stop and pause requests come in.
         on_progress: called ten times a second of run time.
 
     Raises:
         RefusedError: preflight refused; nothing was opened or written.
+        BadInputError: the directory cannot be used, or there is nothing to resume.
         DeviceError: a device did not open; nothing moved.
         RecordingFailedError: the record could not be kept; the arm was made safe first.
     """
@@ -141,34 +90,99 @@ def run_plan(
         raise refuse(check)
     limits = derive_limits(plan, elastic_limit_n=check.theory.elastic_limit_n)
     operator = operator or Operator()
-    directory = run_directory(plan, dry_run=dry_run, out=out)
-    directory.mkdir(parents=True, exist_ok=True)
-    with opened(plan, dry_run=dry_run, seed=seed) as rig:
-        recorder = Recorder(
-            directory,
-            rates_hz=rig.rates_hz,
-            clock=rig.clock,
-            metadata=_metadata(plan, rig, dry_run=dry_run, seed=seed),
-            attachments=_attachments(plan, limits, check),
-            lossless=rig.clock.virtual,
-        )
-        try:
-            engine = Engine(plan, limits, operator)
-            progress = None
-            if on_progress is not None:
+    resumed = resumable(resume, plan, dry_run=dry_run) if resume else None
+    engine = Engine(
+        plan,
+        limits,
+        operator,
+        start_cycle=resumed.start_cycle if resumed else 1,
+        start_level=resumed.start_level if resumed else 0,
+    )
+    directory = files.run_directory(plan, dry_run=dry_run, out=out)
+    files.make_directory(directory)
+    try:
+        with opened(plan, dry_run=dry_run, seed=seed) as rig:
+            operator.moving = True
+            metadata = files.metadata(plan, rig, dry_run=dry_run, seed=seed)
+            metadata |= resumed.metadata if resumed else {}
+            recorder = Recorder(
+                directory,
+                rates_hz=rig.rates_hz,
+                clock=rig.clock,
+                metadata=metadata,
+                attachments=files.attachments(plan, limits, check),
+                lossless=rig.clock.virtual,
+            )
+            virtual = rig.clock.virtual
 
-                def progress(now: Engine) -> None:
+            def progress(now: Engine) -> None:
+                if on_progress is not None:
                     on_progress(now, check)
+                if virtual and now.procedure.phase == Phase.PAUSED:
+                    time.sleep(PROGRESS_S)  # virtual time waits with whoever paused it
 
-            outcome = run_loop(engine, rig, recorder, on_progress=progress)
-        except BaseException:
-            recorder.abandon()
-            raise
-    recorder.sync()
-    recording = read_recording(recorder.part_path)
-    findings = analyse.run_findings(plan, check, outcome, recording, dry_run=dry_run)
-    data = plain(run_data(findings))
-    recorder.finish(data, str(data["verdict"]))
-    (directory / RESULTS).write_text(json.dumps(data, indent=1, allow_nan=False))
-    (directory / REPORT).write_text(render(compose(findings)), encoding="utf-8")
-    return Finished(directory, findings, data, headline(findings)[2])
+            def status() -> dict[str, object]:
+                row = engine.row
+                if row is None:
+                    return {"run_id": metadata["run_id"]}
+                return {
+                    "run_id": metadata["run_id"],
+                    "phase": Phase(row.phase).name, "cycle": row.cycle, "step": row.step,
+                    "level_n": row.level_n, "force_n": row.force_n,
+                }  # fmt: skip
+
+            try:
+                with control.listening(directory, operator, status) as missing:
+                    outcome = run_loop(engine, rig, recorder, on_progress=progress)
+            except BaseException:
+                recorder.abandon()
+                raise
+    except BaseException:
+        with contextlib.suppress(OSError):
+            directory.rmdir()  # only where nothing was written into it
+        raise
+    errors = (*outcome.errors, *rig.close_errors, *([missing] if missing else []))
+    outcome = replace(outcome, errors=errors)
+    return _keep(plan, check, outcome, recorder, directory, dry_run=dry_run)
+
+
+def _keep(
+    plan: Plan,
+    check: Preflight,
+    outcome: RunOutcome,
+    recorder: Recorder,
+    directory: Path,
+    *,
+    dry_run: bool,
+) -> Finished:
+    """Evaluate a run that is over, and finish its files whatever the evaluation comes to."""
+    problems: list[str] = []
+    data = plain(outcome_data(outcome, check))
+    findings, text = None, "no result"
+    try:
+        recorder.sync()
+        try:
+            mean_of = -(-outcome.lateness.ticks // WHOLE_TICKS)
+            recording = read_recording(recorder.part_path, max(mean_of, 1))
+            findings = analyse.run_findings(plan, check, outcome, recording, dry_run=dry_run)
+            data, text = plain(run_data(findings)), headline(findings)[2]
+        except Exception as error:  # a bug here must not cost the record
+            problems.append(f"the evaluation failed: {type(error).__name__}: {error}")
+            data["reasons"] = list(problems)
+        recorder.finish(data, str(data["verdict"]))
+    except RecordingFailedError as error:
+        data["reasons"] = [str(error)]
+        with contextlib.suppress(OSError):
+            _write_results(directory, data)
+        raise RecordingFailedError(f"{outcome.why}\n{error.message}", hint=error.hint) from error
+    try:
+        _write_results(directory, data)
+        if findings is not None:
+            files.write_file(directory / files.REPORT, render(compose(findings)))
+    except Exception as error:  # the record is whole already
+        problems.append(f"report or results not written: {type(error).__name__}: {error}")
+    return Finished(directory, outcome, data, findings, text, tuple(problems))
+
+
+def _write_results(directory: Path, data: Mapping[str, Any]) -> None:
+    files.write_file(directory / files.RESULTS, json.dumps(data, indent=1, allow_nan=False) + "\n")

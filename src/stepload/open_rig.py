@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import cast
 
 from stepload.plan.model import DriverChoice, Plan, SecondForceSource
@@ -13,13 +13,19 @@ from stepload.rig.clock import Clock, MonotonicClock
 from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor, Identity
 from stepload.rig.plugins import load_driver
 from stepload.rig.world import WorldView, load_world
+from stepload.run.operator import Operator
+from stepload.run.safing import Action, make_safe
 
 OPEN_TIMEOUT_S = 15.0
+CLOSE_DEADLINE_S = 10.0
 
 
 @dataclass(slots=True)
 class OpenRig:
-    """Open devices with what they said they are; `world` is only there in a dry run."""
+    """Open devices with what they said they are; `world` is only there in a dry run.
+
+    `close_errors` fills when the devices are closed: it says which one did not.
+    """
 
     arm: Arm
     force: ForceSensor
@@ -29,6 +35,7 @@ class OpenRig:
     identities: Mapping[str, Identity]
     rates_hz: Mapping[str, float]
     world: WorldView | None
+    close_errors: list[str] = field(default_factory=list)
 
 
 def _made(group: str, choice: DriverChoice) -> Device:
@@ -47,6 +54,12 @@ def _devices(plan: Plan) -> tuple[Arm, ForceSensor, DisplacementSensor | None, F
         cast(DisplacementSensor | None, gauge),
         cast(ForceSensor | None, second),
     )
+
+
+def _close(role: str, device: Device, errors: list[str]) -> None:
+    """A device that hangs while it is closed must not keep the record from being finished."""
+    closing = Action(f"closing the {role.replace('_', ' ')}", device.close, CLOSE_DEADLINE_S)
+    errors += [f"{o.name}: {o.error}" for o in make_safe([closing], Operator()) if o.error]
 
 
 @contextmanager
@@ -70,10 +83,11 @@ def opened(plan: Plan, *, dry_run: bool, seed: int | None = None) -> Iterator[Op
         "arm": arm,
     }  # fmt: skip
     identities = {}
+    errors: list[str] = []
     with ExitStack() as stack:
         for role, device in roles.items():
             if device is not None:
-                stack.callback(device.close)
+                stack.callback(_close, role, device, errors)
                 identities[role] = device.open(OPEN_TIMEOUT_S)
         rates_hz = {
             "force": force.rate_hz, "arm": 1.0 / arm.period_s, "tick": 1.0 / arm.period_s,
@@ -82,4 +96,4 @@ def opened(plan: Plan, *, dry_run: bool, seed: int | None = None) -> Iterator[Op
             rates_hz["second_force"] = second.rate_hz
         if gauge is not None:
             rates_hz["displacement"] = gauge.rate_hz
-        yield OpenRig(arm, force, gauge, second, clock, identities, rates_hz, world)
+        yield OpenRig(arm, force, gauge, second, clock, identities, rates_hz, world, errors)

@@ -24,7 +24,12 @@ OutDirectory = Annotated[
 ]
 Seed = Annotated[int | None, typer.Option("--seed", help="Seed of the simulated rig.")]
 
-EXIT_OF_SIGNAL = {
+ResumeDirectory = Annotated[
+    Path | None,
+    typer.Option("--resume", help="Directory of an interrupted run; goes on after its last step."),
+]
+
+EXIT_OF_SIGNAL: dict[int, ExitCode] = {
     signal.SIGTERM: ExitCode.TERMINATED,
     signal.SIGHUP: ExitCode.HANGUP,
 }
@@ -69,24 +74,30 @@ def show_identification(found: Identification, out: Output) -> None:
 def _exit_code(finished: Finished) -> ExitCode:
     from stepload.run.loop import RunStatus
 
-    outcome = finished.findings.outcome
-    if outcome.status is RunStatus.COMPLETED:
-        return ExitCode.OK
+    outcome = finished.outcome
     if outcome.status is RunStatus.STOPPED:
         return ExitCode.STOPPED
-    return EXIT_OF_SIGNAL.get(signal.Signals(outcome.signal_number or signal.SIGINT),
-                              ExitCode.INTERRUPTED)  # fmt: skip
+    if outcome.status is RunStatus.INTERRUPTED:
+        return EXIT_OF_SIGNAL.get(outcome.signal_number, ExitCode.INTERRUPTED)
+    return ExitCode.BUG if finished.problems else ExitCode.OK
 
 
 def _show_run(finished: Finished, out: Output) -> None:
     findings = finished.findings
-    out.line(findings.outcome.why)
-    if findings.identification is not None:
+    out.line(finished.outcome.why)
+    for error in finished.outcome.errors:
+        out.line(f"error on the way: {error}")
+    for problem in finished.problems:
+        out.line(f"error: {problem}")
+    if findings is not None and findings.identification is not None:
         show_identification(findings.identification, out)
-    elif findings.problem:
+    elif findings is not None and findings.problem:
         out.line(f"no result: {findings.problem}")
+    if resumed := finished.data.get("resumed"):
+        out.line(f"note: {resumed}")
     out.line(finished.headline)
-    out.line(f"report: {finished.directory / 'report.html'}")
+    if findings is not None:
+        out.line(f"report: {finished.directory / 'report.html'}")
     out.line(f"record: {finished.directory / 'run.mcap'}")
 
 
@@ -96,10 +107,15 @@ def run(
     out: OutDirectory = None,
     payload: PayloadFile = None,
     seed: Seed = None,
+    resume: ResumeDirectory = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Run a plan: preflight, press, record, identify, report. Ctrl+C ends it safely."""
+    """Run a plan: preflight, press, record, identify, report.
+
+    Ctrl+C finishes the step and unloads, twice retracts now; `p` pauses and goes on.
+    """
+    from stepload.cli.keys import keys
     from stepload.cli.plans import show_preflight
     from stepload.cli.progress import progress
     from stepload.experiment import run_plan
@@ -107,20 +123,45 @@ def run(
     from stepload.feasibility.verdict import Verdict
     from stepload.plan.load import load_plan
     from stepload.run.operator import Operator
+    from stepload.session.unfinished import repair_all
 
     output = Output(as_json=as_json)
     loaded = load_plan(plan, payload=payload)
     check = preflight(loaded)
-    if check.verdict is not Verdict.REFUSED:
-        show_preflight(check, output)
     operator = Operator()
-    with operator.listening(), progress(quiet=quiet) as show:
-        finished = run_plan(
-            loaded, dry_run=dry_run, out=out, seed=seed, operator=operator, on_progress=show
-        )
-    _show_run(finished, output)
-    output.result({**finished.data, "directory": finished.directory})
+    with operator.listening():
+        if check.verdict is not Verdict.REFUSED:
+            for repaired in repair_all(out or loaded.record.directory):
+                output.line(repaired.line)
+            show_preflight(check, output)
+        with keys(operator), progress(quiet=quiet) as show:
+            finished = run_plan(
+                loaded,
+                dry_run=dry_run,
+                out=out,
+                seed=seed,
+                resume=resume,
+                operator=operator,
+                on_progress=show,
+            )
+        _show_run(finished, output)
+        output.result({**finished.data, "directory": finished.directory})
     raise typer.Exit(_exit_code(finished))
+
+
+def pause(
+    directory: Annotated[Path, typer.Argument(help="Directory of a run that is going on.")],
+    resume: Annotated[bool, typer.Option("--resume", help="Go on instead.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Pause a run after its step, unloaded; with --resume it tares, touches and goes on."""
+    from stepload.session.control import ask
+
+    output = Output(as_json=as_json)
+    answer = ask(directory, "resume" if resume else "pause")
+    where = f"cycle {answer.get('cycle', 0)}, {answer.get('phase', '')}"
+    output.line(f"run {answer.get('run_id')}: {'goes on' if resume else 'pauses'} ({where})")
+    output.result(answer)
 
 
 def identify(
@@ -183,4 +224,5 @@ def identify(
 def register(app: typer.Typer) -> None:
     """Add this room's verbs."""
     app.command()(run)
+    app.command()(pause)
     app.command()(identify)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
+import traceback
 from importlib.metadata import entry_points
 from typing import Annotated, Any
 
@@ -12,6 +15,8 @@ from stepload import __version__
 from stepload.cli import campaign, devices, experiments, plans, records
 from stepload.cli.output import Output
 from stepload.errors import BadInputError, ExitCode, SteploadError
+
+TRACEBACK = "STEPLOAD_TRACEBACK"
 
 app = typer.Typer(
     name="stepload",
@@ -51,24 +56,37 @@ def emulate(context: typer.Context) -> None:
     raise BadInputError("no emulators are installed", hint="install stepload with its drivers")
 
 
+def _as_text(error: Exception) -> SteploadError:
+    """An error that nobody has turned into text yet."""
+    if isinstance(error, OSError):
+        where = f"{error.filename}: " if error.filename else ""
+        return BadInputError(f"{where}{error.strerror or error}")
+    if isinstance(error, MemoryError):
+        return BadInputError("there is not enough memory for that")
+    frame = traceback.extract_tb(error.__traceback__)[-1]
+    return SteploadError(
+        f"internal error: {type(error).__name__}: {error} ({frame.filename}:{frame.lineno})",
+        hint=f"please report it; {TRACEBACK}=1 in the environment shows the whole way there",
+    )
+
+
 def main() -> None:
     """Run the command line; every error ends in text and its own exit code, none in a traceback."""
     try:
         code = app(standalone_mode=False)
-    except SteploadError as error:
-        Output(as_json="--json" in sys.argv).error(error)
-        code = error.exit_code
+    except KeyboardInterrupt as error:
+        code = 128 + getattr(error, "signal_number", signal.SIGINT)
     except typer.Abort:
         code = ExitCode.INTERRUPTED
-    except KeyboardInterrupt:
-        code = ExitCode.INTERRUPTED
-    except BrokenPipeError:
-        sys.stderr.close()
-        code = ExitCode.OK
     except Exception as error:
         show = getattr(error, "show", None)  # typer's own usage errors
         if show is None:
-            raise
-        show()
-        code = getattr(error, "exit_code", ExitCode.BAD_INPUT)
+            if os.environ.get(TRACEBACK):
+                traceback.print_exc()
+            known = error if isinstance(error, SteploadError) else _as_text(error)
+            Output(as_json="--json" in sys.argv).error(known)
+            code = known.exit_code
+        else:
+            show()
+            code = getattr(error, "exit_code", ExitCode.BAD_INPUT)
     sys.exit(int(code or 0))

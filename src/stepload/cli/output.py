@@ -1,18 +1,42 @@
 """The one place that writes to the terminal.
 
 With `--json` exactly one JSON object goes to standard output and all else to standard error:
-`stepload … --json | jq` always works. Without it, results go to standard output as text.
+`stepload … --json | jq` always works. Without it, results go to standard output as text. Names and
+texts may come from anybody's file: what a terminal would obey is shown instead. A terminal or a
+pipe that is gone changes neither what a command does nor its exit code.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 import sys
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, TextIO
 
 from stepload.errors import SteploadError
 from stepload.plain import plain
+
+
+def visible(text: str) -> str:
+    """`text` with control and other unprintable characters as escapes; line ends stay."""
+    if text.isprintable():
+        return text
+    return "".join(
+        c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text
+    )
+
+
+@contextlib.contextmanager
+def _perhaps_gone(stream: TextIO) -> Iterator[None]:
+    try:
+        yield
+    except OSError:
+        with contextlib.suppress(OSError, ValueError):
+            nothing = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nothing, stream.fileno())
+            os.close(nothing)
 
 
 class Output:
@@ -24,7 +48,8 @@ class Output:
 
     def line(self, text: str = "") -> None:
         """One line for people."""
-        print(text, file=self._text, flush=True)
+        with _perhaps_gone(self._text):
+            print(visible(text), file=self._text, flush=True)
 
     def table(self, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         """A small table for people; numbers should come with their units."""
@@ -36,16 +61,19 @@ class Output:
         for column in columns:
             table.add_column(column, overflow="fold")
         for row in rows:
-            table.add_row(*(cell.replace("[", r"\[") for cell in row))
+            table.add_row(*(visible(cell).replace("[", r"\[") for cell in row))
         width = None if self._text.isatty() else 110
-        Console(file=self._text, width=width, highlight=False).print(table)
+        with _perhaps_gone(self._text):
+            Console(file=self._text, width=width, highlight=False).print(table)
 
     def result(self, data: Mapping[str, Any]) -> None:
         """The JSON object of this command; printed only with `--json`."""
         if self.as_json:
-            print(json.dumps(plain(data), ensure_ascii=False, allow_nan=False), flush=True)
+            with _perhaps_gone(sys.stdout):
+                print(json.dumps(plain(data), allow_nan=False), flush=True)
 
     def error(self, error: SteploadError) -> None:
         """A clear error on standard error; with `--json` an error object on standard output too."""
-        print(f"error: {error}", file=sys.stderr, flush=True)
+        with _perhaps_gone(sys.stderr):
+            print(visible(f"error: {error}"), file=sys.stderr, flush=True)
         self.result({"error": error.message, "hint": error.hint, "exit_code": error.exit_code})

@@ -22,7 +22,8 @@ def _where(engine: Engine) -> str:
     step = engine.procedure
     name = Phase(engine.row.phase if engine.row else 0).name.replace("_", " ").lower()
     level = f", step {step.step_number} ({step.level_n:.4g} N)" if step.level_n else ""
-    return f"cycle {step.cycle}, {name}{level}"
+    asked = "; `p` goes on" if step.phase == Phase.PAUSED else "; pauses after this step"
+    return f"cycle {step.cycle}, {name}{level}{asked if engine.operator.paused else ''}"
 
 
 def _force(engine: Engine) -> str:

@@ -9,47 +9,38 @@ import typer
 
 from stepload.cli.output import Output
 from stepload.cli.plans import AsJson
-from stepload.errors import ExitCode
+from stepload.errors import BadInputError, ExitCode
 
 RecordFile = Annotated[Path, typer.Argument(help="A record (run.mcap or run.mcap.part).")]
 
 
 def recover(
-    file: RecordFile,
+    file: Annotated[
+        Path, typer.Argument(help="A record, or a directory in which to look for unfinished ones.")
+    ] = Path("runs"),
     out: Annotated[Path | None, typer.Option("--out", help="Where the repaired file goes.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Repair a record that was not finished, verify it by reading back, and identify it."""
-    from stepload.errors import SteploadError
-    from stepload.findings.from_file import Wishes, identify_file
-    from stepload.findings.results import identification_data
-    from stepload.record.recovery import recover as repair
+    """Repair what was not finished, verify it by reading back, and identify what is there."""
+    from stepload.session.unfinished import repair, repair_all
 
     output = Output(as_json=as_json)
-    found = repair(file, out)
-    output.line(f"repaired: {found.path}")
-    output.line(f"cut: {found.cut_bytes} bytes{f' ({found.damage})' if found.damage else ''}")
-    for topic, count in sorted(found.counts.items()):
+    if file.is_dir() or not file.suffix:
+        if out is not None:
+            raise BadInputError("--out goes with one file", hint="name the record")
+        found = repair_all(file)
+        for repaired in found:
+            output.line(repaired.line)
+        if not found:
+            output.line(f"no unfinished record in {file}")
+        output.result({"records": [repaired.data for repaired in found]})
+        return
+    repaired = repair(file, out)
+    output.line(repaired.line)
+    assert repaired.found is not None
+    for topic, count in sorted(repaired.found.counts.items()):
         output.line(f"  {topic}: {count} messages")
-    identification = None
-    try:
-        result, _ = identify_file(found.path, Wishes())
-        identification = identification_data(result)
-        output.line(
-            f"identified from what is there: secant {result.fit.secant_n_per_m:.4g} N/m at "
-            f"{result.fit.secant_force_n:.4g} N, {result.judgement.outcome.value}"
-        )
-    except SteploadError as error:
-        output.line(f"nothing to identify: {error.message}")
-    output.result(
-        {
-            "path": found.path,
-            "counts": found.counts,
-            "cut_bytes": found.cut_bytes,
-            "damage": found.damage,
-            "identification": identification,
-        }
-    )
+    output.result(repaired.data)
 
 
 def replay(

@@ -383,6 +383,8 @@ def compose(findings: RunFindings) -> Page:
     ]
     if findings.problem and found is None:
         reasons.append(findings.problem)
+    if resumed := findings.recording.metadata.get("resumed"):
+        reasons.append(resumed)
     kind = "dry run on the simulated rig" if findings.dry_run else "run"
     return Page(
         title=findings.plan.name,

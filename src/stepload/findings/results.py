@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from stepload.feasibility.preflight import Preflight
 from stepload.findings.identification import Identification
 from stepload.findings.press_data import PressData
 from stepload.findings.run_findings import RunFindings
@@ -11,6 +12,7 @@ from stepload.identify.budget import Budget
 from stepload.identify.fit import Fit
 from stepload.identify.runin import RunIn
 from stepload.identify.system import SystemStiffnessFit
+from stepload.run.loop import RunOutcome
 
 
 def fit_data(fit: Fit, stated: Budget | None) -> dict[str, Any]:
@@ -119,16 +121,16 @@ def system_data(fit: SystemStiffnessFit) -> dict[str, Any]:
     }
 
 
-def run_data(findings: RunFindings) -> dict[str, Any]:
-    """The JSON object of a run; one of an identification is in it where there is one."""
-    outcome, cause = findings.outcome, findings.outcome.cause
-    data: dict[str, Any] = {
+def outcome_data(outcome: RunOutcome, check: Preflight) -> dict[str, Any]:
+    """What is known of a run before anything is evaluated."""
+    cause = outcome.cause
+    return {
         "status": outcome.status.value,
         "why_it_ended": outcome.why,
         "cause": cause._asdict() if cause else None,
         "peak_force_n": outcome.peak_force_n,
-        "elastic_limit_n": findings.check.theory.elastic_limit_n,
-        "force_limit_n": findings.check.force_limit_n,
+        "elastic_limit_n": check.theory.elastic_limit_n,
+        "force_limit_n": check.force_limit_n,
         "levels_done": outcome.levels_done,
         "cycle": outcome.cycle,
         "duration_s": outcome.end_s - outcome.start_s,
@@ -140,8 +142,15 @@ def run_data(findings: RunFindings) -> dict[str, Any]:
         "errors": list(outcome.errors),
         "lateness": outcome.lateness,
         "verdict": outcome.status.value,
-        "reasons": [findings.problem] if findings.problem else [],
+        "reasons": [],
     }
+
+
+def run_data(findings: RunFindings) -> dict[str, Any]:
+    """The JSON object of a run; one of an identification is in it where there is one."""
+    data = outcome_data(findings.outcome, findings.check)
+    if findings.problem:
+        data["reasons"] = [findings.problem]
     if findings.data is not None:
         data["measured"] = press_summary(findings.data)
     if findings.identification is not None:
@@ -151,4 +160,7 @@ def run_data(findings: RunFindings) -> dict[str, Any]:
         data["verdict"] = "system stiffness measured"
     if findings.run_in is not None:
         data["run_in"] = run_in_data(findings.run_in)
+    if resumed := findings.recording.metadata.get("resumed"):
+        data["resumed"] = resumed
+        data["reasons"] = [*data["reasons"], resumed]
     return data

@@ -127,7 +127,7 @@ class Recorder:
                 },
             },
         }
-        file_fd = _open_locked(self.part_path, self.path)
+        self._file_fd = file_fd = _open_locked(self.part_path, self.path)
         try:
             self._shared, memory_fd = Shared.create(capacities(rates_hz))
             try:
@@ -139,9 +139,8 @@ class Recorder:
                 os.close(memory_fd)
         except OSError as error:
             self.part_path.unlink()
-            raise RecordingFailedError(f"cannot start the record writer: {error}") from error
-        finally:
             os.close(file_fd)
+            raise RecordingFailedError(f"cannot start the record writer: {error}") from error
         self._counters = self._shared.counters
         for name in RINGS[:-1]:
             absent = f"the recorder was made without a rate for {name!r}"
@@ -232,8 +231,11 @@ class Recorder:
                 topic, written = TOPICS_OF[name][0].name, self._shared.recorded(name)
                 if found.get(topic, 0) != written:
                     self._fail(f"{topic}: {written} written, {found.get(topic, 0)} read back")
+        try:  # still locked: nobody must take it for unfinished in between
+            os.rename(self.part_path, self.path)
+        except OSError as error:
+            self._fail(f"cannot be renamed to {self.path.name}: {error.strerror}")
         self.abandon()
-        os.rename(self.part_path, self.path)
         sync_directory(self.path.parent)
         return self.path
 
@@ -255,6 +257,7 @@ class Recorder:
             setattr(self, name, _refuse("the recorder is closed"))
         self._push_event = _refuse("the recorder is closed")
         self._shared.close()
+        os.close(self._file_fd)
 
     def _fail(self, why: str) -> NoReturn:
         why = self.problem() or why

@@ -9,8 +9,9 @@ from __future__ import annotations
 import ctypes
 import gc
 import os
+import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Protocol
@@ -19,6 +20,7 @@ from stepload.record.rows import TickRow
 from stepload.rig.clock import Clock
 from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
+from stepload.run.hang import LOOK_S, LOOKS, LoopHungError, hang_watch
 from stepload.run.operator import StopLevel
 from stepload.run.procedure import Touch
 from stepload.run.safing import Action, Outcome, make_safe, why_it_stopped
@@ -120,6 +122,7 @@ class _Loop:
         self.recorder = recorder
         self.on_progress = on_progress
         self.errors: list[str] = []
+        self.busy = ""
         self.ticks = self.overruns = 0
         self.worst_s = self.total_s = 0.0
         self._broken: set[str] = set()
@@ -157,7 +160,9 @@ class _Loop:
             gauge_samples = self._drain(gauge, "displacement gauge", now_s) if gauge else nothing
             target_m, done = tick(now_s, force_samples, arm_samples, gauge_samples, second_samples)
             if target_m == target_m:
+                self.busy = "the arm's command"
                 command(target_m)
+            self.busy = "recording"
             try:
                 for sample in force_samples:
                     push_force(sample)
@@ -182,12 +187,14 @@ class _Loop:
                 self._show(now_s)
             if operator.stop_level >= StopLevel.ARM_ONLY and not engine.safe_reached:
                 return
+            self.busy = "the clock"
             deadline_s += period_s
             if late_s > period_s:  # leave the missed ticks out instead of hurrying after them
                 deadline_s += period_s * (late_s // period_s)
             sleep_until(deadline_s)
 
     def _drain(self, device: Any, name: str, now_s: float) -> list[Any]:
+        self.busy = name
         try:
             samples: list[Any] = device.drain()
         except Exception as error:  # a driver's bug is no reason to leave the force on
@@ -245,14 +252,37 @@ def run_loop(
     """
     loop = _Loop(engine, rig, recorder, on_progress)
     start_s = rig.clock.now_s()
+    outcomes: tuple[Outcome, ...] = ()
+
+    def rescue() -> None:
+        nonlocal outcomes
+        held_s = LOOK_S * LOOKS
+        message = f"the loop has stood still for {held_s:g} s, held up by {loop.busy}"
+        engine.trip(Cause("hang", held_s, LOOK_S, "s", held_s, rig.clock.now_s(), message))
+        loop.errors.append(message)
+        outcomes = make_safe(_actions(engine, rig), engine.operator)
+
+    def last_words() -> str:
+        engine.operator.on_lost()
+        return why_it_stopped(
+            RunStatus.STOPPED, engine.cause, False, outcomes, start_s, rig.clock.now_s()
+        )
+
+    watched = not rig.clock.virtual and threading.current_thread() is threading.main_thread()
     try:
-        with _undisturbed(rig.clock.virtual):
+        with (
+            _undisturbed(rig.clock.virtual),
+            hang_watch(lambda: loop.ticks, rescue, last_words) if watched else nullcontext(),
+        ):
             loop.run()
+    except LoopHungError:
+        pass
     except BaseException as error:  # the arm is made safe before anything else is thought of
         message = f"{type(error).__name__}: {error}"
         loop.errors.append(message)
         engine.trip(Cause("loop", 1.0, 0.0, "", 0.0, rig.clock.now_s(), message))
-    outcomes = make_safe(_actions(engine, rig), engine.operator)
+    loop_end_s = rig.clock.now_s()
+    outcomes = outcomes or make_safe(_actions(engine, rig), engine.operator)
     end_s = rig.clock.now_s()
     procedure, cause = engine.procedure, engine.cause
     if cause is not None:
@@ -262,7 +292,7 @@ def run_loop(
     else:
         status = RunStatus.INTERRUPTED
     retracted = engine.safe_reached or procedure.done
-    why = why_it_stopped(status, cause, retracted, outcomes, start_s)
+    why = why_it_stopped(status, cause, retracted, outcomes, start_s, loop_end_s)
     outcome = RunOutcome(
         status=status,
         cause=cause,

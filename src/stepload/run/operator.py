@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import IntEnum
 from types import FrameType
+from typing import Any
 
 
 class StopLevel(IntEnum):
@@ -21,15 +22,35 @@ class StopLevel(IntEnum):
     """Retract now and skip everything else."""
 
 
-class Operator:
-    """Requests of the operator, polled by the loop; signals only set numbers here."""
+STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+SUSPENDING = (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU)
+"""A run that is suspended keeps the force on: Ctrl+Z does nothing while one is going on."""
 
-    __slots__ = ("paused", "signal_number", "stop_level")
+
+class LeftEarlyError(KeyboardInterrupt):
+    """A stop was asked for before anything could move; the process ends at once."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(signal.Signals(number).name)
+        self.signal_number = number
+
+
+class Operator:
+    """Requests of the operator, polled by the loop; signals only set numbers here.
+
+    `moving` says that the devices are open and the run has begun. Before it a stop ends the
+    process like any other, so that a device that hangs while it opens can be left. `on_lost` is
+    called before the process ends without unwinding: it gives the terminal back.
+    """
+
+    __slots__ = ("moving", "on_lost", "paused", "signal_number", "stop_level")
 
     def __init__(self) -> None:
         self.stop_level = 0
         self.paused = False
         self.signal_number = 0
+        self.moving = False
+        self.on_lost: Callable[[], None] = lambda: None
 
     def request_stop(self, level: StopLevel) -> None:
         """Ask for at least this level; it never goes back."""
@@ -41,12 +62,15 @@ class Operator:
 
     @contextmanager
     def listening(self) -> Iterator[None]:
-        """Ctrl+C, SIGTERM and SIGHUP come here instead of ending the process.
+        """Ctrl+C, SIGTERM, SIGHUP and SIGQUIT come here instead of ending the process.
 
         Only in the main thread; the former handlers return at the end.
+
+        Raises:
+            LeftEarlyError: one came before `moving`.
         """
-        names = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-        former = {number: signal.signal(number, self._on_signal) for number in names}
+        former: dict[signal.Signals, Any] = {n: signal.signal(n, self._on_signal) for n in STOPPING}
+        former |= {n: signal.signal(n, signal.SIG_IGN) for n in SUSPENDING}
         try:
             yield
         finally:
@@ -54,6 +78,8 @@ class Operator:
                 signal.signal(number, handler)
 
     def _on_signal(self, number: int, _frame: FrameType | None) -> None:
+        if not self.moving:
+            raise LeftEarlyError(number)
         self.signal_number = self.signal_number or number
         if number == signal.SIGINT:
             self.press()

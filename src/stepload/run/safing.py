@@ -83,11 +83,16 @@ def _run(action: Action, operator: Operator) -> Outcome:
 
 
 def why_it_stopped(
-    status: str, cause: Cause | None, retracted: bool, outcomes: tuple[Outcome, ...], start_s: float
+    status: str,
+    cause: Cause | None,
+    retracted: bool,
+    outcomes: tuple[Outcome, ...],
+    start_s: float,
+    loop_end_s: float,
 ) -> str:
     """One paragraph: what triggered, its value and limit, what safing did and when.
 
-    `start_s` is the time on the run's clock that counts as zero.
+    `start_s` is the time on the run's clock that counts as zero, `loop_end_s` when the loop ended.
     """
     if cause is None:
         text = (
@@ -96,18 +101,25 @@ def why_it_stopped(
             else "The run was interrupted on the operator's request."
         )
     else:
-        text = (
-            f"The run was stopped by {cause.rule} at {cause.time_s - start_s:.3f} s:"
-            f" {cause.message} (value {cause.value:.6g} {cause.unit}, limit {cause.limit:.6g}"
-            f" {cause.unit}, judged by a sample {cause.sample_age_s * 1e3:.1f} ms old)."
-        )
+        text = f"The run was stopped by {cause.rule} at {cause.time_s - start_s:.3f} s: "
+        text += cause.message
+        if cause.unit:
+            text += (
+                f" (value {cause.value:.6g} {cause.unit}, limit {cause.limit:.6g} {cause.unit},"
+                f" judged by a sample {cause.sample_age_s * 1e3:.1f} ms old)"
+            )
+        text += "."
     if status != "completed":
         text += (
-            " The arm was retracted along the approach axis by the run itself."
+            f" The run itself retracted the arm along the approach axis, and was clear of the"
+            f" surface at {loop_end_s - start_s:.3f} s."
             if retracted
             else " The run could not confirm a retract of its own."
         )
+    begun_s = outcomes[0].start_s if outcomes else 0.0
     for outcome in outcomes:
         verdict = outcome.error or "confirmed"
-        text += f" Safing, {outcome.name}: {verdict} ({outcome.duration_s * 1e3:.0f} ms)."
+        text += f" Safing, {outcome.name}: {verdict} "
+        text += f"({(outcome.start_s - begun_s) * 1e3:+.0f} ms, took"
+        text += f" {outcome.duration_s * 1e3:.0f} ms)."
     return text

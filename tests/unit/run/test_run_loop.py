@@ -173,6 +173,7 @@ def test_the_operator_stops_at_any_time(phase: Phase, level: int) -> None:
 def test_signals_set_levels() -> None:
     operator = Operator()
     with operator.listening():
+        operator.moving = True
         os.kill(os.getpid(), signal.SIGINT)
         assert operator.stop_level == 1
         os.kill(os.getpid(), signal.SIGTERM)

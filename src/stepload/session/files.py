@@ -1,0 +1,132 @@
+"""What a run keeps beside its data: where, under which names, and what the record says of it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import platform
+import re
+import secrets
+from datetime import UTC, datetime
+from pathlib import Path
+
+import stepload
+from stepload.errors import BadInputError
+from stepload.feasibility.preflight import Preflight
+from stepload.findings import conditions, replayed
+from stepload.open_rig import OpenRig
+from stepload.plan.model import Plan, SecondForceSource
+from stepload.record.recorder import NAME
+from stepload.record.recovery import PART_SUFFIX, sync_directory
+from stepload.run.limits import RunLimits
+
+REPORT, RESULTS, RECORD, PART = "report.html", "results.json", NAME, NAME + PART_SUFFIX
+
+
+def run_directory(plan: Plan, *, dry_run: bool, out: Path | None) -> Path:
+    """Where a run's files go: `out`, or a new directory below the plan's record directory."""
+    if out is not None:
+        return out
+    stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
+    slug = re.sub(r"[^a-z0-9]+", "-", plan.name.lower()).strip("-")[:40] or "run"
+    return plan.record.directory / f"{stamp}-{slug}{'-dry' if dry_run else ''}"
+
+
+def make_directory(directory: Path) -> None:
+    """Make a run's directory, and say early what would keep a record from being written there.
+
+    Raises:
+        BadInputError: it cannot be made, is a symbolic link, or holds a record already.
+    """
+    if directory.is_symlink():
+        raise BadInputError(
+            f"{directory} is a symbolic link", hint="name the directory that it points to"
+        )
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInputError(
+            f"cannot make the directory {directory}: {error.strerror}",
+            hint="choose another with --out",
+        ) from error
+    for name in (RECORD, PART):
+        if os.path.lexists(directory / name):
+            raise BadInputError(
+                f"{directory / name} exists already", hint="a run needs a directory of its own"
+            )
+
+
+def metadata(plan: Plan, rig: OpenRig, *, dry_run: bool, seed: int | None) -> dict[str, str]:
+    """The record's metadata: who, when, with what; flat texts."""
+    second = plan.rig.second_force
+    sensor = second.sensor if second.source is SecondForceSource.SENSOR else None
+    data = {
+        "run_id": secrets.token_hex(6),
+        "plan": plan.name,
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "dry_run": str(dry_run).lower(),
+        "seed": "" if seed is None else str(seed),
+        "stepload": stepload.__version__,
+        "python": platform.python_version(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "host": platform.node(),
+        "operator": plan.record.operator,
+        "notes": plan.record.notes,
+        "force_axis": plan.rig.force.axis,
+        "second_force_axis": sensor.axis if sensor else "",
+        "rig": plan.rig.name,
+        "payload": plan.payload.name,
+    }
+    for role, identity in rig.identities.items():
+        data[role] = (
+            f"{identity.driver}: {identity.model} {identity.serial_number}, firmware "
+            f"{identity.firmware}, calibration {identity.calibration_revision}"
+        )
+    return data
+
+
+def plan_files(plan: Plan) -> dict[str, bytes]:
+    """The plan's texts by the names they have in a record."""
+    return {
+        "plan.yaml"
+        if index == 0
+        else f"plan-{index}-{Path(source.name).name}": source.text.encode()
+        for index, source in enumerate(plan.sources)
+    }
+
+
+def attachments(plan: Plan, limits: RunLimits, check: Preflight) -> dict[str, bytes]:
+    """The record's files: conditions, plan, limits, preflight."""
+    reasons = [
+        {"code": r.code, "severity": r.severity.value, "message": r.message, "remedy": r.remedy}
+        for r in check.reasons
+    ]
+    stated = conditions.planned(plan, check.theory.elastic_limit_n)
+    return {
+        conditions.FILE: conditions.to_bytes(stated),
+        **plan_files(plan),
+        replayed.FILE: replayed.limits_to_bytes(limits),
+        "preflight.json": json.dumps({"verdict": check.verdict.value, "reasons": reasons}).encode(),
+    }
+
+
+def write_file(path: Path, text: str) -> None:
+    """Write a file that is there whole or not at all; a link of that name is not followed.
+
+    Raises:
+        OSError: it could not be written; what was there before still is.
+    """
+    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    fd = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o644)
+    try:
+        with os.fdopen(fd, "w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(partial, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            partial.unlink()
+        raise
+    sync_directory(path.parent)

@@ -1,0 +1,86 @@
+"""Finds records that no run has finished, repairs them, and says in a line what is in each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stepload.errors import SteploadError
+from stepload.findings.from_file import Wishes, identify_file
+from stepload.findings.identification import Identification
+from stepload.findings.results import identification_data
+from stepload.record.recovery import Recovered, find_unfinished, recover
+
+
+@dataclass(frozen=True, slots=True)
+class Repaired:
+    """One record that was found unfinished; `problem` says what could not be done with it."""
+
+    source: Path
+    found: Recovered | None
+    identification: Identification | None
+    problem: str
+
+    @property
+    def line(self) -> str:
+        """What became of it, in one line."""
+        if self.found is None:
+            return f"unfinished record {self.source}: not repaired: {self.problem}"
+        counts = self.found.counts
+        text = f"unfinished record {self.source}: repaired, marked partial ({self.found.path.name}"
+        text += f", {sum(counts.values())} messages read back, {self.found.cut_bytes} bytes cut); "
+        if self.identification is None:
+            return text + f"nothing to identify: {self.problem}"
+        fit = self.identification.fit
+        return text + (
+            f"from what is there: secant {fit.secant_n_per_m:.4g} N/m at {fit.secant_force_n:.4g} N"
+            f", {self.identification.judgement.outcome.value}"
+        )
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """The same for `--json`."""
+        found, identified = self.found, self.identification
+        return {
+            "source": self.source,
+            "path": found.path if found else None,
+            "counts": found.counts if found else {},
+            "cut_bytes": found.cut_bytes if found else 0,
+            "damage": found.damage if found else "",
+            "identification": identification_data(identified) if identified else None,
+            "problem": self.problem,
+        }
+
+
+def repair(path: Path, out: Path | None = None) -> Repaired:
+    """Repair one record and identify what is in it.
+
+    Raises:
+        BadInputError: it cannot be repaired.
+    """
+    found = recover(path, out)
+    try:
+        identification, _ = identify_file(found.path, Wishes())
+    except (SteploadError, ArithmeticError, ValueError) as error:
+        return Repaired(path, found, None, _one_line(error))
+    return Repaired(path, found, identification, "")
+
+
+def repair_all(directory: Path) -> list[Repaired]:
+    """Repair what is unfinished in `directory` and one level below; never raises for one of them.
+
+    What a living run still writes is left alone.
+    """
+    done = []
+    for path in find_unfinished(directory) if directory.is_dir() else []:
+        try:
+            done.append(repair(path))
+        except (SteploadError, OSError) as error:  # it must not keep the next run from beginning
+            done.append(Repaired(path, None, None, _one_line(error)))
+    return done
+
+
+def _one_line(error: Exception) -> str:
+    text = error.message if isinstance(error, SteploadError) else f"{type(error).__name__}: {error}"
+    return " ".join(text.split())
