@@ -7,12 +7,11 @@ import math
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
+from stepload.identify.fit import Doubt, Fit, Flag, FloatArray, Later
 from stepload.identify.points import Points
 
 PLAUSIBLE_EXPONENTS = 0.5, 5.0
 """Theory has n > 1 (5) and 1.5 to 2 for round and pointed bodies; the margin is for noise."""
-_BLOCK = 16384
 
 
 def finish(
@@ -25,11 +24,13 @@ def finish(
     zero_m: float = 0.0,
     covariance: FloatArray | None = None,
     doubts: tuple[Doubt, ...] = (),
+    force_rms: Later | None = None,
 ) -> Fit:
     """The `Fit` of F = exp(`log_k`) (δ - `zero_m`)^n with its rms force residual.
 
-    An exponent that is no contact law or a K beyond floating point is flagged ILL_CONDITIONED,
-    not raised: a table of all estimators must stay complete.
+    `force_rms` is that residual where the estimator knows how to find it cheaper. An exponent that
+    is no contact law or a K beyond floating point is flagged ILL_CONDITIONED, not raised: a table
+    of all estimators must stay complete.
     """
     secant = log_secant(log_k, n, secant_force_n)
     return Fit(
@@ -40,7 +41,11 @@ def finish(
         secant_n_per_m=_exp(secant),
         secant_force_n=secant_force_n,
         covariance=covariance,
-        force_rms_n=force_rms(points.deformation_m, points.force_n, log_k, n, zero_m),
+        force_rms=(
+            force_rms_n(points.deformation_m, points.force_n, log_k, n, zero_m)
+            if force_rms is None
+            else force_rms
+        ),
         points=points.force_n.size,
         doubts=points.doubts + doubts + unlawful(log_k, n),
     )
@@ -66,27 +71,20 @@ def unlawful(log_k: float, n: float) -> tuple[Doubt, ...]:
     return (Doubt(Flag.ILL_CONDITIONED, message),)
 
 
-def force_rms(
+def force_rms_n(
     deformation_m: FloatArray, force_n: FloatArray, log_k: float, n: float, zero_m: float
 ) -> float:
     """rms of F - K (δ - δ0)^n in N; the law gives 0 N where δ ≤ δ0."""
     if not (math.isfinite(log_k) and math.isfinite(n)):
         return math.nan
-    total = 0.0
-    buffer = np.empty(min(_BLOCK, force_n.size))
     with np.errstate(divide="ignore", over="ignore"):
-        for start in range(0, force_n.size, _BLOCK):
-            force = force_n[start : start + _BLOCK]
-            part = buffer[: force.size]
-            np.subtract(deformation_m[start : start + _BLOCK], zero_m, out=part)
-            np.maximum(part, 0.0, out=part)
-            np.log(part, out=part)
-            part *= n
-            part += log_k
-            np.exp(part, out=part)
-            part -= force
-            total += float(part @ part)
-    return math.sqrt(total / force_n.size)
+        law = np.maximum(deformation_m - zero_m, 0.0)
+        np.log(law, out=law)
+        law *= n
+        law += log_k
+        np.exp(law, out=law)
+        law -= force_n
+    return math.sqrt(float(law @ law) / force_n.size)
 
 
 def _exp(value: float) -> float:

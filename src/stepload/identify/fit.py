@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -32,6 +33,21 @@ class Doubt:
     message: str
 
 
+class Later:
+    """A number that is computed when first asked for; what it is computed from is let go then."""
+
+    __slots__ = ("_compute", "_value")
+
+    def __init__(self, compute: Callable[[], float]) -> None:
+        self._compute: Callable[[], float] | None = compute
+        self._value = 0.0
+
+    def __call__(self) -> float:
+        if self._compute is not None:
+            self._value, self._compute = self._compute(), None
+        return self._value
+
+
 @dataclass(frozen=True, slots=True)
 class Fit:
     """F = K (δ − δ0)^n as one estimator sees it.
@@ -45,7 +61,8 @@ class Fit:
         secant_force_n: force the secant is taken at.
         covariance: (3, 3) of (ln K, n, δ0) from the residuals alone, None where the estimator has
             none. It is *not* the honest uncertainty: see `stepload.identify.budget`.
-        force_rms_n: rms force residual of the data about the law.
+        force_rms: rms force residual of the data about the law in N, or `Later`; read it as
+            `force_rms_n`.
         points: data points used.
         doubts: what is doubtful about it.
     """
@@ -57,6 +74,11 @@ class Fit:
     secant_n_per_m: float
     secant_force_n: float
     covariance: FloatArray | None
-    force_rms_n: float
+    force_rms: float | Later
     points: int
     doubts: tuple[Doubt, ...] = field(default=())
+
+    @property
+    def force_rms_n(self) -> float:
+        """rms force residual of the data about the law."""
+        return self.force_rms() if isinstance(self.force_rms, Later) else self.force_rms

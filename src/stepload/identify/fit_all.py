@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stepload.errors import DomainError
-from stepload.identify.finish import force_rms
+from stepload.identify.finish import force_rms_n
 from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
 from stepload.identify.inverse_law import inverse_ls, joint
 from stepload.identify.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
@@ -146,8 +146,8 @@ def _recursive(deformation: FloatArray, force: FloatArray, secant_force_n: float
     result = fit.fit()
     if not 0.0 < result.k < math.inf:
         return result
-    residual = force_rms(deformation[used], force[used], math.log(result.k), result.n, 0.0)
-    return dataclasses.replace(result, force_rms_n=residual)
+    residual = force_rms_n(deformation[used], force[used], math.log(result.k), result.n, 0.0)
+    return dataclasses.replace(result, force_rms=residual)
 
 
 def _times(time_s: ArrayLike, force: FloatArray) -> FloatArray:

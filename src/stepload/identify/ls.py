@@ -3,11 +3,15 @@
 All of them come from the same five weighted moments. These are taken about the mean, where
 squaring costs nothing: the result equals the singular value decomposition of the whole data matrix
 to 1e-12, while an uncentred Gram matrix would square a condition of 3e6 to 8e7.
+
+The data are read once: the moments also tell whether every point had a logarithm, and the force
+residual is found from the logarithms, should anybody ask for it.
 """
 
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,14 +19,14 @@ from numpy.typing import ArrayLike
 
 from stepload.errors import DomainError
 from stepload.identify.finish import finish
-from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
+from stepload.identify.fit import Doubt, Fit, Flag, FloatArray, Later
 from stepload.identify.gram import gram
-from stepload.identify.points import Points, positive
+from stepload.identify.points import FEW_POINTS, Points, paired, positive
 
 CLOSE_SINGULAR_VALUES = 0.3
 """Above this ratio of the two smallest singular values a direction is not determined."""
-_BLOCK = 16384
-_START_POINTS = 1000
+_BLOCK = 1 << 16
+_CENTRE_POINTS = 9
 
 
 class LogMoments(NamedTuple):
@@ -47,6 +51,15 @@ class LogMoments(NamedTuple):
         )
 
 
+class LogData(NamedTuple):
+    """Usable points, their logarithms (L,) and the moments of these."""
+
+    points: Points
+    log_deformation: FloatArray
+    log_force: FloatArray
+    moments: LogMoments
+
+
 def log_ls(deformation_m: ArrayLike, force_n: ArrayLike, *, secant_force_n: float = 300.0) -> Fit:
     """Least squares of ln F on ln δ: all error is taken to be in ln F.
 
@@ -58,16 +71,16 @@ def log_ls(deformation_m: ArrayLike, force_n: ArrayLike, *, secant_force_n: floa
     Raises:
         DomainError: unusable data, see `stepload.identify.points`.
     """
-    points = positive(deformation_m, force_n, at_least=3)
-    moments = log_moments(points, row_scaled=False)
+    data = log_data(deformation_m, force_n, row_scaled=False)
+    moments = data.moments
     n = moments.sxy / moments.sxx
     log_k = moments.mean_y - n * moments.mean_x
-    variance = moments.srr / (points.force_n.size - 2)
+    variance = moments.srr / (data.points.force_n.size - 2)
     covariance = np.zeros((3, 3))
     covariance[1, 1] = variance / moments.sxx
     covariance[0, 1] = covariance[1, 0] = -moments.mean_x * covariance[1, 1]
     covariance[0, 0] = variance / moments.weight + moments.mean_x**2 * covariance[1, 1]
-    return finish("log_ls", points, log_k, n, secant_force_n=secant_force_n, covariance=covariance)
+    return _finish("log_ls", data, log_k, n, secant_force_n, covariance=covariance)
 
 
 def log_tls(deformation_m: ArrayLike, force_n: ArrayLike, *, secant_force_n: float = 300.0) -> Fit:
@@ -78,8 +91,8 @@ def log_tls(deformation_m: ArrayLike, force_n: ArrayLike, *, secant_force_n: flo
     Raises:
         DomainError: unusable data, see `stepload.identify.points`.
     """
-    points = positive(deformation_m, force_n, at_least=3)
-    return _three_column("log_tls", points, log_moments(points, row_scaled=False), secant_force_n)
+    data = log_data(deformation_m, force_n, row_scaled=False)
+    return _three_column("log_tls", data, secant_force_n)
 
 
 def rs_btls(deformation_m: ArrayLike, force_n: ArrayLike, *, secant_force_n: float = 300.0) -> Fit:
@@ -104,8 +117,8 @@ def rs_btls(deformation_m: ArrayLike, force_n: ArrayLike, *, secant_force_n: flo
         >>> round(fit.n, 6)
         1.5
     """
-    points = positive(deformation_m, force_n, at_least=3)
-    return _three_column("rs_btls", points, log_moments(points, row_scaled=True), secant_force_n)
+    data = log_data(deformation_m, force_n, row_scaled=True)
+    return _three_column("rs_btls", data, secant_force_n)
 
 
 def mixed_ls_tls(
@@ -118,57 +131,82 @@ def mixed_ls_tls(
     Raises:
         DomainError: unusable data, see `stepload.identify.points`.
     """
-    points = positive(deformation_m, force_n, at_least=3)
-    moments = log_moments(points, row_scaled=True)
-    _, values, rows = np.linalg.svd(moments.triangle()[1:, 1:])
+    data = log_data(deformation_m, force_n, row_scaled=True)
+    _, values, rows = np.linalg.svd(data.moments.triangle()[1:, 1:])
     n = _ratio(-float(rows[1, 0]), float(rows[1, 1]))
-    log_k = moments.mean_y - n * moments.mean_x
-    return finish(
-        "mixed_ls_tls",
-        points,
-        log_k,
-        n,
-        secant_force_n=secant_force_n,
-        doubts=ill_conditioned(float(values[1]), float(values[0])),
-    )
+    log_k = data.moments.mean_y - n * data.moments.mean_x
+    doubts = ill_conditioned(float(values[1]), float(values[0]))
+    return _finish("mixed_ls_tls", data, log_k, n, secant_force_n, doubts=doubts)
 
 
-def log_moments(points: Points, *, row_scaled: bool) -> LogMoments:
-    """Moments of ln δ and ln F, weighted with δ² or 1, in one pass about the mean of a few.
+def log_data(deformation_m: ArrayLike, force_n: ArrayLike, *, row_scaled: bool) -> LogData:
+    """The usable points with their logarithms and moments, weighted with δ² or 1.
+
+    A point without logarithms makes a sum that is not finite: only then are points searched and
+    left out, and the sums taken again.
 
     Raises:
-        DomainError: all deformations are equal.
+        DomainError: unusable data, see `stepload.identify.points`; all deformations are equal.
     """
-    stride = max(1, points.force_n.size // _START_POINTS)
-    few = Points(points.deformation_m[::stride], points.force_n[::stride], ())
-    rough = _moments_about(few, 0.0, 0.0, row_scaled)
-    return _moments_about(points, rough.mean_x, rough.mean_y, row_scaled)
+    points = Points(*paired(deformation_m, force_n), ())
+    if points.force_n.size >= FEW_POINTS:
+        with np.errstate(all="ignore"):
+            sums = _summed(points, row_scaled)
+        if math.isfinite(float(sums.total.sum())):
+            return LogData(points, sums.log_x, sums.log_y, _centred(points, sums))
+    points = positive(deformation_m, force_n, at_least=3)
+    sums = _summed(points, row_scaled)
+    return LogData(points, sums.log_x, sums.log_y, _centred(points, sums))
 
 
-def _moments_about(
-    points: Points, centre_x: float, centre_y: float, row_scaled: bool
-) -> LogMoments:
+class _Sums(NamedTuple):
+    """x and y (L,), and the sums of products (3, 3) of √w·[1, x − centre_x, y − centre_y]."""
+
+    log_x: FloatArray
+    log_y: FloatArray
+    total: FloatArray
+    centre_x: float
+    centre_y: float
+
+
+def _summed(points: Points, row_scaled: bool) -> _Sums:
+    """Logarithms and their sums, about those of two middling values."""
+    centre_x, centre_y = _middling_log(points.deformation_m), _middling_log(points.force_n)
     size = points.force_n.size
     total = np.zeros((3, 3))
-    buffers = np.ones((3, min(_BLOCK, size)))
+    logarithms = np.empty(size), np.empty(size)
+    buffers = np.empty((2, min(_BLOCK, size)))
     for start in range(0, size, _BLOCK):
         deformation = points.deformation_m[start : start + _BLOCK]
-        ones, x, y = buffers[:, : deformation.size]
-        np.log(deformation, out=x)
-        np.log(points.force_n[start : start + _BLOCK], out=y)
-        x -= centre_x
-        y -= centre_y
+        x, y = buffers[:, : deformation.size]
+        log_x, log_y = (part[start : start + _BLOCK] for part in logarithms)
+        np.log(deformation, out=log_x)
+        np.log(points.force_n[start : start + _BLOCK], out=log_y)
+        np.subtract(log_x, centre_x, out=x)
+        np.subtract(log_y, centre_y, out=y)
         if row_scaled:
             x *= deformation
             y *= deformation
-        total += gram([deformation if row_scaled else ones, x, y])
+        total += gram([deformation if row_scaled else np.ones(x.size), x, y])
+    return _Sums(*logarithms, total, centre_x, centre_y)
+
+
+def _middling_log(values: FloatArray) -> float:
+    """ln of the median of a few; 0 where it has none."""
+    middle = sorted(values[:: -(-values.size // _CENTRE_POINTS)].tolist())
+    value: float = middle[len(middle) // 2]
+    return math.log(value) if 0.0 < value < math.inf else 0.0
+
+
+def _centred(points: Points, sums: _Sums) -> LogMoments:
+    total = sums.total
     weight = float(total[0, 0])
     off_x, off_y = float(total[0, 1]) / weight, float(total[0, 2]) / weight
-    mean_x, mean_y = centre_x + off_x, centre_y + off_y
+    mean_x, mean_y = sums.centre_x + off_x, sums.centre_y + off_y
     sxx = float(total[1, 1]) - weight * off_x**2
     if not sxx > 1e-24 * weight * max(1.0, mean_x**2):
         raise DomainError(
-            f"all {size} deformations are equal ({points.deformation_m[0]:g} m): "
+            f"all {points.force_n.size} deformations are equal ({points.deformation_m[0]:g} m): "
             "an exponent needs a range of loads"
         )
     sxy = float(total[1, 2]) - weight * off_x * off_y
@@ -194,11 +232,42 @@ def ill_conditioned(smallest: float, next_smallest: float) -> tuple[Doubt, ...]:
     return (Doubt(Flag.ILL_CONDITIONED, message),)
 
 
-def _three_column(
-    estimator: str, points: Points, moments: LogMoments, secant_force_n: float
+def _three_column(estimator: str, data: LogData, secant_force_n: float) -> Fit:
+    log_k, n, doubts = smallest_direction(data.moments.triangle())
+    return _finish(estimator, data, log_k, n, secant_force_n, doubts=doubts)
+
+
+def _finish(
+    estimator: str,
+    data: LogData,
+    log_k: float,
+    n: float,
+    secant_force_n: float,
+    *,
+    covariance: FloatArray | None = None,
+    doubts: tuple[Doubt, ...] = (),
 ) -> Fit:
-    log_k, n, doubts = smallest_direction(moments.triangle())
-    return finish(estimator, points, log_k, n, secant_force_n=secant_force_n, doubts=doubts)
+    return finish(
+        estimator,
+        data.points,
+        log_k,
+        n,
+        secant_force_n=secant_force_n,
+        covariance=covariance,
+        doubts=doubts,
+        force_rms=Later(partial(_force_rms_n, data.log_deformation, data.log_force, log_k, n)),
+    )
+
+
+def _force_rms_n(
+    log_deformation: FloatArray, log_force: FloatArray, log_k: float, n: float
+) -> float:
+    """rms of F - K δ^n in N."""
+    if not (math.isfinite(log_k) and math.isfinite(n)):
+        return math.nan
+    with np.errstate(over="ignore"):
+        residual = np.exp(log_force) - np.exp(n * log_deformation + log_k)
+    return math.sqrt(float(residual @ residual) / residual.size)
 
 
 def _ratio(numerator: float, denominator: float) -> float:

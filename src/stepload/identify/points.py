@@ -49,10 +49,27 @@ def positive(deformation_m: ArrayLike, force_n: ArrayLike, *, at_least: int) -> 
 
 
 def checked(deformation_m: ArrayLike, force_n: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Both as float arrays of one length.
+    """Both as float arrays of one length, finite.
 
     Raises:
         DomainError: they are not 1-D of one length, or a number is not finite.
+    """
+    deformation, force = paired(deformation_m, force_n)
+    for values, what in ((deformation, "deformations"), (force, "forces")):
+        if not math.isfinite(float(values.sum())):
+            bad = np.flatnonzero(~np.isfinite(values))
+            raise DomainError(
+                f"{bad.size} of {values.size} {what} are not finite, the first at index {bad[:1]}",
+                hint="drop samples that are missing or invalid before fitting",
+            )
+    return deformation, force
+
+
+def paired(deformation_m: ArrayLike, force_n: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Both as float arrays of one length; their numbers are not looked at.
+
+    Raises:
+        DomainError: they are not 1-D of one length.
     """
     deformation = np.ascontiguousarray(deformation_m, dtype=np.float64)
     force = np.ascontiguousarray(force_n, dtype=np.float64)
@@ -61,13 +78,6 @@ def checked(deformation_m: ArrayLike, force_n: ArrayLike) -> tuple[FloatArray, F
             f"deformation has shape {deformation.shape}, force {force.shape}; "
             "both must be 1-D of one length"
         )
-    for values, what in ((deformation, "deformations"), (force, "forces")):
-        if not math.isfinite(float(values.sum())):
-            bad = np.flatnonzero(~np.isfinite(values))
-            raise DomainError(
-                f"{bad.size} of {values.size} {what} are not finite, the first at index {bad[:1]}",
-                hint="drop samples that are missing or invalid before fitting",
-            )
     return deformation, force
 
 

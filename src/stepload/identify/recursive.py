@@ -170,7 +170,7 @@ class RsRtls:
             secant_n_per_m=math.exp(min(log_secant(log_k, n, self._secant_force_n), 709.0)),
             secant_force_n=self._secant_force_n,
             covariance=None,
-            force_rms_n=relative * math.sqrt(mean_square),
+            force_rms=relative * math.sqrt(mean_square),
             points=self._used,
             doubts=doubts + self._doubts() + unlawful(log_k, n),
         )

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 from stepload.errors import DomainError
 from stepload.identify.finish import finish
 from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
-from stepload.identify.ls import log_moments
-from stepload.identify.points import positive
+from stepload.identify.ls import log_data
 
 
 class _Profile(NamedTuple):
@@ -51,9 +50,7 @@ def ew_tls(
     from scipy.optimize import brentq
 
     require_sigmas(sigma_m, sigma_n)
-    points = positive(deformation_m, force_n, at_least=3)
-    moments = log_moments(points, row_scaled=True)
-    x, y = np.log(points.deformation_m), np.log(points.force_n)
+    points, x, y, moments = log_data(deformation_m, force_n, row_scaled=True)
     vx, vy = (sigma_m / points.deformation_m) ** 2, (sigma_n / points.force_n) ** 2
     start = moments.sxy / moments.sxx
     bracket = _bracket(start, lambda at: _profile(at, x, y, vx, vy).slope)

@@ -140,8 +140,18 @@ def test_force_rms_is_of_the_force() -> None:
     assert fit.force_rms_n == pytest.approx(np.sqrt(np.mean((fit.k * x**fit.n - y) ** 2)))
 
 
+def test_the_force_residual_is_that_of_the_data_as_they_were_fitted() -> None:
+    x, y = noisy(5, 6.57e8, 1.5)
+    fit = rs_btls(x, y)
+    expected = np.sqrt(np.mean((fit.k * x**fit.n - y) ** 2))
+    x *= 2.0
+    y[:] = 0.0
+    assert fit.force_rms_n == pytest.approx(expected)
+    assert fit.force_rms_n == pytest.approx(expected), "asked for twice"
+
+
 def test_accuracy_holds_where_blocks_meet() -> None:
-    x, y = noisy(6, 6.57e8, 1.5, size=40_000)
+    x, y = noisy(6, 6.57e8, 1.5, size=140_000)
     assert rs_btls(x, y).n == pytest.approx(by_svd(x[:, None] * columns(x, y))[1], rel=1e-10)
 
 
@@ -153,6 +163,22 @@ def test_points_without_logarithm_are_left_out_and_flagged() -> None:
     assert fit.points == x.size
     assert [doubt.flag for doubt in fit.doubts] == [Flag.NOT_POSITIVE]
     assert "1.5 % of 203 points" in fit.doubts[0].message
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("place", [0, 100, 199])
+def test_one_bad_number_among_many_is_refused(bad: float, place: int) -> None:
+    for column in (0, 1):
+        data = noisy(2, 6.57e8, 1.5)
+        data[column][place] = bad
+        with pytest.raises(DomainError, match=rf"1 of 200 .* not finite.* \[{place}\]"):
+            rs_btls(*data)
+
+
+def test_a_middle_full_of_free_air_is_left_out() -> None:
+    x, y = noisy(2, 6.57e8, 1.5)
+    air_x, air_y = np.insert(x, 100, np.full(300, -1e-6)), np.insert(y, 100, np.zeros(300))
+    assert rs_btls(air_x, air_y).n == pytest.approx(rs_btls(x, y).n, rel=1e-12)
 
 
 def test_few_points_are_flagged() -> None:
