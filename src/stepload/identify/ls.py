@@ -152,7 +152,8 @@ def log_data(deformation_m: ArrayLike, force_n: ArrayLike, *, row_scaled: bool) 
     if points.force_n.size >= FEW_POINTS:
         with np.errstate(all="ignore"):
             sums = _summed(points, row_scaled)
-        if math.isfinite(float(sums.total.sum())):
+            usable = math.isfinite(float(sums.total.sum()))
+        if usable:
             return LogData(points, sums.log_x, sums.log_y, _centred(points, sums))
     points = positive(deformation_m, force_n, at_least=3)
     sums = _summed(points, row_scaled)
