@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from stepload.errors import BadInputError
 from stepload_drivers.emulators import ur_command
 from stepload_drivers.emulators.faults import FAULTS, FaultBoard, parse_fault
 
@@ -125,22 +128,36 @@ def rig(
     approach: Annotated[
         tuple[float, float, float], typer.Option(help="Approach direction of the arm, base frame.")
     ] = (0.0, 0.0, -1.0),
+    link: Annotated[
+        list[str] | None,
+        typer.Option("--link", help="DRIVER=PATH: a name of its own for a sensor's port."),
+    ] = None,
     until_eof: UntilEof = False,
 ) -> None:
     """Sensors and a UR arm around one contact world, in real time.
 
-    With --ur, standard input takes the commands of `emulate ur`.
+    With --ur, standard input takes the commands of `emulate ur`, and a sensor's faults as
+    DRIVER FAULT; `DRIVER clear` ends them.
     """
     from stepload_drivers.emulators.catalog import driver_options
     from stepload_drivers.emulators.live_rig import LiveRig, load_spec
-    from stepload_drivers.emulators.service import serve
+    from stepload_drivers.emulators.port_link import port_link
+    from stepload_drivers.emulators.service import obey, serve
     from stepload_drivers.sim.live import DEFAULT_SPEC
 
     sensors = tuple(sensor or ("bota_serial",))
     boards = {name: FaultBoard(_faults_of(name, sensors, fault or [])) for name in sensors}
     live = LiveRig(load_spec(world) if world else DEFAULT_SPEC, sensors, boards)
-    live.start()
-    try:
+    links = [text.partition("=") for text in link or ()]
+    with ExitStack() as stack:
+        for name, _, path in links:
+            if name not in live.emulators or not path:
+                raise BadInputError(
+                    f"--link {name}={path}", hint=f"DRIVER=PATH, DRIVER one of {', '.join(sensors)}"
+                )
+            stack.enter_context(port_link(Path(path), live.emulators[name].address))
+        live.start()
+        stack.callback(live.stop)
         greeting = [
             json.dumps({"driver": name, "options": driver_options(emulator)})
             for name, emulator in live.emulators.items()
@@ -149,11 +166,21 @@ def rig(
             from stepload_drivers.emulators.ur_emulator import run_ur_emulator
 
             typer.echo("\n".join(greeting))
-            run_ur_emulator(ur, direction=approach, axis=live.axis, until_eof=until_eof)
+            others = {name: partial(obey, board) for name, board in boards.items()}
+            try:
+                run_ur_emulator(
+                    ur, direction=approach, axis=live.axis, until_eof=until_eof, others=others
+                )
+            except (ValueError, OSError) as error:
+                raise BadInputError(
+                    f"emulate rig --ur {ur}: {error}",
+                    hint="the UR protocol fixes the ports: take an address of 127.0.0.0/8 that no "
+                    "other emulator uses",
+                ) from error
+            except KeyboardInterrupt:
+                return
         else:
             serve(boards[sensors[0]], greeting, typer.echo, until_eof=until_eof)
-    finally:
-        live.stop()
 
 
 def _faults_of(name: str, sensors: tuple[str, ...], faults: list[str]) -> tuple[Any, ...]:

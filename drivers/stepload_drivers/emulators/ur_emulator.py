@@ -6,7 +6,7 @@ import contextlib
 import ipaddress
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from stepload_drivers.emulators.ur_axis import Axis, FreeAirAxis
 from stepload_drivers.emulators.ur_controller import UrController
@@ -39,6 +39,7 @@ def run_ur_emulator(
     commands: Sequence[str] = (),
     protective_stop_ends_program: bool = False,
     until_eof: bool = False,
+    others: Mapping[str, Callable[[str], str]] | None = None,
 ) -> None:
     """Serve ports 29999 and 30001–30004 of `host` until told to quit; commands on standard input.
 
@@ -49,6 +50,7 @@ def run_ur_emulator(
         axis: physics along the approach direction; free air when not given.
         commands: lines as on standard input (see `ur_faults.HELP`), carried out at the start.
         until_eof: also end when standard input closes.
+        others: who takes the rest of a command line that begins with their name.
 
     Raises:
         ValueError: not a loopback address, or a command that is none.
@@ -65,7 +67,7 @@ def run_ur_emulator(
         model=model,
         protective_stop_ends_program=protective_stop_ends_program,
     )
-    server = UrServer(controller, host, until_eof=until_eof)
+    server = UrServer(controller, host, until_eof=until_eof, others=others)
 
     def ready() -> None:
         with contextlib.suppress(OSError):  # a controller keeps its period, where permitted

@@ -11,7 +11,7 @@ import struct
 import sys
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from stepload_drivers.emulators import ur_dashboard
 from stepload_drivers.emulators.ur_controller import UrController
@@ -40,10 +40,21 @@ class _Link:
 
 
 class UrServer:
-    """Serves `controller` on `host` until `quit` or, where asked, the end of standard input."""
+    """Serves `controller` on `host` until `quit` or, where asked, the end of standard input.
 
-    def __init__(self, controller: UrController, host: str, *, until_eof: bool = False) -> None:
+    `others` take the rest of a command line that begins with their name.
+    """
+
+    def __init__(
+        self,
+        controller: UrController,
+        host: str,
+        *,
+        until_eof: bool = False,
+        others: Mapping[str, Callable[[str], str]] | None = None,
+    ) -> None:
         self._controller = controller
+        self._others = others or {}
         self._host = host
         self._until_eof = until_eof
         self._selector = selectors.DefaultSelector()
@@ -243,6 +254,8 @@ class UrServer:
         match line.split():
             case ["help"]:
                 return HELP
+            case [name, *rest] if name in self._others:
+                return self._others[name](" ".join(rest))
             case ["quit"]:
                 self._stop = True
             case ["state"]:
