@@ -81,7 +81,7 @@ class Ablation:
             room.Finding = found
         if self.name in ("cap", "all-but-R1"):
             free = replace(engine.limits, contact_n_s_per_m=1e-6)
-            engine.procedure._controller = StepController(free)
+            engine.steps.controller = StepController(free)
         if self.name in ("leash", "all-but-R1"):
             controller.ANCHOR_SIGMAS = _NEVER
         try:

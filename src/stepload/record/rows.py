@@ -25,6 +25,7 @@ class Phase(IntEnum):
     PAUSED = 13
     SAFING = 14
     DONE = 15
+    FREE_AIR = 16
 
 
 class TickRow(NamedTuple):

@@ -26,6 +26,7 @@ INK, BLUE, ORANGE, GREEN, RED, GREY = (
     "#1d2733", "#1f5fa8", "#c8641b", "#2f7d4f", "#b3261e", "#8a94a0",
 )  # fmt: skip
 PHASE_TINT = {
+    Phase.FREE_AIR: "#e8edf3",
     Phase.TARE: "#e8edf3",
     Phase.FAST_APPROACH: "#e4efe8",
     Phase.GUARDED_APPROACH: "#d3e8da",

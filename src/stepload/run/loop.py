@@ -20,9 +20,9 @@ from stepload.record.rows import TickRow
 from stepload.rig.clock import Clock
 from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
+from stepload.run.course import Touch
 from stepload.run.hang import LOOK_S, LOOKS, LoopHungError, hang_watch
 from stepload.run.operator import StopLevel
-from stepload.run.procedure import Touch
 from stepload.run.safing import Action, Outcome, make_safe, why_it_stopped
 from stepload.run.supervisor import Cause
 from stepload.run.tare import Tare

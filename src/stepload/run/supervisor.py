@@ -105,8 +105,7 @@ class Supervisor:
         )
         period_s = limits.period_s
         self.smooth_tau_s = tau_s = max(0.25 * limits.reaction_s, 2.0 * period_s)
-        self.smooth_alpha = alpha = period_s / tau_s
-        self._slope_noise_n_per_s = 1.5 * limits.noise_n * math.sqrt(alpha) / tau_s
+        self.smooth_alpha = period_s / tau_s
         self._cross_alpha = min(1.0, period_s / limits.cross_filter_s)
         self._model_alpha = period_s / (limits.arm_lag_s + period_s)
         self._delayed = [math.nan] * max(1, round(limits.command_delay_s / period_s))
@@ -122,7 +121,6 @@ class Supervisor:
         self._difference_n = self._cross_s = self._taut_s = 0.0
         self._answer_n = self._answer_m = self._last_n = self._slow_n = 0.0
         self._answer_alpha = min(1.0, period_s / ANSWER_FILTER_S)
-        self._answer_rise_n = 6.0 * limits.noise_n * math.sqrt(0.5 * self._answer_alpha)
         self._mean_n = self._recent_m_s = 0.0
         self._speed_decay = math.exp(-period_s / SPEED_MEMORY_S)
         self.zero_n = self.second_zero_n = 0.0
@@ -130,6 +128,15 @@ class Supervisor:
         self.second_n = math.nan
         self.predicted_n = self.speed_m_s = 0.0
         self.cause: Cause | None = None
+        self.adopt(limits)
+
+    def adopt(self, limits: RunLimits) -> None:
+        """Judge by these thresholds from now on: those of the same plan, for another noise."""
+        noise_n = limits.noise_n
+        self._limits = limits
+        self._slope_noise_n_per_s = 1.5 * noise_n * math.sqrt(self.smooth_alpha) / self.smooth_tau_s
+        self._answer_rise_n = 6.0 * noise_n * math.sqrt(0.5 * self._answer_alpha)
+        self.force.identical_counts = limits.identical_counts
 
     @property
     def second_raw_n(self) -> float:

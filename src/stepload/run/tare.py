@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 LEAST_READINGS = 3
+SURE_SIGMAS = 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +25,27 @@ class Tare:
     second_mean_n: float
     second_noise_n: float
 
+    @property
+    def mean_error_n(self) -> float:
+        """Standard error of `mean_n`."""
+        return self.noise_n / math.sqrt(self.samples)
+
+    @property
+    def second_mean_error_n(self) -> float:
+        """Standard error of `second_mean_n`."""
+        return self.second_noise_n / math.sqrt(self.samples)
+
+    @property
+    def sure_noise_n(self) -> float:
+        """Lower bound (3 sigma) of the noise."""
+        return self.noise_n * (1.0 - SURE_SIGMAS / math.sqrt(2.0 * self.samples))
+
+    @property
+    def sure_slope_n_per_s(self) -> float:
+        """Lower bound (3 sigma) of the drift's size; 0 where none is sure."""
+        error = self.noise_n * math.sqrt(12.0 / self.samples) / self.duration_s
+        return max(0.0, abs(self.slope_n_per_s) - SURE_SIGMAS * error)
+
 
 class TareWindow:
     """Collects readings while the arm rests."""
@@ -40,6 +62,11 @@ class TareWindow:
         self._time_s.append(time_s)
         self._force_n.append(force_n)
         self._second_n.append(second_n)
+
+    @property
+    def start_s(self) -> float:
+        """Time of the first reading."""
+        return self._time_s[0]
 
     @property
     def count(self) -> int:

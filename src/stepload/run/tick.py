@@ -6,9 +6,12 @@ import math
 from collections.abc import Sequence
 
 from stepload.plan.model import Plan, SecondForceSource
+from stepload.plan.pressing import Measured
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
-from stepload.run.limits import RunLimits
+from stepload.run.controller import StepController
+from stepload.run.course import Course
+from stepload.run.limits import RunLimits, derive_limits
 from stepload.run.operator import Operator, StopLevel
 from stepload.run.procedure import StepProcedure
 from stepload.run.supervisor import Cause, Supervisor
@@ -22,9 +25,9 @@ _SAFING = int(Phase.SAFING)
 class Engine:
     """State of a run. It reads no clock and touches no device.
 
-    `row` is the newest tick for the record, `events` what has happened since the loop last emptied
-    it, as (time_s, kind, data). `safe_reached` says whether the retract after a trip came to its
-    end.
+    `procedure` says where the run is, `row` is the newest tick for the record, `events` what has
+    happened since the loop last emptied it, as (time_s, kind, data). `safe_reached` says whether
+    the retract after a trip came to its end.
     """
 
     def __init__(
@@ -47,15 +50,12 @@ class Engine:
         self.operator = operator
         self.events: list[tuple[float, str, dict[str, object]]] = []
         self.supervisor = Supervisor(limits, rig.force.axis, second_axis)
-        self.procedure = StepProcedure(
-            plan.procedure,
-            limits,
-            self.supervisor,
-            operator,
-            self._emit,
-            start_cycle=start_cycle,
-            start_level=start_level,
+        self.procedure = Course(
+            plan.procedure, limits, self.supervisor, operator, self._emit, start_cycle
         )
+        self.steps = StepProcedure(self.procedure, self._adopt, start_level).steps
+        self._plan = plan
+        self._measured = Measured(0.0, 0.0)
         self.cause: Cause | None = None
         self.target_m = math.nan
         self.late_s = 0.0
@@ -96,14 +96,14 @@ class Engine:
         self._last_s = now_s
         if not 0.0 <= step_s <= self._longest_step_s:
             step_s = self._longest_step_s if step_s > 0.0 else 0.0
-        sup, procedure, limits = self.supervisor, self.procedure, self.limits
+        sup, procedure = self.supervisor, self.procedure
         cause = sup.check(
             now_s,
             force_samples,
             arm_samples,
             second_samples,
             self.target_m,
-            procedure.compliance_m_per_n,
+            self.steps.controller.c_m_per_n,
             self._phase,
         )
         if self.safing:
@@ -125,10 +125,27 @@ class Engine:
             self.peak_force_n = sup.force_n
         self.row = TickRow(
             now_s, self.target_m, sup.force_n, sup.second_n, sup.predicted_n,
-            limits.force_limit_n, procedure.compliance_m_per_n, procedure.level_n, self.late_s,
-            self._phase, procedure.cycle, procedure.step_number,
+            self.limits.force_limit_n, self.steps.controller.c_m_per_n, procedure.level_n,
+            self.late_s, self._phase, procedure.cycle, procedure.step_number,
         )  # fmt: skip
         return self.target_m, done
+
+    def _adopt(self, measured: Measured) -> None:
+        """Go on with thresholds for what the rig turned out to be, where that is worse than before.
+
+        Raises:
+            RefusedError: the plan leaves no room below F_c any more.
+        """
+        last = self._measured
+        self._measured = measured = Measured(
+            max(last.noise_n, measured.noise_n), max(last.bias_n, measured.bias_n)
+        )
+        self.limits = self.procedure.limits = limits = derive_limits(
+            self._plan, elastic_limit_n=self.limits.elastic_limit_n, measured=measured
+        )
+        self.supervisor.adopt(limits)
+        self.steps.controller = StepController(limits)
+        self._emit(self._last_s, "limits", {t.name: t.value for t in limits.terms})
 
     def trip(self, cause: Cause) -> None:
         """Stop and retract for this reason, unless there is an earlier one."""

@@ -59,8 +59,8 @@ class ForceWatch:
     """State of one force stream; `raw_n` is the newest reading along the pressing axis."""
 
     __slots__ = (
-        "_clock", "_clock_limit_s", "_counts", "_empty", "_full_scale_n", "_index", "_name",
-        "_same", "_sequence", "_sign", "_since_s", "_stale_s", "_wrench", "fresh", "raw_n",
+        "_clock", "_clock_limit_s", "_empty", "_full_scale_n", "_index", "_name",
+        "_same", "_sequence", "_sign", "_stale_s", "_wrench", "fresh", "identical_counts", "raw_n",
         "receive_s",
     )  # fmt: skip
 
@@ -78,14 +78,13 @@ class ForceWatch:
         self._index, self._sign = wrench_axis(axis)
         self._full_scale_n = full_scale_n
         self._stale_s = stale_s
-        self._counts = identical_counts
+        self.identical_counts = identical_counts
         self._clock = _Clock(clock_s)
         self._clock_limit_s = clock_s
         self._sequence = -1
         self._wrench: tuple[float, ...] = ()
         self._same = 0
         self._empty = 0
-        self._since_s = float("nan")
         self.raw_n = float("nan")
         self.receive_s = float("nan")
         self.fresh = False
@@ -111,9 +110,9 @@ class ForceWatch:
                 )  # fmt: skip
             if wrench == self._wrench:
                 self._same += 1
-                if self._same >= self._counts > 0:
+                if self._same >= self.identical_counts > 0:
                     finding = finding or Finding(
-                        "R4", float(self._same + 1), float(self._counts), "samples",
+                        "R4", float(self._same + 1), float(self.identical_counts), "samples",
                         f"{self._name}: {self._same + 1} identical samples in a row",
                     )  # fmt: skip
             else:

@@ -87,8 +87,8 @@ def test_a_run_goes_through_every_phase_in_order() -> None:
     cycle = ["LOAD", "HOLD", "LOAD", "HOLD", "UNLOAD", "UNLOAD_HOLD", "RETRACT", "POST_TARE"]
     touch = ["GUARDED_APPROACH", "DWELL"]
     assert tape.phases() == [
-        "WARM_UP", "TARE", "DRIFT_CHECK", "FAST_APPROACH", *touch, "TOUCH_RETRACT", *touch,
-        *cycle, "FAST_APPROACH", *touch, *cycle, "FAST_APPROACH", *touch, "RETRACT", "DONE",
+        "WARM_UP", "FREE_AIR", "TARE", "DRIFT_CHECK", "FAST_APPROACH", *touch, "TOUCH_RETRACT",
+        *touch, *cycle, "FAST_APPROACH", *touch, *cycle, "FAST_APPROACH", *touch, "RETRACT", "DONE",
     ]  # fmt: skip
     assert outcome.levels_done == 4
     assert [t.purpose for t in outcome.touches] == ["first", "again", "cycle", "last"]
@@ -143,7 +143,7 @@ def test_pause_unloads_waits_and_comes_back_with_a_new_tare_and_touch() -> None:
     phases = tape.phases()
     at = phases.index("PAUSED")
     assert phases[at - 2 : at] == ["HOLD", "RETRACT"]
-    assert phases[at + 1 : at + 4] == ["TARE", "DRIFT_CHECK", "FAST_APPROACH"]
+    assert phases[at + 1 : at + 5] == ["FREE_AIR", "TARE", "DRIFT_CHECK", "FAST_APPROACH"]
     assert outcome.levels_done == 2
 
 

@@ -1,0 +1,243 @@
+"""At rest in free air: proof that it is free, the zero of both force channels, and its drift.
+
+A tare in contact would take that contact's force off every later reading, and nothing could see
+it any more. So before a zero is taken the arm backs off, which is always safe: force that changes
+by it was contact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict
+
+from stepload.errors import RefusedError
+from stepload.plan.pressing import Measured
+from stepload.record.rows import Phase
+from stepload.run.course import Act, Course, Then
+from stepload.run.retract import REST_S
+from stepload.run.tare import LEAST_READINGS, Tare, TareWindow
+
+LOOK_S = 0.2
+"""Each look at the force, before and after backing off: ten periods of 50 Hz mains."""
+FREE_SIGMAS = 6.0
+ALLOWED_SHARE = 0.5
+"""Of the drift and of the cross-check tolerance that F_lim leaves room for: changes below it pass
+as none, for sensors are not ideal at rest."""
+DRIFT_CHECK_S = 0.5
+BETWEEN_CYCLES_TARE_S = 1.0
+NOISE_FACTOR = 3.0
+STEP_RATES = 5.0
+"""Time constants 1/λ that a load step takes, in the estimate of the time to the next zero."""
+
+Adopt = Callable[[Measured], None]
+
+
+class Zeroing:
+    """Takes the zero, and looks at it again afterwards.
+
+    Args:
+        course: of the run.
+        adopt: takes over what was measured where it is worse than planned; raises RefusedError
+            where the plan does not fit any more.
+    """
+
+    def __init__(self, course: Course, adopt: Adopt) -> None:
+        self._course = course
+        self._adopt = adopt
+        self._then: Then = course.finish
+        self._window = TareWindow()
+        self._before: Tare | None = None
+        self._zero: Tare | None = None
+
+    def warm_up(self, now_s: float, then: Then) -> None:
+        """Wait, then `take` a zero."""
+        self._then = then
+        self._course.enter(Phase.WARM_UP, now_s, self._warm_up)
+
+    def take(self, now_s: float, then: Then) -> None:
+        """Prove free air, take the zero, see that it stays, `then` go on."""
+        self._then = then
+        self._begin(now_s, Phase.FREE_AIR, self._look)
+
+    def look_back(self, now_s: float, then: Then) -> None:
+        """After a retract: how far has the zero moved? `then` go on.
+
+        Between cycles the new zero counts from now on. Free air needs no proof here: the contact
+        was seen to open, and a zero further off than the drift allowed ends the run.
+        """
+        self._then = then
+        self._begin(now_s, Phase.POST_TARE, self._look_back)
+
+    def _begin(self, now_s: float, phase: Phase, act: Act) -> None:
+        self._window = TareWindow()
+        self._course.enter(phase, now_s, act)
+
+    def _collect(self, now_s: float, duration_s: float) -> Tare | None:
+        """The readings of this long, once there are enough."""
+        sup, window = self._course.sup, self._window
+        if sup.force.fresh:
+            window.add(now_s, sup.force.raw_n, sup.second_raw_n)
+        if window.count < LEAST_READINGS or now_s - window.start_s < duration_s:
+            return None
+        self._window = TareWindow()
+        return window.result()
+
+    def _warm_up(self, now_s: float, _step_s: float) -> None:
+        course = self._course
+        if course.stop_asked():
+            course.finish(now_s)
+        elif now_s - course.since_s >= course.plan.warm_up_s:
+            self.take(now_s, self._then)
+
+    def _look(self, now_s: float, _step_s: float) -> None:
+        course = self._course
+        if course.stop_asked():
+            course.finish(now_s)
+        elif (look := self._collect(now_s, LOOK_S)) is not None:
+            self._before = look
+            course.aim(course.target_m - course.plan.retract_m)
+            course.act = self._back_off
+
+    def _back_off(self, now_s: float, step_s: float) -> None:
+        course = self._course
+        if course.rest_at_goal(now_s, step_s, REST_S + 4.0 * course.limits.loop_s):
+            course.act = self._look_apart
+
+    def _look_apart(self, now_s: float, _step_s: float) -> None:
+        after, before = self._collect(now_s, LOOK_S), self._before
+        if after is None or before is None:
+            return
+        course, limits = self._course, self._course.limits
+        change_n = after.mean_n - before.mean_n
+        second_n = after.second_mean_n - before.second_mean_n
+        course.emit(
+            now_s,
+            "free_air",
+            {"backed_off_m": course.plan.retract_m, "change_n": change_n,
+             "second_change_n": second_n, "before": asdict(before), "after": asdict(after)},
+        )  # fmt: skip
+        error_n = math.hypot(after.mean_error_n, before.mean_error_n)
+        second_error_n = math.hypot(after.second_mean_error_n, before.second_mean_error_n)
+        changes = [("force", change_n, error_n, course.plan.max_drift_n)]
+        if limits.cross_check:
+            changes.append(
+                ("second force channel", second_n, second_error_n, limits.cross_tolerance_n)
+            )
+        for name, moved_n, uncertain_n, allowed_n in changes:
+            limit_n = max(FREE_SIGMAS * uncertain_n, ALLOWED_SHARE * allowed_n)
+            if not abs(moved_n) <= limit_n:
+                course.fail(
+                    "not_free", moved_n, limit_n, "N",
+                    f"the {name} changed by {moved_n:+.3g} N when the arm backed off by"
+                    f" {course.plan.retract_m * 1e3:.3g} mm: it was in contact, and a zero taken"
+                    " there would be wrong. Move the start pose away from the surface, see that"
+                    " nothing drags on the tool, and start again",
+                )  # fmt: skip
+                return
+        self._begin(now_s, Phase.TARE, self._tare)
+
+    def _tare(self, now_s: float, _step_s: float) -> None:
+        course = self._course
+        if course.stop_asked():
+            course.finish(now_s)
+            return
+        tare = self._collect(now_s, course.plan.tare_s)
+        if tare is not None and self._accept(now_s, tare):
+            self._begin(now_s, Phase.DRIFT_CHECK, self._drift_check)
+
+    def _accept(self, now_s: float, tare: Tare) -> bool:
+        """Take this zero, unless it is too noisy or drifts."""
+        course = self._course
+        position_m = course.sup.arm.position_m
+        course.emit(now_s, "tare", {**asdict(tare), "position_m": position_m})
+        allowed_n, max_drift_n = NOISE_FACTOR * course.limits.noise_n, course.plan.max_drift_n
+        drift_n = abs(tare.slope_n_per_s) * tare.duration_s
+        if not tare.noise_n <= allowed_n:
+            course.fail(
+                "noise", tare.noise_n, allowed_n, "N",
+                f"the force sensor's noise of {tare.noise_n:.3g} N is more than {NOISE_FACTOR:g}"
+                " times what the limits were derived for",
+            )  # fmt: skip
+        elif not drift_n <= max_drift_n:
+            course.fail(
+                "drift", drift_n, max_drift_n, "N",
+                f"the force drifted by {drift_n:.3g} N during the tare: warm up longer",
+            )  # fmt: skip
+        else:
+            self._zero = tare
+            course.tares.append(tare)
+            course.sup.tare(tare.mean_n, tare.second_mean_n)
+        return course.failure is None
+
+    def _drift_check(self, now_s: float, _step_s: float) -> None:
+        look, zero = self._collect(now_s, DRIFT_CHECK_S), self._zero
+        if look is None or zero is None:
+            return
+        course, limits = self._course, self._course.limits
+        shift_n = look.mean_n - zero.mean_n
+        second_n = look.second_mean_n - zero.second_mean_n
+        second_limit_n = ALLOWED_SHARE * limits.cross_tolerance_n
+        course.emit(now_s, "drift", {"shift_n": shift_n, "second_shift_n": second_n})
+        if not abs(shift_n) <= course.plan.max_drift_n:
+            course.fail(
+                "drift", shift_n, course.plan.max_drift_n, "N",
+                f"the force moved by {shift_n:+.3g} N since the tare: warm up longer",
+            )  # fmt: skip
+        elif limits.cross_check and not abs(second_n) <= second_limit_n:
+            course.fail(
+                "drift", second_n, second_limit_n, "N",
+                f"the second force channel moved by {second_n:+.3g} N since the tare",
+            )  # fmt: skip
+        elif self._still_fits(zero, shift_n):
+            self._then(now_s)
+
+    def _still_fits(self, zero: Tare, shift_n: float) -> bool:
+        """Whether the plan leaves room with the noise and drift that there really are."""
+        course, plan, limits = self._course, self._course.plan, self._course.limits
+        noise_n = zero.noise_n if zero.sure_noise_n > limits.noise_n else 0.0
+        steps = len(plan.levels_n) * (2 if plan.unload else 1)
+        steps *= 1 if plan.lift_off else plan.cycles
+        step_s = plan.step_n / plan.load_rate_n_per_s + plan.hold_s
+        under_load_s = steps * (step_s + STEP_RATES / limits.step_rate_per_s)
+        drift_n = max(abs(shift_n), zero.sure_slope_n_per_s * under_load_s)
+        if noise_n == 0.0 and drift_n <= plan.max_drift_n:
+            return True
+        try:
+            self._adopt(Measured(noise_n, drift_n))
+        except RefusedError as refusal:
+            found = f"a noise of {zero.noise_n:.3g} N and a drift of {drift_n:.3g} N until the zero"
+            course.fail(
+                "no_room", zero.noise_n, limits.noise_n, "N",
+                f"the tare shows {found} is looked at again; with them the plan does not fit:"
+                f" {refusal.message} ({refusal.hint})",
+            )  # fmt: skip
+        return course.failure is None
+
+    def _look_back(self, now_s: float, _step_s: float) -> None:
+        course, plan = self._course, self._course.plan
+        last = course.cycle >= plan.cycles
+        tare = self._collect(
+            now_s, plan.tare_s if last else min(plan.tare_s, BETWEEN_CYCLES_TARE_S)
+        )
+        if tare is None:
+            return
+        course.zero_shift_n = tare.mean_n - course.tares[0].mean_n
+        if last:
+            course.tares.append(tare)
+            course.emit(
+                now_s,
+                "zero_shift",
+                {"shift_n": course.zero_shift_n, "limit_n": plan.max_drift_n,
+                 "flagged": abs(course.zero_shift_n) > plan.max_drift_n, **asdict(tare)},
+            )  # fmt: skip
+            self._then(now_s)
+            return
+        shift_n = tare.mean_n - course.tares[-1].mean_n
+        if not abs(shift_n) <= plan.max_drift_n:
+            course.fail(
+                "drift", shift_n, plan.max_drift_n, "N",
+                f"the force zero moved by {shift_n:+.3g} N within one cycle",
+            )  # fmt: skip
+        elif self._accept(now_s, tare):
+            self._then(now_s)
