@@ -96,12 +96,14 @@ def _with_top(plan: Plan, top_n: float) -> Plan:
     return replace(plan, procedure=procedure)
 
 
-def _press(plan: Plan, elastic_limit_n: float, safe_n: float) -> tuple[Pressing | None, str]:
-    """How this plan may press, and why not as planned ("" when it may)."""
+def _press(
+    plan: Plan, elastic_limit_n: float, safe_n: float
+) -> tuple[Pressing | None, RefusedError | None]:
+    """How this plan may press, and why not as planned (None when it may)."""
     try:
-        return pressing_for(plan, elastic_limit_n=elastic_limit_n), ""
+        return pressing_for(plan, elastic_limit_n=elastic_limit_n), None
     except RefusedError as refusal:
-        why = refusal.message
+        why = refusal
     try:
         lower = _with_top(plan, min(plan.procedure.top_force_n, ALMOST * safe_n))
         return pressing_for(lower, elastic_limit_n=elastic_limit_n), why
@@ -109,18 +111,17 @@ def _press(plan: Plan, elastic_limit_n: float, safe_n: float) -> tuple[Pressing 
         return None, why
 
 
-def _force_reasons(plan: Plan, safe_n: float, refusal: str) -> Iterator[Reason]:
+def _force_reasons(plan: Plan, safe_n: float, refusal: RefusedError | None) -> Iterator[Reason]:
     top_n = plan.procedure.top_force_n
     if refusal:
         useful = safe_n > 3.0 * plan.procedure.touch_force_n
         yield Reason(
-            "top_force_above_safe_limit" if top_n > safe_n else "no_safe_speed",
+            "top_force_above_safe_limit" if top_n > safe_n else "no_safe_way_to_press",
             Severity.REFUSE,
-            f"{refusal}. This cannot be overridden",
+            f"{refusal.message}. This cannot be overridden",
             f"reduce top_force to {math.floor(safe_n * 10.0) / 10.0:g} N"
             if useful and top_n > safe_n
-            else "use a second, more precise force channel, a lower touch_force, or a payload "
-            "with a higher limit",
+            else refusal.hint,
             top_n,
             safe_n,
             "N",

@@ -19,6 +19,7 @@ from stepload.contact.press import (
     largest_speed,
 )
 from stepload.errors import RefusedError
+from stepload.plan.leash import check_leash, leash_travel
 from stepload.plan.model import (
     ArmSpec,
     ForceSpec,
@@ -169,8 +170,8 @@ def pressing_for(
     the tolerance of the cross-check.
 
     Raises:
-        RefusedError: no room below the elastic limit, the top force is too high, or no speed above
-            zero keeps the force budget.
+        RefusedError: no room below the elastic limit, the top force is too high, no speed above
+            zero keeps the force budget, or the payload is too soft for the rig.
         DomainError: a number is not finite and positive.
     """
     rig, procedure = plan.rig, plan.procedure
@@ -216,6 +217,15 @@ def pressing_for(
             f" {forces.limit_n:.4g} N",
             hint="lower the touch force, raise the top force or use a quieter force sensor",
         )
+    reading_n = math.hypot(noise_n, rig.force.resolution_n / math.sqrt(12.0))
+    check_leash(
+        leash_travel(forces.limit_n, procedure.touch_force_n, reading_n, numbers.stiffness_n_per_m),
+        law,
+        touch_force_n=procedure.touch_force_n,
+        noise_n=reading_n,
+        period_s=max(1.0 / rig.arm.rate_hz, 1.0 / rig.force.rate_hz),
+        position_resolution_m=rig.arm.position_resolution_m,
+    )
     contact = _contact_coefficient(numbers, forces.limit_n)
     room_n = forces.allowed_n - procedure.touch_force_n - NOISE_MULTIPLE * noise_n
     guarded = min(guarded, room_n / contact)

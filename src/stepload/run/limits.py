@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 
-from stepload.contact.press import NOISE_MULTIPLE, Term
+from stepload.contact.press import Term
 from stepload.errors import DomainError
+from stepload.plan.leash import leash_travel
 from stepload.plan.model import ForceSpec, Plan, SecondForceSource
 from stepload.plan.pressing import (
     CROSS_CHECK_FILTER_S,
@@ -133,9 +134,9 @@ def derive_limits(
     press, forces = pressing.rig, pressing.forces
     period_s = 1.0 / arm.rate_hz
     noise_n = math.hypot(press.noise_n, force.resolution_n / math.sqrt(12.0))
-    leash_free_m = (
-        forces.limit_n - procedure.touch_force_n - NOISE_MULTIPLE * noise_n
-    ) / press.stiffness_n_per_m
+    leash_free_m = leash_travel(
+        forces.limit_n, procedure.touch_force_n, noise_n, press.stiffness_n_per_m
+    )
     fast_m_s = min(pressing.fast_speed_m_s, 0.7 * leash_free_m / press.reaction_s)
     checking = second.sensor or arm
     clock_s = max(CLOCK_S, 5.0 / force.rate_hz, force.max_age_s or 0.0, arm.max_age_s or 0.0)

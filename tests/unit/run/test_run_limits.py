@@ -147,7 +147,7 @@ def test_frozen_value_rule_knows_quantised_sensors() -> None:
 
 
 def test_small_limits_need_a_second_channel_or_a_fuse() -> None:
-    plan = stvf_plan(top_force_n=5.0, step_n=2.5, max_drift_n=0.1, touch_force_n=1.5)
+    plan = ur_plan(top_force_n=5.0, step_n=2.5, max_drift_n=0.1, touch_force_n=1.5)
     alone = SecondForce(SecondForceSource.NONE, 0, 0, 0, 0)
     quiet = replace(plan.rig.force, noise_n=0.05)
     rig = replace(plan.rig, second_force=alone, force=quiet)
