@@ -120,6 +120,21 @@ class Plant:
         self._error_factor = error_factor
         self._sub_s = step_s
         self._free = self._propagator(0.0, step_s)
+        if self.tip_m > self._contact_m:
+            self._begin_in_contact()
+
+    def _begin_in_contact(self) -> None:
+        """The start pose presses: the tip is where spring and payload hold each other."""
+        low, high = self._contact_m, self.drive_m
+        for _ in range(60):
+            self.tip_m = 0.5 * (low + high)
+            self.force_n, self._tangent = self._evaluate(self.tip_m - self._surface)
+            if self.force_n > self._spring_n(self.drive_m):
+                high = self.tip_m
+            else:
+                low = self.tip_m
+        self._law.remember(self.tip_m - self._surface)
+        self.last_force_n = self._peak_n = self.force_n
 
     @property
     def peak_n(self) -> float:

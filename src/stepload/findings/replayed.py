@@ -77,6 +77,15 @@ def _tares(recording: Recording) -> list[tuple[float, float, float]]:
     ]
 
 
+def _changes(recording: Recording, limits: RunLimits) -> list[tuple[float, RunLimits]]:
+    """Limits that the run went over to, after those it began with."""
+    events = [event for event in recording.events if event.kind == "limits"]
+    return [
+        (event.time_s, replace(limits, **event.data))  # type: ignore[arg-type]
+        for event in events[1:]
+    ]
+
+
 def replay_file(path: Path, *, force_limit_n: float | None = None) -> Replayed:
     """Judge a record tick by tick.
 
@@ -89,12 +98,13 @@ def replay_file(path: Path, *, force_limit_n: float | None = None) -> Replayed:
     """
     recording = read_recording(path)
     limits = limits_from(recording.attachments)
+    try:
+        tares, changes = _tares(recording), _changes(recording, limits)
+    except (KeyError, TypeError, ValueError, DomainError):
+        raise BadInputError(f"{path}: tares or limits in the record have no numbers") from None
     if force_limit_n is not None:
         limits = replace(limits, force_limit_n=force_limit_n)
-    try:
-        tares = _tares(recording)
-    except (KeyError, TypeError, ValueError):
-        raise BadInputError(f"{path}: a tare in the record has no numbers") from None
+        changes = [(time_s, replace(c, force_limit_n=force_limit_n)) for time_s, c in changes]
     ticks = group_by_tick(
         _tick_rows(recording.ticks),
         _force_samples(recording.force),
@@ -107,4 +117,5 @@ def replay_file(path: Path, *, force_limit_n: float | None = None) -> Replayed:
         limits,
         force_axis=recording.metadata.get("force_axis", ""),
         second_axis=recording.metadata.get("second_force_axis", ""),
+        changes=changes,
     )

@@ -40,6 +40,7 @@ def replay(
     *,
     force_axis: str,
     second_axis: str = "",
+    changes: Sequence[tuple[float, RunLimits]] = (),
 ) -> Replayed:
     """Judge a recording tick by tick, up to where it was made safe.
 
@@ -48,9 +49,10 @@ def replay(
         tares: (time_s, zero_n, second_zero_n) of the tares of the run, in order of time.
         limits: the run's own, or others.
         force_axis, second_axis: components of the wrenches, as in the plan.
+        changes: (time_s, limits) from when on others were in force, in order of time.
     """
     supervisor = Supervisor(limits, force_axis, second_axis)
-    ahead = list(reversed(tares))
+    ahead, to_come = list(reversed(tares)), list(reversed(changes))
     target_m = compliance = float("nan")
     phase = int(Phase.WARM_UP)
     count = late = 0
@@ -70,6 +72,8 @@ def replay(
         while ahead and ahead[-1][0] <= row.time_s:
             _, zero_n, second_zero_n = ahead.pop()
             supervisor.tare(zero_n, second_zero_n)
+        while to_come and to_come[-1][0] <= row.time_s:
+            supervisor.adopt(to_come.pop()[1])
         target_m, compliance, phase = row.target_m, row.compliance_m_per_n, row.phase
     return Replayed(None, None, count)
 

@@ -313,6 +313,25 @@ def test_the_third_ctrl_c_skips_all_but_the_arm() -> None:
     assert not outcomes[2].sent
 
 
+def test_replay_goes_over_to_the_limits_that_the_run_went_over_to() -> None:
+    plan = stvf_plan(**QUICK, touch_force_n=4.0)
+    bench, tape = bench_for(plan, 727.0, spec_for(plan, 4, force_noise_n=0.8)), Tape()
+    assert _go(bench, tape).status is RunStatus.COMPLETED
+    tares = [
+        (time_s, float(data["mean_n"]), float(data["second_mean_n"]))  # type: ignore[arg-type]
+        for time_s, kind, data in tape.events
+        if kind == "tare"
+    ]
+    later = [(time_s, data) for time_s, kind, data in tape.events if kind == "limits"][1:]
+    changes = [(time_s, replace(bench.limits, **data)) for time_s, data in later]  # type: ignore[arg-type]
+    assert len(changes) == 1
+    ticks = list(group_by_tick(tape.rows, tape.forces, tape.arms))
+    assert replay(ticks, tares, bench.limits, force_axis="-fz", changes=changes).cause is None
+    planned = replay(ticks, tares, bench.limits, force_axis="-fz")
+    assert planned.cause is not None
+    assert planned.cause.rule == "R9"
+
+
 def test_replay_finds_the_same_trip_and_would_trip_earlier_with_tighter_limits() -> None:
     bench, tape = _bench([WorldFault("force_gain", 6.0, 60.0, 0.5)]), Tape()
     outcome = _go(bench, tape)
