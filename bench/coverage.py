@@ -59,6 +59,7 @@ def own_calibration(errors: Errors, rng: np.random.Generator) -> tuple[SystemSti
         system_stiffness_n_per_m=found.stiffness_n_per_m,
         system_stiffness_sigma_n_per_m=found.sigma_n_per_m,
         smooth_error_m=found.smooth_error_m,
+        smooth_degrees=found.smooth_degrees,
     )
     return found, sources
 

@@ -49,10 +49,12 @@ def planned(plan: Plan, elastic_limit_n: float) -> Conditions:
     """The conditions of a plan, with the rig's figures; see `measured`."""
     rig, stiffness, wanted = plan.rig, plan.rig.system_stiffness, plan.identify
     gauge = rig.displacement
+    smooth_m = stiffness.smooth_error_m
     sources = Sources(
         system_stiffness_n_per_m=None if gauge else stiffness.stiffness_n_per_m,
         system_stiffness_sigma_n_per_m=0.0 if gauge else stiffness.sigma_n_per_m,
-        smooth_error_m=0.0 if gauge else stiffness.msde_m,
+        smooth_error_m=0.0 if gauge else stiffness.msde_m if smooth_m is None else smooth_m,
+        smooth_degrees=None if gauge else stiffness.smooth_degrees,
         force_noise_n=rig.force.noise_n,
         force_resolution_n=rig.force.resolution_n,
         position_noise_m=gauge.noise_m if gauge else rig.arm.position_noise_m,
@@ -115,7 +117,8 @@ def _check(found: Conditions) -> None:
     if found.kind not in ("payload", "system"):
         raise ValueError(f"kind {found.kind!r}")
     numbers = {**asdict(found.sources), **asdict(found)}
-    optional = {"system_stiffness_n_per_m", "zero_sigma_m", "elastic_limit_n", "roughness_m"}
+    optional = {"system_stiffness_n_per_m", "zero_sigma_m", "elastic_limit_n", "roughness_m",
+                "smooth_degrees"}  # fmt: skip
     positive = {"secant_force_n", "p", "s", "t", "system_stiffness_n_per_m", "elastic_limit_n",
                 "position_resolution_m"}  # fmt: skip
     for name, value in numbers.items():

@@ -36,6 +36,12 @@ def interval(low: float, high: float, unit: str) -> str:
     return f"[{f(low, unit)}, {f(high, unit)}]"
 
 
+def smooth_error(size_m: float, degrees: float | None) -> str:
+    """A smooth error and how well its size is known."""
+    known = "" if degrees is None else f", known with {degrees:.2g} degrees of freedom"
+    return f"{f(size_m, 'm')}{known}"
+
+
 def headline(findings: RunFindings) -> tuple[str, str, str]:
     """(mood, verdict, headline) of a run."""
     outcome, found, system = findings.outcome, findings.identification, findings.system
@@ -288,6 +294,7 @@ def _system_table(fit: SystemStiffnessFit) -> Table:
             ("upper limit, if the contact is in series", f(fit.stiffness_upper_n_per_m, "N/m")),
             ("C_s, lower bound", f"{fit.damping_lower_bound_n_s_per_m:.3g} N s/m"),
             ("MSDE", f(fit.msde_m, "m")),
+            ("smooth position error", smooth_error(fit.smooth_error_m, fit.smooth_degrees)),
             ("nonlinearity", f"{fit.nonlinearity:+.2%} ± {fit.nonlinearity_sigma:.2%}"),
             ("force range", interval(*fit.force_range_n, "N")),
             ("samples", str(fit.points)),

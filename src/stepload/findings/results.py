@@ -113,6 +113,7 @@ def system_data(fit: SystemStiffnessFit) -> dict[str, Any]:
         "intercept_n": fit.intercept_n,
         "msde_m": fit.msde_m,
         "smooth_error_m": fit.smooth_error_m,
+        "smooth_degrees": fit.smooth_degrees,
         "nonlinearity": fit.nonlinearity,
         "nonlinearity_sigma": fit.nonlinearity_sigma,
         "contact_share": fit.contact_share,

@@ -9,9 +9,10 @@ Which fit to hang it on: the joint fit of (K, n, δ0). A touch threshold finds t
 deformation at the threshold, which biases every two-parameter fit; their budget therefore needs
 `zero_sigma_m` and is wider. `bench/coverage.py` measures the coverage.
 
-The sizes of the sources are taken as known. The size of the smooth error estimated from one K_s run
-is itself known only to a third or so: use `smooth_error_m` of `SystemStiffnessFit`, not the rms
-misfit, which lacks what the line absorbed, and pool the estimates of several runs where there are.
+The sizes of the sources are taken as known, but for the smooth error: estimated from one K_s run it
+is itself known only to a third or so. Use `smooth_error_m` of `SystemStiffnessFit`, not the rms
+misfit, which lacks what the line absorbed, with its `smooth_degrees`; several runs pooled
+(`stepload.identify.pool`) give a narrower interval.
 
 Example:
     >>> import numpy as np

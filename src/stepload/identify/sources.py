@@ -9,7 +9,7 @@ import numpy as np
 
 from stepload.identify.fit import Fit, FloatArray
 from stepload.identify.sensitivity import law_compliance
-from stepload.identify.smooth import DEFAULT_LENGTH_N, propagate_smooth
+from stepload.identify.smooth import DEFAULT_LENGTH_N, few_degrees, propagate_smooth
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,9 @@ class Sources:
             contact measured the deformation itself.
         system_stiffness_sigma_n_per_m: its standard uncertainty. It must hold the gain of the force
             sensor where K_s was measured with another one; with the same sensor the gain cancels.
-        smooth_error_m: sd of the smooth deformation error, the MSDE of the K_s run.
+        smooth_error_m: sd of the smooth deformation error, from the K_s run.
+        smooth_degrees: degrees of freedom that it was estimated with; None: its size is known. Its
+            line is then widened so that the 1.96 σ of the budget still cover 95 % (GUM G.4).
         smooth_length_n: its correlation length in force.
         force_noise_n, position_noise_m: white noise of one of the points given to the fit.
         force_resolution_n, position_resolution_m: quanta. An error of position is one and the same
@@ -40,6 +42,7 @@ class Sources:
     system_stiffness_n_per_m: float | None
     system_stiffness_sigma_n_per_m: float = 0.0
     smooth_error_m: float = 0.0
+    smooth_degrees: float | None = None
     smooth_length_n: float = DEFAULT_LENGTH_N
     force_noise_n: float = 0.0
     force_resolution_n: float = 0.0
@@ -120,9 +123,14 @@ def _systematic(
     fit: Fit, force_n: FloatArray, sources: Sources, sensitivity: FloatArray
 ) -> list[Part]:
     """Errors of the deformation that are a curve over force."""
-    smooth = sources.smooth_error_m**2 * propagate_smooth(
+    degrees = sources.smooth_degrees
+    widening = 1.0 if degrees is None else few_degrees(degrees)
+    smooth = (widening * sources.smooth_error_m) ** 2 * propagate_smooth(
         sensitivity, force_n, sources.smooth_length_n
     )
+    smooth_size = f"{sources.smooth_error_m * 1e6:.3g} µm over {sources.smooth_length_n:.3g} N"
+    if degrees is not None:
+        smooth_size += f", × {widening:.2f} for {degrees:.2g} degrees of freedom"
     stiffness = sources.system_stiffness_n_per_m
     bend, rigid, size = np.zeros(3), 0.0, "no K_s in the chain"
     if stiffness is not None:
@@ -135,7 +143,7 @@ def _systematic(
     return [
         Part(
             "smooth deformation error",
-            f"{sources.smooth_error_m * 1e6:.3g} µm over {sources.smooth_length_n:.3g} N",
+            smooth_size,
             smooth,
         ),
         Part("system stiffness K_s", size, np.outer(bend, bend)),

@@ -71,11 +71,18 @@ class SystemStiffnessFit:
         msde_m: rms deformation misfit of the line over the fitted range.
         smooth_error_m: size of the smooth position error that leaves this misfit, with the part
             counted which the line absorbs; never below `msde_m`.
+        smooth_degrees: degrees of freedom that this size was estimated with; None: it was given.
         nonlinearity: relative change of compliance from the middle of the range to its end.
         nonlinearity_sigma: its standard uncertainty.
         contact_share: part of the measured compliance that was subtracted as series contact.
+        contact_sigma_n_per_m: part of `sigma_n_per_m` that comes from that contact: common to all
+            runs against it.
+        bend_sigma_n_per_m: part of it that comes from a significant nonlinearity.
+        error_gain_n_per_m2: what is left of it per metre of smooth error.
         force_range_n: lowest and highest force used.
         points: samples used.
+        misfit_force_n, misfit_m: (M,) cells of force over the fitted range, and what the line
+            leaves there.
     """
 
     stiffness_n_per_m: float
@@ -86,11 +93,17 @@ class SystemStiffnessFit:
     intercept_n: float
     msde_m: float
     smooth_error_m: float
+    smooth_degrees: float | None
     nonlinearity: float
     nonlinearity_sigma: float
     contact_share: float
+    contact_sigma_n_per_m: float
+    bend_sigma_n_per_m: float
+    error_gain_n_per_m2: float
     force_range_n: tuple[float, float]
     points: int
+    misfit_force_n: FloatArray
+    misfit_m: FloatArray
 
 
 def fit_system_stiffness(
@@ -135,8 +148,9 @@ def fit_system_stiffness(
     base = [np.ones_like(force), force]
     rate = cells.rate_m_s[high]
     moving = bool(np.ptp(rate) > 0.0)
+    columns = np.stack([*base, rate] if moving else base, axis=1)
     line = fit_with_smooth_error(
-        np.stack([*base, rate] if moving else base, axis=1),
+        columns,
         travel - shift[high],
         force,
         length_n,
@@ -164,12 +178,10 @@ def fit_system_stiffness(
         error_m, widening = whole.smooth_sd, few_degrees(whole.degrees)
     bend, bend_sigma = _curvature(force, travel - shift[high], error_m, length_n)
     slope = 0.0 if contact is None else _slope(force, shift[high])
-    variance = [
-        line.sigma(1, error_m * widening) ** 2,
-        (contact.relative_sigma * slope) ** 2 if contact else 0.0,
-        (bend * compliance) ** 2 / 3.0 if bend > 3.0 * bend_sigma else 0.0,
-    ]
-    sigma = stiffness**2 * float(np.sqrt(sum(variance)))
+    gain = stiffness**2 * line.sigma(1, 1.0)
+    from_contact = stiffness**2 * contact.relative_sigma * slope if contact else 0.0
+    from_bend = stiffness * bend / float(np.sqrt(3.0)) if bend > 3.0 * bend_sigma else 0.0
+    sigma = float(np.linalg.norm([gain * error_m * widening, from_contact, from_bend]))
     upper = stiffness + NORMAL_95 * sigma
     if contact is None:
         lowest = whole.theta[1] - _NORMAL_95_ONE_SIDED * whole.sigma(1, error_m * widening)
@@ -188,11 +200,17 @@ def fit_system_stiffness(
         intercept_n=-float(line.theta[0]) * stiffness,
         msde_m=line.rms,
         smooth_error_m=max(error_m, line.rms),
+        smooth_degrees=whole.degrees if known_error_m is None else None,
         nonlinearity=bend,
         nonlinearity_sigma=bend_sigma,
         contact_share=slope / (compliance + slope),
+        contact_sigma_n_per_m=from_contact,
+        bend_sigma_n_per_m=from_bend,
+        error_gain_n_per_m2=gain,
         force_range_n=(float(force.min()), float(force.max())),
         points=int(np.count_nonzero(force_n >= min_force_fraction * top)),
+        misfit_force_n=force,
+        misfit_m=travel - shift[high] - columns @ line.theta,
     )
 
 

@@ -126,6 +126,8 @@ def _stiffness(v: Values) -> SystemStiffness:
         msde_m=v["msde"],
         damping_n_s_per_m=v["damping"],
         provenance=Provenance(v["provenance"]),
+        smooth_error_m=v["smooth_error"],
+        smooth_degrees=v["smooth_degrees"],
         record=v.get("record_path"),
         measured_on=v["measured_on"],
         valid_until=v["valid_until"],

@@ -28,7 +28,7 @@ from stepload.plan.fields import (
 )
 from stepload.plan.payload_section import Section
 from stepload.plan.problems import PlanError, Problem
-from stepload.plan.rig_section import Axis
+from stepload.plan.rig_section import Axis, Degrees
 from stepload.plan.source import Source, read_source
 from stepload.plan.tree import Place, parse_tree
 from stepload.plan.validate import read_section
@@ -42,8 +42,10 @@ class CalibrationRecord:
     """System stiffness of one rig (26), as measured.
 
     `sigma_n_per_m` is its standard uncertainty, `msde_m` the rms deformation misfit,
-    `force_from_n` … `force_to_n` the range of the fit, `direction` the force axis ("+fz"), `run`
-    the recording it comes from. `valid_until` is the last day on which it may be used.
+    `smooth_error_m` the smooth position error behind it with the degrees of freedom of its
+    estimate (None: not in the record), `force_from_n` … `force_to_n` the range of the fit,
+    `direction` the force axis ("+fz"), `run` the recordings it comes from. `valid_until` is the
+    last day on which it may be used.
     """
 
     rig: str
@@ -60,6 +62,8 @@ class CalibrationRecord:
     force_to_n: float
     run: str
     software: str
+    smooth_error_m: float | None = None
+    smooth_degrees: float | None = None
 
 
 class RecordFileSection(Section):
@@ -77,6 +81,12 @@ class RecordFileSection(Section):
     stiffness: Stiffness = Field(description="System stiffness K_s (26).")
     sigma: StiffnessError = Field(description="Its standard uncertainty.")
     msde: LengthOrZero = Field(description="Rms deformation misfit of the linear fit.")
+    smooth_error: LengthOrZero | None = Field(
+        default=None, description="Smooth position error that leaves this misfit."
+    )
+    smooth_degrees: Degrees | None = Field(
+        default=None, description="Degrees of freedom of its estimate."
+    )
     damping: Damping = Field(default=0.0, description="Damping C_s, a lower bound.")
     force_from: Force = Field(description="Lowest force of the fit.")
     force_to: Force = Field(description="Highest force of the fit.")
@@ -102,6 +112,8 @@ def write_calibration(record: CalibrationRecord, path: Path) -> None:
         "stiffness": f"{record.stiffness_n_per_m!r} N/m",
         "sigma": f"{record.sigma_n_per_m!r} N/m",
         "msde": f"{record.msde_m!r} m",
+        "smooth_error": None if record.smooth_error_m is None else f"{record.smooth_error_m!r} m",
+        "smooth_degrees": record.smooth_degrees,
         "damping": f"{record.damping_n_s_per_m!r} N s/m",
         "force_from": f"{record.force_from_n!r} N",
         "force_to": f"{record.force_to_n!r} N",
@@ -148,6 +160,8 @@ def parse_calibration(source: Source) -> CalibrationRecord:
         force_to_n=values["force_to"],
         run=values["run"],
         software=values["software"],
+        smooth_error_m=values["smooth_error"],
+        smooth_degrees=values["smooth_degrees"],
     )
 
 

@@ -52,7 +52,9 @@ class SystemStiffness:
     """K_s of the whole load path with the numbers that say how far to trust it (26).
 
     `sigma_n_per_m` is its standard uncertainty; `msde_m` the rms deformation misfit of the linear
-    fit; `damping_n_s_per_m` a lower bound. `record` is the calibration record it was read from.
+    fit; `smooth_error_m` the smooth position error that leaves it (None: not known, `msde_m` has to
+    stand in), estimated with `smooth_degrees` degrees of freedom (None: its size is taken as
+    known); `damping_n_s_per_m` a lower bound. `record` is the calibration record it was read from.
     `validity_problem` says why the record may not be used as it stands ("" when it may).
     """
 
@@ -61,6 +63,8 @@ class SystemStiffness:
     msde_m: float
     damping_n_s_per_m: float
     provenance: Provenance
+    smooth_error_m: float | None = None
+    smooth_degrees: float | None = None
     record: Path | None = None
     measured_on: date | None = None
     valid_until: date | None = None

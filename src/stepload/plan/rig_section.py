@@ -32,6 +32,7 @@ from stepload.plan.payload_section import Section
 _Age = Annotated[float, Quantity("s", 0.002, 2.0)]
 _Drift = Annotated[float, Quantity("N/s", 0.0, 100.0)]
 _Factor = Annotated[float, Number(0.01, 100.0)]
+Degrees = Annotated[float, Number(1.0, 1e6)]
 Axis = Annotated[str, Choice(("+fx", "-fx", "+fy", "-fy", "+fz", "-fz"))]
 
 
@@ -134,6 +135,16 @@ class StiffnessSection(Section):
     damping: Damping = Field(default=0.0, description="Damping C_s, a lower bound.")
     msde: LengthOrZero = Field(
         default=0.0, description="Rms deformation misfit of the linear fit (26)."
+    )
+    smooth_error: LengthOrZero | None = Field(
+        default=None,
+        description="Smooth position error that leaves this misfit, with the part that the line "
+        "absorbs; none: `msde` stands in.",
+    )
+    smooth_degrees: Degrees | None = Field(
+        default=None,
+        description="Degrees of freedom `smooth_error` was estimated with; none: it is taken as "
+        "known.",
     )
     provenance: Annotated[str, Choice(("measured", "declared", "indicative"))] = Field(
         default="declared",

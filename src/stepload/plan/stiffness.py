@@ -74,6 +74,8 @@ def _adopt(stiffness: Values, record: CalibrationRecord) -> None:
         sigma=record.sigma_n_per_m,
         damping=record.damping_n_s_per_m,
         msde=record.msde_m,
+        smooth_error=record.smooth_error_m,
+        smooth_degrees=record.smooth_degrees,
         provenance="measured",
         measured_on=record.measured_on,
         valid_until=record.valid_until,

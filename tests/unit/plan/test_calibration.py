@@ -31,6 +31,8 @@ RECORD = CalibrationRecord(
     force_to_n=300.0,
     run="runs/2025-03-01/run.mcap",
     software="0.1.0 — “ümlaut”",
+    smooth_error_m=6.1e-7,
+    smooth_degrees=2.5,
 )
 TODAY = date(2025, 4, 1)
 
@@ -50,7 +52,8 @@ def planned(
 
 def test_what_is_written_is_read_back_exactly(tmp_path: Path) -> None:
     path = tmp_path / "cal.json"
-    for record in (RECORD, replace(RECORD, temperature_c=None, pose="", run="", software="")):
+    bare = replace(RECORD, temperature_c=None, pose="", run="", software="", smooth_error_m=None)
+    for record in (RECORD, bare):
         write_calibration(record, path)
         assert read_calibration(path) == record
     assert [p.name for p in tmp_path.iterdir()] == ["cal.json"]
@@ -63,6 +66,8 @@ def test_a_valid_record_replaces_the_profile(write_plan: WritePlan, tmp_path: Pa
     assert stiffness.record == tmp_path / "cal.json"
     assert stiffness.valid_until == date(2025, 6, 1)
     assert stiffness.validity_problem == ""
+    assert stiffness.smooth_error_m == RECORD.smooth_error_m
+    assert stiffness.smooth_degrees == RECORD.smooth_degrees
 
 
 def test_the_record_is_kept_with_the_plan(write_plan: WritePlan, tmp_path: Path) -> None:
@@ -113,8 +118,8 @@ def test_a_missing_record_with_nothing_to_stand_in_is_an_error(write_plan: Write
         ('"direction": "+fz"', '"direction": "up"', 5, "not a choice"),
         ("2025-06-01", "2025-02-01", 1, "before measured_on"),
         ('"rig": "STVF",', "", 1, "missing key 'rig'"),
-        ('"run"', '"runn"', 15, "unknown key 'runn'"),
-        ("{", "[", 17, "not YAML"),
+        ('"run"', '"runn"', 17, "unknown key 'runn'"),
+        ("{", "[", 19, "not YAML"),
     ],
 )
 def test_a_broken_record_is_an_error_at_its_place(
