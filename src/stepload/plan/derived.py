@@ -40,7 +40,8 @@ def fill(values: Values, payload: Payload | None) -> None:
         number(values, "rig", "force", "noise"),
     )
     if resolution is not None and noise is not None:
-        _fill(procedure, "touch_force", max(0.01 * top, 1.0, 2.0 * resolution, 6.0 * noise))
+        scatter = math.hypot(noise, resolution / math.sqrt(12.0))
+        _fill(procedure, "touch_force", max(0.01 * top, 1.0, 2.0 * resolution, 6.0 * scatter))
         _fill(procedure, "max_drift", max(0.01 * top, 1.0, 3.0 * resolution))
     travel = elastic_travel(values, payload)
     uncertainty, touch = (

@@ -72,7 +72,7 @@ class ProcedureSection(Section):
     touch_force: Force | None = Field(
         default=None,
         description="Force that counts as contact; default: 1 % of `top_force`, at least 1 N, two "
-        "force resolutions and six times the force noise.",
+        "force resolutions and six times the force noise, quantisation included.",
     )
     touches: Annotated[int, Number(1, 100, integer=True)] = Field(
         default=3, description="How often the surface is touched before loading."

@@ -31,8 +31,9 @@ def test_what_is_not_said_has_a_sensible_default(write_plan: WritePlan) -> None:
     procedure = plan.procedure
     assert procedure.levels_n == (50.0, 100.0, 150.0, 200.0, 250.0, 300.0)
     assert (procedure.touches, procedure.tare_s, procedure.cycles) == (3, 10.0, 1)
-    assert procedure.touch_force_n == 3.0  # 1 % of 300 N, and two resolutions of 1.5 N
-    touch_m = 3.0 / 3.49e6 + (3.0 / 6.57e8) ** (2.0 / 3.0) + plan.rig.arm.lost_motion_m
+    touch_n = procedure.touch_force_n
+    assert touch_n == pytest.approx(6.0 * math.hypot(0.5, 1.5 / math.sqrt(12.0)))
+    touch_m = touch_n / 3.49e6 + (touch_n / 6.57e8) ** (2.0 / 3.0) + plan.rig.arm.lost_motion_m
     assert procedure.search_distance_m == pytest.approx(3e-3 + 2.0 * touch_m, rel=1e-3)
     travel_m = 300.0 / 3.49e6 + (300.0 / 6.57e8) ** (2.0 / 3.0)
     assert procedure.retract_m > 2.0 * travel_m
