@@ -71,3 +71,11 @@ class RunStoppedError(SteploadError):
     """The run was ended before its plan was done; the arm was made safe (exit code 4)."""
 
     exit_code = ExitCode.STOPPED
+
+
+class LeftEarlyError(BaseException):
+    """A signal asked for the end before anything could move; no driver's `except` may keep it."""
+
+    def __init__(self, signal_number: int) -> None:
+        super().__init__(signal_number)
+        self.signal_number = signal_number

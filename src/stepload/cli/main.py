@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 import traceback
 from importlib.metadata import entry_points
@@ -14,7 +13,7 @@ import typer
 from stepload import __version__
 from stepload.cli import campaign, devices, experiments, plans, records
 from stepload.cli.output import Output
-from stepload.errors import BadInputError, ExitCode, SteploadError
+from stepload.errors import BadInputError, ExitCode, LeftEarlyError, SteploadError
 
 TRACEBACK = "STEPLOAD_TRACEBACK"
 
@@ -74,9 +73,9 @@ def main() -> None:
     """Run the command line; every error ends in text and its own exit code, none in a traceback."""
     try:
         code = app(standalone_mode=False)
-    except KeyboardInterrupt as error:
-        code = 128 + getattr(error, "signal_number", signal.SIGINT)
-    except typer.Abort:
+    except LeftEarlyError as error:
+        code = 128 + error.signal_number
+    except (KeyboardInterrupt, typer.Abort):
         code = ExitCode.INTERRUPTED
     except Exception as error:
         show = getattr(error, "show", None)  # typer's own usage errors

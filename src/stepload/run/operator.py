@@ -9,6 +9,8 @@ from enum import IntEnum
 from types import FrameType
 from typing import Any
 
+from stepload.errors import LeftEarlyError
+
 
 class StopLevel(IntEnum):
     """How urgently to stop. No level skips the retract."""
@@ -25,14 +27,6 @@ class StopLevel(IntEnum):
 STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 SUSPENDING = (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU)
 """A run that is suspended keeps the force on: Ctrl+Z does nothing while one is going on."""
-
-
-class LeftEarlyError(KeyboardInterrupt):
-    """A stop was asked for before anything could move; the process ends at once."""
-
-    def __init__(self, number: int) -> None:
-        super().__init__(signal.Signals(number).name)
-        self.signal_number = number
 
 
 class Operator:

@@ -1,0 +1,105 @@
+"""Runs real `stepload` processes, also with stage directions (see staged.py)."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+PATIENCE_S = 120.0
+
+QUICK = f"""
+stepload: 1
+payload: {ROOT}/procedures/payloads/plastic-sphere.yaml
+rig:
+  profile: stvf
+  arm:
+    options: {{rate: 1 kHz, command_delay: 1 ms, lag: 2 ms, force_noise: 0.5 N}}
+  force:
+    options: {{noise: 0.5 N, quantum: 1.5 N, delay: 1 ms, bias: 3 N}}
+procedure:
+  step: 100 N
+  top_force: 300 N
+  hold: 0.3 s
+  touches: 1
+  unload: false
+  surface_distance: 2 mm
+  surface_uncertainty: 0.3 mm
+  tare: 0.3 s
+  warm_up: 0 s
+  settle_timeout: 0.3 s
+"""
+ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+
+
+def stepload(*arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
+    """One `stepload` command, to its end."""
+    return subprocess.run(
+        [sys.executable, "-m", "stepload", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=ENVIRONMENT,
+        timeout=PATIENCE_S,
+        **options,
+    )
+
+
+def results(directory: Path) -> dict[str, Any]:
+    """What a run has left in results.json."""
+    found: dict[str, Any] = json.loads((directory / "results.json").read_text())
+    return found
+
+
+class Staged:
+    """A `stepload` process with stage directions."""
+
+    def __init__(self, directions: dict[str, Any], arguments: tuple[object, ...]) -> None:
+        heard, say = os.pipe()
+        command = [sys.executable, str(HERE / "staged.py"), json.dumps({**directions, "say": say})]
+        self._heard = heard
+        self.process = subprocess.Popen(
+            [*command, *map(str, arguments)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            pass_fds=(say,),
+            env=ENVIRONMENT,
+            start_new_session=True,
+        )
+        os.close(say)
+
+    def wait_until_there(self) -> None:
+        """Until it stands where it should, or has taken notice of one more signal."""
+        ready, _, _ = select.select([self._heard], [], [], PATIENCE_S)
+        assert ready, "the run does not get there"
+        if not os.read(self._heard, 4096):
+            raise AssertionError(f"the run ended before: {self.process.communicate()}")
+
+    def signal(self, number: int, times: int = 1) -> None:
+        """Send a signal and wait until the run knows, `times` times."""
+        for _ in range(times):
+            self.process.send_signal(number)
+            self.wait_until_there()
+
+    def finish(self) -> tuple[int, str]:
+        """(exit code, all that was printed)."""
+        out, err = self.process.communicate(timeout=PATIENCE_S)
+        assert "Traceback" not in out + err, err
+        return self.process.returncode, out + err
+
+    def close(self) -> None:
+        """End what is left of it."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.communicate()
+        os.close(self._heard)

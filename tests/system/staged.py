@@ -1,0 +1,128 @@
+"""The `stepload` command with stage directions: at a chosen place of the run it stands still until
+something has happened, or a chosen part breaks. Everything else is the real program.
+
+    python staged.py '{"at": "HOLD 2", "wait": "stop 1", "say": 5}' run plan.yaml --dry-run
+
+at     phase and step at which the directions begin to hold (from the start if left out)
+wait   "stop N", "paused" or "for ever": what the run stands still for, once it is there
+say    descriptor on which one line is written when it is there
+break  part → "raise", "hang" (comes back when a signal raises) or "hang for good"
+fault  [kind, start_s, duration_s, magnitude] of the simulated world
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+from stepload import experiment, open_rig
+from stepload.cli.main import main
+from stepload.record.recorder import Recorder
+from stepload.record.rows import Phase
+from stepload.rig.world import WorldFault
+from stepload.run import controller, loop, supervisor, tick
+from stepload_drivers.sim.arm import WorldArm
+from stepload_drivers.sim.sensors import WorldForceSensor
+
+PATIENCE_S = 60.0
+PARTS: dict[str, tuple[Any, str]] = {
+    "arm drain": (WorldArm, "drain"),
+    "arm command": (WorldArm, "command"),
+    "arm retract": (WorldArm, "retract"),
+    "arm safe": (WorldArm, "safe"),
+    "arm close": (WorldArm, "close"),
+    "arm fault": (WorldArm, "fault"),
+    "force open": (WorldForceSensor, "open"),
+    "force drain": (WorldForceSensor, "drain"),
+    "force safe": (WorldForceSensor, "safe"),
+    "force close": (WorldForceSensor, "close"),
+    "engine": (tick.Engine, "tick"),
+    "supervisor": (supervisor.Supervisor, "check"),
+    "controller": (controller.StepController, "step"),
+    "event": (Recorder, "event"),
+    "recorder problem": (Recorder, "problem"),
+    "safing": (loop, "make_safe"),
+    "evaluation": (experiment.analyse, "run_findings"),
+    "reading": (experiment, "read_recording"),
+    "report": (experiment, "compose"),
+    "results": (experiment, "_write_results"),
+}
+
+
+class Stage:
+    """The directions, and whether they hold yet."""
+
+    def __init__(self, directions: dict[str, Any]) -> None:
+        place = directions.get("at", "").split()
+        self.phase = Phase[place[0]] if place else None
+        self.step = int(place[1]) if len(place) > 1 else None
+        self.wait = directions.get("wait", "")
+        self.say_fd = directions.get("say", -1)
+        self.on = self.phase is None
+        for part, how in directions.get("break", {}).items():
+            self._break(*PARTS[part], how)
+        if fault := directions.get("fault"):
+            made = open_rig.world_for
+            open_rig.world_for = lambda plan, seed: made(
+                plan, seed=seed, faults=[WorldFault(*fault)]
+            )
+        self._watch()
+
+    def _break(self, owner: Any, name: str, how: str) -> None:
+        original: Callable[..., Any] = getattr(owner, name)
+
+        def broken(*args: Any, **kwargs: Any) -> Any:
+            while self.on and how == "hang for good":
+                try:
+                    time.sleep(3600.0)
+                except BaseException as error:
+                    del error
+            if self.on and how == "hang":
+                time.sleep(3600.0)
+            if self.on:
+                raise RuntimeError(f"{name} broken on purpose")
+            return original(*args, **kwargs)
+
+        setattr(owner, name, broken)
+
+    def _watch(self) -> None:
+        original = tick.Engine.tick
+
+        def watched(engine: tick.Engine, *args: Any) -> Any:
+            answer = original(engine, *args)
+            row = engine.row
+            here = row is not None and row.phase == self.phase and self.step in (None, row.step)
+            if here and not self.on:
+                self.on = True
+                self._stand_still(engine.operator)
+            return answer
+
+        tick.Engine.tick = watched  # type: ignore[method-assign]
+
+    def _stand_still(self, operator: Any) -> None:
+        level = int(self.wait.removeprefix("stop ")) if self.wait.startswith("stop ") else 0
+        told = operator.stop_level
+        self._say(operator)
+        give_up_at = time.monotonic() + PATIENCE_S
+        while self.wait and time.monotonic() < give_up_at:
+            if operator.stop_level != told:
+                told = operator.stop_level
+                self._say(operator)
+            if level and told >= level:
+                return
+            if self.wait == "paused" and operator.paused:
+                return
+            time.sleep(0.005)
+
+    def _say(self, operator: Any) -> None:
+        if self.say_fd >= 0:
+            os.write(self.say_fd, f"here, stop level {operator.stop_level}\n".encode())
+
+
+if __name__ == "__main__":
+    Stage(json.loads(sys.argv.pop(1)))
+    main()
