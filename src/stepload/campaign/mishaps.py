@@ -62,7 +62,7 @@ def draw_time(chance: Random, times: Times) -> float:
     if which == 0:
         return chance.uniform(0.0, times.end_s)
     if which == 1:
-        return max(0.0, times.touch_s + chance.uniform(-0.3, 0.3))
+        return max(0.0, times.touch_s + chance.uniform(-0.2, 0.6))
     return chance.uniform(times.touch_s, times.end_s)
 
 

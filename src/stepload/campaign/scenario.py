@@ -27,9 +27,11 @@ HEALTHY_SHARE = 0.15
 PLANTS = "plants"
 """Name of the anomalies of plants among the kinds."""
 INCIDENT_SHARE = 0.2
-_STEP_RATES = 12.0
+_STEP_RATES = 5.0
+_LOOKS_S = 0.6
+"""Looks at the force before and after backing off, and rest between them."""
 _DRIFT_CHECK_S = 0.5
-_SETTLE_S = 1.2
+_SETTLE_S = 0.4
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,14 +124,21 @@ def expected_times(plan: Plan, limits: RunLimits, truth: WorldSpec) -> Times:
     """When the run will touch and end, if nothing goes wrong; good to some tenths of a second."""
     procedure = plan.procedure
     near_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
-    fast_m = max(0.0, near_m - 2.0 * limits.fast_speed_m_s * limits.reaction_s)
-    fast_m = min(fast_m, truth.surface_m)
+    fast_m = near_m - 2.0 * limits.fast_speed_m_s * limits.reaction_s
+    fast_m = procedure.retract_m + max(0.0, min(fast_m, truth.surface_m))
     touch_s = (
         procedure.warm_up_s
+        + _LOOKS_S
+        + procedure.retract_m / limits.retract_speed_m_s
         + procedure.tare_s
         + _DRIFT_CHECK_S
         + fast_m / limits.fast_speed_m_s
-        + (truth.surface_m - fast_m) / limits.guarded_speed_m_s
+        + (procedure.retract_m + truth.surface_m - fast_m) / limits.guarded_speed_m_s
     )
-    step_s = _STEP_RATES / limits.step_rate_per_s + procedure.hold_s + _SETTLE_S
+    step_s = (
+        procedure.step_n / procedure.load_rate_n_per_s
+        + _STEP_RATES / limits.step_rate_per_s
+        + procedure.hold_s
+        + _SETTLE_S
+    )
     return Times(touch_s, touch_s + step_s * len(procedure.levels_n))
