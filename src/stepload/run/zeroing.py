@@ -164,7 +164,7 @@ class Zeroing:
                 "drift", drift_n, max_drift_n, "N",
                 f"the force drifted by {drift_n:.3g} N during the tare: warm up longer",
             )  # fmt: skip
-        else:
+        elif self._still_fits(tare):
             self._zero = tare
             course.tares.append(tare)
             course.sup.tare(tare.mean_n, tare.second_mean_n)
@@ -189,26 +189,26 @@ class Zeroing:
                 "drift", second_n, second_limit_n, "N",
                 f"the second force channel moved by {second_n:+.3g} N since the tare",
             )  # fmt: skip
-        elif self._still_fits(zero, shift_n):
+        else:
             self._then(now_s)
 
-    def _still_fits(self, zero: Tare, shift_n: float) -> bool:
+    def _still_fits(self, tare: Tare) -> bool:
         """Whether the plan leaves room with the noise and drift that there really are."""
         course, plan, limits = self._course, self._course.plan, self._course.limits
-        noise_n = zero.noise_n if zero.sure_noise_n > limits.noise_n else 0.0
+        noise_n = tare.noise_n if tare.sure_noise_n > limits.noise_n else 0.0
         steps = len(plan.levels_n) * (2 if plan.unload else 1)
         steps *= 1 if plan.lift_off else plan.cycles
         step_s = plan.step_n / plan.load_rate_n_per_s + plan.hold_s
         under_load_s = steps * (step_s + STEP_RATES / limits.step_rate_per_s)
-        drift_n = max(abs(shift_n), zero.sure_slope_n_per_s * under_load_s)
+        drift_n = tare.sure_slope_n_per_s * under_load_s
         if noise_n == 0.0 and drift_n <= plan.max_drift_n:
             return True
         try:
             self._adopt(Measured(noise_n, drift_n))
         except RefusedError as refusal:
-            found = f"a noise of {zero.noise_n:.3g} N and a drift of {drift_n:.3g} N until the zero"
+            found = f"a noise of {tare.noise_n:.3g} N and a drift of {drift_n:.3g} N until the zero"
             course.fail(
-                "no_room", zero.noise_n, limits.noise_n, "N",
+                "no_room", tare.noise_n, limits.noise_n, "N",
                 f"the tare shows {found} is looked at again; with them the plan does not fit:"
                 f" {refusal.message} ({refusal.hint})",
             )  # fmt: skip

@@ -314,7 +314,7 @@ def test_the_third_ctrl_c_skips_all_but_the_arm() -> None:
 
 
 def test_replay_goes_over_to_the_limits_that_the_run_went_over_to() -> None:
-    plan = stvf_plan(**QUICK, touch_force_n=4.0)
+    plan = stvf_plan(**(QUICK | {"touch_force_n": 4.0, "tare_s": 2.0}))
     bench, tape = bench_for(plan, 727.0, spec_for(plan, 4, force_noise_n=0.8)), Tape()
     assert _go(bench, tape).status is RunStatus.COMPLETED
     tares = [

@@ -137,7 +137,7 @@ def test_a_plan_that_no_longer_fits_ends_before_the_approach() -> None:
     assert engine.cause.value == pytest.approx(0.6, rel=0.15)
     assert "headroom = 662" in engine.cause.message
     assert "reduce the top force to" in engine.cause.message
-    assert _phases(engine)[-1] == "DRIFT_CHECK"
+    assert _phases(engine)[-1] == "TARE"
     assert bench.peak_n == 0.0
 
 
