@@ -79,7 +79,9 @@ def planned(plan: Plan, elastic_limit_n: float) -> Conditions:
 def measured(conditions: Conditions, data: PressData) -> Conditions:
     """The same with noise and lag as the run itself found them."""
     sources = conditions.sources
-    lag_sigma_s = min(data.lag.sigma_s, sources.lag_sigma_s)
+    lag_sigma_s = data.lag.sigma_s
+    if data.lag_corrected_s == 0.0:
+        lag_sigma_s = min(lag_sigma_s, sources.lag_sigma_s)
     return replace(
         conditions,
         sources=replace(

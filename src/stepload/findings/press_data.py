@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
-from stepload.record.align import Aligned, ChannelClock, Lag, align, measure_lag
+from stepload.record.align import Aligned, ChannelClock, align
+from stepload.record.lag import Lag, measure_lag
 from stepload.record.reader import Event, Recording
 from stepload.record.rows import Phase
 
@@ -21,8 +22,6 @@ LOADING = (Phase.LOAD, Phase.HOLD)
 UNLOADING = (Phase.UNLOAD, Phase.UNLOAD_HOLD)
 LAG_THAT_MATTERS_S = 0.5e-3
 """Below this a lag moves no result; above it, it is corrected where it is significant."""
-LAG_KNOWN_S = 2e-3
-"""A lag with a larger standard uncertainty is not corrected: slow ramps tell it badly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,8 +138,8 @@ def press_data(recording: Recording, axis: str | None = None) -> PressData:
     busy = np.isin(raw.phase, [*LOADING, *UNLOADING])
     gauge = raw.displacement_m is not None
     lag = measure_lag(raw.time_s, raw.force_n, raw.position_m, busy)
-    known = lag.sigma_s < LAG_KNOWN_S and abs(lag.lag_s) > 3.0 * lag.sigma_s
-    lag_s = lag.lag_s if known and abs(lag.lag_s) > LAG_THAT_MATTERS_S else 0.0
+    matters = abs(lag.lag_s) > max(3.0 * lag.sigma_s, LAG_THAT_MATTERS_S)
+    lag_s = lag.lag_s if matters else 0.0
     aligned = align(recording, axis, lag_s) if lag_s else raw
     times, means, noises = (np.array(column) for column in zip(*tares, strict=True))
     travel_m = aligned.displacement_m if gauge else aligned.position_m

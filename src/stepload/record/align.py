@@ -1,4 +1,4 @@
-"""All channels of a recording on one time base, and the lag between force and position."""
+"""All channels of a recording on one time base."""
 
 from __future__ import annotations
 
@@ -17,9 +17,6 @@ BoolArray = NDArray[np.bool_]
 
 _USELESS = Status.SATURATED | Status.INVALID | Status.DEVICE_FAULT
 _MAX_GAP_PERIODS = 10.0
-_WINDOW_S = 2.0
-_MAX_RESIDUAL = 0.1
-"""Share of a window's force variance that its position may leave unexplained."""
 
 
 class SampleColumns(Protocol):
@@ -66,18 +63,6 @@ class Aligned:
     level_n: FloatArray
     clocks: tuple[ChannelClock, ...]
     left_out: int
-
-
-@dataclass(frozen=True, slots=True)
-class Lag:
-    """How much the force comes after the position, in s, with its standard uncertainty.
-
-    NaN and inf where no ramp tells; `how` says what it rests on.
-    """
-
-    lag_s: float
-    sigma_s: float
-    how: str
 
 
 def sample_times(channel: str, columns: SampleColumns) -> tuple[FloatArray, ChannelClock]:
@@ -129,7 +114,7 @@ def align(recording: Recording, axis: str | None = None, lag_s: float = 0.0) -> 
 
     Args:
         axis: force axis; the recording's own ("force_axis" of its metadata) when None.
-        lag_s: how much later than the position the force is recorded (see `measure_lag`).
+        lag_s: how much later than the position the force is recorded (see `record.lag`).
 
     Raises:
         BadInputError: a channel without data, or no usable sample left.
@@ -176,79 +161,3 @@ def align(recording: Recording, axis: str | None = None, lag_s: float = 0.0) -> 
         clocks=tuple(clocks),
         left_out=int(len(usable) - usable.sum()),
     )
-
-
-def _window_lag(
-    position_m: FloatArray, force_n: FloatArray, most: int
-) -> tuple[float, float] | None:
-    """(lag, its standard uncertainty) of one window in samples; None where nothing shows.
-
-    For every shift the force is regressed on the shifted position and its square, which takes the
-    bend of any smooth contact law; the lag is where the residual is smallest.
-    """
-    y = force_n[most:-most] - force_n[most:-most].mean()
-    u = np.lib.stride_tricks.sliding_window_view(position_m, len(y))
-    u = u - u.mean(axis=1, keepdims=True)
-    v = u * u
-    v -= v.mean(axis=1, keepdims=True)
-    uu, uv, vv = (u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)
-    uy, vy, yy = u @ y, v @ y, float(y @ y)
-    determinant = uu * vv - uv * uv
-    if yy == 0.0 or not (determinant > 0.0).all():
-        return None
-    residual = yy - (vv * uy * uy - 2 * uv * uy * vy + uu * vy * vy) / determinant
-    best = int(np.argmin(residual))
-    if best in (0, len(residual) - 1) or residual[best] > _MAX_RESIDUAL * yy:
-        return None
-    left, low, right = residual[best - 1 : best + 2]
-    bend = left - 2 * low + right
-    if bend <= 0.0:
-        return None
-    variance = 2.0 * low / (len(y) - 4) / bend + 1.0 / 12.0
-    return float(most - best - 0.5 * (left - right) / bend), float(np.sqrt(variance))
-
-
-def measure_lag(
-    time_s: FloatArray,
-    force_n: FloatArray,
-    position_m: FloatArray,
-    in_contact: BoolArray | None = None,
-    max_lag_s: float = 0.1,
-) -> Lag:
-    """Lag of force behind position from the ramps of a run.
-
-    Within a window of 2 s force and position follow one smooth law, so that the shift at which the
-    position explains the force best is the lag (a cross-correlation that allows for the bend of
-    the law). Windows count by the sharpness of their minimum, ramps much and holds next to
-    nothing; the uncertainty comes from their scatter.
-
-    Args:
-        time_s, force_n, position_m: shape (N,), times rising.
-        in_contact: which samples to use, all when None.
-        max_lag_s: search range to both sides.
-    """
-    chosen = np.ones(len(time_s), bool) if in_contact is None else in_contact
-    if chosen.sum() < 16:
-        return Lag(np.nan, np.inf, "no data in contact")
-    dt_s = float(np.median(np.diff(time_s)))
-    most = max(2, round(max_lag_s / dt_s))
-    size = round(_WINDOW_S / dt_s)
-    found = []
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], chosen.view(np.int8), [0]))))
-    for start, stop in edges.reshape(-1, 2).tolist():
-        grid_s = np.arange(time_s[start], time_s[stop - 1], dt_s)
-        position = np.interp(grid_s, time_s[start:stop], position_m[start:stop])
-        force = np.interp(grid_s, time_s[start:stop], force_n[start:stop])
-        for first in range(0, len(grid_s) - size - 2 * most + 1, size):
-            window = slice(first, first + size + 2 * most)
-            lag = _window_lag(position[window], force[window], most)
-            if lag is not None and lag[1] < most:
-                found.append(lag)
-    if len(found) < 3:
-        return Lag(np.nan, np.inf, f"only {len(found)} windows with a clear ramp, 3 are needed")
-    lags, sigmas = np.array(found).T * dt_s
-    weights = sigmas**-2 / (sigmas**-2).sum()
-    middle = float(weights @ lags)
-    scatter = float(weights @ (lags - middle) ** 2) / (len(lags) - 1)
-    sigma_s = np.sqrt(max(scatter, 1.0 / (sigmas**-2).sum()))
-    return Lag(middle, float(sigma_s), f"cross-correlation in {len(lags)} windows of 2 s")

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from stepload.errors import BadInputError
-from stepload.record.align import align, measure_lag, project
+from stepload.record.align import align, project
+from stepload.record.lag import measure_lag
 from stepload.record.reader import ArmColumns, ForceColumns, Recording, TickColumns
 from stepload.record.rows import Phase
 from stepload.rig.samples import Status
@@ -164,3 +165,16 @@ def test_an_empty_channel_is_named() -> None:
     arm = replace(record.arm, **{n: getattr(record.arm, n)[:1] for n in record.arm.__slots__})
     with pytest.raises(BadInputError, match="1 samples in channel 'arm'"):
         align(replace(record, arm=arm))
+
+
+def test_a_lag_is_found_through_noise_and_coarse_positions() -> None:
+    """Position steps as long as the lag, and force noise a hundredth of a ramp."""
+    time_s = np.arange(0.0, 60.0, 1e-3)
+    rng = np.random.default_rng(3)
+    position_m = stepped(time_s)
+    late_m = np.interp(time_s - 0.02, time_s, position_m)
+    force_n = 300.0 * (late_m / 300e-6) ** 1.5 + rng.normal(0.0, 0.5, len(time_s))
+    coarse_m = np.round(position_m / 1e-6) * 1e-6
+    lag = measure_lag(time_s, force_n, coarse_m)
+    assert lag.sigma_s < 2e-3
+    assert lag.lag_s == pytest.approx(0.02, abs=4.0 * lag.sigma_s)

@@ -1,0 +1,138 @@
+"""How much the force comes after the position, from the ramps of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_WINDOW_S = 2.0
+_SMOOTH_S = 0.1
+_EVERY_S = 0.01
+_DEGREE = 3
+_ROUNDS = 12
+_PRECISION_S = 2e-5
+_LEAST_WINDOWS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Lag:
+    """How much the force comes after the position, in s, with its standard uncertainty.
+
+    NaN and inf where no ramp tells; `how` says what it rests on.
+    """
+
+    lag_s: float
+    sigma_s: float
+    how: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Segment:
+    """One stretch in contact on an even grid; force already smoothed, of length N - margin."""
+
+    grid_s: FloatArray
+    time_s: FloatArray
+    position_m: FloatArray
+    force_n: FloatArray
+    rate_n_per_s: FloatArray
+
+
+def _smooth(values: FloatArray, size: int) -> FloatArray:
+    weights = np.hanning(size + 2)[1:-1]
+    return np.convolve(values, weights / weights.sum(), "valid")
+
+
+def _segments(
+    time_s: FloatArray, force_n: FloatArray, position_m: FloatArray, chosen: BoolArray, dt_s: float
+) -> Iterator[_Segment]:
+    size = round(_SMOOTH_S / dt_s) | 1
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], chosen.view(np.int8), [0]))))
+    for start, stop in edges.reshape(-1, 2).tolist():
+        grid_s = np.arange(time_s[start], time_s[stop - 1], dt_s)
+        if len(grid_s) < size + round(_WINDOW_S / dt_s):
+            continue
+        part = slice(start, stop)
+        force = _smooth(np.interp(grid_s, time_s[part], force_n[part]), size)
+        yield _Segment(grid_s, time_s[part], position_m[part], force, np.gradient(force, dt_s))
+
+
+def _scores(segments: list[_Segment], lag_s: float, dt_s: float) -> FloatArray:
+    """What each window says about a lag beyond `lag_s`: (N, 2) of score and weight.
+
+    A force that comes late by a small t is g(x) − t·dF/dt: per window the force is regressed on a
+    cubic of the shifted position, and score / weight is the coefficient of −dF/dt.
+    """
+    size, every = round(_WINDOW_S / dt_s), max(1, round(_EVERY_S / dt_s))
+    found = []
+    for segment in segments:
+        margin = len(segment.grid_s) - len(segment.force_n) + 1
+        position = _smooth(
+            np.interp(segment.grid_s - lag_s, segment.time_s, segment.position_m), margin
+        )
+        for first in range(0, len(position) - size + 1, size):
+            window = slice(first, first + size, every)
+            x = position[window]
+            spread = float(np.ptp(x))
+            if spread == 0.0:
+                continue
+            law, _ = np.linalg.qr(np.vander((x - x.mean()) / spread, _DEGREE + 1))
+            y, rate = segment.force_n[window], segment.rate_n_per_s[window]
+            rate = rate - law @ (law.T @ rate)
+            found.append((-float(rate @ y), float(rate @ rate)))
+    return np.array(found).reshape(-1, 2)
+
+
+def measure_lag(
+    time_s: FloatArray,
+    force_n: FloatArray,
+    position_m: FloatArray,
+    in_contact: BoolArray | None = None,
+    max_lag_s: float = 0.1,
+) -> Lag:
+    """Lag of force behind position from the ramps of a run.
+
+    Within a window of 2 s the force is a smooth function of the position, and a lag shows where the
+    speed changes: at both ends of a ramp. The lag is the shift at which the rate of the force
+    explains nothing more; its uncertainty comes from how much the windows disagree. Viscous damping
+    in the load path looks like a negative lag and is measured with it.
+
+    Args:
+        time_s, force_n, position_m: shape (N,), times rising.
+        in_contact: which samples to use, all when None.
+        max_lag_s: a larger lag is not believed.
+    """
+    chosen = np.ones(len(time_s), bool) if in_contact is None else in_contact
+    if chosen.sum() < 16:
+        return Lag(np.nan, np.inf, "no data in contact")
+    dt_s = float(np.median(np.diff(time_s)))
+    segments = list(_segments(time_s, force_n, position_m, chosen, dt_s))
+    scores = _scores(segments, 0.0, dt_s)
+    count = len(scores)
+    if count < _LEAST_WINDOWS:
+        return Lag(np.nan, np.inf, f"only {count} windows of 2 s, {_LEAST_WINDOWS} are needed")
+    unknown = Lag(np.nan, np.inf, f"no clear ramp in {count} windows of 2 s")
+    lag_s, step_s = 0.0, float(scores[:, 0].sum() / scores[:, 1].sum())
+    for _ in range(_ROUNDS):
+        if not abs(lag_s + step_s) < max_lag_s:
+            return unknown
+        before = float(scores[:, 0].sum())
+        lag_s += step_s
+        scores = _scores(segments, lag_s, dt_s)
+        left = float(scores[:, 0].sum())
+        slope = (before - left) / step_s
+        if not slope > 0.0:
+            return unknown
+        step_s = left / slope
+        if abs(step_s) < _PRECISION_S:
+            break
+    else:
+        return unknown
+    each = scores[:, 0] - scores[:, 0].mean()
+    sigma_s = float(np.sqrt(each @ each * count / (count - 1))) / slope
+    return Lag(lag_s + step_s, sigma_s, f"the ends of ramps in {count} windows of 2 s")
