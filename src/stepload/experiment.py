@@ -170,11 +170,19 @@ def _keep(
             problems.append(f"the evaluation failed: {type(error).__name__}: {error}")
             data["reasons"] = list(problems)
         recorder.finish(data, str(data["verdict"]))
-    except RecordingFailedError as error:
-        data["reasons"] = [str(error)]
+    except Exception as error:  # the recorder's own; what got to the disk stays there
+        told = f"{type(error).__name__}: {error}"
+        if isinstance(error, RecordingFailedError):
+            told = error.message
+        data["reasons"] = [told]
+        with contextlib.suppress(Exception):
+            recorder.abandon()
         with contextlib.suppress(OSError):
             _write_results(directory, data)
-        raise RecordingFailedError(f"{outcome.why}\n{error.message}", hint=error.hint) from error
+        raise RecordingFailedError(
+            f"{outcome.why}\n{told}",
+            hint="free disk space if it is full; the next run, or `stepload recover`, repairs it",
+        ) from error
     try:
         _write_results(directory, data)
         if findings is not None:

@@ -21,6 +21,7 @@ from typing import Any
 
 from stepload import experiment, open_rig
 from stepload.cli.main import main
+from stepload.record import recorder
 from stepload.record.recorder import Recorder
 from stepload.record.rows import Phase
 from stepload.rig.world import WorldFault
@@ -44,7 +45,7 @@ PARTS: dict[str, tuple[Any, str]] = {
     "supervisor": (supervisor.Supervisor, "check"),
     "controller": (controller.StepController, "step"),
     "event": (Recorder, "event"),
-    "recorder problem": (Recorder, "problem"),
+    "read back": (recorder, "count_messages"),
     "safing": (loop, "make_safe"),
     "evaluation": (experiment.analyse, "run_findings"),
     "reading": (experiment, "read_recording"),

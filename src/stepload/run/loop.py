@@ -10,6 +10,7 @@ import ctypes
 import gc
 import os
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
@@ -34,6 +35,8 @@ SAFE_DEADLINE_S = 3.0
 RETRACT_EXTRA_S = 2.0
 DEADLINE_SLACK_S = 1.0
 """A device is given its own timeout; its thread a little more."""
+BLIND_RETRACT_M, BLIND_SPEED_M_S, BLIND_TIMEOUT_S = 1e-3, 1e-3, 4.0
+"""The retract of last resort, where nothing can be asked for the plan's."""
 REALTIME_PRIORITY = 20
 
 
@@ -260,7 +263,7 @@ def run_loop(
         message = f"the loop has stood still for {held_s:g} s, held up by {loop.busy}"
         engine.trip(Cause("hang", held_s, LOOK_S, "s", held_s, rig.clock.now_s(), message))
         loop.errors.append(message)
-        outcomes = make_safe(_actions(engine, rig), engine.operator)
+        outcomes = _made_safe(engine, rig, loop.errors)
 
     def last_words() -> str:
         engine.operator.on_lost()
@@ -282,7 +285,7 @@ def run_loop(
         loop.errors.append(message)
         engine.trip(Cause("loop", 1.0, 0.0, "", 0.0, rig.clock.now_s(), message))
     loop_end_s = rig.clock.now_s()
-    outcomes = outcomes or make_safe(_actions(engine, rig), engine.operator)
+    outcomes = outcomes or _made_safe(engine, rig, loop.errors)
     end_s = rig.clock.now_s()
     procedure, cause = engine.procedure, engine.cause
     if cause is not None:
@@ -315,6 +318,30 @@ def run_loop(
     )
     _record_end(recorder, engine, outcome)
     return outcome
+
+
+def _made_safe(engine: Engine, rig: RigDevices, errors: list[str]) -> tuple[Outcome, ...]:
+    """Safing; if that itself is broken, the arm is told directly, once, to retract and to stop."""
+    try:
+        return make_safe(_actions(engine, rig), engine.operator)
+    except BaseException as error:
+        errors.append(f"safing: {type(error).__name__}: {error}")
+    arm = rig.arm
+    return (
+        _told_directly(
+            "arm retract", lambda: arm.retract(BLIND_RETRACT_M, BLIND_SPEED_M_S, BLIND_TIMEOUT_S)
+        ),
+        _told_directly("arm stop", lambda: arm.safe(SAFE_DEADLINE_S)),
+    )
+
+
+def _told_directly(name: str, call: Callable[[], None]) -> Outcome:
+    begin_s, told = time.monotonic(), ""
+    try:
+        call()
+    except BaseException as error:  # what comes after it must be sent as well
+        told = f"{type(error).__name__}: {error}"
+    return Outcome(name, True, told, begin_s, time.monotonic() - begin_s)
 
 
 def _actions(engine: Engine, rig: RigDevices) -> list[Action]:

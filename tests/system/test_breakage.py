@@ -1,0 +1,168 @@
+"""Any part may break: the arm goes back, the record is whole, and what broke is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from real_runs import Staged, results
+from staged import PARTS
+
+from stepload import experiment
+from stepload.experiment import Finished, run_plan
+from stepload.open_rig import OpenRig
+from stepload.plan.load import load_plan
+from stepload.record.reader import read_recording
+from stepload.record.recorder import RecordingFailedError
+from stepload.record.recovery import recover
+from stepload.record.rows import Phase
+from stepload.run import loop
+from stepload.run.tick import Engine
+
+OPEN_N = 1.0
+
+
+class Breaking:
+    """Runs the quick plan while parts break from the hold of a step on; keeps the rig's truth."""
+
+    def __init__(self, plan: Path, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self._plan, self.out, self._monkeypatch = load_plan(plan), out, monkeypatch
+        self._broken = False
+        self.force_left_n = float("nan")
+        self.peak_n = 0.0
+
+    def run(self, *parts: str) -> Finished:
+        patch = self._monkeypatch.setattr
+        patch(loop, "SAFE_DEADLINE_S", 0.5)
+        if "report" not in parts:  # takes longer than the run
+            patch(experiment, "render", lambda page: "")
+        for part in parts:
+            owner, name = PARTS[part]
+            patch(owner, name, self._breaking(getattr(owner, name)))
+        patch(experiment, "opened", self._watched(experiment.opened))
+        return run_plan(self._plan, dry_run=True, out=self.out, on_progress=self._look)
+
+    def _breaking(self, original: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*args: Any, **kwargs: Any) -> Any:
+            if self._broken:
+                raise RuntimeError("broken on purpose")
+            return original(*args, **kwargs)
+
+        return call
+
+    def _look(self, engine: Engine, _: object) -> None:
+        if engine.row and (engine.row.phase, engine.row.step) == (Phase.HOLD, 2):
+            self._broken = True
+
+    def _watched(self, original: Callable[..., Any]) -> Callable[..., Any]:
+        @contextmanager
+        def watched(*args: Any, **kwargs: Any) -> Iterator[OpenRig]:
+            with original(*args, **kwargs) as rig:
+                yield rig
+                self.force_left_n = rig.world.true_force_n
+                self.peak_n = rig.world.true_peak_force_n
+
+        return watched
+
+
+@pytest.fixture
+def breaking(quick: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Breaking:
+    return Breaking(quick, tmp_path / "run", monkeypatch)
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        "arm drain", "arm command", "arm fault", "force drain", "engine", "supervisor",
+        "controller", "event",
+    ],
+)  # fmt: skip
+def test_what_breaks_in_the_loop_unloads_the_arm(breaking: Breaking, part: str) -> None:
+    done = breaking.run(part)
+    found = results(breaking.out)
+    assert found["status"] == "stopped"
+    assert "broken on purpose" in found["why_it_ended"] + " ".join(found["errors"])
+    assert found["safing"][-2]["name"] == "arm stop"
+    assert found["safing"][-2]["error"] == ""
+    assert abs(breaking.force_left_n) < OPEN_N
+    assert breaking.peak_n < found["elastic_limit_n"]
+    recording = read_recording(breaking.out / "run.mcap")
+    assert not recording.partial
+    assert recording.ticks.step.max() >= 2
+    assert done.problems == ()
+
+
+@pytest.mark.parametrize(
+    ("parts", "told"),
+    [
+        (("arm safe",), "arm stop"),
+        (("force safe",), "force sensor"),
+        (("arm close",), "closing the arm"),
+        (("force close",), "closing the force sensor"),
+        (("safing",), "safing: RuntimeError"),
+    ],
+)
+def test_what_breaks_in_safing_is_told(
+    breaking: Breaking, parts: tuple[str, ...], told: str
+) -> None:
+    breaking.run(*parts)
+    found = results(breaking.out)
+    assert found["status"] == "completed"
+    slots = [f"{a['name']}: {a['error']}" for a in found["safing"] if a["error"]]
+    assert any(told in slot and "broken" in slot for slot in (*slots, *found["errors"]))
+    assert abs(breaking.force_left_n) < OPEN_N
+    assert not read_recording(breaking.out / "run.mcap").partial
+
+
+def test_safing_that_breaks_in_contact_still_retracts(breaking: Breaking) -> None:
+    """Loop and safing are broken both: the arm is told directly."""
+    breaking.run("engine", "safing")
+    found = results(breaking.out)
+    assert [a["name"] for a in found["safing"]] == ["arm retract", "arm stop"]
+    assert [a["error"] for a in found["safing"]] == ["", ""]
+    assert abs(breaking.force_left_n) < OPEN_N
+
+
+def test_an_arm_that_does_nothing_any_more_is_told_as_such(breaking: Breaking) -> None:
+    breaking.run("arm command", "arm retract", "arm safe")
+    why = results(breaking.out)["why_it_ended"]
+    assert "could not confirm a retract" in why
+    assert why.count("broken on purpose") == 3
+    assert not read_recording(breaking.out / "run.mcap").partial
+
+
+@pytest.mark.parametrize("part", ["evaluation", "reading", "report", "results"])
+def test_what_breaks_after_the_run_does_not_cost_its_record(breaking: Breaking, part: str) -> None:
+    done = breaking.run(part)
+    assert any("broken on purpose" in problem for problem in done.problems)
+    recording = read_recording(breaking.out / "run.mcap")
+    assert not recording.partial
+    assert recording.results is not None
+    assert recording.results["why_it_ended"] == done.outcome.why
+    if part != "results":
+        assert results(breaking.out)["status"] == "completed"
+
+
+def test_a_record_that_cannot_be_finished_stays_to_be_repaired(breaking: Breaking) -> None:
+    with pytest.raises(RecordingFailedError) as caught:
+        breaking.run("read back")
+    assert "The run was completed." in str(caught.value)
+    assert "broken on purpose" in str(caught.value)
+    assert results(breaking.out)["status"] == "completed"
+    assert recover(breaking.out / "run.mcap.part").counts["/force"] > 5000
+
+
+def test_a_bug_after_the_run_ends_in_text(
+    stage: Callable[..., Staged], quick: Path, tmp_path: Path
+) -> None:
+    staged = stage(
+        {"break": {"evaluation": "raise"}},
+        "run", quick, "--dry-run", "--out", tmp_path / "run", "--quiet",
+    )  # fmt: skip
+    code, text = staged.finish()
+    assert code == 1
+    assert "error: the evaluation failed: RuntimeError: run_findings broken on purpose" in text
+    assert f"record: {tmp_path / 'run' / 'run.mcap'}" in text
