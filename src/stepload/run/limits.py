@@ -22,6 +22,8 @@ IDENTICAL_COUNTS = 25
 SECOND_IDENTICAL_COUNTS = 100
 """The second channel may be slower than the stream it comes in."""
 MODEL_LAG_S = 0.07
+STILL_BLURS = 2.0
+"""Commanded travel over what may hide it in the measured position, before R7 asks for an answer."""
 LEASH_TIME_S = 1.5
 AGE_SOURCE = "R3: the plan, or 12 ms, at least 4 periods"
 FALSE_FREEZE_ODDS = 1e-11
@@ -65,6 +67,7 @@ class RunLimits:
     leash_time_s: float
     model_tolerance_m: float
     model_lag_s: float
+    still_m: float
     command_delay_s: float
     arm_lag_s: float
     search_end_m: float
@@ -141,6 +144,8 @@ def derive_limits(
     checking = second.sensor or arm
     clock_s = max(CLOCK_S, 5.0 / force.rate_hz, force.max_age_s or 0.0, arm.max_age_s or 0.0)
     has_second = second.source is not SecondForceSource.NONE
+    blur_m = arm.position_resolution_m + 6.0 * arm.position_noise_m + arm.lost_motion_m
+    still_m = STILL_BLURS * blur_m
     near_edge_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
     values: dict[str, tuple[float, str, str]] = {
         "elastic_limit_n": (elastic_limit_n, "N", "F_c of the payload"),
@@ -167,6 +172,7 @@ def derive_limits(
         "leash_time_s": (LEASH_TIME_S, "s", "R6: time at the end of the leash without an answer"),
         "model_tolerance_m": (arm.model_tolerance_m, "m", "R7: rig: arm.model_tolerance"),
         "model_lag_s": (MODEL_LAG_S, "s", "R7: tolerance in proportion to speed"),
+        "still_m": (still_m, "m", "R7: 2 (resolution + 6 sigma + lost motion) of position"),
         "command_delay_s": (arm.command_delay_s, "s", "rig: arm.command_delay"),
         "arm_lag_s": (arm.lag_s, "s", "rig: arm.lag"),
         "search_end_m": (near_edge_m + procedure.search_distance_m, "m", "R8: plan"),

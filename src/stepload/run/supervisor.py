@@ -29,6 +29,8 @@ LEASH_SHARE = 0.9
 LEAST_PROGRESS_M = 5e-6
 PROGRESS_SHARE = 0.25
 """An approach at this share of the guarded speed still counts as progress; touches use half."""
+STILL_SHARE = 0.25
+"""Of its commanded travel an arm must be seen to go; less is none."""
 ANSWER_FILTER_S = 0.3
 """Time constant of the force that R6 looks for an answer in."""
 
@@ -70,9 +72,10 @@ class Supervisor:
         "_delayed", "_delayed_at", "_difference_n", "_last_n", "_last_target_m",
         "_least_progress_m", "_limits", "_mean_n", "_model_alpha", "_model_m", "_now_s",
         "_progress_m", "_progress_s", "_progress_time_s", "_recent_m_s", "_second_is_arm",
-        "_slope_noise_n_per_s", "_slow_n", "_speed_decay", "_steps", "_tared", "_taut_s", "arm",
-        "cause", "force", "force_n", "predicted_n", "second", "second_n", "second_zero_n",
-        "slope_n_per_s", "smooth_alpha", "smooth_n", "smooth_tau_s", "speed_m_s", "zero_n",
+        "_slope_noise_n_per_s", "_slow_n", "_speed_decay", "_steps", "_still_m", "_still_model_m",
+        "_tared", "_taut_s", "arm", "cause", "force", "force_n", "predicted_n", "second",
+        "second_n", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n", "smooth_tau_s",
+        "speed_m_s", "zero_n",
     )  # fmt: skip
 
     def __init__(self, limits: RunLimits, force_axis: str, second_axis: str = "") -> None:
@@ -110,7 +113,7 @@ class Supervisor:
         self._model_alpha = period_s / (limits.arm_lag_s + period_s)
         self._delayed = [math.nan] * max(1, round(limits.command_delay_s / period_s))
         self._delayed_at = 0
-        self._model_m = self._last_target_m = math.nan
+        self._model_m = self._last_target_m = self._still_model_m = self._still_m = math.nan
         self._now_s = math.nan
         self._tared = False
         self._steps = 1
@@ -191,7 +194,7 @@ class Supervisor:
         last_m = self._last_target_m
         self._last_target_m = target_m
         if last_m != last_m:  # nothing was commanded before
-            self._model_m = position_m
+            self._model_m = self._still_model_m = self._still_m = position_m
             self._delayed = [position_m] * len(self._delayed)
             return None
         period_s = limits.period_s
@@ -221,6 +224,17 @@ class Supervisor:
                 "R7", error_m, tolerance_m, "m",
                 f"the arm is {error_m * 1e6:+.1f} um away from where its commands should put it",
             )  # fmt: skip
+        moved_m = model_m - self._still_model_m
+        span_m = limits.still_m + limits.model_lag_s * recent
+        if not -span_m <= moved_m <= span_m:
+            seen_m = position_m - self._still_m
+            self._still_model_m, self._still_m = model_m, position_m
+            if not seen_m / moved_m >= STILL_SHARE:
+                return Finding(
+                    "R7", seen_m, STILL_SHARE * moved_m, "m",
+                    f"the arm was told to move by {moved_m * 1e6:+.1f} um and moved by"
+                    f" {seen_m * 1e6:+.1f} um: its position is frozen, or it does not follow",
+                )  # fmt: skip
         if phase not in _SEARCHING:
             self._progress_s = math.nan
             return None

@@ -1,0 +1,60 @@
+"""Does a sound rig ever get stopped? Whole procedures on the simulated rig, one seed after another.
+
+Prints per plan: runs, those stopped with their cause, the largest true force over F_lim, the time.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+
+from stepload.campaign.incidents import NullRecorder
+from stepload.feasibility.preflight import theory_of
+from stepload.plan.load import load_plan
+from stepload.rehearse import world_for
+from stepload.rig.world import load_world
+from stepload.run.limits import derive_limits
+from stepload.run.loop import run_loop
+from stepload.run.operator import Operator
+from stepload.run.tick import Engine
+
+PLANS = ("plastic-sphere", "ur5e-silicone-sphere", "ur16e-polyurethane-sphere")
+SEEDS = 20
+
+
+def one(name: str, seed: int) -> tuple[str, float]:
+    """How the run ended, and its true peak force over F_lim."""
+    plan = load_plan(Path("procedures") / f"{name}.yaml")
+    limits = derive_limits(plan, elastic_limit_n=theory_of(plan.payload).elastic_limit_n)
+    rig = load_world()(world_for(plan, seed=seed))
+    for device in (rig.force, rig.second_force, rig.displacement, rig.arm):
+        if device is not None:
+            device.open(1.0)
+    outcome = run_loop(Engine(plan, limits, Operator()), rig, NullRecorder())
+    ended = outcome.status.value
+    if outcome.cause is not None:
+        ended += f", seed {seed}: {outcome.cause.rule} {outcome.cause.message}"
+    return ended, rig.world.true_peak_force_n / limits.force_limit_n
+
+
+def main() -> None:
+    names, stopped = sys.argv[1:] or PLANS, 0
+    for name in names:
+        start_s = time.monotonic()
+        with ProcessPoolExecutor(os.cpu_count()) as pool:
+            found = list(pool.map(partial(one, name), range(SEEDS)))
+        peak = max(ratio for _, ratio in found)
+        print(f"{name}: peak {peak:.3f} of F_lim, {time.monotonic() - start_s:.0f} s")
+        for ended, count in Counter(ended for ended, _ in found).items():
+            print(f"  {count:3} {ended}")
+            stopped += count * (ended != "completed")
+    sys.exit(f"{stopped} runs on sound rigs did not complete" if stopped else 0)
+
+
+if __name__ == "__main__":
+    main()
