@@ -1,0 +1,218 @@
+"""Pause and resume a run; take up an interrupted one."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import signal
+import socket
+import subprocess
+import sys
+import termios
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from real_runs import ENVIRONMENT, HERE, PATIENCE_S, Staged, results, stepload
+
+from stepload.errors import BadInputError
+from stepload.record.reader import Recording, read_recording
+from stepload.record.recovery import is_being_written
+from stepload.record.rows import Phase
+from stepload.run.operator import Operator
+from stepload.session import control
+
+Stage = Callable[..., Staged]
+
+
+def _phases(recording: Recording) -> list[str]:
+    return [str(e.data["phase"]) for e in recording.events if e.kind == "phase"]
+
+
+def _wait_for_phase(directory: Path, phase: str) -> dict[str, object]:
+    give_up_at = time.monotonic() + PATIENCE_S
+    while (answer := control.ask(directory, "status"))["phase"] != phase:
+        assert time.monotonic() < give_up_at, answer
+        time.sleep(0.05)
+    return answer
+
+
+def test_pause_from_another_terminal(stage: Stage, quick: Path, tmp_path: Path) -> None:
+    directory = tmp_path / "run"
+    staged = stage(
+        {"at": "LOAD 2", "wait": "paused"},
+        "run", quick, "--dry-run", "--out", directory, "--quiet",
+    )  # fmt: skip
+    staged.wait_until_there()
+    paused = stepload("pause", directory, "--json")
+    assert paused.returncode == 0, paused.stderr
+    assert json.loads(paused.stdout)["paused"] is True
+    answer = _wait_for_phase(directory, "PAUSED")
+    assert abs(float(str(answer["force_n"]))) < 3.0  # unloaded
+    told = stepload("pause", directory, "--resume")
+    assert told.returncode == 0
+    assert "goes on" in told.stdout
+    assert staged.finish()[0] == 0
+    assert results(directory)["status"] == "completed"
+    recording = read_recording(directory / "run.mcap")
+    assert recording.metadata["run_id"] == answer["run_id"]
+    phases = _phases(recording)
+    at = phases.index("PAUSED")
+    assert phases[at - 2 : at] == ["HOLD", "RETRACT"]  # the step was finished first
+    after = phases[at + 1 :]
+    before_load = after[: after.index("LOAD")]
+    assert [p for p in before_load if p in ("TARE", "GUARDED_APPROACH", "DWELL")] == [
+        "TARE", "GUARDED_APPROACH", "DWELL",
+    ]  # fmt: skip
+    held = [e.data["step"] for e in recording.events if e.kind == "held"]
+    assert held == [1, 2, 3]
+    assert "resume" in [e.data["purpose"] for e in recording.events if e.kind == "touch"]
+    assert not (directory / "control").exists()
+
+
+def test_p_in_the_terminal(quick: Path, tmp_path: Path) -> None:
+    """Under a real pseudo-terminal, whose modes come back."""
+    parent, child = pty.openpty()
+    heard, say = os.pipe()
+    before = termios.tcgetattr(child)
+    directions = json.dumps({"at": "LOAD 1", "wait": "paused", "say": say})
+    process = subprocess.Popen(
+        [sys.executable, str(HERE / "staged.py"), directions, "run", str(quick), "--dry-run",
+         "--out", str(tmp_path / "run")],
+        stdin=child, stdout=child, stderr=child, pass_fds=(say,), env=ENVIRONMENT,
+        start_new_session=True, preexec_fn=lambda: os.close(os.open(os.ttyname(0), os.O_RDWR)),
+    )  # fmt: skip
+    os.close(say)
+    try:
+        printed = _pump(parent, until=heard)
+        during = termios.tcgetattr(child)
+        assert not during[3] & termios.ICANON
+        os.write(parent, b"p")
+        give_up_at = time.monotonic() + PATIENCE_S
+        while control.ask(tmp_path / "run", "status")["phase"] != "PAUSED":
+            printed += _pump(parent)
+            assert time.monotonic() < give_up_at
+        os.write(parent, b"p")
+        while process.poll() is None and time.monotonic() < give_up_at:
+            printed += _pump(parent)
+        assert process.returncode == 0, printed.decode()
+        assert termios.tcgetattr(child) == before
+    finally:
+        process.kill()
+        process.wait()
+        for fd in (parent, child, heard):
+            os.close(fd)
+    assert "PAUSED" in _phases(read_recording(tmp_path / "run" / "run.mcap"))
+
+
+def _pump(parent: int, until: int = -1) -> bytes:
+    """What the terminal has printed by now; a terminal that nobody reads would stop the run."""
+    import select
+
+    printed = b""
+    while True:
+        ready, _, _ = select.select([parent, *([until] if until >= 0 else [])], [], [], 0.1)
+        if parent in ready:
+            printed += os.read(parent, 65536)
+        if until in ready or (not ready and until < 0):
+            return printed
+
+
+def test_ctrl_c_ends_a_paused_run(stage: Stage, quick: Path, tmp_path: Path) -> None:
+    directory = tmp_path / "run"
+    staged = stage(
+        {"at": "HOLD 1", "wait": "paused"},
+        "run", quick, "--dry-run", "--out", directory, "--quiet",
+    )  # fmt: skip
+    staged.wait_until_there()
+    control.ask(directory, "pause")
+    _wait_for_phase(directory, "PAUSED")
+    staged.process.send_signal(signal.SIGINT)
+    assert staged.finish()[0] == 130
+    recording = read_recording(directory / "run.mcap")
+    assert recording.ticks.phase[-1] == Phase.DONE
+
+
+def test_an_interrupted_run_is_taken_up(stage: Stage, quick: Path, tmp_path: Path) -> None:
+    first, second = tmp_path / "first", tmp_path / "second"
+    staged = stage(
+        {"at": "HOLD 2", "wait": "for ever"},
+        "run", quick, "--dry-run", "--out", first, "--quiet",
+    )  # fmt: skip
+    staged.wait_until_there()
+    staged.process.kill()
+    staged.process.wait()
+    give_up_at = time.monotonic() + PATIENCE_S
+    while is_being_written(first / "run.mcap.part"):  # by the writer that outlives its run
+        assert time.monotonic() < give_up_at
+        time.sleep(0.01)
+    done = stepload("run", quick, "--dry-run", "--resume", first, "--out", second, "--json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    old, new = (read_recording(d / "run.mcap") for d in (first, second))
+    assert old.partial
+    assert found["resumed"] in found["reasons"]
+    assert old.metadata["run_id"] in found["resumed"]
+    assert "before cycle 1, 200 N are in that record" in found["resumed"]
+    assert new.metadata["resumed_run_id"] == old.metadata["run_id"]
+    held = [
+        [e.data["step"] for e in recording.events if e.kind == "held"] for recording in (old, new)
+    ]
+    assert held == [[1], [2, 3]]
+    assert "first" in [e.data["purpose"] for e in new.events if e.kind == "touch"]
+    assert found["believe"] in found["fits"]
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """(plan, directory) of a finished dry run."""
+    from real_runs import QUICK
+
+    place = tmp_path_factory.mktemp("finished")
+    (place / "plan.yaml").write_text(QUICK)
+    done = stepload("run", place / "plan.yaml", "--dry-run", "--out", place / "run", "--quiet")
+    assert done.returncode == 0
+    return place / "plan.yaml", place / "run"
+
+
+def test_what_cannot_be_resumed(finished: tuple[Path, Path], tmp_path: Path) -> None:
+    from stepload.plan.load import load_plan
+    from stepload.session.resume import resumable
+
+    path, directory = finished
+    plan = load_plan(path)
+    with pytest.raises(BadInputError, match="every load step of the plan is done"):
+        resumable(directory, plan, dry_run=True)
+    with pytest.raises(BadInputError, match="is the record of a dry run"):
+        resumable(directory, plan, dry_run=False)
+    other = tmp_path / "plan.yaml"
+    other.write_text(path.read_text().replace("0.3 s", "0.4 s"))
+    with pytest.raises(BadInputError, match="made with another plan"):
+        resumable(directory, load_plan(other), dry_run=True)
+    with pytest.raises(BadInputError, match="no such file"):
+        resumable(tmp_path, plan, dry_run=True)
+
+
+def test_a_directory_without_a_run(finished: tuple[Path, Path], tmp_path: Path) -> None:
+    with pytest.raises(BadInputError, match="no run is going on"):
+        control.ask(finished[1], "pause")
+    with socket.socket(socket.AF_UNIX) as left:  # what a killed run leaves behind
+        left.bind(str(tmp_path / "control"))
+    with pytest.raises(BadInputError, match="no run is going on"):
+        control.ask(tmp_path, "pause")
+    operator = Operator()
+    with control.listening(tmp_path, operator, lambda: {"phase": "HOLD"}) as missing:
+        assert missing == ""
+        assert control.ask(tmp_path, "pause") == {"paused": True, "phase": "HOLD"}
+        assert operator.paused
+        with pytest.raises(BadInputError, match="refuses"):
+            control.ask(tmp_path, "stop")
+        assert control.ask(tmp_path, "resume")["paused"] is False
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_where_no_socket_can_be(tmp_path: Path) -> None:
+    with control.listening(tmp_path / "nowhere", Operator(), dict) as missing:
+        assert "will not reach this run" in missing
