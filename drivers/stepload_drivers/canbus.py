@@ -24,7 +24,8 @@ from stepload.rig.faults import FaultCode
 from stepload_drivers.serialport import MAX_LATENCY_MS, latency_timer_ms
 
 WAIT_S = 0.1
-MAX_BATCH = 1024
+MAX_BATCH = 64
+"""A reader that is starved of time hands on what it has instead of running after the bus."""
 
 
 class CanFrame(NamedTuple):

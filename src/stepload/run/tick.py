@@ -19,6 +19,9 @@ from stepload.run.supervisor import Cause, Supervisor
 SAFING_EXTRA_S = 2.0
 """Longer than the retract should take; after that safing acts without the loop."""
 
+ARRIVAL_SHARE = 0.25
+"""Of the retract: an arm that did not move at all must never count as retracted."""
+
 _SAFING = int(Phase.SAFING)
 
 
@@ -179,8 +182,9 @@ class Engine:
             self._safe_speed_m_s + 2.0 * limits.acceleration_m_s2 * step_s,
         )
         self.target_m = max(self._safe_m, self.target_m - self._safe_speed_m_s * step_s)
-        near_m = self._safe_m + limits.model_tolerance_m
-        if self.target_m <= self._safe_m and self.supervisor.arm.position_m <= near_m:
+        near_m = min(limits.model_tolerance_m, ARRIVAL_SHARE * self.procedure.retract_m)
+        clear = self.supervisor.arm.position_m <= self._safe_m + near_m
+        if self.target_m <= self._safe_m and clear:
             self.safe_reached = True
             return True
         return False

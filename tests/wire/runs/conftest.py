@@ -48,7 +48,7 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
         plan = load_plan(DEMO)
         quick = {
             "tare_s": 0.5, "warm_up_s": 0.0, "touches": 1, "hold_s": 0.3, "unload": False,
-            "surface_distance_m": 1e-3, "surface_uncertainty_m": 1e-4,
+            "surface_distance_m": 1e-3, "surface_uncertainty_m": 1e-4, "retract_m": 1e-3,
             "levels_n": (10.0, 20.0), "top_force_n": 20.0,
         }  # fmt: skip
         plan = replace(plan, procedure=replace(plan.procedure, **{**quick, **procedure}))
