@@ -19,6 +19,7 @@ from stepload.feasibility.identifiability import (
     top_force_for,
 )
 from stepload.feasibility.schedule import Stage, schedule
+from stepload.feasibility.softness import softness
 from stepload.feasibility.verdict import Reason, Severity, Verdict, verdict_of
 from stepload.plan.model import Payload, Plan, Provenance, SecondForceSource
 from stepload.plan.pressing import AGE_S, Pressing, largest_top_force, pressing_for
@@ -300,6 +301,8 @@ def preflight(plan: Plan) -> Preflight:
         reasons += _identifiable_reasons(plan, secant_at_top, found)
     if pressing is not None:
         reasons += hazards(plan, pressing.rig.reaction_s, pressing.fast_speed_m_s)
+        if not refusal:
+            reasons += softness(plan, pressing, theory.law, theory.elastic_limit_n)
     return Preflight(
         verdict=verdict_of(reasons),
         reasons=tuple(reasons),

@@ -8,6 +8,8 @@ from stepload.plan.model import Procedure
 
 RISE_TIME_CONSTANTS = 4.6
 """After its ramp a step closes to 1 % of itself in ln(100) time constants 1/λ."""
+LOOK_S = 0.2
+"""Looks at the force before and after backing off, to prove free air."""
 DRIFT_CHECK_S = 0.5
 REST_S = 0.3
 """Rest after a retract, and ringing after a touch."""
@@ -50,9 +52,11 @@ def schedule(
     gap_m = min(procedure.retract_m, 0.3 * guarded_speed_m_s)
     touch_s = gap_m / retract_speed_m_s + 2.0 * gap_m / guarded_speed_m_s + 2.0 * REST_S
     part_s = procedure.retract_m / retract_speed_m_s + gap_m / guarded_speed_m_s + 2.0 * REST_S
+    free_s = 2.0 * LOOK_S + REST_S + procedure.retract_m / retract_speed_m_s
     unload_steps = len(levels) - 1 if procedure.unload else 0
     stages = [
         Stage("warm up", procedure.warm_up_s, 1),
+        Stage("prove free air", free_s, 1),
         Stage("tare and drift check", procedure.tare_s + DRIFT_CHECK_S, 1),
         Stage("fast approach", clear_m / fast_speed_m_s, 1),
         Stage("guarded approach", band_m / guarded_speed_m_s + REST_S, 1),
