@@ -11,7 +11,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from real_runs import QUICK, Staged
+from real_runs import QUICK, ROOT, Staged, stepload
 
 
 @pytest.fixture
@@ -20,6 +20,16 @@ def quick(tmp_path: Path) -> Path:
     path = tmp_path / "quick.yaml"
     path.write_text(QUICK)
     return path
+
+
+@pytest.fixture(scope="session")
+def plastic_sphere(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The directory of one dry run of the paper's plastic sphere."""
+    directory = tmp_path_factory.mktemp("plastic-sphere") / "run"
+    plan = ROOT / "procedures" / "plastic-sphere.yaml"
+    done = stepload("run", plan, "--dry-run", "--quiet", "--out", directory)
+    assert done.returncode == 0, done.stderr
+    return directory
 
 
 @pytest.fixture

@@ -195,7 +195,8 @@ def derive_limits(
         "second_noise_n": (second.noise_n if has_second else 0.0, "N", "rig: second_force.noise"),
     }  # fmt: skip
     return RunLimits(
-        identical_counts=identical_counts(force, press.noise_n),
+        # Noise that was measured holds the resolution too, and would have a sound sensor freeze.
+        identical_counts=identical_counts(force, min(press.noise_n, force.noise_n)),
         second_identical_counts=(
             identical_counts(second.sensor, second.noise_n, SECOND_IDENTICAL_COUNTS)
             if second.sensor

@@ -1,0 +1,238 @@
+"""Every plan in procedures/ through `preflight --json` and `run --dry-run --json`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from real_runs import ROOT, stepload
+
+from stepload import experiment
+from stepload.cli.main import main
+from stepload.plan.load import load_plan
+from stepload.record.reader import read_recording
+from stepload.rehearse import payload_truth, true_secant
+
+PROCEDURES = ROOT / "procedures"
+UNSAFE, UNIDENTIFIABLE = "top_force_above_safe_limit", "unidentifiable"
+
+VERDICTS: dict[str, tuple[str, set[str]]] = {
+    "aluminium-cube": ("refused", {UNIDENTIFIABLE}),
+    "aluminium-prism": ("refused", {UNIDENTIFIABLE}),
+    "aluminium-sphere": ("refused", {UNSAFE, UNIDENTIFIABLE}),
+    "campaign": ("go", set()),
+    "demo-wire": ("warn", {"patient"}),
+    "plastic-cone": ("refused", {UNSAFE}),
+    "plastic-pyramid": ("refused", {UNSAFE}),
+    "plastic-sphere": ("go", set()),
+    "run-in": ("go", set()),
+    "system-stiffness": ("go", set()),
+    "ur16e-polyurethane-sphere": ("warn", {"stiffness_indicative"}),
+    "ur5e-silicone-sphere": ("warn", {"stiffness_indicative"}),
+}
+"""Verdict, and the codes of the reasons that refuse or warn."""
+RUNNING = [name for name, (verdict, _) in VERDICTS.items() if verdict != "refused"]
+REFUSED = [name for name, (verdict, _) in VERDICTS.items() if verdict == "refused"]
+
+PREFLIGHT_FIELDS = {
+    "verdict": str, "reasons": list, "elastic_limit_n": float, "largest_safe_force_n": float,
+    "k_max_n_per_m": float, "secant_n_per_m": float, "guarded_speed_m_s": float,
+    "force_budget": list, "duration_s": (int, float),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Ran:
+    """One command: exit code, its JSON object, what it printed for people, the run's truth."""
+
+    code: int
+    data: dict[str, Any]
+    text: str
+    true_peak_n: float
+
+
+def command(capsys: pytest.CaptureFixture[str], *arguments: object) -> Ran:
+    """One `stepload` command in this process; exactly one JSON object on standard output."""
+    peaks: list[float] = []
+    opened = experiment.opened
+
+    @contextmanager
+    def watched(*args: Any, **kwargs: Any) -> Iterator[Any]:
+        with opened(*args, **kwargs) as rig:
+            yield rig
+            peaks.append(rig.world.true_peak_force_n)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", ["stepload", *map(str, arguments)])
+        patch.setattr(experiment, "opened", watched)
+        patch.setattr(experiment, "render", lambda page: "")
+        with pytest.raises(SystemExit) as ended:
+            main()
+    out, err = capsys.readouterr()
+    return Ran(int(ended.value.code or 0), json.loads(out), err, max(peaks, default=0.0))
+
+
+def test_the_table_has_every_plan() -> None:
+    assert {path.stem for path in PROCEDURES.glob("*.yaml")} == set(VERDICTS)
+
+
+@pytest.mark.parametrize("name", VERDICTS)
+def test_preflight(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    verdict, codes = VERDICTS[name]
+    ran = command(capsys, "preflight", PROCEDURES / f"{name}.yaml", "--json")
+    assert (ran.code, ran.data["verdict"]) == (3 if verdict == "refused" else 0, verdict)
+    severe = [reason for reason in ran.data["reasons"] if reason["severity"] != "note"]
+    assert {reason["code"] for reason in severe} == codes
+    assert all(reason["message"] and reason["remedy"] for reason in severe)
+    for field, kind in PREFLIGHT_FIELDS.items():
+        if ran.data[field] is None:  # nothing to say of a K_max or a speed
+            assert UNSAFE in codes or name == "system-stiffness", field
+            continue
+        assert isinstance(ran.data[field], kind), field
+    for term in ran.data["force_budget"]:
+        assert set(term) == {"name", "value_n", "source"}
+        assert term["value_n"] >= 0.0
+    if verdict != "refused":
+        assert ran.data["force_budget"]
+        assert ran.data["duration_s"] > 1.0
+        assert ran.data["largest_safe_force_n"] < ran.data["elastic_limit_n"]
+
+
+@pytest.mark.parametrize(
+    ("name", "told", "remedy"),
+    [
+        ("plastic-cone", "leaves no room to press: (F_c 9.612 N", "mechanical fuse"),
+        ("plastic-pyramid", "leaves no room to press: (F_c 1.167 N", "mechanical fuse"),
+        ("aluminium-sphere", "top force 300 N is above the largest safe", "reduce top_force to 2"),
+    ],
+)
+def test_why_payloads_of_the_paper_are_refused(
+    name: str, told: str, remedy: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ran = command(capsys, "preflight", PROCEDURES / f"{name}.yaml", "--json")
+    unsafe = next(r for r in ran.data["reasons"] if r["code"] == UNSAFE)
+    assert unsafe["limit"] == ran.data["largest_safe_force_n"] < unsafe["value"] == 300.0
+    assert told in unsafe["message"]
+    assert "cannot be overridden" in unsafe["message"]
+    assert remedy in unsafe["remedy"]
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused_plans_do_not_run(
+    name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    plan = PROCEDURES / f"{name}.yaml"
+    ran = command(capsys, "run", plan, "--dry-run", "--json", "--out", tmp_path / "run")
+    assert (ran.code, ran.data["exit_code"]) == (3, 3)
+    assert "preflight refused the plan" in ran.data["error"]
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("name", RUNNING)
+def test_the_others_run(name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = PROCEDURES / f"{name}.yaml"
+    ran = command(capsys, "run", path, "--dry-run", "--json", "--quiet", "--out", tmp_path / "run")
+    data = ran.data
+    assert ran.code == 0, ran.text
+    assert data["status"] == "completed"
+    assert data["why_it_ended"].startswith("The run was completed.")
+    assert 0.0 < ran.true_peak_n < data["elastic_limit_n"]
+    plan = load_plan(path)
+    assert data["levels_done"] == len(plan.procedure.levels_n) * plan.procedure.cycles
+    recording = read_recording(tmp_path / "run" / "run.mcap")
+    assert not recording.partial
+    assert recording.attachments["plan.yaml"] == path.read_bytes()
+    if name == "system-stiffness":
+        assert data["system_stiffness"]["stiffness_n_per_m"] == pytest.approx(3.49e6, rel=0.03)
+        return
+    believed = data["fits"][data["believe"]]
+    low, high = data["interval_secant_n_per_m"]
+    assert low < believed["secant_n_per_m"] < high
+    for fit in ("rs_btls", "rs_rtls", "joint"):
+        assert {"k", "n", "zero_m", "secant_n_per_m"} <= set(data["fits"][fit])
+    assert data["verdict"] in ("identified", "marginal")
+    truth = true_secant(
+        payload_truth(plan.payload, plan.rig.simulation), believed["secant_force_n"]
+    )
+    assert low < truth < high
+    assert all(isinstance(reason, str) for reason in data["reasons"])
+
+
+def test_identify_says_the_same_as_the_run(
+    plastic_sphere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """From the file again: the same fits, the same interval."""
+    at_once = json.loads((plastic_sphere / "results.json").read_text())
+    later = command(capsys, "identify", plastic_sphere / "run.mcap", "--json")
+    assert later.code == 0
+    for key in ("believe", "fits", "interval_secant_n_per_m", "verdict", "reasons"):
+        assert later.data[key] == at_once[key]
+
+
+def test_replay_does_not_trip(plastic_sphere: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    record = plastic_sphere / "run.mcap"
+    assert command(capsys, "replay", record, "--json").data["tripped"] is False
+    lower = command(capsys, "replay", record, "--force-limit", "200 N", "--json")
+    assert (lower.code, lower.data["tripped"]) == (4, True)
+    assert lower.data["cause"]["rule"] in ("R1", "R2", "CAP")
+    assert lower.data["phase"] in ("LOAD", "HOLD")
+
+
+def test_the_record_opens_in_the_fields_readers(plastic_sphere: Path) -> None:
+    """Every message decodes in rosbags and in mcap-ros2-support; both count what the run wrote."""
+    from mcap.reader import make_reader
+    from mcap_ros2.decoder import DecoderFactory
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    record = plastic_sphere / "run.mcap"
+    written = read_recording(record)
+    wanted = {"/force": len(written.force.sequence), "/events": len(written.events)}
+    with record.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        summary = reader.get_summary()
+        assert summary is not None
+        assert summary.statistics is not None
+        counts: dict[str, int] = {}
+        for _, channel, _, _ in reader.iter_decoded_messages():
+            counts[channel.topic] = counts.get(channel.topic, 0) + 1
+    assert sum(counts.values()) == summary.statistics.message_count
+    assert counts.items() >= wanted.items()
+    bags: dict[str, int] = {}
+    with AnyReader([record], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as bag:
+        for connection, _, raw in bag.messages():
+            bag.deserialize(raw, connection.msgtype)
+            bags[connection.topic] = bags.get(connection.topic, 0) + 1
+    assert bags == counts
+
+
+def test_help_is_quick() -> None:
+    """What takes long to import is imported by the verb that needs it."""
+    import subprocess
+
+    program = (
+        "import sys; sys.argv = ['stepload', '--help']\n"
+        "from stepload.cli.main import main\n"
+        "try: main()\n"
+        "except SystemExit as end: code = end.code\n"
+        "slow = {'numpy', 'scipy', 'matplotlib', 'pydantic', 'mcap', 'can', 'serial'}\n"
+        "print(code, sorted(slow & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines()[-1] == "0 []"
+
+
+def test_usage_errors_are_text() -> None:
+    for arguments in (["run"], ["run", "nowhere.yaml"], ["nosuch"], ["identify", "x.mcap"]):
+        done = stepload(*arguments)
+        assert done.returncode == 2
+        assert done.stderr
+        assert "Traceback" not in done.stderr
