@@ -1,1 +1,1 @@
-"""Drivers that come with stepload; each is found through its entry point, none is imported by it."""
+"""Drivers that come with stepload; found through entry points, none is imported by it."""

@@ -40,7 +40,7 @@ def _serve(loop: Loop, request: dict[str, Any]) -> None:
 
 
 def _run(loop: Loop) -> None:
-    """Serve until the run says quit or is gone."""
+    """Serve until the run says quit, or is gone: then unload."""
     while not loop.link.closed:
         loop.step()
         if loop.requests:
@@ -48,6 +48,7 @@ def _run(loop: Loop) -> None:
             if request["op"] == "quit":
                 return
             _serve(loop, request)
+    procedures.unload(loop)
 
 
 def _report_failure(link: Link, code: FaultCode, message: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import select
 import socket
+import time
 from collections import deque
 
 from stepload_drivers.ur.wire import MAX_BYTES
@@ -39,6 +40,9 @@ class Link:
 
     def receive(self, wait_s: float) -> list[bytes]:
         """What arrived, waiting at most `wait_s` for the first."""
+        if self.closed:
+            time.sleep(wait_s)
+            return []
         writers = [self._sock] if self._backlog else []
         select.select([self._sock], writers, [], wait_s)
         self._flush()

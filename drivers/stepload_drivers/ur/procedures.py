@@ -6,6 +6,7 @@ request ends it.
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable
 
@@ -16,6 +17,8 @@ from stepload_drivers.ur.state import PLAYING, UrState, arrived_m, can_move
 PROGRAM_START_S = 3.0
 STANDSTILL_S = 2.0
 SERVO_STOP_M_S2 = 10.0
+ORPHAN_M_S = 0.01
+ORPHAN_WAIT_S = 1.0
 
 
 class RequestError(Exception):
@@ -67,6 +70,22 @@ def prove(loop: Loop, distance_m: float, speed_m_s: float) -> dict[str, object]:
     went_m = abs(loop.position_m - cut_m)
     _restart(loop)
     return {"stop_s": stop_s, "still_s": stop_s + more_s, "travel_m": went_m}
+
+
+def unload(loop: Loop) -> None:
+    """The run has died: back away if the arm was under way, since a stop alone leaves the force on.
+
+    Nobody is left to be told if it does not work; then the arm stands still where it is.
+    """
+    distance_m = loop.settings.orphan_retract_m
+    if loop.target_m is None or distance_m == 0.0:
+        return
+    with contextlib.suppress(RequestError):
+        goal_m = _back_away(loop, distance_m, ORPHAN_M_S) - arrived_m(distance_m)
+        until_s = time.monotonic() + ORPHAN_WAIT_S
+        while loop.position_m > goal_m and time.monotonic() < until_s:
+            loop.heard_s = time.monotonic()
+            loop.step()
 
 
 def leave(loop: Loop) -> None:

@@ -53,6 +53,14 @@ OPTIONS: Mapping[str, Option] = {
         low=0.02,
         high=2.0,
     ),
+    "orphan_retract": Option(
+        "quantity",
+        "way back along the approach when the run has died under way; 0 m: only stop",
+        unit="m",
+        default=0.005,
+        low=0.0,
+        high=0.05,
+    ),
     "max_lead": Option(
         "quantity",
         "a target further ahead of the measured position is refused",
@@ -87,6 +95,7 @@ class Settings:
     prove_watchdog: bool
     max_age_s: float
     leash_s: float
+    orphan_retract_m: float
     max_lead_m: float
     wrench_sign: str
 
@@ -140,6 +149,7 @@ def settings_from(options: Mapping[str, Any]) -> Settings:
         prove_watchdog=bool(values["prove_watchdog"]),
         max_age_s=float(values["max_age"]),
         leash_s=float(values["leash"]),
+        orphan_retract_m=float(values["orphan_retract"]),
         max_lead_m=float(values["max_lead"]),
         wrench_sign=str(values["wrench_sign"]),
     )

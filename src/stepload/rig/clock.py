@@ -10,7 +10,7 @@ class Clock(Protocol):
     """Time as the engine sees it. Nothing else in stepload reads the time by itself."""
 
     virtual: bool
-    """True when time passes only through `sleep_until`; a run is then as fast as the host allows."""
+    """True when time passes only through `sleep_until`; a run is then as fast as can be."""
 
     def now_s(self) -> float:
         """Seconds on this clock; never goes back."""

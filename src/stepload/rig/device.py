@@ -1,8 +1,8 @@
 """What a device must offer. A driver is a concrete subclass of one of the three devices below.
 
-Life of a device: construct (cheap, touches nothing) → `open` → `drain` each tick → `safe` → `close`.
+Life of a device: construct (touches nothing) → `open` → `drain` each tick → `safe` → `close`.
 `drain`, `health` and `fault` never block. Drivers that read hardware do so in one thread or child
-process of their own; there are no callbacks into the engine. All methods are called from one thread.
+process of their own; there are no callbacks into the engine. All methods are called by one thread.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Named tuples, because they are made thousands of times a second.
 Times: `device_time_s` is the device's own clock (NaN where it has none), `receive_time_s` the
-host's monotonic clock at the moment the sample was taken off the wire. `sequence` counts the samples
+host's monotonic clock at the moment the sample was taken off the wire. `sequence` counts what
 the device *produced*: a step of 2 means that one was lost on the way.
 """
 

@@ -29,8 +29,8 @@ FAULTS = [
     (BOTA, "bota_serial noise:0.5", RETRACTED, "corrupt: Bota sensor"),
     (RFT, "robotous_can torn:0.5", RETRACTED, "corrupt: RFT sensor"),
 ]
-"""What goes wrong, how the arm ends, and what the record must say of it. A dropped connection may be
-seen first by the child's report, by its crash, or by a refused target."""
+"""What goes wrong, how the arm ends, and what the record must say of it. A dropped connection may
+be seen first by the child's report, by its crash, or by a refused target."""
 
 
 @pytest.fixture(autouse=True)

@@ -71,8 +71,27 @@ def test_kill_of_the_run_ends_child_and_motion(run):
     wait_for(lambda: gone(child))
     wait_for(lambda: emulator.state()["runtime_state"] == 1)
     before = emulator.state()["position_m"]
+    assert before < 0.0
     time.sleep(0.2)
     assert emulator.state()["position_m"] == pytest.approx(before, abs=1e-9)
+
+
+def test_kill_of_the_run_under_load_unloads(start_emulator):
+    world = {"surface_m": 2e-4, "system_stiffness_n_per_m": 1e5, "effective_mass_kg": 5.0,
+             "system_damping_n_s_per_m": 1.5e3, "arm_force_noise_n": 0.1}  # fmt: skip
+    emulator = start_emulator(world=world)
+    with subprocess.Popen(
+        [sys.executable, "-c", RUN, emulator.host], stdout=subprocess.PIPE, text=True
+    ) as process:
+        child = int(process.stdout.readline())
+        wait_for(lambda: emulator.state()["force_n"] > 10.0)
+        process.send_signal(signal.SIGKILL)
+    before = emulator.state()["position_m"]
+    wait_for(lambda: gone(child))
+    after = emulator.state()
+    assert after["position_m"] == pytest.approx(before - 5e-3, abs=0.5e-3)
+    assert after["force_n"] < 1.0
+    assert after["runtime_state"] == 1
 
 
 def test_kill_of_run_and_child_at_once_leaves_the_stop_to_the_watchdog(run):
