@@ -88,6 +88,11 @@ def run_plan(
     check = preflight(plan)
     if check.verdict is Verdict.REFUSED:
         raise refuse(check)
+    if plan.rig.system_stiffness.simulated and not dry_run:
+        raise RefusedError(
+            f"the calibration record {plan.rig.system_stiffness.record} was made in a dry run",
+            hint="measure K_s on the rig: stepload calibrate PLAN --record FILE",
+        )
     limits = derive_limits(plan, elastic_limit_n=check.theory.elastic_limit_n)
     operator = operator or Operator()
     resumed = resumable(resume, plan, dry_run=dry_run) if resume else None

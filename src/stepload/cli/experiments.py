@@ -15,6 +15,8 @@ from stepload.errors import BadInputError, ExitCode
 if TYPE_CHECKING:
     from stepload.experiment import Finished
     from stepload.findings.identification import Identification
+    from stepload.plan.model import Plan
+    from stepload.run.operator import Operator
 
 DryRun = Annotated[
     bool, typer.Option("--dry-run", help="On the simulated rig, in virtual time; moves nothing.")
@@ -71,7 +73,8 @@ def show_identification(found: Identification, out: Output) -> None:
         out.line(f"  {reason}")
 
 
-def _exit_code(finished: Finished) -> ExitCode:
+def exit_code(finished: Finished) -> ExitCode:
+    """The exit code that says how a run ended."""
     from stepload.run.loop import RunStatus
 
     outcome = finished.outcome
@@ -101,6 +104,45 @@ def _show_run(finished: Finished, out: Output) -> None:
     out.line(f"record: {finished.directory / 'run.mcap'}")
 
 
+def press(
+    plan: Plan,
+    operator: Operator,
+    output: Output,
+    *,
+    dry_run: bool,
+    out: Path | None,
+    seed: int | None,
+    quiet: bool,
+    resume: Path | None = None,
+) -> Finished:
+    """Run a plan with its preflight, progress and result shown; `operator` listens already."""
+    from stepload.cli.keys import keys
+    from stepload.cli.plans import show_preflight
+    from stepload.cli.progress import progress
+    from stepload.experiment import run_plan
+    from stepload.feasibility.preflight import preflight
+    from stepload.feasibility.verdict import Verdict
+    from stepload.session.unfinished import repair_all
+
+    check = preflight(plan)
+    if check.verdict is not Verdict.REFUSED:
+        for repaired in repair_all(out or plan.record.directory):
+            output.line(repaired.line)
+        show_preflight(check, output)
+    with keys(operator), progress(quiet=quiet) as show:
+        finished = run_plan(
+            plan,
+            dry_run=dry_run,
+            out=out,
+            seed=seed,
+            resume=resume,
+            operator=operator,
+            on_progress=show,
+        )
+    _show_run(finished, output)
+    return finished
+
+
 def run(
     plan: PlanFile,
     dry_run: DryRun = False,
@@ -115,38 +157,18 @@ def run(
 
     Ctrl+C finishes the step and unloads, twice retracts now; `p` pauses and goes on.
     """
-    from stepload.cli.keys import keys
-    from stepload.cli.plans import show_preflight
-    from stepload.cli.progress import progress
-    from stepload.experiment import run_plan
-    from stepload.feasibility.preflight import preflight
-    from stepload.feasibility.verdict import Verdict
     from stepload.plan.load import load_plan
     from stepload.run.operator import Operator
-    from stepload.session.unfinished import repair_all
 
-    output = Output(as_json=as_json)
+    output, operator = Output(as_json=as_json), Operator()
     loaded = load_plan(plan, payload=payload)
-    check = preflight(loaded)
-    operator = Operator()
     with operator.listening():
-        if check.verdict is not Verdict.REFUSED:
-            for repaired in repair_all(out or loaded.record.directory):
-                output.line(repaired.line)
-            show_preflight(check, output)
-        with keys(operator), progress(quiet=quiet) as show:
-            finished = run_plan(
-                loaded,
-                dry_run=dry_run,
-                out=out,
-                seed=seed,
-                resume=resume,
-                operator=operator,
-                on_progress=show,
-            )
-        _show_run(finished, output)
+        finished = press(
+            loaded, operator, output,
+            dry_run=dry_run, out=out, seed=seed, resume=resume, quiet=quiet,
+        )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})
-    raise typer.Exit(_exit_code(finished))
+    raise typer.Exit(exit_code(finished))
 
 
 def pause(

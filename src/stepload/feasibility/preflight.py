@@ -252,6 +252,14 @@ def _rig_reasons(plan: Plan) -> Iterator[Reason]:
                 f"calibration record: {stiffness.validity_problem}",
                 "calibrate again, or state the policy in rig.system_stiffness.policy",
             )
+    if stiffness.simulated:
+        yield Reason(
+            "calibration_simulated",
+            Severity.WARN,
+            f"the calibration record {stiffness.record} was made in a dry run: good for dry runs "
+            "only, a run on the rig will be refused",
+            "measure K_s on the rig: stepload calibrate PLAN --record FILE",
+        )
     if plan.rig.second_force.source is SecondForceSource.NONE:
         yield Reason(
             "one_force_channel",

@@ -40,14 +40,25 @@ def identify_payload(data: PressData, conditions: Conditions) -> Identification:
     )
 
 
-def identify_system(
-    data: PressData, conditions: Conditions, contact: SeriesContact | None = None
-) -> SystemStiffnessFit:
+def series_contact(conditions: Conditions) -> SeriesContact | None:
+    """The contact that a run pressed on, by theory; None where the record does not tell it."""
+    if conditions.theory_k is None or conditions.theory_n is None:
+        return None
+    return SeriesContact(conditions.theory_k, conditions.theory_n, CONTACT_MODULUS_SIGMA)
+
+
+def identify_system(data: PressData, conditions: Conditions) -> SystemStiffnessFit:
     """K_s from loading and unloading of a run against a stiff flat contact (26).
 
     Raises:
-        BadInputError: there is no load step, or too little in it.
+        BadInputError: there is no load step, or too little in it; or travel was measured across
+            the contact, which leaves K_s out.
     """
+    if data.gauge:
+        raise BadInputError(
+            "the travel of this run was measured across the contact: K_s is not in it",
+            hint="calibrate with the travel of the arm, without the displacement gauge",
+        )
     mask = data.branch((*LOADING, *UNLOADING))
     if not mask.any():
         raise BadInputError("the run ended before the first load step: no stiffness to fit")
@@ -56,7 +67,7 @@ def identify_system(
         time_s,
         data.travel_m[mask][first],
         data.force_n[mask][first],
-        contact=contact,
+        contact=series_contact(conditions),
         resolution_m=conditions.sources.position_resolution_m,
     )
 
@@ -102,9 +113,7 @@ def run_findings(
         data = press_data(recording, plan.rig.force.axis)
         conditions = measured(planned(plan, check.theory.elastic_limit_n), data)
         if plan.identify.kind == "system":
-            law = check.theory.law
-            contact = SeriesContact(law.k, law.n, CONTACT_MODULUS_SIGMA)
-            system = identify_system(data, conditions, contact)
+            system = identify_system(data, conditions)
         else:
             found = identify_payload(data, conditions)
             cycles = _cycles(plan, data, found)

@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 
+from stepload.contact.elastic import equivalent_modulus, law_for
 from stepload.errors import BadInputError
 from stepload.findings.press_data import PressData
 from stepload.identify.sources import Sources
@@ -31,6 +32,9 @@ class Conditions:
         roughness_m: σ_eq, None where the payload is smooth or not known.
         p, s, t: those of (29)–(32).
         kind: "payload" or "system".
+        theory_k, theory_n: the payload's contact law by theory (3), in N/m^n.
+        modulus_pa: equivalent modulus (4) of payload and plate.
+        pose, temperature_c: of the run; "" and None where the plan does not tell.
     """
 
     sources: Sources
@@ -43,12 +47,18 @@ class Conditions:
     s: float = 20.0
     t: float = 5.0
     kind: str = "payload"
+    theory_k: float | None = None
+    theory_n: float | None = None
+    modulus_pa: float | None = None
+    pose: str = ""
+    temperature_c: float | None = None
 
 
 def planned(plan: Plan, elastic_limit_n: float) -> Conditions:
     """The conditions of a plan, with the rig's figures; see `measured`."""
     rig, stiffness, wanted = plan.rig, plan.rig.system_stiffness, plan.identify
-    gauge = rig.displacement
+    gauge, payload = rig.displacement, plan.payload
+    law = law_for(payload.geometry, payload.material, payload.plate)
     smooth_m = stiffness.smooth_error_m
     sources = Sources(
         system_stiffness_n_per_m=None if gauge else stiffness.stiffness_n_per_m,
@@ -68,11 +78,16 @@ def planned(plan: Plan, elastic_limit_n: float) -> Conditions:
         touch_force_n=plan.procedure.touch_force_n,
         position_resolution_m=sources.position_resolution_m,
         elastic_limit_n=elastic_limit_n,
-        roughness_m=plan.payload.roughness_m,
+        roughness_m=payload.roughness_m,
         p=wanted.resolution_multiple_p,
         s=wanted.compensation_quality_s,
         t=wanted.accuracy_t,
         kind=wanted.kind,
+        theory_k=law.k,
+        theory_n=law.n,
+        modulus_pa=equivalent_modulus(payload.material, payload.plate),
+        pose=rig.arm.pose,
+        temperature_c=wanted.temperature_c,
     )
 
 
@@ -118,13 +133,20 @@ def from_attachments(attachments: Mapping[str, bytes]) -> Conditions:
 def _check(found: Conditions) -> None:
     if found.kind not in ("payload", "system"):
         raise ValueError(f"kind {found.kind!r}")
+    if not isinstance(found.pose, str):
+        raise ValueError(f"pose {found.pose!r}")
+    celsius = found.temperature_c
+    if celsius is not None and not (isinstance(celsius, int | float) and math.isfinite(celsius)):
+        raise ValueError(f"temperature_c is {celsius!r}")
     numbers = {**asdict(found.sources), **asdict(found)}
     optional = {"system_stiffness_n_per_m", "zero_sigma_m", "elastic_limit_n", "roughness_m",
-                "smooth_degrees"}  # fmt: skip
+                "smooth_degrees", "theory_k", "theory_n", "modulus_pa"}  # fmt: skip
     positive = {"secant_force_n", "p", "s", "t", "system_stiffness_n_per_m", "elastic_limit_n",
-                "position_resolution_m"}  # fmt: skip
+                "position_resolution_m", "theory_k", "theory_n", "modulus_pa"}  # fmt: skip
     for name, value in numbers.items():
-        if name in ("sources", "kind") or (value is None and name in optional):
+        if name in ("sources", "kind", "pose", "temperature_c"):
+            continue
+        if value is None and name in optional:
             continue
         if not isinstance(value, int | float) or not 0.0 <= value < math.inf:
             raise ValueError(f"{name} is {value!r}, must be finite and not negative")

@@ -77,12 +77,11 @@ def pool(fits: Sequence[SystemStiffnessFit]) -> PooledStiffness:
     count = len(fits)
     correlation = _correlation([_misfit(fit, low_n, high_n) for fit in fits])
     shared = 1.0 + (count - 1) * max(correlation, 0.0)
-    smooth_m = float(np.sqrt(np.mean([fit.smooth_error_m**2 for fit in fits])))
     estimated = [fit.smooth_degrees for fit in fits if fit.smooth_degrees is not None]
     degrees = sum(estimated) / shared if estimated else None
 
     stiffness = np.array([fit.stiffness_n_per_m for fit in fits])
-    size_m = smooth_m if degrees is None else smooth_m * few_degrees(degrees)
+    size_m = _rms([_smooth_size(fit) for fit in fits]) * _widening(degrees)
     own = np.array([math.hypot(f.error_gain_n_per_m2 * size_m, f.bend_sigma_n_per_m) for f in fits])
     weight = 1.0 / own**2
     mean = float(weight @ stiffness / weight.sum())
@@ -92,8 +91,8 @@ def pool(fits: Sequence[SystemStiffnessFit]) -> PooledStiffness:
     return PooledStiffness(
         stiffness_n_per_m=mean,
         sigma_n_per_m=math.hypot(sigma, contact),
-        msde_m=float(np.sqrt(np.mean([fit.msde_m**2 for fit in fits]))),
-        smooth_error_m=smooth_m,
+        msde_m=_rms([fit.msde_m for fit in fits]),
+        smooth_error_m=_rms([fit.smooth_error_m for fit in fits]),
         smooth_degrees=degrees,
         damping_lower_bound_n_s_per_m=min(fit.damping_lower_bound_n_s_per_m for fit in fits),
         force_range_n=(low_n, high_n),
@@ -102,6 +101,21 @@ def pool(fits: Sequence[SystemStiffnessFit]) -> PooledStiffness:
         misfit_correlation=correlation,
         scatter=scatter,
     )
+
+
+def _rms(values: Sequence[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _widening(degrees: float | None) -> float:
+    return 1.0 if degrees is None else few_degrees(degrees)
+
+
+def _smooth_size(fit: SystemStiffnessFit) -> float:
+    """Size in m of the smooth error that the uncertainty of a run was made from."""
+    known = fit.contact_sigma_n_per_m**2 + fit.bend_sigma_n_per_m**2
+    smooth = math.sqrt(max(fit.sigma_n_per_m**2 - known, 0.0))
+    return smooth / (fit.error_gain_n_per_m2 * _widening(fit.smooth_degrees))
 
 
 def _misfit(fit: SystemStiffnessFit, low_n: float, high_n: float) -> FloatArray:

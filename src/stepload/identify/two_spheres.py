@@ -18,13 +18,17 @@ class TwoSphereFit:
 
     `contact_scale` is the measured deformation of the contacts over the theoretical one (1 where
     theory holds); the sigmas are standard uncertainties such that ± 1.96 σ covers 95 %.
+    `msde_m` is the rms misfit of the line, `smooth_error_m` the smooth position error of a run,
+    estimated with `smooth_degrees` degrees of freedom.
     """
 
     stiffness_n_per_m: float
     sigma_n_per_m: float
     contact_scale: float
     contact_scale_sigma: float
+    msde_m: float
     smooth_error_m: float
+    smooth_degrees: float
 
 
 def two_sphere_difference(
@@ -90,5 +94,7 @@ def two_sphere_difference(
         sigma_n_per_m=float(np.hypot(own, leak)) / compliance**2,
         contact_scale=s,
         contact_scale_sigma=scale_sigma,
+        msde_m=rest.rms,
         smooth_error_m=max(rest.smooth_sd, scale.smooth_sd / float(np.sqrt(2.0))),
+        smooth_degrees=rest.degrees,
     )

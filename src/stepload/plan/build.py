@@ -134,6 +134,7 @@ def _stiffness(v: Values) -> SystemStiffness:
         pose=v["pose"],
         direction=v["direction"],
         temperature_c=v["temperature"],
+        simulated=v.get("simulated", False),
         policy=RecordPolicy(v["policy"]),
         validity_problem=v["validity_problem"],
     )

@@ -18,6 +18,7 @@ from pydantic import Field
 from stepload.plan.fields import (
     Calendar,
     Damping,
+    Flag,
     Force,
     LengthOrZero,
     Name,
@@ -45,7 +46,7 @@ class CalibrationRecord:
     `smooth_error_m` the smooth position error behind it with the degrees of freedom of its
     estimate (None: not in the record), `force_from_n` … `force_to_n` the range of the fit,
     `direction` the force axis ("+fz"), `run` the recordings it comes from. `valid_until` is the
-    last day on which it may be used.
+    last day on which it may be used. A `simulated` record, from a dry run, is good for dry runs.
     """
 
     rig: str
@@ -64,6 +65,7 @@ class CalibrationRecord:
     software: str
     smooth_error_m: float | None = None
     smooth_degrees: float | None = None
+    simulated: bool = False
 
 
 class RecordFileSection(Section):
@@ -92,6 +94,7 @@ class RecordFileSection(Section):
     force_to: Force = Field(description="Highest force of the fit.")
     run: Remark = Field(default="", description="Recording it was made from.")
     software: Remark = Field(default="", description="Version of stepload that made it.")
+    simulated: Flag = Field(default=False, description="Made in a dry run: good for dry runs only.")
 
 
 def write_calibration(record: CalibrationRecord, path: Path) -> None:
@@ -119,6 +122,7 @@ def write_calibration(record: CalibrationRecord, path: Path) -> None:
         "force_to": f"{record.force_to_n!r} N",
         "run": record.run,
         "software": record.software,
+        "simulated": record.simulated,
     }
     partial = path.with_name(path.name + ".part")
     with open(partial, "w", encoding="utf-8") as file:
@@ -162,6 +166,7 @@ def parse_calibration(source: Source) -> CalibrationRecord:
         software=values["software"],
         smooth_error_m=values["smooth_error"],
         smooth_degrees=values["smooth_degrees"],
+        simulated=values["simulated"],
     )
 
 

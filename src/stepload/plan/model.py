@@ -54,8 +54,9 @@ class SystemStiffness:
     `sigma_n_per_m` is its standard uncertainty; `msde_m` the rms deformation misfit of the linear
     fit; `smooth_error_m` the smooth position error that leaves it (None: not known, `msde_m` has to
     stand in), estimated with `smooth_degrees` degrees of freedom (None: its size is taken as
-    known); `damping_n_s_per_m` a lower bound. `record` is the calibration record it was read from.
-    `validity_problem` says why the record may not be used as it stands ("" when it may).
+    known); `damping_n_s_per_m` a lower bound. `record` is the calibration record it was read from,
+    `simulated` whether that was made in a dry run. `validity_problem` says why the record may not
+    be used as it stands ("" when it may).
     """
 
     stiffness_n_per_m: float
@@ -71,6 +72,7 @@ class SystemStiffness:
     pose: str = ""
     direction: str = ""
     temperature_c: float | None = None
+    simulated: bool = False
     policy: RecordPolicy = RecordPolicy.WARN
     validity_problem: str = ""
 

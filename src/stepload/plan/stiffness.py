@@ -82,6 +82,7 @@ def _adopt(stiffness: Values, record: CalibrationRecord) -> None:
         pose=record.pose,
         direction=record.direction,
         temperature=record.temperature_c,
+        simulated=record.simulated,
     )
 
 

@@ -33,6 +33,7 @@ RECORD = CalibrationRecord(
     software="0.1.0 — “ümlaut”",
     smooth_error_m=6.1e-7,
     smooth_degrees=2.5,
+    simulated=True,
 )
 TODAY = date(2025, 4, 1)
 
@@ -119,7 +120,7 @@ def test_a_missing_record_with_nothing_to_stand_in_is_an_error(write_plan: Write
         ("2025-06-01", "2025-02-01", 1, "before measured_on"),
         ('"rig": "STVF",', "", 1, "missing key 'rig'"),
         ('"run"', '"runn"', 17, "unknown key 'runn'"),
-        ("{", "[", 19, "not YAML"),
+        ("{", "[", 20, "not YAML"),
     ],
 )
 def test_a_broken_record_is_an_error_at_its_place(
