@@ -1,4 +1,4 @@
-"""Coverage-guided fuzzing of every sensor decoder (needs the `fuzz` extra).
+"""Coverage-guided fuzzing of every decoder (needs the `fuzz` extra).
 
 python bench/_fuzz_atheris.py -runs=1000000
 """
@@ -17,6 +17,18 @@ with atheris.instrument_imports():
     from stepload_drivers.gauge.codec import LineDecoder
     from stepload_drivers.gauge.sensor import DEFAULT_PATTERN
     from stepload_drivers.robotous import codec as robotous
+    from stepload_drivers.ur import frames as rtde
+
+
+def _rtde(data: bytes) -> None:
+    reader, got = rtde.FrameReader(), b""
+    try:
+        for start in range(0, len(data), 7):
+            got += b"".join(rtde.encode(*frame) for frame in reader.feed(data[start : start + 7]))
+    except rtde.FrameError:
+        pass
+    if not data.startswith(got):
+        raise AssertionError("RTDE packages that were not in the input")
 
 
 def one_input(data: bytes) -> None:
@@ -30,6 +42,7 @@ def one_input(data: bytes) -> None:
     if not all(map(math.isfinite, LineDecoder(DEFAULT_PATTERN, 1e-3, b"\r").feed(data))):
         raise AssertionError("a reading that is not finite")
     slcan_frame(data.decode("ascii", "replace"))
+    _rtde(data)
     poller, pairer, now_s = Poller(0x20, 1e-3, 1e-3), robotous.CanPairer(1, 2, 1e-3), 0.0
     for start in range(0, len(data), 10):
         piece = data[start : start + 10]

@@ -1,8 +1,8 @@
-"""Random frames into every sensor decoder: crashes, and corrupt frames that pass, against the odds.
+"""Random frames into every decoder: crashes, and corrupt frames that pass, against the odds.
 
 Headers are right and the rest is random, which is the hardest case. A frame that passes is expected
-as often as its checksum lets it: RFT 1 in 256, Bota 1 in 65536; slcan and gauge lines have none, so
-there only crashes and impossible values count.
+as often as its checksum lets it: RFT 1 in 256, Bota 1 in 65536; slcan, gauge lines and RTDE have
+none, so there only crashes, frames changed on the way and impossible values count.
     python bench/fuzz_decoders.py --frames 10000000
 """
 
@@ -21,6 +21,8 @@ from stepload_drivers.canbus import CanFrame, slcan_frame
 from stepload_drivers.gauge.codec import LineDecoder
 from stepload_drivers.gauge.sensor import DEFAULT_PATTERN
 from stepload_drivers.robotous import codec as robotous
+from stepload_drivers.ur import frames as rtde
+from stepload_drivers.ur import state as ur
 
 CHUNK = 50_000
 
@@ -79,6 +81,42 @@ def gauge_lines(chance: random.Random, count: int) -> int:
     return sum(not math.isfinite(value) for value in readings)
 
 
+def rtde_stream(chance: random.Random, count: int) -> int:
+    """Sound packages cut anywhere, then noise, at which the reader must say so."""
+    wrong = 0
+    kinds = sorted(rtde.KNOWN_TYPES)
+    for _ in range(count // 10):
+        sent = [
+            rtde.Frame(chance.choice(kinds), chance.randbytes(chance.randrange(60)))
+            for _ in range(9)
+        ]
+        data = b"".join(rtde.encode(*frame) for frame in sent)
+        reader, got, at = rtde.FrameReader(), [], 0
+        while at < len(data):
+            size = chance.randrange(1, 80)
+            got += reader.feed(data[at : at + size])
+            at += size
+        wrong += got != sent
+        try:
+            noise = reader.feed(chance.randbytes(40))
+        except rtde.FrameError:
+            continue
+        wrong += any(frame.kind not in rtde.KNOWN_TYPES for frame in noise)
+    return wrong
+
+
+def rtde_values(chance: random.Random, count: int) -> int:
+    layout = rtde.package_struct(
+        ["DOUBLE", "VECTOR6D", "VECTOR6D", "INT32", "INT32", "UINT32", "UINT32"]
+    )
+    data = chance.randbytes(layout.size * count)
+    believed = 0
+    for v in layout.iter_unpack(data):
+        package = ur.UrState(v[1], v[2:8], v[8:14], v[14], v[15], v[16], v[17])
+        believed += ur.data_problem(package) is None
+    return believed
+
+
 DECODERS: dict[str, tuple[Callable[[random.Random, int], int], float]] = {
     "RFT UART": (rft_uart, 1 / 256 + 18 / 256**3),
     "RFT CAN pairs": (rft_can, 0.0),
@@ -86,6 +124,8 @@ DECODERS: dict[str, tuple[Callable[[random.Random, int], int], float]] = {
     "ATI pairs": (ati_can, 0.0),
     "slcan lines": (slcan_lines, 0.0),
     "gauge lines": (gauge_lines, 0.0),
+    "RTDE stream": (rtde_stream, 0.0),
+    "RTDE values": (rtde_values, 0.0),
 }
 
 
