@@ -6,13 +6,10 @@ runs in virtual time, where sleeping makes the simulated world go on.
 
 from __future__ import annotations
 
-import ctypes
-import gc
-import os
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext, suppress
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Protocol
@@ -28,6 +25,7 @@ from stepload.run.safing import Action, Outcome, make_safe, why_it_stopped
 from stepload.run.supervisor import Cause
 from stepload.run.tare import Tare
 from stepload.run.tick import Engine
+from stepload.run.undisturbed import undisturbed
 
 FAULT_POLL_TICKS = 16
 PROGRESS_S = 0.1
@@ -37,7 +35,6 @@ DEADLINE_SLACK_S = 1.0
 """A device is given its own timeout; its thread a little more."""
 BLIND_RETRACT_M, BLIND_SPEED_M_S, BLIND_TIMEOUT_S = 1e-3, 1e-3, 4.0
 """The retract of last resort, where nothing can be asked for the plan's."""
-REALTIME_PRIORITY = 20
 
 
 class Recorder(Protocol):
@@ -274,7 +271,7 @@ def run_loop(
     watched = not rig.clock.virtual and threading.current_thread() is threading.main_thread()
     try:
         with (
-            _undisturbed(rig.clock.virtual),
+            undisturbed(rig.clock.virtual),
             hang_watch(lambda: loop.ticks, rescue, last_words) if watched else nullcontext(),
         ):
             loop.run()
@@ -394,34 +391,3 @@ def _record_end(recorder: Recorder, engine: Engine, outcome: RunOutcome) -> None
             )  # fmt: skip
         recorder.event(outcome.end_s, "end", {"status": outcome.status.value, "why": outcome.why})
     engine.events.clear()
-
-
-@contextmanager
-def _undisturbed(virtual: bool) -> Iterator[None]:
-    """No garbage collection in the loop; in real time also priority and locked memory if allowed.
-
-    Without the rights for them the loop runs all the same; its lateness tells.
-    """
-    was_enabled = gc.isenabled()
-    gc.collect()
-    gc.freeze()
-    gc.disable()
-    former = None
-    if not virtual:
-        with suppress(OSError, PermissionError):
-            former = (os.sched_getscheduler(0), os.sched_getparam(0))
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(REALTIME_PRIORITY))
-        with suppress(OSError):
-            ctypes.CDLL(None, use_errno=True).mlockall(1)
-    try:
-        yield
-    finally:
-        if former is not None:
-            with suppress(OSError):
-                os.sched_setscheduler(0, *former)
-        if not virtual:
-            with suppress(OSError):
-                ctypes.CDLL(None, use_errno=True).munlockall()
-        gc.unfreeze()
-        if was_enabled:
-            gc.enable()
