@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,22 @@ from stepload.findings.conditions import Conditions
 from stepload.identify.budget import Budget, budget
 from stepload.identify.decide import decide
 from stepload.identify.fit import Fit, Flag
-from stepload.identify.fit_all import SAMPLES, fit_all, payload_deformation
-from stepload.identify.sampling import uniform_in_force
+from stepload.identify.fit_all import (
+    RECURSIVE_RATE_HZ,
+    SAMPLES,
+    fit_all,
+    payload_deformation,
+    recursive_fit,
+)
+from stepload.identify.odr import odr
+from stepload.identify.sampling import IndexArray, at_rate, uniform_in_force
+from stepload.identify.sensitivity import Estimator
+from stepload.identify.sources import Sources
 
 FloatArray = NDArray[np.float64]
+
+LEAST_SIGMA_M, LEAST_SIGMA_N = 1e-10, 1e-4
+"""A channel without any noise still has weight in a fit of both."""
 
 REPORTED = ("rs_btls", "rs_rtls", "joint")
 """Always reported: the paper's two fits and the one with a fitted zero."""
@@ -55,23 +68,61 @@ class Identification:
         return self.budgets.get(self.believe)
 
 
+@dataclass(frozen=True, slots=True)
+class _Samples:
+    """The samples that a fit was made from, (M,) each, and the force rate at them."""
+
+    deformation_m: FloatArray
+    force_n: FloatArray
+    force_rate_n_per_s: FloatArray | float
+
+
+def _noise(sources: Sources) -> tuple[float, float]:
+    """Standard deviations of deformation in m and force in N of one sample, never 0."""
+    sigma_n = math.hypot(sources.force_noise_n, sources.force_resolution_n / math.sqrt(12.0))
+    quantum_m = sources.position_resolution_m / math.sqrt(12.0)
+    stiffness = sources.system_stiffness_n_per_m
+    bend_m = 0.0 if stiffness is None else sigma_n / stiffness
+    sigma_m = math.hypot(sources.position_noise_m, quantum_m, bend_m)
+    return max(sigma_m, LEAST_SIGMA_M), max(sigma_n, LEAST_SIGMA_N)
+
+
+def _zero_sigma(fits: Mapping[str, Fit], touch_force_n: float) -> float:
+    """How wrong the zero may be that the fits take as given: the deformation at the touch, or how
+    far from it the zero is found where it is fitted. 0 where the zero is given."""
+    fit = fits.get("joint") or next(iter(fits.values()))
+    if touch_force_n <= 0.0 or not 0.0 < fit.k < math.inf:
+        return 0.0
+    at_touch_m = math.exp(math.log(touch_force_n / fit.k) / fit.n)
+    return max(at_touch_m, abs(fit.zero_m))
+
+
 def _budgets(
-    fits: Mapping[str, Fit], deformation_m: FloatArray, force_n: FloatArray,
-    conditions: Conditions, force_rate_n_per_s: FloatArray | float,
-) -> dict[str, Budget]:  # fmt: skip
+    fits: Mapping[str, Fit], batch: _Samples, recursive: _Samples, conditions: Conditions
+) -> dict[str, Budget]:
+    """The budgets of all fits that have one."""
+    sigma_m, sigma_n = _noise(conditions.sources)
+    zero_sigma_m = _zero_sigma(fits, conditions.touch_force_n)
+    at = conditions.secant_force_n
+    estimators: dict[str, Estimator | None] = {
+        "rs_btls": None, "inverse_ls": None, "joint": None,
+        "odr": partial(odr, sigma_m=sigma_m, sigma_n=sigma_n, secant_force_n=at),
+        "rs_rtls": partial(recursive_fit, secant_force_n=at),
+    }  # fmt: skip
     found = {}
-    for name in ("rs_btls", "inverse_ls", "joint"):
-        fit = fits.get(name)
-        if fit is None:
+    for name, estimate in estimators.items():
+        if (fit := fits.get(name)) is None:
             continue
-        at_touch_m = (conditions.touch_force_n / fit.k) ** (1.0 / fit.n)
+        samples = recursive if name == "rs_rtls" else batch
         sources = replace(
             conditions.sources,
-            force_rate_n_per_s=force_rate_n_per_s,
-            zero_sigma_m=None if name == "joint" else max(at_touch_m, 0.0),
+            force_rate_n_per_s=samples.force_rate_n_per_s,
+            zero_sigma_m=None if name == "joint" else zero_sigma_m,
         )
         try:
-            found[name] = budget(fit, deformation_m, force_n, sources)
+            found[name] = budget(
+                fit, samples.deformation_m, samples.force_n, sources, estimate=estimate
+            )
         except (DomainError, np.linalg.LinAlgError):
             continue
     return found
@@ -100,21 +151,27 @@ def identify(
         )
     stiffness = conditions.sources.system_stiffness_n_per_m
     peak_n = float(force_n.max())
+    sigma_m, sigma_n = _noise(conditions.sources)
     fits = fit_all(
         travel_m, force_n, system_stiffness_n_per_m=stiffness,
         secant_force_n=conditions.secant_force_n, elastic_limit_n=conditions.elastic_limit_n,
-        time_s=time_s,
+        time_s=time_s, sigma_m=sigma_m, sigma_n=sigma_n,
     )  # fmt: skip
     loaded = np.flatnonzero(pressing)
     chosen = loaded[uniform_in_force(force_n[loaded], SAMPLES)]
     deformation_m = travel_m if stiffness is None else payload_deformation(
         travel_m, force_n, stiffness
     )  # fmt: skip
-    x, y = deformation_m[chosen], force_n[chosen]
-    rate: FloatArray | float = 0.0
+    recursive = chosen if time_s is None else at_rate(time_s, RECURSIVE_RATE_HZ)
+    rate = None
     if time_s is not None and conditions.sources.lag_sigma_s > 0.0:
-        rate = _force_rate(time_s, force_n)[chosen]
-    budgets = _budgets(fits, x, y, conditions, rate)
+        rate = _force_rate(time_s, force_n)
+
+    def samples(of: IndexArray) -> _Samples:
+        return _Samples(deformation_m[of], force_n[of], 0.0 if rate is None else rate[of])
+
+    batch = samples(chosen)
+    budgets = _budgets(fits, batch, samples(recursive), conditions)
     first = judge_fit(fits["joint"] if "joint" in fits else next(iter(fits.values())), None,
                       peak_n, conditions)  # fmt: skip
     decision = decide(
@@ -133,8 +190,8 @@ def identify(
         judgement=judge_fit(believed, budgets.get(decision.believe), peak_n, conditions),
         peak_force_n=peak_n,
         conditions=conditions,
-        deformation_m=x,
-        force_n=y,
+        deformation_m=batch.deformation_m,
+        force_n=batch.force_n,
     )
 
 

@@ -108,7 +108,7 @@ def fit_all(
     if zero_prior is not None:
         attempts.append(partial(free, zero_prior=zero_prior))
     recursive = chosen if time_s is None else at_rate(_times(time_s, force), RECURSIVE_RATE_HZ)
-    attempts.append(partial(_recursive, deformation[recursive], force[recursive], secant_force_n))
+    attempts.append(partial(recursive_fit, deformation[recursive], force[recursive], at))
     fits = _possible(attempts)
     doubts = above_elastic_limit(float(force.max(initial=0.0)), elastic_limit_n)
     return {fit.estimator: dataclasses.replace(fit, doubts=fit.doubts + doubts) for fit in fits}
@@ -138,8 +138,16 @@ def _possible(attempts: list[Callable[[], Fit]]) -> list[Fit]:
     return fits
 
 
-def _recursive(deformation: FloatArray, force: FloatArray, secant_force_n: float) -> Fit:
-    """The fit "rs_rtls" with its force residual over the samples used."""
+def recursive_fit(deformation: FloatArray, force: FloatArray, secant_force_n: float) -> Fit:
+    """The fit "rs_rtls" with its force residual over the samples used.
+
+    Args:
+        deformation, force: (L,) samples in the order of time, at 100 Hz or so; those at rest are
+            left out.
+
+    Raises:
+        DomainError: fewer than three samples that differ.
+    """
     fit = RsRtls(RECURSIVE_FORGETTING, secant_force_n, rest_band_n=rest_band(force))
     pairs = zip(deformation.tolist(), force.tolist(), strict=True)
     used = np.array([fit.update(x, y) for x, y in pairs], dtype=np.bool_)
