@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from typing import cast
 
+from stepload.errors import DeviceError
 from stepload.plan.model import DriverChoice, Plan, SecondForceSource
 from stepload.rehearse import world_for
 from stepload.rig.clock import Clock, MonotonicClock
 from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor, Identity
+from stepload.rig.faults import FaultCode
 from stepload.rig.plugins import load_driver
 from stepload.rig.world import WorldView, load_world
 from stepload.run.operator import Operator
@@ -18,6 +21,7 @@ from stepload.run.safing import Action, make_safe
 
 OPEN_TIMEOUT_S = 15.0
 CLOSE_DEADLINE_S = 10.0
+RATE_TOLERANCE = 0.05
 
 
 @dataclass(slots=True)
@@ -62,12 +66,35 @@ def _close(role: str, device: Device, errors: list[str]) -> None:
     errors += [f"{o.name}: {o.error}" for o in make_safe([closing], Operator()) if o.error]
 
 
+def _check_rates(plan: Plan, arm: Arm, force: ForceSensor, second: ForceSensor | None) -> None:
+    """Every delay and filter of a run is derived from the plan's rates: they must be the true ones.
+
+    Sensors may be faster than planned, the arm may not.
+    """
+    rig = plan.rig
+    rows = [
+        ("arm", rig.arm.rate_hz, 1.0 / arm.period_s, 1.0 + RATE_TOLERANCE),
+        ("force", rig.force.rate_hz, force.rate_hz, math.inf),
+    ]
+    if second is not None and rig.second_force.sensor is not None:
+        planned_hz = rig.second_force.sensor.rate_hz
+        rows.append(("second_force.sensor", planned_hz, second.rate_hz, math.inf))
+    for name, planned_hz, actual_hz, highest in rows:
+        if not 1.0 - RATE_TOLERANCE <= actual_hz / planned_hz <= highest:
+            raise DeviceError(
+                f"rig.{name} runs at {actual_hz:.4g} Hz, the plan says {planned_hz:.4g} Hz",
+                code=FaultCode.WRONG_DEVICE,
+                hint=f"state the true rate in rig.{name}.rate, or set the driver's own rate option",
+            )
+
+
 @contextmanager
 def opened(plan: Plan, *, dry_run: bool, seed: int | None = None) -> Iterator[OpenRig]:
     """The open rig of a plan; sensors open before the arm and close after it.
 
     Raises:
-        DeviceError: a device did not open; those already open were closed again.
+        DeviceError: a device did not open, or has another rate than planned; those already open
+            were closed again.
     """
     world: WorldView | None = None
     clock: Clock = MonotonicClock()
@@ -89,6 +116,7 @@ def opened(plan: Plan, *, dry_run: bool, seed: int | None = None) -> Iterator[Op
             if device is not None:
                 stack.callback(_close, role, device, errors)
                 identities[role] = device.open(OPEN_TIMEOUT_S)
+        _check_rates(plan, arm, force, second)
         rates_hz = {
             "force": force.rate_hz, "arm": 1.0 / arm.period_s, "tick": 1.0 / arm.period_s,
         }  # fmt: skip

@@ -40,7 +40,7 @@ class SimArm(WorldArm):
     OPTIONS: ClassVar[Mapping[str, Option]] = {
         "world": _WORLD,
         "seed": Option("integer", "seed of the noise", default=0, low=0),
-        "rate": _rate(500.0),
+        "rate": _rate(1000.0),
         "surface": _length("travel at which the payload is touched", 2e-3),
         "payload_k": Option("number", "K of the payload in N/m^n", default=6.57e8, low=1.0),
         "payload_n": Option("number", "n of the payload", default=1.5, low=1.0, high=10.0),
@@ -61,7 +61,7 @@ class SimArm(WorldArm):
         *,
         world: str = "sim",
         seed: int = 0,
-        rate: float = 500.0,
+        rate: float = 1000.0,
         surface: float = 2e-3,
         payload_k: float = 6.57e8,
         payload_n: float = 1.5,

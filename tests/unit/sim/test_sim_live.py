@@ -81,7 +81,7 @@ def test_devices_of_one_name_share_a_world_in_real_time(closing: list[Device]) -
     closing += [arm, force, gauge]
     for device in closing:
         device.open(2.0)
-    assert (arm.period_s, force.rate_hz, gauge.rate_hz) == (0.002, 1000.0, 100.0)
+    assert (arm.period_s, force.rate_hz, gauge.rate_hz) == (0.001, 1000.0, 100.0)
     arm.command(0.1e-3)
     readings: list[float] = []
 
