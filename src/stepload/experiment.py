@@ -31,8 +31,8 @@ from stepload.run.tick import Engine
 from stepload.session import control, files
 from stepload.session.resume import resumable
 
-WHOLE_TICKS = 400_000
-"""Longer runs are evaluated as means of several samples, to bound the memory they take."""
+WHOLE_TICKS, MEAN_TICKS = 250_000, 150_000
+"""A run longer than the first is evaluated as so many means, to bound the memory it takes."""
 
 Progress = Callable[[Engine, Preflight], None]
 
@@ -167,8 +167,9 @@ def _keep(
     try:
         recorder.sync()
         try:
-            mean_of = -(-outcome.lateness.ticks // WHOLE_TICKS)
-            recording = read_recording(recorder.part_path, max(mean_of, 1))
+            ticks = outcome.lateness.ticks
+            mean_of = 1 if ticks <= WHOLE_TICKS else -(-ticks // MEAN_TICKS)
+            recording = read_recording(recorder.part_path, mean_of)
             findings = analyse.run_findings(plan, check, outcome, recording, dry_run=dry_run)
             data, text = plain(run_data(findings)), headline(findings)[2]
         except Exception as error:  # a bug here must not cost the record

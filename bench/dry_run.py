@@ -1,0 +1,108 @@
+"""How much faster than real time a dry run is, and how much memory a long one takes.
+
+python bench/dry_run.py                 the plastic sphere
+python bench/dry_run.py --hours 1       the same with so many cycles that it lasts an hour
+
+"run" is the loop with recording up to the end of safing, "all" the whole command with evaluation
+and report. "CPU ×" is the loop's own processor time, which a busy machine does not stretch.
+"loop MB" is what the runner grew by in the loop; the other two are the largest resident sizes of
+the runner and of the record's writer.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+PLAN = Path(__file__).parents[1] / "procedures" / "plastic-sphere.yaml"
+LEAST_RATIO = 50.0
+MOST_MB = 300.0
+
+
+def _resident_mb() -> float:
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize() / 1e6
+
+
+def measure(hours: float) -> dict[str, float]:
+    """One dry run in this process."""
+    from stepload import experiment
+    from stepload.feasibility.preflight import preflight
+    from stepload.plan.load import load_plan
+
+    plan = load_plan(PLAN)
+    if hours:
+        each_s = preflight(replace(plan, procedure=replace(plan.procedure, cycles=2))).duration_s
+        each_s -= preflight(plan).duration_s
+        cycles = round(hours * 3600.0 / each_s)
+        plan = replace(plan, procedure=replace(plan.procedure, cycles=cycles))
+    loop_s = cpu_s = loop_mb = 0.0
+    run_loop = experiment.run_loop
+
+    def timed(*args: object, **kwargs: object) -> object:
+        nonlocal loop_s, cpu_s, loop_mb
+        before_mb = _resident_mb()
+        begin_s, begin_cpu_s = time.perf_counter(), time.process_time()
+        outcome = run_loop(*args, **kwargs)  # type: ignore[arg-type]
+        loop_s, cpu_s = time.perf_counter() - begin_s, time.process_time() - begin_cpu_s
+        loop_mb = _resident_mb() - before_mb
+        return outcome
+
+    experiment.run_loop = timed  # type: ignore[assignment]
+    begin_s = time.perf_counter()
+    with tempfile.TemporaryDirectory() as place:
+        done = experiment.run_plan(plan, dry_run=True, out=Path(place) / "run")
+        size = (done.directory / "run.mcap").stat().st_size
+    virtual_s = done.outcome.end_s - done.outcome.start_s
+    return {
+        "virtual_s": virtual_s,
+        "run_s": loop_s,
+        "cpu_s": cpu_s,
+        "all_s": time.perf_counter() - begin_s,
+        "loop_mb": loop_mb,
+        "record_mb": size / 1e6,
+        "runner_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+        "writer_mb": resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0,
+    }
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--hours", type=float, default=0.0)
+    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.one:
+        print(json.dumps(measure(options.hours)))
+        return 0
+    done = []
+    for _ in range(1 if options.hours else options.runs):
+        child = subprocess.run(
+            [sys.executable, __file__, "--one", "--hours", str(options.hours)],
+            stdout=subprocess.PIPE, check=True,
+        )  # fmt: skip
+        done.append(json.loads(child.stdout))
+    if options.json:
+        print(json.dumps(done))
+    else:
+        names = "virtual s", "run ×", "CPU ×", "all ×", "record MB", "loop MB", "runner MB"
+        print(" ".join(f"{name:>10}" for name in names), " writer MB")
+        for one in done:
+            virtual_s = one["virtual_s"]
+            figures = [virtual_s, *(virtual_s / one[k] for k in ("run_s", "cpu_s", "all_s"))]
+            figures += [one[k] for k in ("record_mb", "loop_mb", "runner_mb", "writer_mb")]
+            print(" ".join(f"{figure:10.1f}" for figure in figures))
+    best = max(one["virtual_s"] / one["cpu_s"] for one in done)
+    return int(best < LEAST_RATIO or max(one["runner_mb"] for one in done) > MOST_MB)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,111 @@
+"""Dry runs of a plan over many seeds: secant of the believed fit against the simulated truth.
+
+python bench/seeds.py --seeds 20
+
+Also whether the stated interval holds the truth, and the true peak force against F_c.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import sys
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+PLAN = Path(__file__).parents[1] / "procedures" / "plastic-sphere.yaml"
+TOLERANCE = 0.03
+
+
+@dataclass(frozen=True)
+class Seeded:
+    """One dry run; ratios to the truth."""
+
+    seed: int
+    status: str
+    believe: str
+    secant_ratio: float
+    joint_ratio: float
+    covered: bool
+    peak_ratio: float
+
+
+def run_seed(seed: int, plan_file: Path = PLAN) -> Seeded:
+    """One whole dry run, from plan to report."""
+    from stepload import experiment
+    from stepload.plan.load import load_plan
+    from stepload.rehearse import payload_truth, true_secant
+
+    plan = load_plan(plan_file)
+    peaks: list[float] = []
+    opened = experiment.opened
+
+    @contextmanager
+    def watched(*args: Any, **kwargs: Any) -> Iterator[Any]:
+        with opened(*args, **kwargs) as rig:
+            yield rig
+            peaks.append(rig.world.true_peak_force_n)
+
+    experiment.opened = watched
+    try:
+        with tempfile.TemporaryDirectory() as place:
+            done = experiment.run_plan(plan, dry_run=True, out=Path(place) / "run", seed=seed)
+    finally:
+        experiment.opened = opened
+    data = done.data
+    fits = data["fits"]
+    believed = fits[data["believe"]]
+    truth = true_secant(
+        payload_truth(plan.payload, plan.rig.simulation), believed["secant_force_n"]
+    )
+    low, high = data["interval_secant_n_per_m"]
+    return Seeded(
+        seed=seed,
+        status=data["status"],
+        believe=data["believe"],
+        secant_ratio=believed["secant_n_per_m"] / truth,
+        joint_ratio=fits["joint"]["secant_n_per_m"] / truth,
+        covered=low <= truth <= high,
+        peak_ratio=peaks[0] / data["elastic_limit_n"],
+    )
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
+        done = list(pool.map(run_seed, range(1, options.seeds + 1)))
+    if options.json:
+        print(json.dumps([asdict(one) for one in done]))
+    else:
+        print(f"{'seed':>4} {'status':10} {'believed':9} {'secant/truth':>13} {'joint/truth':>12} "
+              f"{'covered':>8} {'peak/F_c':>9}")  # fmt: skip
+        for one in done:
+            print(f"{one.seed:4} {one.status:10} {one.believe:9} {one.secant_ratio:13.4f} "
+                  f"{one.joint_ratio:12.4f} {one.covered!s:>8} {one.peak_ratio:9.3f}")  # fmt: skip
+        errors = [abs(one.joint_ratio - 1.0) for one in done]
+        print(
+            f"{len(done)} seeds: |joint/truth - 1| median {statistics.median(errors):.2%}, "
+            f"max {max(errors):.2%}; truth in the interval {sum(o.covered for o in done)} times; "
+            f"largest peak {max(o.peak_ratio for o in done):.3f} F_c"
+        )
+    good = all(
+        abs(o.joint_ratio - 1.0) <= TOLERANCE and o.peak_ratio < 1.0 and o.status == "completed"
+        for o in done
+    )
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,50 @@
+"""Small versions of the measurements in bench/: kills, seeds, memory."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from typing import Any
+
+from real_runs import ENVIRONMENT, ROOT
+
+
+def _measured(script: str, *arguments: str) -> list[dict[str, Any]]:
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "bench" / script), *arguments, "--json"],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=ENVIRONMENT,
+    )
+    found: list[dict[str, Any]] = json.loads(done.stdout)
+    return found
+
+
+def test_killed_runs_lose_nothing_that_was_on_the_disk() -> None:
+    kills = _measured("kill_runs.py", "--kills", "6", "--dry-share", "0.67", "--seed", "5")
+    assert {(kill["tier"], kill["target"]) for kill in kills} == {
+        ("dry", "runner"), ("dry", "group"), ("real time", "runner"), ("real time", "group"),
+    }  # fmt: skip
+    for kill in kills:
+        assert kill["kept"] >= kill["durable"] > 0 or kill["state"] == "ended before", kill
+        if kill["target"] == "runner":  # the writer lives on: not one sample is lost
+            assert kill["kept"] >= kill["pushed"], kill
+        assert kill["kept"] <= kill["pushed"] + 1, kill
+
+
+def test_three_seeds_of_the_plastic_sphere() -> None:
+    for one in _measured("seeds.py", "--seeds", "3"):
+        assert one["status"] == "completed"
+        assert abs(one["joint_ratio"] - 1.0) < 0.03
+        assert one["covered"]
+        assert one["peak_ratio"] < 0.6
+
+
+def test_memory_does_not_grow_with_the_run() -> None:
+    (one,) = _measured("dry_run.py", "--hours", "0.06")
+    assert one["virtual_s"] > 180.0
+    assert one["loop_mb"] < 30.0
+    assert one["runner_mb"] < 300.0
+    assert one["writer_mb"] < 150.0
