@@ -144,6 +144,109 @@ def calibrate(
     raise typer.Exit(code)
 
 
+def _plate_modulus(text: str) -> float:
+    """E/(1 − ν²) of "200 GPa, 0.29".
+
+    Raises:
+        BadInputError: it is something else.
+    """
+    from stepload.units import parse_quantity
+
+    modulus, comma, ratio = text.partition(",")
+    try:
+        poisson = float(ratio)
+    except ValueError:
+        poisson = float("nan")
+    if not comma or not -1.0 < poisson <= 0.5:
+        raise BadInputError(
+            f"--curve-plate {text!r}", hint='Young\'s modulus and Poisson ratio: "200 GPa, 0.29"'
+        )
+    return parse_quantity(modulus, "Pa") / (1.0 - poisson**2)
+
+
+def compare(
+    runs: Annotated[
+        list[Path], typer.Argument(help="Runs (run.mcap or its directory); the first is test 1.")
+    ],
+    curve: Annotated[
+        Path | None,
+        typer.Option("--curve", help="CSV with displacement_m, force_n: another machine, FE."),
+    ] = None,
+    curve_modulus: Annotated[
+        str | None,
+        typer.Option("--curve-modulus", help='Equivalent modulus of the curve, "2.95 GPa" (V-A).'),
+    ] = None,
+    curve_plate: Annotated[
+        str | None,
+        typer.Option("--curve-plate", help='Or its counter body: "200 GPa, 0.29" (E, ν).'),
+    ] = None,
+    secant_force: Annotated[
+        str | None, typer.Option("--secant-force", help='Force of the secants, "300 N".')
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Directory for compare.html and compare.json.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compare runs with each other and with an imported curve; nothing is moved or changed."""
+    import json
+
+    from stepload.compare import page
+    from stepload.compare.runs import CurveGiven, comparison_data
+    from stepload.compare.runs import compare as compare_runs
+    from stepload.findings.saved import saved_run
+    from stepload.plain import plain
+    from stepload.record.curves import read_curve
+    from stepload.report.page import render
+    from stepload.session.files import write_file
+    from stepload.units import format_quantity, parse_quantity
+
+    output = Output(as_json=as_json)
+    given = None
+    if curve is None and (curve_modulus or curve_plate):
+        raise BadInputError("a modulus of the curve, and no --curve")
+    if curve_modulus and curve_plate:
+        raise BadInputError("--curve-modulus and --curve-plate: give one of them")
+    if curve is not None:
+        given = CurveGiven(
+            read_curve(curve),
+            modulus_pa=parse_quantity(curve_modulus, "Pa") if curve_modulus else None,
+            plate_pa=_plate_modulus(curve_plate) if curve_plate else None,
+        )
+    found = compare_runs(
+        [saved_run(path) for path in runs],
+        secant_force_n=parse_quantity(secant_force, "N") if secant_force else None,
+        given=given,
+    )
+    at = format_quantity(found.secant_force_n, "N")
+    output.table(
+        f"fits of the virgin contact (* believed), secants at {at}",
+        page.FIT_COLUMNS, page.fit_rows(found),
+    )  # fmt: skip
+    for title, columns, rows in (
+        ("against the first run", page.PAIR_COLUMNS, page.pair_rows(found)),
+        ("spread", page.SPREAD_COLUMNS, page.spread_rows(found)),
+        ("against the curve", page.CURVE_COLUMNS, page.curve_rows(found)),
+    ):
+        if rows:
+            output.table(title, columns, rows)
+    for note in found.notes:
+        output.line(f"note: {note}")
+    _, verdict, text = page.headline(found)
+    output.line(f"{verdict.upper()}: {text}")
+    data = plain({"verdict": verdict, "headline": text, **comparison_data(found)})
+    if out is not None:
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+            write_file(out / "compare.html", render(page.compose(found)))
+            write_file(out / "compare.json", json.dumps(data, indent=1, allow_nan=False) + "\n")
+        except OSError as error:
+            raise BadInputError(f"cannot write to {out}: {error.strerror}") from error
+        output.line(f"report: {out / 'compare.html'}")
+    output.result(data)
+
+
 def register(app: typer.Typer) -> None:
     """Add this room's verbs."""
     app.command()(calibrate)
+    app.command()(compare)

@@ -34,6 +34,7 @@ class Conditions:
         kind: "payload" or "system".
         theory_k, theory_n: the payload's contact law by theory (3), in N/m^n.
         modulus_pa: equivalent modulus (4) of payload and plate.
+        plate_pa: E/(1 − ν²) of the plate alone.
         pose, temperature_c: of the run; "" and None where the plan does not tell.
     """
 
@@ -50,6 +51,7 @@ class Conditions:
     theory_k: float | None = None
     theory_n: float | None = None
     modulus_pa: float | None = None
+    plate_pa: float | None = None
     pose: str = ""
     temperature_c: float | None = None
 
@@ -86,6 +88,7 @@ def planned(plan: Plan, elastic_limit_n: float) -> Conditions:
         theory_k=law.k,
         theory_n=law.n,
         modulus_pa=equivalent_modulus(payload.material, payload.plate),
+        plate_pa=payload.plate.youngs_modulus_pa / (1.0 - payload.plate.poisson_ratio**2),
         pose=rig.arm.pose,
         temperature_c=wanted.temperature_c,
     )
@@ -140,9 +143,10 @@ def _check(found: Conditions) -> None:
         raise ValueError(f"temperature_c is {celsius!r}")
     numbers = {**asdict(found.sources), **asdict(found)}
     optional = {"system_stiffness_n_per_m", "zero_sigma_m", "elastic_limit_n", "roughness_m",
-                "smooth_degrees", "theory_k", "theory_n", "modulus_pa"}  # fmt: skip
+                "smooth_degrees", "theory_k", "theory_n", "modulus_pa", "plate_pa"}  # fmt: skip
     positive = {"secant_force_n", "p", "s", "t", "system_stiffness_n_per_m", "elastic_limit_n",
-                "position_resolution_m", "theory_k", "theory_n", "modulus_pa"}  # fmt: skip
+                "position_resolution_m", "theory_k", "theory_n", "modulus_pa",
+                "plate_pa"}  # fmt: skip
     for name, value in numbers.items():
         if name in ("sources", "kind", "pose", "temperature_c"):
             continue
