@@ -9,23 +9,17 @@ from pathlib import Path
 import serial
 
 from stepload.errors import DeviceError
+from stepload.rig import usb
 from stepload.rig.faults import FaultCode
 
-USB_SERIAL = Path("/sys/bus/usb-serial/devices")
-MAX_LATENCY_MS = 1
+USB_SERIAL = usb.USB_SERIAL
+MAX_LATENCY_MS = usb.MAX_LATENCY_MS
 WAIT_S = 0.05
 
 
 def latency_timer_ms(port: str) -> int | None:
-    """The USB adapter's latency timer, None for ports that have none (not FTDI, not USB).
-
-    An adapter at its factory 16 ms delivers samples in bursts of that length.
-    """
-    try:
-        timer = USB_SERIAL / Path(port).resolve().name / "latency_timer"
-        return int(timer.read_text())
-    except (OSError, ValueError):
-        return None
+    """The USB adapter's latency timer, None for ports that have none (not FTDI, not USB)."""
+    return usb.latency_timer_ms(port, USB_SERIAL)
 
 
 class SerialPort:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from stepload.errors import BadInputError, DeviceError
-from stepload.rig.device import Arm, Health, Identity
+from stepload.rig.device import Arm, Health, Identity, StopProof
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.options import Option
 from stepload.rig.samples import ArmSample, Status
@@ -33,19 +32,6 @@ CONNECTION_LOST = frozenset(
 
 PAUSED = 4
 RESCUE_S = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class StopProof:
-    """What a deliberately starved watchdog did.
-
-    `stop_s` from the last input to the end of the program, `still_s` until the TCP stood still,
-    `travel_m` how far it went meanwhile.
-    """
-
-    stop_s: float
-    still_s: float
-    travel_m: float
 
 
 class UrArm(Arm):

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from stepload import __version__
-from stepload.cli import campaign, devices, experiments, plans, records, results
+from stepload.cli import campaign, devices, doctor, experiments, plans, records, results
 from stepload.cli.output import Output
 from stepload.errors import BadInputError, ExitCode, LeftEarlyError, SteploadError
 
@@ -25,7 +25,7 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for room in (plans, experiments, records, results, campaign, devices):
+for room in (plans, experiments, records, results, campaign, devices, doctor):
     room.register(app)
 
 

@@ -45,6 +45,19 @@ class Health:
     errors: Mapping[str, int]
 
 
+@dataclass(frozen=True, slots=True)
+class StopProof:
+    """What an arm did when it was deliberately left without commands.
+
+    `stop_s` from the last command until its own watchdog acted, `still_s` until it stood still,
+    `travel_m` how far it went meanwhile.
+    """
+
+    stop_s: float
+    still_s: float
+    travel_m: float
+
+
 class Device(ABC):
     """Common to all devices.
 
@@ -151,3 +164,13 @@ class Arm(Device):
         Raises:
             DeviceError: not confirmed; the stop was sent nevertheless.
         """
+
+    def prove_stop(self, distance_m: float, speed_m_s: float, timeout_s: float) -> StopProof | None:
+        """Move slowly away from the plate, stop sending under way, and see the arm stop by itself.
+
+        For free air only; the arm can be used afterwards. None: it has no watchdog of its own.
+
+        Raises:
+            DeviceError: it did not stop by itself; it was stopped.
+        """
+        return None

@@ -40,9 +40,7 @@ def no_drawing(monkeypatch):
     monkeypatch.setattr(experiment, "render", lambda page: "")
 
 
-@pytest.mark.parametrize(
-    ("sensor", "fault", "end", "says"), FAULTS, ids=[row[1] for row in FAULTS]
-)
+@pytest.mark.parametrize(("sensor", "fault", "end", "says"), FAULTS, ids=[row[1] for row in FAULTS])
 def test_a_fault_under_load_ends_the_run_safely(emulated_run, tmp_path, sensor, fault, end, says):
     run = emulated_run(sensor=sensor, surface_distance_m=4e-4, levels_n=(15.0,), top_force_n=15.0)
     begun = []

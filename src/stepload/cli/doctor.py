@@ -1,0 +1,74 @@
+"""The verb that examines a rig before it is trusted."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stepload.cli.output import Output
+from stepload.cli.plans import AsJson, PlanFile
+from stepload.errors import ExitCode
+
+if TYPE_CHECKING:
+    from stepload.doctor.line import Line
+
+
+def doctor(
+    plan: PlanFile,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="On the simulated rig, in virtual time.")
+    ] = False,
+    still: Annotated[
+        bool, typer.Option("--still", help="Move nothing; stop and delays stay unproven.")
+    ] = False,
+    against_spring: Annotated[
+        bool,
+        typer.Option(
+            "--against-spring",
+            help="Measure the loop delay T in contact, with small steps on a spring.",
+        ),
+    ] = False,
+    seconds: Annotated[
+        float, typer.Option("--seconds", help="How long to watch the data at rest.")
+    ] = 10.0,
+    as_json: AsJson = False,
+) -> None:
+    """Examine a plan's rig: data, disk, clocks, that stop really stops. Exit 0: sound; 4: not.
+
+    Needs free air: the arm moves up to 2 mm away from the plate, at up to 4 mm/s, and back. With
+    --against-spring it also runs the plan's approach and presses up to 40 % of its top force.
+    """
+    from stepload.doctor.checkup import examine
+    from stepload.plan.load import load_plan
+    from stepload.run.operator import Operator
+
+    out = Output(as_json=as_json)
+    operator = Operator()
+
+    def tell(line: Line) -> None:
+        figures = f" {line.shown_value}" if line.shown_value else ""
+        limit = f" (limit {line.shown_limit})" if line.shown_limit else ""
+        out.line(f"{line.mark.upper():7} {line.name}:{figures}{limit} {line.message}")
+        if line.remedy and line.mark not in ("ok", "skipped"):
+            out.line(f"        -> {line.remedy}")
+
+    loaded = load_plan(plan)
+    with operator.listening():
+        found = examine(
+            loaded, dry_run=dry_run, seconds=seconds, still=still, against_spring=against_spring,
+            tell=tell, operator=operator,
+        )  # fmt: skip
+    if found.snippet:
+        out.line("\nmeasured, for the rig file:\n")
+        out.line(found.snippet)
+    marks = [line.mark.value for line in found.lines]
+    out.line(f"{marks.count('ok')} ok, {marks.count('warn')} warn, {marks.count('fail')} fail")
+    out.result({"sound": not found.failed, "lines": found.lines, "rig": found.snippet})
+    if found.failed:
+        raise typer.Exit(ExitCode.STOPPED)
+
+
+def register(app: typer.Typer) -> None:
+    """Add this room's verbs."""
+    app.command()(doctor)

@@ -1,0 +1,213 @@
+"""The whole examination of a rig, and the figures it offers for the rig file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from stepload.doctor import host, motion, spring, streams
+from stepload.doctor.line import Line, Mark, graded
+from stepload.doctor.watch import Watched, devices, watch
+from stepload.errors import DeviceError
+from stepload.open_rig import OpenRig, opened
+from stepload.plan.model import ArmSpec, DisplacementSpec, DriverChoice, ForceSpec, Plan
+from stepload.plan.pressing import press_rig
+from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
+from stepload.run.operator import Operator
+from stepload.units import format_quantity
+
+Tell = Callable[[Line], None]
+SAFE_S = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Checkup:
+    """All lines, and the measured figures as YAML for the rig file ("" without any)."""
+
+    lines: tuple[Line, ...]
+    snippet: str
+
+    @property
+    def failed(self) -> bool:
+        """Whether a line failed."""
+        return any(line.mark is Mark.FAIL for line in self.lines)
+
+
+class _Examination:
+    def __init__(self, plan: Plan, tell: Tell) -> None:
+        self.plan = plan
+        self.lines: list[Line] = []
+        self.figures: dict[tuple[str, ...], tuple[float, str, str]] = {}
+        self._tell = tell
+
+    def add(self, *lines: Line) -> None:
+        for line in lines:
+            self.lines.append(line)
+            self._tell(line)
+
+    def offer(self, *path: str, value: float, unit: str, remark: str) -> None:
+        """A measured figure at a key of the rig; 0 is none (a resolution hides it)."""
+        if value > 0.0:
+            self.figures[path] = (value, unit, remark)
+
+    def snippet(self) -> str:
+        """YAML below `rig:`; parts of a section stand together."""
+        if not self.figures:
+            return ""
+        rows = ["rig:"]
+        open_path: tuple[str, ...] = ()
+        for path, (value, unit, remark) in sorted(self.figures.items()):
+            for depth, key in enumerate(path[:-1]):
+                if open_path[: depth + 1] != path[: depth + 1]:
+                    rows.append(f"{'  ' * (depth + 1)}{key}:")
+            open_path = path[:-1]
+            shown = format_quantity(value, unit)
+            rows.append(f"{'  ' * len(path)}{path[-1]}: {shown}  # {remark}")
+        return "\n".join(rows) + "\n"
+
+
+def _latency_lines(plan: Plan) -> list[Line]:
+    rig = plan.rig
+    chosen: dict[str, DriverChoice] = {"arm": rig.arm.driver, "force": rig.force.driver}
+    if rig.displacement is not None:
+        chosen["displacement"] = rig.displacement.driver
+    if rig.second_force.sensor is not None:
+        chosen["second_force.sensor"] = rig.second_force.sensor.driver
+    lines = []
+    for name, choice in chosen.items():
+        for value in choice.options.values():
+            ms = latency_timer_ms(value) if isinstance(value, str) else None
+            if ms is not None:
+                most_s = MAX_LATENCY_MS * 1e-3
+                file = USB_SERIAL / Path(str(value)).resolve().name / "latency_timer"
+                line = graded(
+                    f"{name}: latency timer", ms * 1e-3, "s", warn=most_s, fail=most_s,
+                    message=f"of the USB adapter of {value}", remedy=f"echo 1 | sudo tee {file}",
+                )  # fmt: skip
+                lines.append(line)
+    return lines
+
+
+def _data(exam: _Examination, seen: Watched, seconds: float) -> None:
+    """What watching at rest has told."""
+    plan, rig = exam.plan, exam.plan.rig
+    specs: dict[str, ForceSpec | ArmSpec | DisplacementSpec | None] = {
+        "force": rig.force, "arm": rig.arm, "second_force.sensor": rig.second_force.sensor,
+        "displacement": rig.displacement,
+    }  # fmt: skip
+    for name, spec in specs.items():
+        if spec is None or name not in seen.samples:
+            continue
+        exam.add(*streams.check_stream(name, spec, seen, seconds))
+        if len(seen.samples[name]) < 3:
+            continue
+        if name == "arm":
+            lines, found = streams.check_arm(plan, seen)
+            exam.add(*lines)
+            exam.offer("arm", "position_noise", value=found["position_noise"], unit="m",
+                       remark="at rest")  # fmt: skip
+            if "second_noise" in found:
+                exam.offer("second_force", "noise", value=found["second_noise"], unit="N",
+                           remark="at rest")  # fmt: skip
+        elif name == "force" or name == "second_force.sensor":
+            force = rig.force if name == "force" else rig.second_force.sensor
+            assert force is not None
+            lines, rest = streams.check_force(plan, force, name, seen)
+            exam.add(*lines)
+            path = name.split(".")
+            exam.offer(*path, "noise", value=rest.noise, unit="N", remark="at rest")
+            drift = abs(rest.slope) + 2.0 * rest.slope_sigma
+            exam.offer(*path, "drift", value=drift, unit="N/s",
+                       remark=f"upper bound from {seconds:g} s")  # fmt: skip
+
+
+def _motion(exam: _Examination, rig: OpenRig) -> None:
+    plan = exam.plan
+    try:
+        exam.add(motion.check_stop(rig))
+        exam.add(motion.check_watchdog(rig))
+        line, response_s = motion.check_response(plan, rig)
+    except DeviceError as error:
+        exam.add(_no("arm: motion", error))
+        return
+    exam.add(line)
+    if response_s is None:
+        return
+    press = press_rig(plan.rig, plan.rig.force.noise_n)
+    force, arm = plan.rig.force, plan.rig.arm
+    loop_s = response_s + force.delay_s + 1.0 / force.rate_hz + 2.0 / arm.rate_hz
+    limit_s = press.loop_s + motion.backlash_s(arm)
+    line = graded(
+        "loop delay T", loop_s, "s", warn=limit_s, fail=1.3 * limit_s,
+        message="measured response in free air, the plan's force delay, one force period, two "
+        "ticks; measure it --against-spring once",
+        remedy="state it as rig.loop_delay",
+    )  # fmt: skip
+    exam.add(line)
+    exam.offer("loop_delay", value=loop_s, unit="s", remark="free air, with the plan's force delay")
+
+
+def _no(name: str, error: DeviceError) -> Line:
+    nan = float("nan")
+    return Line(name, Mark.FAIL, nan, nan, "", error.message, error.hint)
+
+
+def _faults(rig: OpenRig) -> list[Line]:
+    found = []
+    for name, device in devices(rig).items():
+        if fault := device.fault():
+            nan = float("nan")
+            message = f"{fault.code.value}: {fault.message}"
+            found.append(Line(f"{name}: fault", Mark.FAIL, nan, nan, "", message, fault.hint))
+    return found
+
+
+def examine(
+    plan: Plan,
+    *,
+    dry_run: bool,
+    seconds: float,
+    still: bool,
+    against_spring: bool,
+    tell: Tell,
+    operator: Operator | None = None,
+) -> Checkup:
+    """Look at everything; a device that does not open ends it there.
+
+    Args:
+        dry_run: the simulated rig in virtual time instead of the plan's devices.
+        seconds: how long the data are watched at rest.
+        still: nothing is moved.
+        against_spring: T is measured in contact, by the plan's own run with small steps.
+        tell: is given every line as soon as it is known.
+        operator: where stop requests come in, for `against_spring`.
+    """
+    exam = _Examination(plan, tell)
+    exam.add(*host.check_disk(plan), host.check_priority(), *_latency_lines(plan))
+    try:
+        with opened(plan, dry_run=dry_run) as rig:
+            for role, identity in rig.identities.items():
+                nan = float("nan")
+                exam.add(Line(f"{role.replace('_', ' ')}: open", Mark.OK, nan, nan, "",
+                              f"{identity.driver}: {identity.model} {identity.serial_number}, "
+                              f"firmware {identity.firmware}"))  # fmt: skip
+            seen = watch(rig, seconds)
+            if not rig.clock.virtual:
+                exam.add(*host.check_lateness(seen.late_s, rig.arm.period_s))
+                exam.add(host.check_wall_clock(seen.wall_step_s))
+            _data(exam, seen, seconds)
+            try:
+                if not still:
+                    _motion(exam, rig)
+                if against_spring:
+                    line, loop_s = spring.check_spring(plan, rig, operator or Operator())
+                    exam.add(line)
+                    if loop_s is not None:
+                        exam.offer("loop_delay", value=loop_s, unit="s", remark="against a spring")
+            finally:
+                exam.add(*_faults(rig))
+                rig.arm.safe(SAFE_S)
+    except DeviceError as error:
+        exam.add(_no("open", error))
+    return Checkup(tuple(exam.lines), exam.snippet())
