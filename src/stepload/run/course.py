@@ -84,16 +84,29 @@ class Course:
         self.levels_done = 0
 
     @property
+    def believed_m(self) -> float:
+        """Where the arm is: as measured, within a retract of its target.
+
+        A measured position that is further away is wrong, or the arm does not follow; either way
+        it must not lead the arm, least of all towards the surface.
+        """
+        position_m, target_m = self.sup.arm.position_m, self.target_m
+        if target_m != target_m:
+            return position_m
+        return max(target_m - self.retract_m, min(position_m, target_m + self.retract_m))
+
+    @property
     def release_m(self) -> float:
-        """Position at which the contact is surely open, as far as it is known.
+        """Position at which the contact is surely open, as far as it is known; behind the target.
 
         A run that is stopped at its start pose goes back from there too: what the arm believes is
         no reason not to retract, so the start pose needs that much room behind it.
         """
-        known_m = self.sup.arm.position_m
-        if self.surface_m == self.surface_m:
-            known_m = min(known_m, self.surface_m)
-        return known_m - self.plan.retract_m
+        known_m = self.believed_m
+        for behind_m in (self.target_m, self.surface_m):
+            if behind_m < known_m:
+                known_m = behind_m
+        return known_m - self.retract_m
 
     @property
     def retract_m(self) -> float:

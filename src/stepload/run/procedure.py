@@ -6,12 +6,17 @@ readings and never looks at a clock. The parts know how to do one thing; what fo
 
 from __future__ import annotations
 
+import math
+
 from stepload.record.rows import Phase
 from stepload.run.approach import Approach
 from stepload.run.course import Course
 from stepload.run.retract import Retract
 from stepload.run.steps import LoadSteps
 from stepload.run.zeroing import Adopt, Zeroing
+
+START_REST_S = 0.05
+START_TIMEOUT_S = 5.0
 
 
 class StepProcedure:
@@ -26,16 +31,29 @@ class StepProcedure:
     def __init__(self, course: Course, adopt: Adopt, start_level: int) -> None:
         self.steps = LoadSteps(course)
         self._course = course
-        self._zeroing = Zeroing(course, adopt)
+        self._zeroing = Zeroing(course, self._leave, adopt)
         self._approach = Approach(course, self._leave)
         self._retract = Retract(course)
         self._index = start_level
+        self._standing_m = self._standing_s = math.nan
         course.act = self._start
 
     def _start(self, now_s: float, _step_s: float) -> None:
+        """Take the arm over where it stands; one odd sample, or an arm that moves, is no place."""
         course = self._course
         position_m = course.sup.arm.position_m
-        if position_m == position_m:
+        moved_m = abs(position_m - self._standing_m)
+        if not moved_m <= course.limits.model_tolerance_m:
+            self._standing_m, self._standing_s = position_m, now_s
+            if course.since_s == 0.0:
+                course.since_s = now_s
+            elif now_s - course.since_s > START_TIMEOUT_S:
+                course.fail(
+                    "moving", moved_m, course.limits.model_tolerance_m, "m",
+                    f"the arm has not stood still for {START_REST_S:g} s, or does not say where it"
+                    " is: stop whatever moves it, and start again",
+                )  # fmt: skip
+        elif now_s - self._standing_s >= START_REST_S:
             course.target_m = position_m
             self._zeroing.warm_up(now_s, self._first_approach)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from stepload.record.rows import Phase
 from stepload.run.controller import StepController
 from stepload.run.course import Course, Then
+from stepload.run.retract import not_open
 from stepload.run.settle import SettleTest
 
 LOAD_TIMEOUT_FACTOR = 20.0
@@ -52,6 +53,8 @@ class LoadSteps:
         course.target_m = controller.step(
             sup.force_n, sup.smooth_n, sup.arm.position_m, course.target_m, step_s
         )
+        if course.target_m < course.surface_m - course.retract_m:
+            not_open(course, course.level_n)
         if not (controller.reached or self._too_long(now_s)):
             return
         limits = course.limits

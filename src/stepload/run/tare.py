@@ -47,31 +47,53 @@ class Tare:
         return max(0.0, abs(self.slope_n_per_s) - SURE_SIGMAS * error)
 
 
-class TareWindow:
-    """Collects readings while the arm rests."""
+class _Line:
+    """Mean, and scatter about a straight line, of readings as they come (Welford's sums)."""
 
-    __slots__ = ("_force_n", "_second_n", "_time_s")
+    __slots__ = ("mean", "mean_s", "stt", "stx", "sxx")
 
     def __init__(self) -> None:
-        self._time_s: list[float] = []
-        self._force_n: list[float] = []
-        self._second_n: list[float] = []
+        self.mean = self.mean_s = self.stt = self.stx = self.sxx = 0.0
+
+    def add(self, count: int, time_s: float, value: float) -> None:
+        """Take the `count`-th reading in."""
+        dt, dx = time_s - self.mean_s, value - self.mean
+        self.mean_s += dt / count
+        self.mean += dx / count
+        rest = time_s - self.mean_s
+        self.stt += dt * rest
+        self.stx += dx * rest
+        self.sxx += dx * (value - self.mean)
+
+    def noise(self, count: int) -> float:
+        """Standard deviation about the line."""
+        return math.sqrt(max(self.sxx - self.slope * self.stx, 0.0) / (count - 2))
+
+    @property
+    def slope(self) -> float:
+        """Of the line, per second."""
+        return self.stx / self.stt if self.stt > 0.0 else 0.0
+
+
+class TareWindow:
+    """Takes readings in while the arm rests; as cheap at the end as at the beginning."""
+
+    __slots__ = ("_end_s", "_force", "_second", "count", "start_s")
+
+    def __init__(self) -> None:
+        self._force, self._second = _Line(), _Line()
+        self.start_s = self._end_s = math.nan
+        self.count = 0
 
     def add(self, time_s: float, force_n: float, second_n: float) -> None:
         """Take one reading of each channel in, in N, not tared."""
-        self._time_s.append(time_s)
-        self._force_n.append(force_n)
-        self._second_n.append(second_n)
-
-    @property
-    def start_s(self) -> float:
-        """Time of the first reading."""
-        return self._time_s[0]
-
-    @property
-    def count(self) -> int:
-        """Readings so far."""
-        return len(self._time_s)
+        if not self.count:
+            self.start_s = time_s
+        self._end_s = time_s
+        self.count = count = self.count + 1
+        since_s = time_s - self.start_s
+        self._force.add(count, since_s, force_n)
+        self._second.add(count, since_s, second_n)
 
     def result(self) -> Tare:
         """The figures; needs `LEAST_READINGS`.
@@ -79,21 +101,10 @@ class TareWindow:
         Raises:
             ValueError: fewer.
         """
-        count = len(self._time_s)
+        count, force, second = self.count, self._force, self._second
         if count < LEAST_READINGS:
             raise ValueError(f"a tare needs {LEAST_READINGS} readings, there are {count}")
-        mean, noise, slope = _line(self._time_s, self._force_n)
-        second_mean, second_noise, _ = _line(self._time_s, self._second_n)
-        start_s, end_s = self._time_s[0], self._time_s[-1]
-        return Tare(end_s, end_s - start_s, count, mean, noise, slope, second_mean, second_noise)
-
-
-def _line(x: list[float], y: list[float]) -> tuple[float, float, float]:
-    """Mean, scatter about the straight line, slope."""
-    count = len(x)
-    x_mean, y_mean = sum(x) / count, sum(y) / count
-    sxx = sum((a - x_mean) ** 2 for a in x)
-    sxy = sum((a - x_mean) * (b - y_mean) for a, b in zip(x, y, strict=True))
-    slope = sxy / sxx if sxx > 0.0 else 0.0
-    rest = sum((b - y_mean - slope * (a - x_mean)) ** 2 for a, b in zip(x, y, strict=True))
-    return y_mean, math.sqrt(rest / (count - 2)), slope
+        return Tare(
+            self._end_s, self._end_s - self.start_s, count, force.mean, force.noise(count),
+            force.slope, second.mean, second.noise(count),
+        )  # fmt: skip

@@ -75,9 +75,8 @@ class Engine:
     def retract_distance_m(self) -> float:
         """How far the arm must go back from where it is now for the contact to be open."""
         procedure = self.procedure
-        position_m = self.supervisor.arm.position_m
         goal_m = self._safe_m if self.safing else procedure.release_m
-        way_m = position_m - goal_m
+        way_m = procedure.believed_m - goal_m
         return way_m if way_m > procedure.retract_m else procedure.retract_m
 
     def tick(
@@ -122,7 +121,9 @@ class Engine:
             self._phase = procedure.phase
             done = procedure.done
             if procedure.failure is not None:
-                self.trip(Cause(*procedure.failure[:4], 0.0, now_s, procedure.failure.message))
+                reason, value, limit, unit, message = procedure.failure
+                age_s = max(0.0, now_s - sup.force.receive_s)
+                self.trip(Cause(reason, value, limit, unit, age_s, now_s, message))
                 done = False
         if sup.force_n > self.peak_force_n:
             self.peak_force_n = sup.force_n
@@ -163,10 +164,11 @@ class Engine:
         """The target goes back to the measured position at once, then away from the surface."""
         self.safing = True
         self._phase = _SAFING
+        procedure = self.procedure
         position_m = self.supervisor.arm.position_m
-        if not position_m >= self.target_m:
-            self.target_m = position_m if position_m == position_m else self.target_m
-        self._safe_m = self.procedure.release_m
+        self._safe_m = procedure.release_m
+        if procedure.believed_m < self.target_m:
+            self.target_m = procedure.target_m = procedure.believed_m
         self._safe_speed_m_s = 0.0
         way_m = abs(self.target_m - self._safe_m)
         needed_s = way_m / self.limits.retract_speed_m_s
@@ -181,7 +183,8 @@ class Engine:
             limits.retract_speed_m_s,
             self._safe_speed_m_s + 2.0 * limits.acceleration_m_s2 * step_s,
         )
-        self.target_m = max(self._safe_m, self.target_m - self._safe_speed_m_s * step_s)
+        target_m = max(self._safe_m, self.target_m - self._safe_speed_m_s * step_s)
+        self.target_m = self.procedure.target_m = target_m
         near_m = min(limits.model_tolerance_m, ARRIVAL_SHARE * self.procedure.retract_m)
         clear = self.supervisor.arm.position_m <= self._safe_m + near_m
         if self.target_m <= self._safe_m and clear:

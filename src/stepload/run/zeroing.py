@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import asdict
 
-from stepload.errors import RefusedError
+from stepload.errors import DomainError, RefusedError
 from stepload.plan.pressing import Measured
 from stepload.record.rows import Phase
 from stepload.run.course import Act, Course, Then
@@ -38,14 +38,16 @@ class Zeroing:
 
     Args:
         course: of the run.
+        stopped: what to do when the operator stops the run here.
         adopt: takes over what was measured where it is worse than planned; raises RefusedError
-            where the plan does not fit any more.
+            or DomainError where the plan does not fit any more.
     """
 
-    def __init__(self, course: Course, adopt: Adopt) -> None:
+    def __init__(self, course: Course, stopped: Then, adopt: Adopt) -> None:
         self._course = course
+        self._stopped = stopped
         self._adopt = adopt
-        self._then: Then = course.finish
+        self._then = stopped
         self._window = TareWindow()
         self._before: Tare | None = None
         self._zero: Tare | None = None
@@ -86,14 +88,14 @@ class Zeroing:
     def _warm_up(self, now_s: float, _step_s: float) -> None:
         course = self._course
         if course.stop_asked():
-            course.finish(now_s)
+            self._stopped(now_s)
         elif now_s - course.since_s >= course.plan.warm_up_s:
             self.take(now_s, self._then)
 
     def _look(self, now_s: float, _step_s: float) -> None:
         course = self._course
         if course.stop_asked():
-            course.finish(now_s)
+            self._stopped(now_s)
         elif (look := self._collect(now_s, LOOK_S)) is not None:
             self._before = look
             course.aim(course.target_m - course.plan.retract_m)
@@ -140,7 +142,7 @@ class Zeroing:
     def _tare(self, now_s: float, _step_s: float) -> None:
         course = self._course
         if course.stop_asked():
-            course.finish(now_s)
+            self._stopped(now_s)
             return
         tare = self._collect(now_s, course.plan.tare_s)
         if tare is not None and self._accept(now_s, tare):
@@ -205,7 +207,7 @@ class Zeroing:
             return True
         try:
             self._adopt(Measured(noise_n, drift_n))
-        except RefusedError as refusal:
+        except (RefusedError, DomainError) as refusal:
             found = f"a noise of {tare.noise_n:.3g} N and a drift of {drift_n:.3g} N until the zero"
             course.fail(
                 "no_room", tare.noise_n, limits.noise_n, "N",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from run_bench import bench_for, run, spec_for
@@ -41,7 +42,7 @@ ARM_UNSEEN = {"arm_lost", "arm_nan", "position_drift", "protective_stop"}
 
 
 @pytest.mark.parametrize(("kind", "magnitude", "rule"), FAULTS)
-@pytest.mark.parametrize("start_s", [0.05, 1.95, 3.9])
+@pytest.mark.parametrize("start_s", [0.1, 1.95, 3.9])
 def test_each_fault_trips_its_rule(kind: str, magnitude: float, rule: str, start_s: float) -> None:
     if kind == "force_bias" and start_s < TARED_S:
         pytest.skip("a bias before the tare is tared away")
@@ -82,6 +83,53 @@ def test_faults_in_motion_stay_below_the_elastic_limit(
         unseen = kind == "command_latency"  # smaller than R7 can tell: harmless
         assert engine.cause is not None or unseen
         assert bench.peak_n < F_C
+
+
+@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("jump_m_s", [20.0, -20.0])
+@pytest.mark.parametrize("start_s", [0.4, 1.95, 2.6, 3.2, 4.5])
+def test_a_measured_position_that_jumps_leads_the_arm_nowhere(
+    make: Any, jump_m_s: float, start_s: float
+) -> None:
+    plan = make(**QUICK)
+    fault = WorldFault("position_drift", start_s, 60.0, jump_m_s)
+    bench, rows = bench_for(plan, F_C, spec_for(plan, 3, [fault])), []
+    engine = run(bench, 30.0, rows)
+    assert engine.cause is not None
+    assert engine.cause.rule == "R7"
+    trip = next(i for i, row in enumerate(rows) if row.phase == Phase.SAFING)
+    before_m = rows[trip - 1].target_m
+    assert max(row.target_m for row in rows[trip:]) <= before_m
+    assert before_m - rows[trip].target_m <= plan.procedure.retract_m
+    assert rows[-1].target_m >= before_m - 3.0 * plan.procedure.retract_m
+    assert bench.peak_n < 160.0
+    assert engine.retract_distance_m <= 4.0 * plan.procedure.retract_m
+
+
+def test_an_arm_that_moves_by_itself_is_not_taken_over() -> None:
+    plan = stvf_plan(**QUICK)
+    bench = bench_for(plan, F_C, spec_for(plan, 3, [WorldFault("position_drift", 0.0, 60.0, 0.01)]))
+    rows: list[TickRow] = []
+    engine = run(bench, 10.0, rows)
+    assert engine.cause is not None
+    assert engine.cause.rule == "moving"
+    assert all(math.isnan(row.target_m) for row in rows)
+
+
+@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+def test_force_that_does_not_fall_does_not_lead_the_arm_back_for_ever(make: Any) -> None:
+    plan = make(**(QUICK | {"settle_timeout_s": 10.0}))
+    rows: list[TickRow] = []
+    run(bench_for(plan, F_C, spec_for(plan, 3)), 60.0, rows)
+    unload_s = next(row.time_s for row in rows if row.phase == Phase.UNLOAD)
+    stuck = WorldFault("force_stuck_mean", unload_s, 600.0, 0.0)
+    bench, rows = bench_for(plan, F_C, spec_for(plan, 3, [stuck])), []
+    engine = run(bench, 60.0, rows)
+    assert engine.cause is not None
+    assert engine.cause.rule == "not_open"
+    touched_m = engine.procedure.surface_m
+    furthest_m = min(row.target_m for row in rows if row.phase == Phase.UNLOAD)
+    assert 0.9 < (touched_m - furthest_m) / plan.procedure.retract_m < 1.1
 
 
 @pytest.mark.parametrize("softness", [0.01, 1.0, 10.0])

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
+import random
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from run_bench import Bench, bench_for, run, spec_for
 from run_plans import stvf_plan, ur_plan
 
 from stepload.plan.model import Plan
 from stepload.record.rows import Phase, TickRow
+from stepload.run.operator import StopLevel
+from stepload.run.tare import TareWindow
 from stepload.run.tick import Engine
 
 F_C = 727.0
@@ -135,7 +140,7 @@ def test_a_plan_that_no_longer_fits_ends_before_the_approach() -> None:
     assert engine.cause is not None
     assert engine.cause.rule == "no_room"
     assert engine.cause.value == pytest.approx(0.6, rel=0.15)
-    assert "headroom = 662" in engine.cause.message
+    assert "headroom = 66" in engine.cause.message
     assert "reduce the top force to" in engine.cause.message
     assert _phases(engine)[-1] == "TARE"
     assert bench.peak_n == 0.0
@@ -165,3 +170,35 @@ def test_a_zero_that_moves_too_far_within_a_cycle_ends_the_run() -> None:
     assert engine.cause.rule == "drift"
     assert "within one cycle" in engine.cause.message
     assert engine.procedure.cycle == 1
+
+
+def test_a_stop_before_the_approach_backs_off_as_well() -> None:
+    for phase in (Phase.WARM_UP, Phase.FREE_AIR, Phase.TARE):
+        bench = _bench(stvf_plan(**QUICK))
+        course = bench.engine.procedure
+        while course.phase != phase or course.target_m != course.target_m:
+            run(bench, 0.01)
+        bench.operator.request_stop(StopLevel.AFTER_STEP)
+        assert run(bench, 5.0).procedure.done
+        assert course.interrupted
+        assert bench.engine.cause is None
+        assert _phases(bench.engine)[-2:] == ["RETRACT", "DONE"]
+        assert course.target_m <= -bench.plan.procedure.retract_m
+
+
+def test_long_tares_cost_no_long_tick_and_give_the_regression_line() -> None:
+    window, chance = TareWindow(), random.Random(1)
+    times = [1000.0 + 1e-3 * i for i in range(2000)]
+    values = [5.0 + 0.02 * (t - 1000.0) + chance.gauss(0.0, 0.3) for t in times]
+    for time_s, value in zip(times, values, strict=True):
+        window.add(time_s, value, math.nan)
+    tare = window.result()
+    slope, start = np.polyfit(np.array(times) - 1000.0, values, 1)
+    rest = np.array(values) - np.polyval([slope, start], np.array(times) - 1000.0)
+    assert tare.mean_n == pytest.approx(np.mean(values), rel=1e-12)
+    assert tare.slope_n_per_s == pytest.approx(slope, rel=1e-9)
+    assert tare.noise_n == pytest.approx(np.sqrt(np.sum(rest**2) / 1998), rel=1e-9)
+    assert (tare.samples, tare.duration_s) == (2000, pytest.approx(1.999))
+    assert math.isnan(tare.second_mean_n)
+    assert tare.sure_slope_n_per_s == 0.0
+    assert tare.sure_noise_n < tare.noise_n
