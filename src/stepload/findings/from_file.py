@@ -9,15 +9,25 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.errors import BadInputError
+from stepload.errors import BadInputError, DomainError
 from stepload.findings.analyse import identify_payload, identify_system
-from stepload.findings.conditions import Conditions, from_attachments, measured
+from stepload.findings.conditions import Conditions
+from stepload.findings.curve_parts import (
+    first_loading,
+    first_touch,
+    free_air_force,
+    quantum,
+    white_noise,
+)
 from stepload.findings.identification import Identification, identify
-from stepload.findings.press_data import press_data
+from stepload.findings.saved import saved_run
+from stepload.identify.fit_all import SAMPLES, payload_deformation
+from stepload.identify.inverse_law import joint
+from stepload.identify.leftover import smooth_leftover
+from stepload.identify.sampling import uniform_in_force
 from stepload.identify.sources import Sources
 from stepload.identify.system import SystemStiffnessFit, fit_system_stiffness
 from stepload.record.curves import Curve, read_curve
-from stepload.record.reader import read_recording
 
 FloatArray = NDArray[np.float64]
 
@@ -56,18 +66,20 @@ def _wished(conditions: Conditions, wishes: Wishes) -> Conditions:
     )
 
 
+def _is_record(path: Path) -> bool:
+    return path.is_dir() or path.suffix.lower() in (".mcap", ".part")
+
+
 def identify_file(path: Path, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
     """Identify a payload from a record (.mcap) or a CSV curve; also what had to be assumed.
 
     Raises:
         BadInputError: the file is not what it should be, or has nothing to identify.
     """
-    if path.suffix.lower() in (".mcap", ".part"):
-        recording = read_recording(path)
-        data = press_data(recording)
-        conditions = _wished(measured(from_attachments(recording.attachments), data), wishes)
-        notes = ("the record is partial",) if recording.partial else ()
-        return identify_payload(data, conditions), notes
+    if _is_record(path):
+        run = saved_run(path)
+        notes = ("the record is partial",) if run.partial else ()
+        return identify_payload(run.data, _wished(run.conditions, wishes)), notes
     return _identify_curve(read_curve(path), wishes)
 
 
@@ -77,17 +89,16 @@ def system_of_file(path: Path) -> SystemStiffnessFit:
     Raises:
         BadInputError: the file is not what it should be, or has nothing to identify.
     """
-    if path.suffix.lower() in (".mcap", ".part"):
-        recording = read_recording(path)
-        data = press_data(recording)
-        return identify_system(data, measured(from_attachments(recording.attachments), data))
+    if _is_record(path):
+        run = saved_run(path)
+        return identify_system(run.data, run.conditions)
     curve = read_curve(path)
     if curve.position_m is None or curve.time_s is None:
         raise BadInputError(
             f"{path}: system stiffness needs the columns time_s, position_m, force_n"
         )
     return fit_system_stiffness(
-        curve.time_s, curve.position_m, curve.force_n, resolution_m=_quantum(curve.position_m)
+        curve.time_s, curve.position_m, curve.force_n, resolution_m=quantum(curve.position_m)
     )
 
 
@@ -106,30 +117,45 @@ def _identify_curve(curve: Curve, wishes: Wishes) -> tuple[Identification, tuple
             "a column position_m holds the deflection of the system too",
             hint='give --system-stiffness "3.49e6 N/m", or a column displacement_m',
         )
-    force_n = curve.force_n
-    peak = int(np.argmax(force_n)) + 1
-    notes = [] if peak == len(force_n) else [f"loading only: the first {peak} samples, to the peak"]
-    noise_n = float(np.std(np.diff(force_n[:peak], 2))) / math.sqrt(6.0) if peak > 3 else 0.0
-    touch_n = 0.0
-    first = 0
+    notes = []
+    loading = first_loading(curve.force_n)
+    if loading.stop < len(curve.force_n):
+        notes.append(
+            f"first loading only: the first {loading.stop} of {len(curve.force_n)} samples"
+        )
+    force_n, travel_m = curve.force_n[loading], travel_m[loading]
+    noise_n, noise_m = white_noise(force_n), white_noise(travel_m)
+    touch_n, first = 0.0, 0
     if not compensated:
-        touch_n = max(TOUCH_SHARE * float(force_n.max()), TOUCH_NOISE * noise_n)
-        first = int(np.argmax(force_n >= touch_n))
+        touch_n = max(TOUCH_SHARE * float(np.ptp(force_n)), TOUCH_NOISE * noise_n)
+        if (tare_n := free_air_force(travel_m, force_n, touch_n)) is not None:
+            force_n = force_n - tare_n
+            if abs(tare_n) > touch_n:
+                notes.append(f"the force in free air is {tare_n:.3g} N: taken out")
+        first = first_touch(force_n, touch_n)
+        if first == 0:
+            touch_n = max(touch_n, float(force_n[0]))
+            notes.append(
+                f"the data begin in contact, at {force_n[0]:.3g} N: the zero is that of the fit"
+            )
+        else:
+            notes.append(f"touch taken where the force passes {touch_n:.3g} N")
         travel_m = travel_m - travel_m[first]
-        notes.append(f"touch taken where the force passes {touch_n:.3g} N")
     if not compensated and not wishes.system_stiffness_sigma_n_per_m:
         notes.append("σ(K_s) not given (--system-stiffness-sigma): the interval leaves it out")
-    if not wishes.smooth_error_m:
-        notes.append("smooth deformation error not given (--msde): the interval leaves it out")
-    quantum_m = _quantum(travel_m)
+    quantum_m = quantum(travel_m)
     secant_n = SECANT_FORCE_N
     if force_n.max() < secant_n:
         secant_n = float(force_n.max())
-        notes.append(f"secant at the peak force of {secant_n:.4g} N")
+        if not wishes.secant_force_n:
+            notes.append(f"secant at the peak force of {secant_n:.4g} N")
+    force_n, travel_m = force_n[first:], travel_m[first:]
     conditions = _wished(
         Conditions(
             sources=Sources(
-                system_stiffness_n_per_m=None, force_noise_n=noise_n,
+                system_stiffness_n_per_m=None,
+                force_noise_n=noise_n,
+                position_noise_m=math.sqrt(max(noise_m**2 - quantum_m**2 / 12.0, 0.0)),
                 position_resolution_m=quantum_m,
             ),
             secant_force_n=secant_n,
@@ -137,14 +163,34 @@ def _identify_curve(curve: Curve, wishes: Wishes) -> tuple[Identification, tuple
             position_resolution_m=quantum_m,
         ),
         wishes,
-    )  # fmt: skip
-    time_s = None if curve.time_s is None else curve.time_s[first:peak]
-    found = identify(travel_m[first:peak], force_n[first:peak], conditions, time_s=time_s)
-    return found, tuple(notes)
+    )
+    time_s = None if curve.time_s is None else curve.time_s[loading][first:]
+    if wishes.smooth_error_m is None:
+        conditions, note = _with_leftover(travel_m, force_n, conditions, noise_m)
+        notes.append(note)
+    return identify(travel_m, force_n, conditions, time_s=time_s), tuple(notes)
 
 
-def _quantum(position_m: FloatArray) -> float:
-    """The resolution (m) of a channel as its data show it: their smallest difference."""
-    steps = np.diff(np.unique(position_m))
-    steps = steps[steps > 1e-3 * float(np.median(steps))] if steps.size else steps
-    return float(steps.min()) if steps.size else 1e-9
+def _with_leftover(
+    travel_m: FloatArray, force_n: FloatArray, conditions: Conditions, noise_m: float
+) -> tuple[Conditions, str]:
+    """The smooth error as the residuals of the run speak for it, and what to say about that."""
+    missing = "smooth deformation error not given (--msde)"
+    stiffness = conditions.sources.system_stiffness_n_per_m
+    pressing = np.flatnonzero(force_n > 0.0)
+    chosen = pressing[uniform_in_force(force_n[pressing], SAMPLES)]
+    x, y = travel_m[chosen], force_n[chosen]
+    try:
+        deformation_m = x if stiffness is None else payload_deformation(x, y, stiffness)
+        found = smooth_leftover(joint(deformation_m, y), deformation_m, y, white_sd_m=noise_m)
+    except DomainError:
+        found = None
+    if found is None:
+        return conditions, f"{missing}: the interval leaves it out"
+    sources = replace(
+        conditions.sources, smooth_error_m=found.smooth_error_m, smooth_degrees=found.degrees
+    )
+    return replace(conditions, sources=sources), (
+        f"{missing}: taken from the residuals, {found.smooth_error_m * 1e6:.3g} µm with "
+        f"{found.degrees:.2g} degrees of freedom"
+    )

@@ -17,7 +17,7 @@ from stepload.identify.fit import Fit
 from stepload.identify.runin import RunIn
 from stepload.identify.system import SystemStiffnessFit
 from stepload.record.reader import Recording
-from stepload.report import figures
+from stepload.report import comparison, figures
 from stepload.report.page import Card, Figure, Page, Table
 from stepload.run.loop import RunOutcome, RunStatus
 from stepload.units import format_quantity as f
@@ -147,6 +147,16 @@ def _figures(findings: RunFindings) -> list[Figure]:
             ),
         ),
     ]  # fmt: skip
+    if (system := findings.system) is not None:
+        made.append(
+            Figure(
+                "misfit", "What the line leaves",
+                "Travel less the fitted line (26), over the forces of the fit. A bend speaks for a "
+                "contact that is not settled or for a load path that is not linear.",
+                "misfit of the system stiffness over force",
+                comparison.misfits({"misfit": (system.misfit_force_n, system.misfit_m)}),
+            )
+        )  # fmt: skip
     if found is None:
         return made
     laws = {name: _law(found.fits[name]) for name in REPORTED if name in found.fits}
