@@ -4,8 +4,8 @@
 
 Force: nothing lost, nothing repeated (Bota: by its own clock, so exact). Arm: every gap counted
 from the controller's time stamps, since ur_rtde keeps only the newest waiting package; at least
-98 % must arrive. Exit 1 where that is missed. On a busy machine the arm needs the right to real-time
-priority (`ulimit -r`).
+98 % must arrive. Exit 1 where that is missed. On a busy machine the arm needs the right to
+real-time priority (`ulimit -r`).
 """
 
 from __future__ import annotations
