@@ -3,8 +3,8 @@
     python bench/loop.py [--seconds 10]
 
 Both keep the same absolute deadlines with the same precautions, one after the other, several times.
-The run's loop drains two streams, judges, commands and records (the writer is a process of its own);
-the samples are those of a dry run, handed out tick by tick as if they had just arrived.
+The run's loop drains two streams, judges, commands and records (the writer is another process); the
+samples are those of a dry run, handed out tick by tick as if they had just arrived.
 """
 
 from __future__ import annotations
