@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from stepload.contact.catch_up import largest_catch_up
 from stepload.contact.elastic import law_for
 from stepload.contact.press import (
     NOISE_MULTIPLE,
@@ -32,6 +33,8 @@ from stepload.plan.model import (
 
 GUARDED_SHARE = 0.4
 """Share of F_lim that a guarded approach may reach."""
+LONGEST_STALL_S = 0.2
+"""A command link may hold commands back for so long, and then deliver them at once."""
 CROSS_CHECK_FILTER_S = 0.005
 """Time constant of the filter on the difference of the two force channels."""
 LEAST_STIFFNESS_DOUBT = {
@@ -64,7 +67,8 @@ class Pressing:
     """Everything about pressing that follows from a plan and its elastic limit.
 
     `contact_n_s_per_m` divides the force that is left into the speed allowed in contact: it holds
-    even if a hidden hard stop takes over from the payload.
+    even if a hidden hard stop takes over from the payload. `ahead_m` is how far the target of a
+    guarded approach may run ahead of an arm that does not follow.
     """
 
     rig: PressRig
@@ -73,6 +77,7 @@ class Pressing:
     guarded_speed_m_s: float
     fast_speed_m_s: float
     contact_n_s_per_m: float
+    ahead_m: float
 
     def guarded_budget(self, threshold_n: float) -> tuple[Term, ...]:
         """The force budget of the guarded approach, term by term, in N."""
@@ -99,6 +104,11 @@ def age_limit_s(stream: ForceSpec | ArmSpec) -> float:
 def channel_skew_s(rig: Rig) -> float:
     """Bound on the difference of the delays of the two force channels, in s."""
     return rig.force.delay_s + 2.0 / rig.arm.rate_hz
+
+
+def follow_travel(arm: ArmSpec) -> float:
+    """Travel in m that an arm must be given before it can be seen whether it follows."""
+    return 2.0 * arm.position_resolution_m + 4.0 * arm.position_noise_m + arm.lost_motion_m
 
 
 def press_rig(rig: Rig, noise_n: float) -> PressRig:
@@ -229,6 +239,10 @@ def pressing_for(
     contact = _contact_coefficient(numbers, forces.limit_n)
     room_n = forces.allowed_n - procedure.touch_force_n - NOISE_MULTIPLE * noise_n
     guarded = min(guarded, room_n / contact)
+    catch_up_m = largest_catch_up(numbers, forces.allowed_n, tangent)
+    follow_m = follow_travel(rig.arm)
+    if catch_up_m < follow_m:
+        guarded = min(guarded, catch_up_m / LONGEST_STALL_S)
     top_speed = 0.8 * rig.arm.max_speed_m_s
     return Pressing(
         rig=numbers,
@@ -237,6 +251,7 @@ def pressing_for(
         guarded_speed_m_s=min(guarded, top_speed),
         fast_speed_m_s=min(fast, top_speed),
         contact_n_s_per_m=contact,
+        ahead_m=max(catch_up_m, follow_m),
     )
 
 

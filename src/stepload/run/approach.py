@@ -8,6 +8,8 @@ from stepload.run.retract import REST_S, not_open
 from stepload.run.settle import RingTest
 
 RING_TIMEOUT_S = 2.0
+LEAD_FILTER_S = 0.5
+"""Time constant of how far the target leads the position of an arm that follows."""
 TOUCH_SAMPLES = 2
 """Fresh samples in a row above the touch force that make a touch."""
 
@@ -27,6 +29,7 @@ class Approach:
         self._purpose = ""
         self._slow = False
         self._left = 0
+        self._lead_m = 0.0
         self._touching = 0
         self._ring = RingTest(course.limits.noise_n)
 
@@ -49,8 +52,15 @@ class Approach:
             return
         fastest_m_s = course.limits.fast_speed_m_s
         if course.target_m >= course.goal_m or course.move(fastest_m_s, step_s):
-            course.enter(Phase.GUARDED_APPROACH, now_s, self._guarded)
+            self._begin_guarded(now_s)
         self._leash()
+
+    def _begin_guarded(self, now_s: float) -> None:
+        course = self._course
+        limits = course.limits
+        lead_m = course.target_m - course.sup.arm.position_m
+        self._lead_m = min(lead_m, limits.fast_speed_m_s * limits.reaction_s + limits.ahead_m)
+        course.enter(Phase.GUARDED_APPROACH, now_s, self._guarded)
 
     def _guarded(self, now_s: float, step_s: float) -> None:
         course = self._course
@@ -63,6 +73,21 @@ class Approach:
         course.speed_m_s = speed
         course.target_m += speed * step_s
         self._leash()
+        self._wait_for_arm()
+
+    def _wait_for_arm(self) -> None:
+        """The target does not run ahead of an arm that stands still.
+
+        A command link that stalls may deliver all at once what it held back; the arm then catches
+        up at a speed that nobody commanded.
+        """
+        course = self._course
+        limits = course.limits
+        ahead_m = course.target_m - course.sup.arm.position_m - self._lead_m
+        if ahead_m > limits.ahead_m:
+            course.target_m -= ahead_m - limits.ahead_m
+        else:
+            self._lead_m += limits.period_s / LEAD_FILTER_S * ahead_m
 
     def _leash(self) -> None:
         """In free air the target stays within reach of what a surface just ahead could bear."""
@@ -133,4 +158,4 @@ class Approach:
             course.aim(max(course.goal_m - self._gap_m(), furthest_m))
             return
         self._touching = 0
-        course.enter(Phase.GUARDED_APPROACH, now_s, self._guarded)
+        self._begin_guarded(now_s)

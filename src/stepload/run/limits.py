@@ -79,6 +79,7 @@ class RunLimits:
     retract_speed_m_s: float
     acceleration_m_s2: float
     leash_free_m: float
+    ahead_m: float
     step_rate_per_s: float
     load_rate_n_per_s: float
     band_n: float
@@ -185,6 +186,10 @@ def derive_limits(
         "fast_speed_m_s": (fast_m_s, "m/s", "force budget with all of F_lim, and the leash"),
         "retract_speed_m_s": (min(0.5 * arm.max_speed_m_s, 0.02), "m/s", "half the arm's, 20 mm/s"),
         "acceleration_m_s2": (0.5 * arm.max_acceleration_m_s2, "m/s^2", "half of the arm's"),
+        "ahead_m": (
+            min(pressing.ahead_m, leash_free_m), "m",
+            "the arm catching up, or twice the position resolution + 4 sigma + lost motion",
+        ),
         "leash_free_m": (leash_free_m, "m", "(F_lim - F_th - 6 sigma) / K_s,max"),
         "step_rate_per_s": (0.25 / press.loop_s, "1/s", "lambda = 0.25 / T"),
         "band_n": (max(0.25, 2.0 * press.noise_n), "N", "0.25 N, 2 sigma"),

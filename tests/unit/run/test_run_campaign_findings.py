@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import pytest
 from run_bench import bench_for, run, spec_for
-from run_plans import stvf_plan, ur_plan
+from run_plans import STEEL, stvf_plan, ur_plan
 
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
+from stepload.record.rows import TickRow
+from stepload.rig.world import WorldFault
 from stepload.run.limits import SECOND_IDENTICAL_COUNTS, derive_limits
 from stepload.run.loop import RunStatus, run_loop
 
@@ -66,3 +68,42 @@ def test_an_exception_while_the_end_is_recorded_does_not_lose_the_outcome(
     outcome = run_loop(bench.engine, bench.rig, Recorder())
     assert outcome.status is RunStatus.STOPPED
     assert [action.name for action in outcome.safing][-2:] == ["arm stop", "force sensor"]
+
+
+def heavy_plan() -> Plan:
+    """A heavy, slow, stiff machine that presses gently."""
+    plan = stvf_plan(**{**QUICK, "top_force_n": 60.0, "step_n": 30.0, "max_drift_n": 1.0})
+    arm = replace(
+        plan.rig.arm, effective_mass_kg=40.0, max_acceleration_m_s2=0.65, command_delay_s=0.002,
+        lag_s=0.003, position_resolution_m=7e-7, position_noise_m=2.5e-7,
+    )  # fmt: skip
+    second = SecondForce(SecondForceSource.ARM, 4.0, 0.03, 0.02, 0.3)
+    payload = replace(plan.payload, material=STEEL, declared_force_limit_n=95.0)
+    return replace(plan, payload=payload, rig=replace(plan.rig, arm=arm, second_force=second))
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+def test_commands_held_back_and_delivered_at_once_do_not_ram_the_surface(share: float) -> None:
+    plan = heavy_plan()
+    elastic_limit_n = 95.0
+    spec = spec_for(plan, 4)
+    bench = bench_for(plan, elastic_limit_n, spec)
+    touch_s = run(bench, 60.0).procedure.touches[0].time_s
+    held_s = 0.2
+    fault = WorldFault("command_latency", touch_s - share * held_s, 0.002, held_s)
+    bench = bench_for(plan, elastic_limit_n, replace(spec, faults=(fault,)))
+    run(bench, 60.0)
+    assert bench.peak_n < elastic_limit_n
+
+
+def test_an_arm_that_does_not_follow_is_waited_for() -> None:
+    plan = heavy_plan()
+    spec = spec_for(plan, 4)
+    bench = bench_for(plan, 95.0, spec)
+    touch_s = run(bench, 60.0).procedure.touches[0].time_s
+    fault = WorldFault("command_latency", touch_s - 0.3, 0.002, 0.25)
+    bench = bench_for(plan, 95.0, replace(spec, faults=(fault,)))
+    rows: list[TickRow] = []
+    run(bench, 60.0, rows)
+    still = [row.target_m for row in rows if touch_s - 0.15 < row.time_s < touch_s - 0.06]
+    assert max(still) - min(still) < 2e-6  # 11 um at the guarded speed
