@@ -6,9 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from stepload.contact.elastic import law_for
 from stepload.plan.model import Plan
-from stepload.record.rows import TickRow
+from stepload.record.rows import Phase, TickRow
 from stepload.rehearse import world_for
 from stepload.rig.world import SimulatedRig, WorldFault, WorldSpec, load_world
 from stepload.run.limits import RunLimits, derive_limits
@@ -70,6 +69,10 @@ def run(bench: Bench, until_s: float = 600.0, rows: list[TickRow] | None = None)
     return engine
 
 
-def payload_law(plan: Plan) -> tuple[float, float]:
-    law = law_for(plan.payload.geometry, plan.payload.material, plan.payload.plate)
-    return law.k, law.n
+def run_to(bench: Bench, phase: Phase, step: int) -> float:
+    """Run to the first tick of a phase and step; the time there."""
+    course = bench.engine.procedure
+    rows: list[TickRow] = []
+    while (course.phase, course.step_number) != (phase, step):
+        run(bench, 0.05, rows)
+    return next(row.time_s for row in rows if (row.phase, row.step) == (phase, step))

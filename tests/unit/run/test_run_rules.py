@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from run_bench import bench_for, run, spec_for
+from run_bench import bench_for, run, run_to, spec_for
 from run_plans import stvf_plan, ur_plan
 
 from stepload.record.rows import Phase, TickRow
@@ -75,10 +75,10 @@ def test_faults_in_motion_stay_below_the_elastic_limit(
     make: object, kind: str, magnitude: float, rules: set[str]
 ) -> None:
     plan = make(**QUICK)  # type: ignore[operator]
-    for start_s in (1.9, 2.9, 4.1):
+    for start_s in (1.9, 4.1):
         fault = WorldFault(kind, start_s, 30.0, magnitude)
         bench = bench_for(plan, F_C, spec_for(plan, 5, [fault]))
-        engine = run(bench, 12.0)
+        engine = run(bench, 9.0)
         assert engine.cause is None or engine.cause.rule in rules
         unseen = kind == "command_latency"  # smaller than R7 can tell: harmless
         assert engine.cause is not None or unseen
@@ -118,10 +118,9 @@ def test_an_arm_that_moves_by_itself_is_not_taken_over() -> None:
 
 @pytest.mark.parametrize("make", [stvf_plan, ur_plan])
 def test_force_that_does_not_fall_does_not_lead_the_arm_back_for_ever(make: Any) -> None:
-    plan = make(**(QUICK | {"settle_timeout_s": 10.0}))
+    plan = make(**(QUICK | {"settle_timeout_s": 10.0, "top_force_n": 100.0}))
     rows: list[TickRow] = []
-    run(bench_for(plan, F_C, spec_for(plan, 3)), 60.0, rows)
-    unload_s = next(row.time_s for row in rows if row.phase == Phase.UNLOAD)
+    unload_s = run_to(bench_for(plan, F_C, spec_for(plan, 3)), Phase.UNLOAD, 1)
     stuck = WorldFault("force_stuck_mean", unload_s, 600.0, 0.0)
     bench, rows = bench_for(plan, F_C, spec_for(plan, 3, [stuck])), []
     engine = run(bench, 60.0, rows)
@@ -137,9 +136,7 @@ def test_a_frozen_position_on_a_stiff_rig_is_seen_within_two_steps(softness: flo
     plan = stvf_plan(**(QUICK | {"top_force_n": 300.0}))
     spec = spec_for(plan, 3)
     spec = replace(spec, payload=replace(spec.payload, k=spec.payload.k / softness))
-    rows: list[TickRow] = []
-    run(bench_for(plan, F_C, spec), 60.0, rows)
-    third_s = next(row.time_s for row in rows if row.step == 3)
+    third_s = run_to(bench_for(plan, F_C, spec), Phase.LOAD, 3)
     fault = WorldFault("position_frozen", third_s, 60.0, 0.0)
     bench = bench_for(plan, F_C, replace(spec, faults=(fault,)))
     engine = run(bench, 60.0)
@@ -151,8 +148,8 @@ def test_a_frozen_position_on_a_stiff_rig_is_seen_within_two_steps(softness: flo
 
 @pytest.mark.parametrize("make", [stvf_plan, ur_plan])
 def test_a_hidden_hard_stop_stays_below_the_elastic_limit(make: object) -> None:
-    plan = make(**QUICK)  # type: ignore[operator]
-    for share in (0.1, 0.5, 0.9):
+    plan = make(**QUICK, unload=False)  # type: ignore[operator]
+    for share in (0.1, 0.9):
         spec = spec_for(plan, 2)
         depth_m = share * (150.0 / spec.payload.k) ** (1.0 / spec.payload.n)
         spec = replace(spec, payload=replace(spec.payload, hard_stop_m=depth_m))
@@ -173,8 +170,8 @@ def test_no_surface_ends_the_search() -> None:
 
 @pytest.mark.parametrize("make", [stvf_plan, ur_plan])
 def test_healthy_plants_do_not_trip(make: object) -> None:
-    plan = make(**QUICK)  # type: ignore[operator]
-    for seed in range(6):
+    for seed in range(5):
+        plan = make(**QUICK, unload=seed == 0)  # type: ignore[operator]
         spec = spec_for(plan, seed)
         factor = 10.0 ** (0.5 * (seed % 5) - 1.0)
         spec = replace(spec, payload=replace(spec.payload, k=spec.payload.k * factor))
