@@ -270,10 +270,11 @@ def _predicted_table(findings: RunFindings) -> Table:
 
 def _run_in_table(found: RunIn) -> Table:
     steady = (
-        f"steady from cycle {found.steady.number}"
+        f"steady at cycle {found.steady.number}"
         if found.steady
         else f"not steady: chord changed by {found.secant_change:.2%} (allowed "
-        f"{found.secant_tolerance:.2%}), loop energy by {found.energy_change:.0%} over 3 cycles"
+        f"{found.secant_tolerance:.2%}), loop energy by {found.energy_change:.0%} "
+        f"(allowed {found.energy_tolerance:.0%}) over the last 3 cycles"
     )
     indentation = (
         f"; residual indentation {f(found.residual_indentation_m, 'm')}"
@@ -285,7 +286,8 @@ def _run_in_table(found: RunIn) -> Table:
         ("cycle", "secant", "n", "chord stiffness", "loop energy", "of stored"),
         [
             (str(c.number), f(c.fit.secant_n_per_m, "N/m"), f"{c.fit.n:.3f}",
-             f(c.chord_n_per_m, "N/m"), f"{c.loop_energy_j * 1e3:.3g} mJ",
+             f(c.chord_n_per_m, "N/m"),
+             f"{c.loop_energy_j * 1e3:.3g} ± {c.loop_sigma_j * 1e3:.1g} mJ",
              f"{c.loop_energy_j / c.stored_energy_j:.1%}")
             for c in found.cycles
         ],

@@ -89,7 +89,7 @@ def run_in_data(found: RunIn) -> dict[str, Any]:
         "cycles": [
             {"number": c.number, "secant_n_per_m": c.fit.secant_n_per_m, "n": c.fit.n,
              "chord_n_per_m": c.chord_n_per_m, "loop_energy_j": c.loop_energy_j,
-             "stored_energy_j": c.stored_energy_j}
+             "loop_sigma_j": c.loop_sigma_j, "stored_energy_j": c.stored_energy_j}
             for c in found.cycles
         ],
         "lift_off": found.lift_off,
@@ -98,6 +98,7 @@ def run_in_data(found: RunIn) -> dict[str, Any]:
         "secant_change": found.secant_change,
         "secant_tolerance": found.secant_tolerance,
         "energy_change": found.energy_change,
+        "energy_tolerance": found.energy_tolerance,
         "shakedown_m": found.shakedown_m,
         "residual_indentation_m": found.residual_indentation_m,
     }  # fmt: skip

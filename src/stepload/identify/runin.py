@@ -8,6 +8,7 @@ different results; their mean is a property of nothing and is not computed.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,6 +22,8 @@ from stepload.identify.inverse_law import joint
 STEADY_CYCLES = 3
 SECANT_CHANGE = 0.01
 ENERGY_CHANGE = 0.10
+SPAN_OF_THREE = 3.31
+"""The span of three values alike stays below this many standard deviations (95 %)."""
 RESOLVED_LOOP = 0.02
 """A loop thinner than this share of the stored energy counts as closed: its change is noise."""
 
@@ -36,8 +39,11 @@ class Cycle:
         fit: joint fit of the loading branch.
         chord_n_per_m: (F_high − F_low)/(δ_high − δ_low) while loading; the same two forces in every
             cycle, so it does not depend on a zero.
-        loop_energy_j: energy left in the contact, the area between loading and unloading.
-        stored_energy_j: work done while loading, between the same forces.
+        loop_energy_j: energy left in the contact, the area between loading and unloading over the
+            forces that both branches of every cycle reach. A cycle that ends in a retract unloads
+            to its lowest step only.
+        loop_sigma_j: its standard uncertainty from noise and quanta, as the data show them.
+        stored_energy_j: work done while loading, over the same forces.
         start_m: deformation at F_low while loading.
     """
 
@@ -45,6 +51,7 @@ class Cycle:
     fit: Fit
     chord_n_per_m: float
     loop_energy_j: float
+    loop_sigma_j: float
     stored_energy_j: float
     start_m: float
 
@@ -61,6 +68,7 @@ class RunIn:
         secant_tolerance: the change of the chord stiffness that was allowed, max(1 %, 2u).
         secant_change: relative span of the chord stiffness over the last three cycles.
         energy_change: relative span of the loop energy over them.
+        energy_tolerance: what of it was allowed, 10 % or what the noise of the loops explains.
         shakedown_m: shift of the deformation at F_low from cycle 1 to the last.
         residual_indentation_m: shift of the touch from the first to the last; None without lift-off
             or touch points.
@@ -73,6 +81,7 @@ class RunIn:
     secant_tolerance: float
     secant_change: float
     energy_change: float
+    energy_tolerance: float
     shakedown_m: float
     residual_indentation_m: float | None
 
@@ -106,13 +115,14 @@ def run_in(
         raise DomainError("no sample belongs to a cycle", hint="plan at least one cycle")
     tops = [float(force_n[cycle == number].max()) for number in numbers]
     high = 0.98 * min(tops)
-    low = max(_lowest_common(force_n, cycle, numbers), 0.05 * high)
+    loading_low, loop_low = (max(low, 0.05 * high) for low in _lowest(force_n, cycle, numbers))
     cycles = tuple(
         _evaluate(
             number,
             deformation_m[cycle == number],
             force_n[cycle == number],
-            np.linspace(low, high, _CELLS),
+            np.linspace(loading_low, high, _CELLS),
+            np.linspace(loop_low, high, _CELLS),
             secant_force_n,
         )
         for number in numbers
@@ -122,10 +132,15 @@ def run_in(
     loops = np.array([c.loop_energy_j for c in last])
     stored = float(np.mean([c.stored_energy_j for c in last]))
     secant_change = float(np.ptp(chords) / chords.mean())
-    energy_change = float(np.ptp(loops) / max(abs(float(loops.mean())), RESOLVED_LOOP * stored))
+    energy = max(abs(float(loops.mean())), RESOLVED_LOOP * stored)
+    energy_change = float(np.ptp(loops)) / energy
+    noise = math.sqrt(float(np.mean([c.loop_sigma_j**2 for c in last])))
+    energy_tolerance = max(ENERGY_CHANGE, SPAN_OF_THREE * noise / energy)
     tolerance = max(SECANT_CHANGE, 2.0 * secant_sigma)
     steady = (
-        len(last) == STEADY_CYCLES and secant_change < tolerance and energy_change < ENERGY_CHANGE
+        len(last) == STEADY_CYCLES
+        and secant_change < tolerance
+        and energy_change < energy_tolerance
     )
     residual = None
     if lift_off and touch_m is not None and touch_m.size > 1:
@@ -138,6 +153,7 @@ def run_in(
         secant_tolerance=tolerance,
         secant_change=secant_change,
         energy_change=energy_change,
+        energy_tolerance=energy_tolerance,
         shakedown_m=cycles[-1].start_m - cycles[0].start_m,
         residual_indentation_m=residual,
     )
@@ -161,9 +177,11 @@ class _Branch(NamedTuple):
         return np.asarray(np.interp(grid_n, force, deformation))
 
 
-def _lowest_common(force_n: FloatArray, cycle: NDArray[np.integer], numbers: list[int]) -> float:
-    """The lowest force that every branch of every cycle reaches."""
-    lowest = 0.0
+def _lowest(
+    force_n: FloatArray, cycle: NDArray[np.integer], numbers: list[int]
+) -> tuple[float, float]:
+    """The lowest force that the loading of every cycle reaches, and that both branches do."""
+    loading = unloading = 0.0
     for number in numbers:
         force = force_n[cycle == number]
         top = int(np.argmax(force))
@@ -172,8 +190,9 @@ def _lowest_common(force_n: FloatArray, cycle: NDArray[np.integer], numbers: lis
                 f"cycle {number} has no loading or no unloading branch",
                 hint="plan `unload: true` for run-in",
             )
-        lowest = max(lowest, float(force[: top + 1].min()), float(force[top:].min()))
-    return lowest
+        loading = max(loading, float(force[: top + 1].min()))
+        unloading = max(unloading, float(force[top:].min()))
+    return loading, max(loading, unloading)
 
 
 def _evaluate(
@@ -181,24 +200,29 @@ def _evaluate(
     deformation_m: FloatArray,
     force_n: FloatArray,
     grid_n: FloatArray,
+    loop_n: FloatArray,
     secant_force_n: float,
 ) -> Cycle:
     # A hold at the top belongs half to either branch: the middle of it parts them.
     at_top = np.flatnonzero(force_n >= 0.99 * force_n.max())
     top = int(at_top[at_top.size // 2])
     loading = _Branch(force_n[: top + 1], deformation_m[: top + 1])
-    up = loading.at(grid_n)
-    down = _Branch(force_n[top:], deformation_m[top:]).at(grid_n)
+    up, loop_up = loading.at(grid_n), loading.at(loop_n)
+    down = _Branch(force_n[top:], deformation_m[top:]).at(loop_n)
     span_n, span_m = float(grid_n[-1] - grid_n[0]), float(up[-1] - up[0])
     if not span_m > 0.0:
         raise DomainError(f"the deformation of cycle {number} does not rise with force")
+    gap = down - loop_up
+    noise_m = float(np.std(np.diff(gap, 2))) / math.sqrt(6.0)
+    step_n = float(loop_n[1] - loop_n[0])
     return Cycle(
         number=number,
         fit=joint(up, grid_n, secant_force_n=secant_force_n),
         chord_n_per_m=span_n / span_m,
         # ∮ F dδ = ∫ (δ_unloading − δ_loading) dF
-        loop_energy_j=_area(down - up, grid_n),
-        stored_energy_j=_area(grid_n, up),
+        loop_energy_j=_area(gap, loop_n),
+        loop_sigma_j=noise_m * step_n * math.sqrt(loop_n.size),
+        stored_energy_j=_area(loop_n, loop_up),
         start_m=float(up[0]),
     )
 

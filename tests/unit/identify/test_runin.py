@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from stepload.errors import DomainError
-from stepload.identify.runin import run_in
+from stepload.identify.runin import ENERGY_CHANGE, SPAN_OF_THREE, run_in
 
 TOP_N, K = 300.0, 6.57e8
 
@@ -114,3 +114,27 @@ def test_loading_alone_is_refused():
         run_in(d[:300], f[:300], c[:300], secant_force_n=TOP_N, lift_off=False)
     with pytest.raises(DomainError, match="no sample"):
         run_in(d, f, 0 * c, secant_force_n=TOP_N, lift_off=False)
+
+
+def test_noise_of_the_loops_is_no_change_of_them():
+    result = run_in(
+        *cycles([0.0] * 4, seed=3, low_n=9.0), secant_force_n=TOP_N, lift_off=False,
+        secant_sigma=0.01,
+    )  # fmt: skip
+    loops = [c.loop_energy_j for c in result.cycles]
+    assert np.ptp(loops) < SPAN_OF_THREE * result.cycles[0].loop_sigma_j * 2.0
+    assert result.steady is not None
+    clean = run_in(*cycles([0.0] * 3), secant_force_n=TOP_N, lift_off=False)
+    assert clean.energy_tolerance == ENERGY_CHANGE
+
+
+def test_a_last_cycle_that_is_not_unloaded_to_the_end_does_not_cut_the_loading():
+    d, f, c = cycles([0.0, 0.0, 0.0])
+    last = np.flatnonzero(c == 3)
+    kept = np.ones(f.size, dtype=bool)
+    kept[last[(np.arange(last.size) > 300) & (f[last] < 100.0)]] = False
+    result = run_in(d[kept], f[kept], c[kept], secant_force_n=TOP_N, lift_off=False)
+    whole = run_in(d, f, c, secant_force_n=TOP_N, lift_off=False)
+    assert [x.fit.n for x in result.cycles] == pytest.approx([x.fit.n for x in whole.cycles])
+    assert result.cycles[0].chord_n_per_m == pytest.approx(whole.cycles[0].chord_n_per_m)
+    assert result.cycles[0].loop_energy_j < 0.9 * whole.cycles[0].loop_energy_j
