@@ -36,8 +36,13 @@ def recover(
         output.result({"records": [repaired.data for repaired in found]})
         return
     repaired = repair(file, out)
-    output.line(repaired.line)
     assert repaired.found is not None
+    if not any(repaired.found.counts.values()):
+        raise BadInputError(
+            f"{file}: not one message in it is whole ({repaired.found.cut_bytes} bytes are not)",
+            hint=f"what is left of it is {repaired.found.path}",
+        )
+    output.line(repaired.line)
     for topic, count in sorted(repaired.found.counts.items()):
         output.line(f"  {topic}: {count} messages")
     output.result(repaired.data)

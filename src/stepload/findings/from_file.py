@@ -21,6 +21,7 @@ from stepload.findings.curve_parts import (
 )
 from stepload.findings.identification import Identification, identify
 from stepload.findings.saved import saved_run
+from stepload.findings.untrusted import untrusted
 from stepload.identify.fit_all import SAMPLES, payload_deformation
 from stepload.identify.inverse_law import joint
 from stepload.identify.leftover import smooth_leftover
@@ -76,11 +77,12 @@ def identify_file(path: Path, wishes: Wishes) -> tuple[Identification, tuple[str
     Raises:
         BadInputError: the file is not what it should be, or has nothing to identify.
     """
-    if _is_record(path):
+    with untrusted(path):
+        if not _is_record(path):
+            return _identify_curve(read_curve(path), wishes)
         run = saved_run(path)
         notes = ("the record is partial",) if run.partial else ()
         return identify_payload(run.data, _wished(run.conditions, wishes)), notes
-    return _identify_curve(read_curve(path), wishes)
 
 
 def system_of_file(path: Path) -> SystemStiffnessFit:
@@ -89,17 +91,18 @@ def system_of_file(path: Path) -> SystemStiffnessFit:
     Raises:
         BadInputError: the file is not what it should be, or has nothing to identify.
     """
-    if _is_record(path):
-        run = saved_run(path)
-        return identify_system(run.data, run.conditions)
-    curve = read_curve(path)
-    if curve.position_m is None or curve.time_s is None:
-        raise BadInputError(
-            f"{path}: system stiffness needs the columns time_s, position_m, force_n"
+    with untrusted(path):
+        if _is_record(path):
+            run = saved_run(path)
+            return identify_system(run.data, run.conditions)
+        curve = read_curve(path)
+        if curve.position_m is None or curve.time_s is None:
+            raise BadInputError(
+                f"{path}: system stiffness needs the columns time_s, position_m, force_n"
+            )
+        return fit_system_stiffness(
+            curve.time_s, curve.position_m, curve.force_n, resolution_m=quantum(curve.position_m)
         )
-    return fit_system_stiffness(
-        curve.time_s, curve.position_m, curve.force_n, resolution_m=quantum(curve.position_m)
-    )
 
 
 def _identify_curve(curve: Curve, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:

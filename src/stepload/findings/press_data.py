@@ -16,6 +16,8 @@ from stepload.record.reader import Event, Recording
 from stepload.record.rows import Phase
 
 FloatArray = NDArray[np.float64]
+MOST_MISSING = 20.0
+"""A record from which nineteen of twenty samples are missing is none to evaluate."""
 IntArray = NDArray[np.integer]
 
 LOADING = (Phase.LOAD, Phase.HOLD)
@@ -122,6 +124,23 @@ def _origins(aligned: Aligned, touches: Sequence[TouchPoint], travel_m: FloatArr
     return travel_m[index][latest]
 
 
+def _check_times(recording: Recording, time_s: FloatArray) -> None:
+    """Sample times must be those of a run: what comes after builds even grids from them."""
+    step_s = np.diff(time_s)
+    usual_s = float(np.median(step_s)) if len(step_s) else 0.0
+    longest_s = MOST_MISSING * len(time_s) * usual_s
+    if not (np.isfinite(time_s).all() and (step_s >= 0.0).all() and usual_s > 0.0):
+        problem = "are not finite and rising"
+    elif time_s[-1] - time_s[0] > longest_s:
+        problem = f"span {time_s[-1] - time_s[0]:.3g} s in steps of {usual_s:.3g} s"
+    else:
+        return
+    raise BadInputError(
+        f"{recording.path}: the times of {len(time_s)} force samples {problem}",
+        hint="such data cannot be evaluated; export what you trust of them as CSV",
+    )
+
+
 def press_data(recording: Recording, axis: str | None = None) -> PressData:
     """Bring a recording into the form that identification takes.
 
@@ -135,6 +154,7 @@ def press_data(recording: Recording, axis: str | None = None) -> PressData:
             hint="see why it stopped: `stepload replay` and the report",
         )
     raw = align(recording, axis)
+    _check_times(recording, raw.time_s)
     busy = np.isin(raw.phase, [*LOADING, *UNLOADING])
     gauge = raw.displacement_m is not None
     lag = measure_lag(raw.time_s, raw.force_n, raw.position_m, busy)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from stepload.contact.press import Term
 from stepload.errors import BadInputError, DomainError
+from stepload.findings.untrusted import untrusted
 from stepload.record.reader import ArmColumns, ForceColumns, Recording, TickColumns, read_recording
 from stepload.record.rows import TickRow
 from stepload.rig.samples import ArmSample, ForceSample
@@ -105,17 +106,18 @@ def replay_file(path: Path, *, force_limit_n: float | None = None) -> Replayed:
     if force_limit_n is not None:
         limits = replace(limits, force_limit_n=force_limit_n)
         changes = [(time_s, replace(c, force_limit_n=force_limit_n)) for time_s, c in changes]
-    ticks = group_by_tick(
-        _tick_rows(recording.ticks),
-        _force_samples(recording.force),
-        _arm_samples(recording.arm),
-        _force_samples(recording.second_force),
-    )
-    return replay(
-        ticks,
-        tares,
-        limits,
-        force_axis=recording.metadata.get("force_axis", ""),
-        second_axis=recording.metadata.get("second_force_axis", ""),
-        changes=changes,
-    )
+    with untrusted(path):
+        ticks = group_by_tick(
+            _tick_rows(recording.ticks),
+            _force_samples(recording.force),
+            _arm_samples(recording.arm),
+            _force_samples(recording.second_force),
+        )
+        return replay(
+            ticks,
+            tares,
+            limits,
+            force_axis=recording.metadata.get("force_axis", ""),
+            second_axis=recording.metadata.get("second_force_axis", ""),
+            changes=changes,
+        )

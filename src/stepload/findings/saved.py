@@ -10,6 +10,7 @@ from pathlib import Path
 from stepload.errors import BadInputError
 from stepload.findings.conditions import Conditions, from_attachments, measured
 from stepload.findings.press_data import PressData, press_data
+from stepload.findings.untrusted import untrusted
 from stepload.record.reader import read_recording
 
 RECORD = "run.mcap"
@@ -64,12 +65,13 @@ def saved_run(path: Path) -> SavedRun:
             f"{path} holds no {RECORD}",
             hint=f"repair an unfinished record first: stepload recover {path / RECORD}.part",
         )
-    recording = read_recording(file)
-    data = press_data(recording)
-    return SavedRun(
-        path=file,
-        data=data,
-        conditions=measured(from_attachments(recording.attachments), data),
-        metadata=recording.metadata,
-        partial=recording.partial,
-    )
+    with untrusted(file):
+        recording = read_recording(file)
+        data = press_data(recording)
+        return SavedRun(
+            path=file,
+            data=data,
+            conditions=measured(from_attachments(recording.attachments), data),
+            metadata=recording.metadata,
+            partial=recording.partial,
+        )
