@@ -1,14 +1,18 @@
 """How often do nominal 95 % intervals hold the truth? Step-load runs on the STVF rig, scenario C.
 
 Every run has 2 µm and 1.5 N quanta, 0.5 N noise, a zero from a 3 N touch, 2 % error of K_s and a
-smooth kinematic error of 0.54 µm. The exponential kernel is one the budget does not assume.
-"Required" is 93 to 97 % for the budget of the joint fit. Run: python bench/coverage.py [runs]
+smooth kinematic error of 0.54 µm. The exponential kernel is one the budget does not assume. The
+rig "fine" resolves 0.1 µm and 0.1 N: no quantum hides the smooth error there. "Required" is 93 to
+97 % for the budget of the joint fit with known sources, and at least 93 % where K_s and the size of
+the smooth error come from an own K_s run, or from three of them pooled.
+Run: python bench/coverage.py [runs]
 """
 
 from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -16,21 +20,30 @@ from stepload.identify.budget import budget, secant_gradient
 from stepload.identify.fit import Fit, FloatArray
 from stepload.identify.inverse_law import joint
 from stepload.identify.ls import rs_btls
+from stepload.identify.pool import PooledStiffness, pool
 from stepload.identify.sampling import uniform_in_force
 from stepload.identify.sources import Sources
-from stepload.identify.system import SystemStiffnessFit, fit_system_stiffness
-from stepload.paper.step_load import SCENARIO_C, STVF, Errors, press
+from stepload.identify.system import fit_system_stiffness
+from stepload.paper.step_load import SCENARIO_C, STVF, Errors, StepRig, press
 
 N = 1.5
+EVERY = 3
+Kernel = Literal["squared", "exponential"]
+KERNELS: tuple[Kernel, ...] = ("squared", "exponential")
 PAYLOADS = {"plastic sphere": 6.57e8, "plastic cone": 2.23e8}
-SOURCES = Sources(
-    STVF.stiffness_n_per_m,
-    system_stiffness_sigma_n_per_m=SCENARIO_C.stiffness_sigma * STVF.stiffness_n_per_m,
-    smooth_error_m=SCENARIO_C.smooth_m,
-    force_noise_n=STVF.force_noise_n,
-    force_resolution_n=STVF.force_resolution_n,
-    position_resolution_m=STVF.position_resolution_m,
-)
+FINE = replace(STVF, position_resolution_m=0.1e-6, force_resolution_n=0.1, force_noise_n=0.05)
+
+
+def known_sources(rig: StepRig) -> Sources:
+    """The sources as they were put in."""
+    return Sources(
+        rig.stiffness_n_per_m,
+        system_stiffness_sigma_n_per_m=SCENARIO_C.stiffness_sigma * rig.stiffness_n_per_m,
+        smooth_error_m=SCENARIO_C.smooth_m,
+        force_noise_n=rig.force_noise_n,
+        force_resolution_n=rig.force_resolution_n,
+        position_resolution_m=rig.position_resolution_m,
+    )
 
 
 def hac_covariance(fit: Fit, deformation_m: FloatArray, force_n: FloatArray) -> FloatArray:
@@ -48,14 +61,21 @@ def hac_covariance(fit: Fit, deformation_m: FloatArray, force_n: FloatArray) -> 
     return np.asarray(bread @ middle @ bread)
 
 
-def own_calibration(errors: Errors, rng: np.random.Generator) -> tuple[SystemStiffnessFit, Sources]:
-    """A K_s run of the same rig, and the sources a user would state from it alone."""
-    run = press(np.zeros_like, STVF, replace(errors, touch_force_n=None), rng)
-    found = fit_system_stiffness(
-        run.time_s, run.travel_m, run.force_n, resolution_m=STVF.position_resolution_m
-    )
+def own_calibration(
+    rig: StepRig, errors: Errors, rng: np.random.Generator, count: int
+) -> tuple[PooledStiffness, Sources]:
+    """`count` K_s runs of the same rig, and the sources a user would state from them alone."""
+    fits = []
+    for _ in range(count):
+        run = press(np.zeros_like, rig, replace(errors, touch_force_n=None), rng)
+        fits.append(
+            fit_system_stiffness(
+                run.time_s, run.travel_m, run.force_n, resolution_m=rig.position_resolution_m
+            )
+        )
+    found = pool(fits)
     sources = replace(
-        SOURCES,
+        known_sources(rig),
         system_stiffness_n_per_m=found.stiffness_n_per_m,
         system_stiffness_sigma_n_per_m=found.sigma_n_per_m,
         smooth_error_m=found.smooth_error_m,
@@ -82,42 +102,44 @@ class Tally:
     def row(self, name: str) -> str:
         n, s = np.mean(self.hits, axis=0)
         wide_n, wide_s = np.median(self.half, axis=0)
-        return f"  {name:28s} {n:6.3f} {s:7.3f}    ±{wide_n:.3f}   ±{100 * wide_s:4.1f} %"
+        return f"  {name:32s} {n:6.3f} {s:7.3f}    ±{wide_n:.3f}   ±{100 * wide_s:4.1f} %"
 
 
-def cover(k: float, kernel: str, runs: int, seed: int) -> None:
+def cover(rig: StepRig, k: float, kernel: Kernel, runs: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     errors = replace(SCENARIO_C, kernel=kernel)
     secant = 300.0 ** (1 - 1 / N) * k ** (1 / N)
-    touch = replace(SOURCES, zero_sigma_m=(3.0 / k) ** (1 / N))
+    known = known_sources(rig)
+    touch = replace(known, zero_sigma_m=(3.0 / k) ** (1 / N))
+    calibrated = {"budget, one own K_s run": 1, "budget, three K_s runs pooled": 3}
     names = (
         "budget, joint fit",
-        "budget from an own K_s run",
+        *calibrated,
         "budget, RS-BTLS + zero",
         "HAC, joint fit",
         "iid, joint fit",
     )
     tallies = {name: Tally() for name in names}
     for i in range(runs):
-        run = press(lambda force: (force / k) ** (1 / N), STVF, errors, rng)
+        run = press(lambda force: (force / k) ** (1 / N), rig, errors, rng)
         pick = uniform_in_force(run.loaded_n(), 600)
         pick = pick[run.loaded_n()[pick] > 0]
         force, deformation = run.loaded_n()[pick], run.deformation_m()[pick]
         fit = joint(deformation, force)
-        tallies[names[0]].add(fit, budget(fit, deformation, force, SOURCES).covariance, secant)
-        if i % 5 == 0:
-            own, sources = own_calibration(errors, rng)
-            corrected = run.travel_m[run.touch :][pick] - force / own.stiffness_n_per_m
-            fresh = joint(corrected, force)
-            tallies[names[1]].add(
-                fresh, budget(fresh, corrected, force, sources).covariance, secant
-            )
+        tallies[names[0]].add(fit, budget(fit, deformation, force, known).covariance, secant)
+        if i % EVERY == 0:
+            for name, count in calibrated.items():
+                own, sources = own_calibration(rig, errors, rng, count)
+                corrected = run.travel_m[run.touch :][pick] - force / own.stiffness_n_per_m
+                fresh = joint(corrected, force)
+                covariance = budget(fresh, corrected, force, sources).covariance
+                tallies[name].add(fresh, covariance, secant)
             paper = rs_btls(deformation, force)
             stated = budget(paper, deformation, force, touch)
-            tallies[names[2]].add(paper, stated.covariance, secant)
-        tallies[names[3]].add(fit, hac_covariance(fit, deformation, force), secant)
+            tallies["budget, RS-BTLS + zero"].add(paper, stated.covariance, secant)
+        tallies["HAC, joint fit"].add(fit, hac_covariance(fit, deformation, force), secant)
         assert fit.covariance is not None
-        tallies[names[4]].add(fit, fit.covariance, secant)
+        tallies["iid, joint fit"].add(fit, fit.covariance, secant)
     for name, tally in tallies.items():
         print(tally.row(name))
 
@@ -125,13 +147,14 @@ def cover(k: float, kernel: str, runs: int, seed: int) -> None:
 def main() -> None:
     runs = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
     print(
-        f"{runs} runs a cell (own K_s run, RS-BTLS: a fifth of them); "
-        "nominal 0.95, required 0.93 to 0.97 for the first line"
+        f"{runs} runs a cell (own K_s runs, RS-BTLS: every {EVERY}th of them); nominal 0.95, "
+        "required 0.93 to 0.97 in the first line, at least 0.93 in the next two"
     )
-    for payload, k in PAYLOADS.items():
-        for kernel in ("squared", "exponential"):
-            print(f"{payload}, {kernel} kernel: covers n, secant; half width of n, secant")
-            cover(k, kernel, runs, seed=20)
+    for label, rig in (("STVF", STVF), ("fine", FINE)):
+        for payload, k in PAYLOADS.items():
+            for kernel in KERNELS:
+                print(f"{label}, {payload}, {kernel}: covers n, secant; half width of n, secant")
+                cover(rig, k, kernel, runs, seed=20)
 
 
 if __name__ == "__main__":
