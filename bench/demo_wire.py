@@ -1,14 +1,16 @@
 """A whole plan in real time: the real drivers, against emulators of their devices on this machine.
 
-    python bench/demo_wire.py [--out DIRECTORY]
+    python bench/demo_wire.py [--out DIRECTORY | --serve]
 
 Emulates the rig of `procedures/demo-wire.yaml` and runs `stepload run` on that plan. Ends with a
-report, and with the exit code of the run.
+report, and with the exit code of the run. With --serve it only emulates, and takes faults as lines
+on standard input: run, doctor and `drivers test` can then be tried from another terminal.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import subprocess
 import sys
 from pathlib import Path
@@ -17,15 +19,33 @@ from stepload.errors import SteploadError
 from stepload.plan.load import load_plan
 from stepload.rehearse import world_for
 from stepload_drivers.emulators.rig_process import RigProcess
+from stepload_drivers.emulators.ur_faults import HELP
 
 PLAN = Path(__file__).parents[1] / "procedures" / "demo-wire.yaml"
 STEPLOAD = "from stepload.cli.main import main; main()"
 
 
+def _serve(rig: RigProcess) -> int:
+    print("faults of the arm: `help`; of the sensor: `bota_serial FAULT`; `quit` or Ctrl+C ends")
+    with contextlib.suppress(KeyboardInterrupt):
+        for line in map(str.strip, sys.stdin):
+            if line == "quit":
+                break
+            if line == "help":
+                print(HELP)
+            elif line:
+                try:
+                    print(rig.command(line), flush=True)
+                except RuntimeError as error:
+                    print(error, flush=True)
+    return 0
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--out", help="directory for the run's files; default: a new one")
-    out = parser.parse_args().out
+    parser.add_argument("--serve", action="store_true", help="only emulate, until Ctrl+C")
+    options = parser.parse_args()
     plan = load_plan(PLAN)
     arm, force = plan.rig.arm.driver, plan.rig.force.driver
     port = Path(str(force.options["port"]))
@@ -41,7 +61,9 @@ def main() -> int:
         return int(error.exit_code)
     with rig:
         print(f"emulated: ur at {arm.options['host']}, {force.name} at {port}\n", flush=True)
-        words = ["run", str(PLAN), *(["--out", out] if out else [])]
+        if options.serve:
+            return _serve(rig)
+        words = ["run", str(PLAN), *(["--out", options.out] if options.out else [])]
         return subprocess.call([sys.executable, "-c", STEPLOAD, *words])
 
 

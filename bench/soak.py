@@ -19,7 +19,7 @@ import numpy as np
 
 from stepload.rig.clock import MonotonicClock
 from stepload.rig.clockmap import fit_clock
-from stepload.rig.device import Arm, ForceSensor
+from stepload.rig.device import Arm, ForceSensor, Health
 from stepload.rig.plugins import load_driver
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.run.undisturbed import undisturbed
@@ -61,33 +61,34 @@ def _soak(force: ForceSensor, arm: Arm, seconds: float) -> int:
             forces += force.drain()
             states += arm.drain()
             arm.command(1e-6 * (len(late_s) // 500 % 2))
-    faults = [fault for fault in (force.fault(), arm.fault()) if fault]
+        faults = [fault for fault in (force.fault(), arm.fault()) if fault]
+        health = force.health(), arm.health()
+    arm.close()  # what follows keeps the interpreter busy for seconds
+    force.close()
     late_s.sort()
     p50_s, p999_s = late_s[len(late_s) // 2], late_s[int(len(late_s) * 0.999)]
     print(
         f"{len(late_s)} ticks, late p50 {p50_s * 1e6:.0f} µs, p99.9 {p999_s * 1e3:.2f} ms, worst "
         f"{late_s[-1] * 1e3:.1f} ms"
     )
-    good = all([_report_force(force, forces), _report_arm(arm, states)])
+    good = all([_report_force(health[0], forces), _report_arm(health[1], states)])
     for fault in faults:
         print(f"fault: {fault.code}: {fault.message}")
     return 0 if good and not faults else 1
 
 
-def _report_force(force: ForceSensor, samples: list[ForceSample]) -> bool:
+def _report_force(health: Health, samples: list[ForceSample]) -> bool:
     steps = Counter(b.sequence - a.sequence for a, b in pairwise(samples))
     repeated = sum(count for step, count in steps.items() if step < 1)
-    health = force.health()
     print(f"force: {len(samples)} samples, {health.rate_hz:.2f} Hz, lost {health.lost}, repeated "
           f"{repeated}, errors {dict(health.errors)}, longest gap "
           f"{health.longest_gap_s * 1e3:.1f} ms{_clock(samples)}")  # fmt: skip
     return repeated == 0 and health.lost == 0
 
 
-def _report_arm(arm: Arm, samples: list[ArmSample]) -> bool:
+def _report_arm(health: Health, samples: list[ArmSample]) -> bool:
     steps = Counter(b.sequence - a.sequence for a, b in pairwise(samples))
     repeated = sum(count for step, count in steps.items() if step < 1)
-    health = arm.health()
     share = health.received / (health.received + health.lost)
     missing = {step - 1: count for step, count in sorted(steps.items()) if step > 1}
     print(f"arm: received {health.received} of {health.received + health.lost} ({share:.2%}), "

@@ -12,9 +12,16 @@ from typing import Generic, TypeVar
 from stepload.errors import DeviceError
 from stepload.rig.device import Device, Health, Identity
 from stepload.rig.faults import Fault, FaultCode
+from stepload.rig.options import Option
 from stepload_drivers.stream import Stream
 
 Sample = TypeVar("Sample")
+
+STALE_S = 0.1
+MAX_AGE = Option(
+    "quantity", "silence after which the sensor counts as dead", unit="s", default=STALE_S,
+    low=0.02, high=5.0,
+)  # fmt: skip
 
 
 class Deadline:

@@ -27,9 +27,8 @@ from stepload_drivers.bota.codec import (
 from stepload_drivers.identity import require_serial_number
 from stepload_drivers.serialport import SerialPort
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import Deadline, Streamed
+from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
 
-STALE_S = 0.1
 FROZEN_S = 0.05
 JUMP_S = 2.0
 CLOCK_SHARE = 0.01
@@ -48,6 +47,7 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         "rate": Option("quantity", "sample rate: 100 to 1000 Hz", unit="Hz", default=1000.0),
         "fir": Option("boolean", "the sensor's FIR filter (lower noise, more lag)", default=False),
         "serial_number": Option("text", "refuse a sensor with another serial number", default=""),
+        "max_age": MAX_AGE,
     }
 
     def __init__(
@@ -58,6 +58,7 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         rate: float = 1000.0,
         fir: bool = False,
         serial_number: str = "",
+        max_age: float = STALE_S,
     ) -> None:
         if rate not in SINC_OF_RATE:
             listed = ", ".join(f"{value:g}" for value in sorted(SINC_OF_RATE))
@@ -71,6 +72,7 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
             )
         self._path, self._baud, self._fir = port, baud, fir
         self._serial_number = serial_number
+        self._max_age_s = max_age
         self._asked_hz = self.rate_hz = rate
         self._name = f"Bota sensor on {port}"
         self._port: SerialPort | None = None
@@ -117,7 +119,7 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         self._start: tuple[float, float] | None = None
         self._last_s = -math.inf
         stream: Stream[ForceSample] = Stream(
-            self._name, self._period_s, STALE_S, FROZEN_S, attrgetter("wrench")
+            self._name, self._period_s, self._max_age_s, FROZEN_S, attrgetter("wrench")
         )
         if self._port is not None and self._port.slow:
             stream.count("slow_latency_timer")
@@ -169,7 +171,7 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         if self._start is None:
             self._start = (newest[0], arrival_s)
         device_s, host_s = newest[0] - self._start[0], arrival_s - self._start[1]
-        limit_s = CLOCK_SLACK_S + CLOCK_SHARE * host_s
+        limit_s = max(CLOCK_SLACK_S, self._max_age_s) + CLOCK_SHARE * host_s
         if abs(device_s - host_s) > limit_s:
             stream.latch(
                 FaultCode.CLOCK,

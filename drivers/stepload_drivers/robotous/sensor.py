@@ -29,18 +29,18 @@ from stepload_drivers.robotous.link import (
 from stepload_drivers.robotous.models import Model, model_named
 from stepload_drivers.serialport import SerialPort
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import Deadline, Streamed
+from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
 
 CAN_BITRATE = 1_000_000
 REPLY_S = 0.2
 STOP_S = 0.02
-STALE_S = 0.1
 FROZEN_S = 0.05
 
 COMMON: Mapping[str, Option] = {
     "rate": Option("quantity", "sample rate: 10 to 1000 Hz", unit="Hz", default=1000.0),
     "filter": Option("quantity", "low-pass cut-off, 0 Hz for none", unit="Hz", default=0.0),
     "serial_number": Option("text", "refuse a sensor with another serial number", default=""),
+    "max_age": MAX_AGE,
 }
 
 
@@ -62,10 +62,11 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
     _link: Link | None = None
     _model: Model
 
-    def __init__(self, *, rate: float, filter: float, serial_number: str) -> None:
+    def __init__(self, *, rate: float, filter: float, serial_number: str, max_age: float) -> None:
         self.rate_hz = _one_of("rate", rate, codec.RATE_CODES)
         self._cutoff_hz = _one_of("filter", filter, (0.0, *codec.CUTOFFS_HZ))
         self._serial_number = serial_number
+        self._max_age_s = max_age
         self._name = f"RFT sensor ({self.DRIVER})"
 
     @abstractmethod
@@ -158,7 +159,7 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         return Stream(
             self._name,
             self._period_s,
-            max(STALE_S, slowest_s),
+            max(self._max_age_s, slowest_s),
             max(FROZEN_S, smooth_s),
             attrgetter("wrench"),
         )
@@ -243,8 +244,9 @@ class RobotousUart(_Robotous):
         rate: float = 1000.0,
         filter: float = 0.0,
         serial_number: str = "",
+        max_age: float = STALE_S,
     ) -> None:
-        super().__init__(rate=rate, filter=filter, serial_number=serial_number)
+        super().__init__(rate=rate, filter=filter, serial_number=serial_number, max_age=max_age)
         self._port, self._baud = port, baud
         slowest = 921600 if rate > 500 else 230400 if rate > 333 else 57600
         if baud < slowest:
@@ -285,8 +287,9 @@ class RobotousCan(_Robotous):
         rate: float = 1000.0,
         filter: float = 0.0,
         serial_number: str = "",
+        max_age: float = STALE_S,
     ) -> None:
-        super().__init__(rate=rate, filter=filter, serial_number=serial_number)
+        super().__init__(rate=rate, filter=filter, serial_number=serial_number, max_age=max_age)
         self._interface, self._channel = interface, channel
         self._ids = (receiver_id, first_id, second_id)
         if len(set(self._ids)) != 3:

@@ -57,13 +57,14 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
         started.append(rig)
         arm, force = plan.rig.arm, plan.rig.force
         ur = {**arm.driver.options, **rig.options["ur"], "prove_watchdog": False}
+        read = {**rig.options[sensor], "max_age": force.driver.options["max_age"]}
         return EmulatedRun(
             replace(
                 plan,
                 rig=replace(
                     plan.rig,
                     arm=replace(arm, driver=DriverChoice("ur", ur)),
-                    force=replace(force, driver=DriverChoice(sensor, rig.options[sensor])),
+                    force=replace(force, driver=DriverChoice(sensor, read)),
                 ),
             ),
             rig,

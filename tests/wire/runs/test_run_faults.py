@@ -7,12 +7,13 @@ import json
 import pytest
 
 from stepload import experiment
+from stepload.cli.experiments import exit_code
 from stepload.record.reader import read_recording
 from stepload.record.rows import Phase
 from stepload.run.loop import RunStatus
 
 BOTA, RFT = "bota_serial", "robotous_can"
-PRESSING_N = 6.0
+PRESSING_N = 4.0
 FREE_N = 3.0
 """The emulated arm's own force channel is noisy."""
 
@@ -42,7 +43,10 @@ def no_drawing(monkeypatch):
 
 @pytest.mark.parametrize(("sensor", "fault", "end", "says"), FAULTS, ids=[row[1] for row in FAULTS])
 def test_a_fault_under_load_ends_the_run_safely(emulated_run, tmp_path, sensor, fault, end, says):
-    run = emulated_run(sensor=sensor, surface_distance_m=4e-4, levels_n=(15.0,), top_force_n=15.0)
+    run = emulated_run(
+        sensor=sensor, surface_distance_m=4e-4, levels_n=(15.0,), top_force_n=15.0,
+        load_rate_n_per_s=30.0,
+    )  # fmt: skip
     begun = []
 
     def spoil(engine, _check):
@@ -55,6 +59,7 @@ def test_a_fault_under_load_ends_the_run_safely(emulated_run, tmp_path, sensor, 
     outcome = finished.outcome
     assert begun, outcome.why
     assert outcome.status is RunStatus.STOPPED, outcome.why
+    assert exit_code(finished) == 4
     stop = [action for action in outcome.safing if action.name == "arm stop"]
     assert stop[0].sent
     truth = run.rig.state()

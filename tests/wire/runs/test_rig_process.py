@@ -1,0 +1,34 @@
+"""The emulated rig as a process: what it refuses, and that it leaves nothing behind."""
+
+from __future__ import annotations
+
+import pytest
+
+from stepload.errors import RefusedError
+from stepload_drivers.emulators.rig_process import RigProcess
+from stepload_drivers.sim.live import DEFAULT_SPEC
+
+
+def test_busy_ports_and_names_are_refused_with_the_reason(emulated_run, tmp_path):
+    host = emulated_run().rig.options["ur"]["host"]
+    with pytest.raises(RefusedError, match=rf"{host}.*in use"):
+        RigProcess(DEFAULT_SPEC, ur=host)
+    taken = tmp_path / "port"
+    taken.write_text("somebody's file")
+    with pytest.raises(RefusedError, match="is there already"):
+        RigProcess(DEFAULT_SPEC, ur="127.0.99.1", links={"bota_serial": taken})
+    assert taken.read_text() == "somebody's file"
+
+
+def test_a_port_may_have_a_name_of_its_own_which_goes_with_the_emulator(tmp_path):
+    name = tmp_path / "below" / "port"
+    name.parent.mkdir()
+    name.symlink_to("/dev/pts/none")  # left behind by an emulator that was killed
+    with RigProcess(DEFAULT_SPEC, ur="127.0.99.2", links={"bota_serial": name}) as rig:
+        assert str(name.readlink()) == rig.options["bota_serial"]["port"]
+        assert rig.command("bota_serial freeze") == "ok"
+        with pytest.raises(RuntimeError, match="no fault"):
+            rig.command("bota_serial gremlin")
+        with pytest.raises(RuntimeError, match="unknown command"):
+            rig.command("gremlin on")
+    assert not name.is_symlink()
