@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from stepload.run.supervisor import Supervisor
+
 LEAST_READINGS = 3
 SURE_SIGMAS = 3.0
 
@@ -94,6 +96,14 @@ class TareWindow:
         since_s = time_s - self.start_s
         self._force.add(count, since_s, force_n)
         self._second.add(count, since_s, second_n)
+
+    def offer(self, now_s: float, sup: Supervisor, duration_s: float) -> Tare | None:
+        """Take a fresh reading in; the figures once the readings cover this long."""
+        if sup.force.fresh:
+            self.add(now_s, sup.force.raw_n, sup.second_raw_n)
+        if self.count < LEAST_READINGS or now_s - self.start_s < duration_s:
+            return None
+        return self.result()
 
     def result(self) -> Tare:
         """The figures; needs `LEAST_READINGS`.

@@ -1,13 +1,7 @@
-"""At rest in free air: proof that it is free, the zero of both force channels, and its drift.
-
-A tare in contact would take that contact's force off every later reading, and nothing could see
-it any more. So before a zero is taken the arm backs off, which is always safe: force that changes
-by it was contact.
-"""
+"""At rest in free air: the zero of both force channels, what it shows of them, and its drift."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import asdict
 
@@ -15,15 +9,9 @@ from stepload.errors import DomainError, RefusedError
 from stepload.plan.pressing import Measured
 from stepload.record.rows import Phase
 from stepload.run.course import Act, Course, Then
-from stepload.run.retract import REST_S
-from stepload.run.tare import LEAST_READINGS, Tare, TareWindow
+from stepload.run.free_air import ALLOWED_SHARE, FreeAir
+from stepload.run.tare import Tare, TareWindow
 
-LOOK_S = 0.2
-"""Each look at the force, before and after backing off: ten periods of 50 Hz mains."""
-FREE_SIGMAS = 6.0
-ALLOWED_SHARE = 0.5
-"""Of the drift and of the cross-check tolerance that F_lim leaves room for: changes below it pass
-as none, for sensors are not ideal at rest."""
 DRIFT_CHECK_S = 0.5
 BETWEEN_CYCLES_TARE_S = 1.0
 NOISE_FACTOR = 3.0
@@ -49,7 +37,7 @@ class Zeroing:
         self._adopt = adopt
         self._then = stopped
         self._window = TareWindow()
-        self._before: Tare | None = None
+        self._free_air = FreeAir(course, stopped)
         self._zero: Tare | None = None
 
     def warm_up(self, now_s: float, then: Then) -> None:
@@ -60,7 +48,7 @@ class Zeroing:
     def take(self, now_s: float, then: Then) -> None:
         """Prove free air, take the zero, see that it stays, `then` go on."""
         self._then = then
-        self._begin(now_s, Phase.FREE_AIR, self._look)
+        self._free_air.prove(now_s, self._begin_tare)
 
     def look_back(self, now_s: float, then: Then) -> None:
         """After a retract: how far has the zero moved? `then` go on.
@@ -71,19 +59,12 @@ class Zeroing:
         self._then = then
         self._begin(now_s, Phase.POST_TARE, self._look_back)
 
+    def _begin_tare(self, now_s: float) -> None:
+        self._begin(now_s, Phase.TARE, self._tare)
+
     def _begin(self, now_s: float, phase: Phase, act: Act) -> None:
         self._window = TareWindow()
         self._course.enter(phase, now_s, act)
-
-    def _collect(self, now_s: float, duration_s: float) -> Tare | None:
-        """The readings of this long, once there are enough."""
-        sup, window = self._course.sup, self._window
-        if sup.force.fresh:
-            window.add(now_s, sup.force.raw_n, sup.second_raw_n)
-        if window.count < LEAST_READINGS or now_s - window.start_s < duration_s:
-            return None
-        self._window = TareWindow()
-        return window.result()
 
     def _warm_up(self, now_s: float, _step_s: float) -> None:
         course = self._course
@@ -92,59 +73,12 @@ class Zeroing:
         elif now_s - course.since_s >= course.plan.warm_up_s:
             self.take(now_s, self._then)
 
-    def _look(self, now_s: float, _step_s: float) -> None:
-        course = self._course
-        if course.stop_asked():
-            self._stopped(now_s)
-        elif (look := self._collect(now_s, LOOK_S)) is not None:
-            self._before = look
-            course.aim(course.target_m - course.plan.retract_m)
-            course.act = self._back_off
-
-    def _back_off(self, now_s: float, step_s: float) -> None:
-        course = self._course
-        if course.rest_at_goal(now_s, step_s, REST_S + 4.0 * course.limits.loop_s):
-            course.act = self._look_apart
-
-    def _look_apart(self, now_s: float, _step_s: float) -> None:
-        after, before = self._collect(now_s, LOOK_S), self._before
-        if after is None or before is None:
-            return
-        course, limits = self._course, self._course.limits
-        change_n = after.mean_n - before.mean_n
-        second_n = after.second_mean_n - before.second_mean_n
-        course.emit(
-            now_s,
-            "free_air",
-            {"backed_off_m": course.plan.retract_m, "change_n": change_n,
-             "second_change_n": second_n, "before": asdict(before), "after": asdict(after)},
-        )  # fmt: skip
-        error_n = math.hypot(after.mean_error_n, before.mean_error_n)
-        second_error_n = math.hypot(after.second_mean_error_n, before.second_mean_error_n)
-        changes = [("force", change_n, error_n, course.plan.max_drift_n)]
-        if limits.cross_check:
-            changes.append(
-                ("second force channel", second_n, second_error_n, limits.cross_tolerance_n)
-            )
-        for name, moved_n, uncertain_n, allowed_n in changes:
-            limit_n = max(FREE_SIGMAS * uncertain_n, ALLOWED_SHARE * allowed_n)
-            if not abs(moved_n) <= limit_n:
-                course.fail(
-                    "not_free", moved_n, limit_n, "N",
-                    f"the {name} changed by {moved_n:+.3g} N when the arm backed off by"
-                    f" {course.plan.retract_m * 1e3:.3g} mm: it was in contact, and a zero taken"
-                    " there would be wrong. Move the start pose away from the surface, see that"
-                    " nothing drags on the tool, and start again",
-                )  # fmt: skip
-                return
-        self._begin(now_s, Phase.TARE, self._tare)
-
     def _tare(self, now_s: float, _step_s: float) -> None:
         course = self._course
         if course.stop_asked():
             self._stopped(now_s)
             return
-        tare = self._collect(now_s, course.plan.tare_s)
+        tare = self._window.offer(now_s, course.sup, course.plan.tare_s)
         if tare is not None and self._accept(now_s, tare):
             self._begin(now_s, Phase.DRIFT_CHECK, self._drift_check)
 
@@ -173,10 +107,10 @@ class Zeroing:
         return course.failure is None
 
     def _drift_check(self, now_s: float, _step_s: float) -> None:
-        look, zero = self._collect(now_s, DRIFT_CHECK_S), self._zero
+        course, limits, zero = self._course, self._course.limits, self._zero
+        look = self._window.offer(now_s, course.sup, DRIFT_CHECK_S)
         if look is None or zero is None:
             return
-        course, limits = self._course, self._course.limits
         shift_n = look.mean_n - zero.mean_n
         second_n = look.second_mean_n - zero.second_mean_n
         second_limit_n = ALLOWED_SHARE * limits.cross_tolerance_n
@@ -219,9 +153,8 @@ class Zeroing:
     def _look_back(self, now_s: float, _step_s: float) -> None:
         course, plan = self._course, self._course.plan
         last = course.cycle >= plan.cycles
-        tare = self._collect(
-            now_s, plan.tare_s if last else min(plan.tare_s, BETWEEN_CYCLES_TARE_S)
-        )
+        duration_s = plan.tare_s if last else min(plan.tare_s, BETWEEN_CYCLES_TARE_S)
+        tare = self._window.offer(now_s, course.sup, duration_s)
         if tare is None:
             return
         course.zero_shift_n = tare.mean_n - course.tares[0].mean_n
