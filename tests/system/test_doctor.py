@@ -10,7 +10,9 @@ from ruamel.yaml import YAML
 from typer.testing import CliRunner
 
 from stepload.cli.main import app
+from stepload.errors import DeviceError
 from stepload.units import parse_quantity
+from stepload_drivers.sim.arm import WorldArm
 
 PLAN = Path(__file__).parents[2] / "procedures" / "ur5e-silicone-sphere.yaml"
 
@@ -100,3 +102,17 @@ def test_a_device_that_is_not_there_fails_its_line(changed):
     line = lines_of(json.loads(result.stdout))["open"]
     assert "/dev/nowhere" in line["message"]
     assert line["remedy"]
+
+
+def test_an_arm_that_does_not_confirm_its_stop_is_not_moved_again(monkeypatch):
+    def deaf(self, timeout_s):
+        raise DeviceError("no answer", code="refused_command")
+
+    monkeypatch.setattr(WorldArm, "safe", deaf)
+    monkeypatch.setattr(WorldArm, "prove_stop", lambda *_: pytest.fail("moved again"))
+    code, told = doctor(PLAN, "--seconds", "1", "--against-spring")
+    lines = lines_of(told)
+    assert code == 4
+    assert lines["arm: stop"]["mark"] == "fail"
+    assert lines["arm: motion"]["mark"] == "skipped"
+    assert lines["loop delay against a spring"]["mark"] == "skipped"

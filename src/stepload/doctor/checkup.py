@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stepload.doctor import host, motion, spring, streams
-from stepload.doctor.line import Line, Mark, graded
+from stepload.doctor.line import Line, Mark, graded, skipped
 from stepload.doctor.watch import Watched, devices, watch
 from stepload.errors import DeviceError
 from stepload.open_rig import OpenRig, opened
@@ -19,6 +19,7 @@ from stepload.units import format_quantity
 
 Tell = Callable[[Line], None]
 SAFE_S = 3.0
+NEEDED_TO_MOVE = ("arm: data", "arm: longest age", "arm: stop", "arm: watchdog")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +46,12 @@ class _Examination:
         for line in lines:
             self.lines.append(line)
             self._tell(line)
+
+    def failed(self, *names: str) -> bool:
+        """Whether one of these lines has failed, or any line at all."""
+        return any(
+            line.mark is Mark.FAIL and (not names or line.name in names) for line in self.lines
+        )
 
     def offer(self, *path: str, value: float, unit: str, remark: str) -> None:
         """A measured figure at a key of the rig; 0 is none (a resolution hides it)."""
@@ -122,11 +129,27 @@ def _data(exam: _Examination, seen: Watched, seconds: float) -> None:
                        remark=f"upper bound from {seconds:g} s")  # fmt: skip
 
 
+def _spring(exam: _Examination, rig: OpenRig, operator: Operator) -> None:
+    if exam.failed():
+        exam.add(skipped("loop delay against a spring", "not pressed: something failed before"))
+        return
+    line, loop_s = spring.check_spring(exam.plan, rig, operator)
+    exam.add(line)
+    if loop_s is not None:
+        exam.offer("loop_delay", value=loop_s, unit="s", remark="against a spring")
+
+
 def _motion(exam: _Examination, rig: OpenRig) -> None:
+    """Each motion only if what it rests on has proven sound."""
     plan = exam.plan
     try:
-        exam.add(motion.check_stop(rig))
-        exam.add(motion.check_watchdog(rig))
+        for check in (motion.check_stop, motion.check_watchdog):
+            if exam.failed(*NEEDED_TO_MOVE):
+                exam.add(skipped("arm: motion", "not moved: the arm failed before"))
+                return
+            exam.add(check(rig))
+        if exam.failed(*NEEDED_TO_MOVE):
+            return
         line, response_s = motion.check_response(plan, rig)
     except DeviceError as error:
         exam.add(_no("arm: motion", error))
@@ -184,6 +207,7 @@ def examine(
         operator: where stop requests come in, for `against_spring`.
     """
     exam = _Examination(plan, tell)
+    stage = "open"
     exam.add(*host.check_disk(plan), host.check_priority(), *_latency_lines(plan))
     try:
         with opened(plan, dry_run=dry_run) as rig:
@@ -192,6 +216,7 @@ def examine(
                 exam.add(Line(f"{role.replace('_', ' ')}: open", Mark.OK, nan, nan, "",
                               f"{identity.driver}: {identity.model} {identity.serial_number}, "
                               f"firmware {identity.firmware}"))  # fmt: skip
+            stage = "examination"
             seen = watch(rig, seconds)
             if not rig.clock.virtual:
                 exam.add(*host.check_lateness(seen.late_s, rig.arm.period_s))
@@ -201,13 +226,10 @@ def examine(
                 if not still:
                     _motion(exam, rig)
                 if against_spring:
-                    line, loop_s = spring.check_spring(plan, rig, operator or Operator())
-                    exam.add(line)
-                    if loop_s is not None:
-                        exam.offer("loop_delay", value=loop_s, unit="s", remark="against a spring")
+                    _spring(exam, rig, operator or Operator())
             finally:
-                exam.add(*_faults(rig))
                 rig.arm.safe(SAFE_S)
+            exam.add(*_faults(rig))
     except DeviceError as error:
-        exam.add(_no("open", error))
+        exam.add(_no(stage, error))
     return Checkup(tuple(exam.lines), exam.snippet())
