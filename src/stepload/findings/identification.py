@@ -12,29 +12,28 @@ from numpy.typing import NDArray
 
 from stepload.errors import BadInputError, DomainError
 from stepload.feasibility.after import Judgement, judge
+from stepload.feasibility.verdict import Outcome
 from stepload.findings.conditions import Conditions
 from stepload.identify.budget import Budget, budget
-from stepload.identify.decide import decide
+from stepload.identify.decide import UNUSABLE, decide
 from stepload.identify.fit import Fit, Flag
 from stepload.identify.fit_all import (
     RECURSIVE_RATE_HZ,
     SAMPLES,
     fit_all,
     payload_deformation,
-    recursive_fit,
+    recursive_as_batch,
+    recursive_used,
 )
-from stepload.identify.odr import odr
 from stepload.identify.sampling import IndexArray, at_rate, uniform_in_force
-from stepload.identify.sensitivity import Estimator
-from stepload.identify.sources import Sources
+from stepload.identify.sources import white_sigmas
 
 FloatArray = NDArray[np.float64]
 
-LEAST_SIGMA_M, LEAST_SIGMA_N = 1e-10, 1e-4
-"""A channel without any noise still has weight in a fit of both."""
 
 REPORTED = ("rs_btls", "rs_rtls", "joint")
 """Always reported: the paper's two fits and the one with a fitted zero."""
+BUDGETED = (*REPORTED, "odr", "inverse_ls")
 SECANT_FLAGS = frozenset(Flag) - {Flag.EXPONENT_UNDETERMINED}
 """Doubts that touch the secant; an undetermined exponent alone leaves it usable."""
 
@@ -77,43 +76,30 @@ class _Samples:
     force_rate_n_per_s: FloatArray | float
 
 
-def _noise(sources: Sources) -> tuple[float, float]:
-    """Standard deviations of deformation in m and force in N of one sample, never 0."""
-    sigma_n = math.hypot(sources.force_noise_n, sources.force_resolution_n / math.sqrt(12.0))
-    quantum_m = sources.position_resolution_m / math.sqrt(12.0)
-    stiffness = sources.system_stiffness_n_per_m
-    bend_m = 0.0 if stiffness is None else sigma_n / stiffness
-    sigma_m = math.hypot(sources.position_noise_m, quantum_m, bend_m)
-    return max(sigma_m, LEAST_SIGMA_M), max(sigma_n, LEAST_SIGMA_N)
-
-
-def _zero_sigma(fits: Mapping[str, Fit], touch_force_n: float) -> float:
-    """How wrong the zero may be that the fits take as given: the deformation at the touch, or how
-    far from it the zero is found where it is fitted. 0 where the zero is given."""
-    fit = fits.get("joint") or next(iter(fits.values()))
-    if touch_force_n <= 0.0 or not 0.0 < fit.k < math.inf:
+def _zero_sigma(fits: Mapping[str, Fit], conditions: Conditions) -> float:
+    """How wrong the zero may be that the fits take as given: how far the touch is beyond it, or
+    how far from the touch it is found where it is fitted. 0 where the zero is given."""
+    fit, touch_n = fits.get("joint") or next(iter(fits.values())), conditions.touch_force_n
+    if touch_n <= 0.0 or not 0.0 < fit.k < math.inf:
         return 0.0
-    at_touch_m = math.exp(math.log(touch_force_n / fit.k) / fit.n)
-    return max(at_touch_m, abs(fit.zero_m))
+    stiffness = conditions.sources.system_stiffness_n_per_m
+    at_touch_m = math.exp(math.log(touch_n / fit.k) / fit.n)
+    return max(at_touch_m + (touch_n / stiffness if stiffness else 0.0), abs(fit.zero_m))
 
 
 def _budgets(
     fits: Mapping[str, Fit], batch: _Samples, recursive: _Samples, conditions: Conditions
 ) -> dict[str, Budget]:
     """The budgets of all fits that have one."""
-    sigma_m, sigma_n = _noise(conditions.sources)
-    zero_sigma_m = _zero_sigma(fits, conditions.touch_force_n)
-    at = conditions.secant_force_n
-    estimators: dict[str, Estimator | None] = {
-        "rs_btls": None, "inverse_ls": None, "joint": None,
-        "odr": partial(odr, sigma_m=sigma_m, sigma_n=sigma_n, secant_force_n=at),
-        "rs_rtls": partial(recursive_fit, secant_force_n=at),
-    }  # fmt: skip
+    zero_sigma_m = _zero_sigma(fits, conditions)
     found = {}
-    for name, estimate in estimators.items():
+    for name in BUDGETED:
         if (fit := fits.get(name)) is None:
             continue
-        samples = recursive if name == "rs_rtls" else batch
+        samples, estimate = batch, None
+        if name == "rs_rtls":
+            samples = recursive
+            estimate = partial(recursive_as_batch, secant_force_n=fit.secant_force_n)
         sources = replace(
             conditions.sources,
             force_rate_n_per_s=samples.force_rate_n_per_s,
@@ -151,7 +137,7 @@ def identify(
         )
     stiffness = conditions.sources.system_stiffness_n_per_m
     peak_n = float(force_n.max())
-    sigma_m, sigma_n = _noise(conditions.sources)
+    sigma_m, sigma_n = white_sigmas(conditions.sources)
     fits = fit_all(
         travel_m, force_n, system_stiffness_n_per_m=stiffness,
         secant_force_n=conditions.secant_force_n, elastic_limit_n=conditions.elastic_limit_n,
@@ -163,6 +149,7 @@ def identify(
         travel_m, force_n, stiffness
     )  # fmt: skip
     recursive = chosen if time_s is None else at_rate(time_s, RECURSIVE_RATE_HZ)
+    recursive = recursive[recursive_used(deformation_m[recursive], force_n[recursive])]
     rate = None
     if time_s is not None and conditions.sources.lag_sigma_s > 0.0:
         rate = _force_rate(time_s, force_n)
@@ -209,7 +196,7 @@ def judge_fit(
         scale = secant / fit.secant_n_per_m
         interval = (low * scale, high * scale)
     sources = conditions.sources
-    return judge(
+    judged = judge(
         secant_n_per_m=secant,
         interval_n_per_m=interval,
         peak_force_n=peak_force_n,
@@ -224,6 +211,9 @@ def judge_fit(
             if doubt.flag in SECANT_FLAGS and doubt.flag is not Flag.BEYOND_K_MAX
         ],
     )
+    if any(doubt.flag in UNUSABLE for doubt in fit.doubts):
+        return replace(judged, outcome=Outcome.NOT_IDENTIFIABLE)
+    return judged
 
 
 def _force_rate(time_s: FloatArray, force_n: FloatArray, window_s: float = 0.1) -> FloatArray:

@@ -36,18 +36,18 @@ import numpy as np
 
 from stepload.errors import DomainError
 from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
-from stepload.identify.inverse_law import inverse_ls
 from stepload.identify.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
 from stepload.identify.sensitivity import (
     Estimator,
     joint_sensitivity,
     numeric_sensitivity,
+    zero_given_sensitivity,
 )
 from stepload.identify.smooth import NORMAL_95
-from stepload.identify.sources import Sources, parts
+from stepload.identify.sources import Sources, parts, white_sigmas
 
 _BATCH: dict[str, Callable[..., Fit]] = {
-    function.__name__: function for function in (log_ls, log_tls, rs_btls, mixed_ls_tls, inverse_ls)
+    function.__name__: function for function in (log_ls, log_tls, rs_btls, mixed_ls_tls)
 }
 _CHI2_2_95 = 5.991465
 _EXPONENT_HALF_WIDTH = 0.1
@@ -132,8 +132,8 @@ def budget(
         deformation_m, force_n: (N,) the points it was made from, forces positive; those of no
             positive force are left out.
         sources: what is known of the errors.
-        estimate: the estimator itself where the fit is neither a joint nor a batch one: its
-            sensitivity is taken by 120 calls.
+        estimate: the estimator itself where the fit is none of the batch ones: its sensitivity is
+            taken by 120 calls. An "odr" fit counts as weighed with `white_sigmas` of the sources.
         prior_weight_m: `sigma_m` that a joint fit with a prior on the zero was given.
 
     Raises:
@@ -149,9 +149,8 @@ def budget(
     deformation_m, force_n = deformation_m[keep], force_n[keep]
     if isinstance(sources.force_rate_n_per_s, np.ndarray):
         sources = replace(sources, force_rate_n_per_s=sources.force_rate_n_per_s[keep])
-    joint = fit.estimator in ("joint", "joint_prior")
     prior = np.zeros(3)
-    if joint:
+    if fit.estimator in ("joint", "joint_prior"):
         with_prior = fit.estimator == "joint_prior"
         if with_prior and (prior_weight_m is None or sources.zero_sigma_m is None):
             raise DomainError(
@@ -163,6 +162,9 @@ def budget(
             sigma_m=prior_weight_m if with_prior else None,
             zero_prior_sigma_m=sources.zero_sigma_m if with_prior else None,
         )
+    elif fit.estimator in ("inverse_ls", "odr") and estimate is None:
+        weights = {} if fit.estimator == "inverse_ls" else _odr_weights(sources)
+        sensitivity = zero_given_sensitivity(fit, deformation_m, force_n, **weights)
     else:
         step = 1e-4 * float(np.median(np.abs(deformation_m)))
         sensitivity = numeric_sensitivity(
@@ -216,6 +218,11 @@ def _estimator(fit: Fit) -> Estimator:
             hint="pass estimate=lambda deformation, force: ...",
         ) from None
     return partial(function, secant_force_n=fit.secant_force_n)
+
+
+def _odr_weights(sources: Sources) -> dict[str, float]:
+    sigma_m, sigma_n = white_sigmas(sources)
+    return {"sigma_m": sigma_m, "sigma_n": sigma_n}
 
 
 def _exponent_doubt(n: float, half_width: float) -> tuple[Doubt, ...]:

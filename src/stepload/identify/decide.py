@@ -43,7 +43,8 @@ ZERO_KNOWN = 0.5
 SAME_EXPONENT = 0.02
 """Exponents closer than this compare whatever their σ (they are printed with two decimals)."""
 
-_UNUSABLE = frozenset({Flag.NOT_CONVERGED, Flag.ILL_CONDITIONED, Flag.HOLD_WINDUP})
+UNUSABLE = frozenset({Flag.NOT_CONVERGED, Flag.ILL_CONDITIONED, Flag.HOLD_WINDUP})
+"""Numerical doubts: a fit that has one is believed only where there is no other."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +139,7 @@ def _with_doubts(fit: Fit, doubts: tuple[Doubt, ...]) -> Fit:
 
 
 def _usable(fits: Mapping[str, Fit], name: str) -> bool:
-    return name in fits and not any(doubt.flag in _UNUSABLE for doubt in fits[name].doubts)
+    return name in fits and not any(doubt.flag in UNUSABLE for doubt in fits[name].doubts)
 
 
 def _choose(fits: Mapping[str, Fit], zero_sigma_m: float | None) -> tuple[str, tuple[str, ...]]:
@@ -166,7 +167,7 @@ def _choose(fits: Mapping[str, Fit], zero_sigma_m: float | None) -> tuple[str, t
         )
     reasons = ["the joint fit of K, n and zero is not usable" if free else "there is no joint fit"]
     if free:
-        reasons += [doubt.message for doubt in free.doubts if doubt.flag in _UNUSABLE]
+        reasons += [doubt.message for doubt in free.doubts if doubt.flag in UNUSABLE]
     for name in ("rs_btls", "mixed_ls_tls", "odr", "inverse_ls", "rs_rtls"):
         if _usable(fits, name):
             return name, (*reasons, f"{name} is the best of the fits that take the zero as given")

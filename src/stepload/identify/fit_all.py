@@ -8,18 +8,20 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from stepload.errors import DomainError
-from stepload.identify.finish import force_rms_n
+from stepload.identify.finish import finish, force_rms_n
 from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
 from stepload.identify.inverse_law import inverse_ls, joint
-from stepload.identify.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
+from stepload.identify.ls import log_ls, log_tls, mixed_ls_tls, rs_btls, smallest_direction
 from stepload.identify.odr import odr
-from stepload.identify.points import checked
+from stepload.identify.points import checked, positive
 from stepload.identify.recursive import RsRtls
 from stepload.identify.sampling import at_rate, rest_band, uniform_in_force
 from stepload.identify.weighted import ew_tls
+
+BoolArray = NDArray[np.bool_]
 
 RECURSIVE_RATE_HZ = 100.0
 RECURSIVE_FORGETTING = 0.999
@@ -148,14 +150,38 @@ def recursive_fit(deformation: FloatArray, force: FloatArray, secant_force_n: fl
     Raises:
         DomainError: fewer than three samples that differ.
     """
-    fit = RsRtls(RECURSIVE_FORGETTING, secant_force_n, rest_band_n=rest_band(force))
-    pairs = zip(deformation.tolist(), force.tolist(), strict=True)
-    used = np.array([fit.update(x, y) for x, y in pairs], dtype=np.bool_)
+    fit, used = _recursion(deformation, force, secant_force_n)
     result = fit.fit()
     if not 0.0 < result.k < math.inf:
         return result
     residual = force_rms_n(deformation[used], force[used], math.log(result.k), result.n, 0.0)
     return dataclasses.replace(result, force_rms=residual)
+
+
+def recursive_used(deformation: FloatArray, force: FloatArray) -> BoolArray:
+    """Which of the samples (L,) enter `recursive_fit`."""
+    return _recursion(deformation, force, 1.0)[1]
+
+
+def recursive_as_batch(deformation: FloatArray, force: FloatArray, secant_force_n: float) -> Fit:
+    """`recursive_fit` of samples that all enter it, as one decomposition.
+
+    For the many calls that a sensitivity takes.
+    """
+    points = positive(deformation, force, at_least=3)
+    x, y = points.deformation_m, points.force_n
+    age = np.arange(x.size - 1, -1, -1)
+    rows = np.stack([np.ones_like(x), np.log(x), np.log(y)]) * x * RECURSIVE_FORGETTING ** (age / 2)
+    log_k, n, _ = smallest_direction(np.asarray(np.linalg.qr(rows.T, mode="r")))
+    return finish("rs_rtls", points, log_k, n, secant_force_n=secant_force_n)
+
+
+def _recursion(
+    deformation: FloatArray, force: FloatArray, secant_force_n: float
+) -> tuple[RsRtls, BoolArray]:
+    fit = RsRtls(RECURSIVE_FORGETTING, secant_force_n, rest_band_n=rest_band(force))
+    pairs = zip(deformation.tolist(), force.tolist(), strict=True)
+    return fit, np.array([fit.update(x, y) for x, y in pairs], dtype=np.bool_)
 
 
 def _times(time_s: ArrayLike, force: FloatArray) -> FloatArray:

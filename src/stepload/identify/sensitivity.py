@@ -71,6 +71,38 @@ def joint_sensitivity(
     return inverse[:, :-1], inverse[:, -1] * prior_row[0, 2]
 
 
+def zero_given_sensitivity(
+    fit: Fit,
+    deformation_m: FloatArray,
+    force_n: FloatArray,
+    *,
+    sigma_m: float | None = None,
+    sigma_n: float | None = None,
+) -> FloatArray:
+    """Sensitivity (3, N) of least squares about F = K δ^n, to first order in the residuals.
+
+    With both sigmas the distances are those to the curve (18), else they are deformations.
+
+    Raises:
+        DomainError: data that cannot tell K and n apart.
+    """
+    compliance = law_compliance(fit, force_n)
+    log_deformation = (np.log(force_n) - np.log(fit.k)) / fit.n
+    jacobian = -force_n * compliance * np.stack([np.ones_like(force_n), log_deformation])
+    weight = np.ones_like(force_n)
+    if sigma_m is not None and sigma_n is not None:
+        weight = 1.0 / (sigma_m**2 + (sigma_n * compliance) ** 2)
+    normal = (jacobian * weight) @ jacobian.T
+    scale = np.sqrt(np.diag(normal))
+    if not np.linalg.cond(normal / np.outer(scale, scale)) < 1e14:
+        raise DomainError(
+            "the data cannot tell K and n apart", hint="press over a wider range of force"
+        )
+    result = np.zeros((3, force_n.size))
+    result[:2] = np.linalg.solve(normal, jacobian * weight)
+    return result
+
+
 def numeric_sensitivity(
     estimate: Estimator, deformation_m: FloatArray, force_n: FloatArray, *, step_m: float
 ) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,6 +11,9 @@ import numpy as np
 from stepload.identify.fit import Fit, FloatArray
 from stepload.identify.sensitivity import law_compliance
 from stepload.identify.smooth import DEFAULT_LENGTH_N, few_degrees, propagate_smooth
+
+LEAST_SIGMA_M, LEAST_SIGMA_N = 1e-10, 1e-4
+"""A channel without any noise still has weight in a fit of both."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +59,16 @@ class Sources:
     temperature_sigma_k: float = 0.0
     position_m_per_k: float = 0.0
     modulus_per_k: float = 0.0
+
+
+def white_sigmas(sources: Sources) -> tuple[float, float]:
+    """Standard deviations of deformation in m and force in N of one point, never 0."""
+    sigma_n = math.hypot(sources.force_noise_n, sources.force_resolution_n / math.sqrt(12.0))
+    quantum_m = sources.position_resolution_m / math.sqrt(12.0)
+    stiffness = sources.system_stiffness_n_per_m
+    bend_m = 0.0 if stiffness is None else sigma_n / stiffness
+    sigma_m = math.hypot(sources.position_noise_m, quantum_m, bend_m)
+    return max(sigma_m, LEAST_SIGMA_M), max(sigma_n, LEAST_SIGMA_N)
 
 
 class Part(NamedTuple):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,9 +14,15 @@ from scipy.stats import binom
 from stepload.errors import DomainError
 from stepload.identify.budget import budget, secant_gradient
 from stepload.identify.fit import Flag
-from stepload.identify.inverse_law import joint
+from stepload.identify.fit_all import recursive_as_batch, recursive_fit, recursive_used
+from stepload.identify.inverse_law import inverse_ls, joint
 from stepload.identify.ls import rs_btls
-from stepload.identify.sensitivity import joint_sensitivity, numeric_sensitivity
+from stepload.identify.odr import odr
+from stepload.identify.sensitivity import (
+    joint_sensitivity,
+    numeric_sensitivity,
+    zero_given_sensitivity,
+)
 from stepload.identify.sources import Sources
 from stepload.paper.step_load import SCENARIO_C, STVF, press
 
@@ -219,3 +226,39 @@ def test_coverage_in_scenario_c(k):
     assert low <= hit_secant <= high
     assert hit_residual < low
     assert np.median(widths) == pytest.approx(np.std(errors), rel=0.25)
+
+
+@pytest.mark.parametrize("name", ["inverse_ls", "odr"])
+def test_sensitivity_with_the_zero_given_agrees_with_the_numeric_one(name):
+    sigmas = {"sigma_m": 0.6e-6, "sigma_n": 1.0} if name == "odr" else {}
+    estimate = partial(odr if name == "odr" else inverse_ls, **sigmas)
+    deformation = (FORCE / 6.57e8) ** (1 / 1.5)
+    analytic = zero_given_sensitivity(estimate(deformation, FORCE), deformation, FORCE, **sigmas)
+    numeric = numeric_sensitivity(estimate, deformation, FORCE, step_m=1e-9)
+    for smooth in (np.ones_like(FORCE), FORCE, np.cos(FORCE / 60.0)):
+        assert analytic @ smooth == pytest.approx(numeric @ smooth, rel=0.02)
+
+
+def test_the_recursive_fit_as_one_decomposition():
+    rng = np.random.default_rng(0)
+    force = np.repeat(np.linspace(3.0, 300.0, 900), 2)
+    deformation = (force / 6.57e8) ** (1 / 1.5) + rng.normal(0, 1e-7, force.size)
+    used = recursive_used(deformation, force)
+    assert 100 < np.count_nonzero(used) < force.size
+    fit = recursive_fit(deformation, force, 300.0)
+    batch = recursive_as_batch(deformation[used], force[used], 300.0)
+    assert batch.n == pytest.approx(fit.n, rel=1e-9)
+    assert batch.k == pytest.approx(fit.k, rel=1e-7)
+
+
+def test_few_degrees_widen_the_smooth_line_alone():
+    known = Sources(3.49e6, smooth_error_m=0.5e-6, force_noise_n=0.5)
+    guessed = replace(known, smooth_degrees=3.0)
+    fit = joint(DEFORMATION, FORCE)
+    narrow, wide = (budget(fit, DEFORMATION, FORCE, s) for s in (known, guessed))
+    ratio = {a.source: b.n / a.n for a, b in zip(narrow.lines, wide.lines, strict=True) if a.n}
+    assert ratio.pop("smooth deformation error") == pytest.approx(3.182446 / 1.959964, rel=1e-4)
+    assert all(other == pytest.approx(1.0) for other in ratio.values())
+    assert "3 degrees of freedom" in next(
+        line.size for line in wide.lines if "smooth" in line.source
+    )
