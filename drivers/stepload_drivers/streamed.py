@@ -13,6 +13,7 @@ from stepload.errors import DeviceError
 from stepload.rig.device import Device, Health, Identity
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.options import Option
+from stepload_drivers.priority import prefer_this_thread
 from stepload_drivers.stream import Stream
 
 Sample = TypeVar("Sample")
@@ -62,6 +63,7 @@ class Reader(threading.Thread):
         self._halt = threading.Event()
 
     def run(self) -> None:
+        prefer_this_thread()
         try:
             while not self._halt.is_set():
                 began_s = time.monotonic()

@@ -13,6 +13,7 @@ import typer
 from stepload.errors import BadInputError
 from stepload_drivers.emulators import ur_command
 from stepload_drivers.emulators.faults import FAULTS, FaultBoard, parse_fault
+from stepload_drivers.priority import prefer_this_thread
 
 app = typer.Typer(
     help="Emulated devices: their wire protocol on loopback or a pseudo-terminal.\n\n"
@@ -41,6 +42,7 @@ def _run(
 
     board = FaultBoard(tuple(parse_fault(text) for text in faults or ()))
     source = WrenchSource(Sine(peak_n), axis)
+    prefer_this_thread()
     with EMULATORS[name](source, board, **options) as emulator:
         greeting = json.dumps({"driver": name, "options": driver_options(emulator)})
         serve(board, [greeting], typer.echo, until_eof=until_eof)
@@ -156,6 +158,7 @@ def rig(
                     f"--link {name}={path}", hint=f"DRIVER=PATH, DRIVER one of {', '.join(sensors)}"
                 )
             stack.enter_context(port_link(Path(path), live.emulators[name].address))
+        prefer_this_thread()
         live.start()
         stack.callback(live.stop)
         greeting = [

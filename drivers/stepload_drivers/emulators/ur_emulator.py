@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import ipaddress
-import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
@@ -13,6 +11,7 @@ from stepload_drivers.emulators.ur_controller import UrController
 from stepload_drivers.emulators.ur_robot import Robot
 from stepload_drivers.emulators.ur_server import UrServer
 from stepload_drivers.emulators.ur_variables import Version
+from stepload_drivers.priority import prefer_this_thread
 
 
 def parse_version(text: str) -> Version:
@@ -70,8 +69,7 @@ def run_ur_emulator(
     server = UrServer(controller, host, until_eof=until_eof, others=others)
 
     def ready() -> None:
-        with contextlib.suppress(OSError):  # a controller keeps its period, where permitted
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+        prefer_this_thread()  # a controller keeps its period
         for line in commands:
             server.command(line)
         sys.stdout.write(f"ready: UR {version[0]}.{version[1]} on {host}\n")

@@ -5,7 +5,6 @@ Arguments: descriptor of the socket, settings as JSON, control period, seconds t
 
 from __future__ import annotations
 
-import contextlib
 import os
 import resource
 import socket
@@ -13,6 +12,7 @@ import sys
 from typing import Any
 
 from stepload.rig.faults import FaultCode
+from stepload_drivers.priority import prefer_this_thread
 from stepload_drivers.ur import procedures, wire
 from stepload_drivers.ur.link import Link
 from stepload_drivers.ur.loop import HANG_S, Loop, stay_alive_for
@@ -57,16 +57,10 @@ def _report_failure(link: Link, code: FaultCode, message: str) -> None:
     link.drain(0.1)
 
 
-def prefer_this_process() -> None:
-    """Real-time scheduling where the system permits it: ur_rtde keeps only the newest package."""
-    with contextlib.suppress(OSError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
-
-
 def main() -> None:
     """Connect, say hello, serve; ends without ur_rtde's destructors, which can hang."""
     descriptor, settings, period_s, connect_s = sys.argv[1:]
-    prefer_this_process()
+    prefer_this_thread()  # ur_rtde keeps only the newest package
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     stay_alive_for(float(connect_s))
     link = Link(socket.socket(fileno=int(descriptor)))
