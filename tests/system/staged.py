@@ -8,6 +8,8 @@ wait   "stop N", "paused" or "for ever": what the run stands still for, once it 
 say    descriptor on which one line is written when it is there
 break  part → "raise", "hang" (comes back when a signal raises) or "hang for good"
 fault  [kind, start_s, duration_s, magnitude] of the simulated world
+clock  s by which the wall clock steps
+judge  true: also identify and draw the report, which takes longer than the run
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from typing import Any
 
 from stepload import experiment, open_rig
 from stepload.cli.main import main
+from stepload.errors import BadInputError
 from stepload.record import recorder
 from stepload.record.recorder import Recorder
 from stepload.record.rows import Phase
@@ -54,6 +57,16 @@ PARTS: dict[str, tuple[Any, str]] = {
 }
 
 
+def leave_out_judgement(patch: Callable[[Any, str, Any], None]) -> None:
+    """No identification and no figures, where a test asks for neither."""
+
+    def not_now(*_: Any) -> Any:
+        raise BadInputError("left out")
+
+    patch(experiment.analyse, "identify_payload", not_now)
+    patch(experiment, "render", lambda page: "")
+
+
 class Stage:
     """The directions, and whether they hold yet."""
 
@@ -66,6 +79,12 @@ class Stage:
         self.on = self.phase is None
         for part, how in directions.get("break", {}).items():
             self._break(*PARTS[part], how)
+        if not directions.get("judge"):
+            leave_out_judgement(setattr)
+        if step_s := directions.get("clock"):
+            now_s, now_ns = time.time, time.time_ns
+            time.time = lambda: now_s() + self.on * step_s
+            time.time_ns = lambda: now_ns() + self.on * round(step_s * 1e9)
         if fault := directions.get("fault"):
             made = open_rig.world_for
             open_rig.world_for = lambda plan, seed: made(

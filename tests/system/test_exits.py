@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 from real_runs import ROOT, Staged, results, stepload
 
 from stepload.record.reader import Recording, read_recording
@@ -54,7 +55,7 @@ def test_a_bad_plan_writes_nothing(quick: Path, tmp_path: Path) -> None:
 
 def test_a_trip_says_why(stage: Stage, quick: Path, tmp_path: Path) -> None:
     staged = stage(
-        {"fault": ["force_lost", 4.0, 100.0, 0.0]},
+        {"fault": ["force_lost", 4.0, 100.0, 0.0], "judge": True},
         "run", quick, "--dry-run", "--out", tmp_path / "run", "--quiet",
     )  # fmt: skip
     code, text = staged.finish()
@@ -196,6 +197,24 @@ def test_a_running_record_is_left_alone(stage: Stage, quick: Path, tmp_path: Pat
     staged.signal(signal.SIGTERM)
     assert staged.finish()[0] == 143
     _record(directory)
+
+
+@pytest.mark.parametrize("step_s", [-3600.0, 3600.0])
+def test_a_clock_step(stage: Stage, quick: Path, tmp_path: Path, step_s: float) -> None:
+    """The wall clock jumps under load: nothing in the run or in its record does."""
+    staged = stage(
+        {"at": "HOLD 1", "clock": step_s},
+        "run", quick, "--dry-run", "--out", tmp_path / "run", "--quiet",
+    )  # fmt: skip
+    assert staged.finish()[0] == 0
+    assert results(tmp_path / "run")["status"] == "completed"
+    with (tmp_path / "run" / "run.mcap").open("rb") as file:
+        times = [
+            message.log_time for _, _, message in make_reader(file).iter_messages(topics="/force")
+        ]
+    steps_s = np.diff(times) * 1e-9
+    assert steps_s.min() > 0.0
+    assert steps_s.max() < 0.01
 
 
 def test_a_full_disk(stage: Stage, quick: Path, tmp_path: Path) -> None:

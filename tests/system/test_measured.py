@@ -23,7 +23,7 @@ def _measured(script: str, *arguments: str) -> list[dict[str, Any]]:
 
 
 def test_killed_runs_lose_nothing_that_was_on_the_disk() -> None:
-    kills = _measured("kill_runs.py", "--kills", "6", "--dry-share", "0.67", "--seed", "5")
+    kills = _measured("kill_runs.py", "--kills", "5", "--dry-share", "0.6", "--seed", "4")
     assert {(kill["tier"], kill["target"]) for kill in kills} == {
         ("dry", "runner"), ("dry", "group"), ("real time", "runner"), ("real time", "group"),
     }  # fmt: skip
