@@ -62,9 +62,28 @@ def rate_bound(events: int, runs: int) -> float:
         return 1.0
     if events == 0:
         return -math.expm1(math.log1p(-CONFIDENCE) / runs)
-    from scipy.stats import beta
+    low, high = events / runs, 1.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if _at_most(events, runs, middle) > 1.0 - CONFIDENCE:
+            low = middle
+        else:
+            high = middle
+    return high
 
-    return float(beta.ppf(CONFIDENCE, events + 1, runs - events))
+
+def _at_most(events: int, runs: int, rate: float) -> float:
+    """Probability of so many events or fewer."""
+    return sum(
+        math.exp(
+            math.lgamma(runs + 1)
+            - math.lgamma(i + 1)
+            - math.lgamma(runs - i + 1)
+            + i * math.log(rate)
+            + (runs - i) * math.log1p(-rate)
+        )
+        for i in range(events + 1)
+    )
 
 
 def quantile(values: Sequence[float], share: float) -> float:

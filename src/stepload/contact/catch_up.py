@@ -13,6 +13,8 @@ from stepload.contact.press import PressRig, series_stiffness
 
 CATCH_UP_FACTOR = 1.5
 """On v sqrt(m k_t), which is exact for a linear contact without damping."""
+STEP_OVERSHOOT = 2.0
+"""Peak over static rise of force on a sudden step of a mass between springs, at the most."""
 _HALVINGS = 60
 
 
@@ -23,11 +25,15 @@ def catch_up_speed(rig: PressRig, travel_m: float) -> float:
 
 
 def catch_up_force(rig: PressRig, travel_m: float, tangent_n_per_m: float) -> float:
-    """Upper bound in N of the force when a surface is met on such a step: K_eff J + impact."""
+    """Upper bound in N of the force when a surface is met on such a step.
+
+    K_eff J + C_s v + 1.5 v sqrt(m k_t) sqrt(k_t/(K_s+k_t)), v = `catch_up_speed`.
+    """
     stiffness = series_stiffness(rig.stiffness_n_per_m, tangent_n_per_m)
     share = tangent_n_per_m / (rig.stiffness_n_per_m + tangent_n_per_m)
     impact = CATCH_UP_FACTOR * math.sqrt(rig.mass_kg * tangent_n_per_m * share)
-    return stiffness * travel_m + impact * catch_up_speed(rig, travel_m)
+    speed_m_s = catch_up_speed(rig, travel_m)
+    return stiffness * travel_m + (rig.damping_n_s_per_m + impact) * speed_m_s
 
 
 def largest_catch_up(rig: PressRig, force_n: float, tangent_n_per_m: float) -> float:
@@ -40,3 +46,25 @@ def largest_catch_up(rig: PressRig, force_n: float, tangent_n_per_m: float) -> f
         else:
             low_m = middle_m
     return low_m
+
+
+def sudden_step(
+    force_n: float,
+    stiffness_n_per_m: float,
+    damping_n_s_per_m: float,
+    acceleration_m_s2: float,
+    lag_s: float,
+) -> float:
+    """The step in m that adds `force_n` at the most to a contact that is closed already.
+
+    Whatever the payload, 2 K_s J + C_s v bounds what is added, v = `catch_up_speed`.
+    """
+    if force_n <= 0.0:
+        return 0.0
+    twice = STEP_OVERSHOOT * stiffness_n_per_m
+    jerk = damping_n_s_per_m * math.sqrt(acceleration_m_s2)
+    root = (math.sqrt(jerk * jerk + 4.0 * twice * force_n) - jerk) / (2.0 * twice)
+    step_m = root * root
+    if lag_s > 0.0:
+        step_m = max(step_m, force_n / (twice + damping_n_s_per_m / lag_s))
+    return step_m

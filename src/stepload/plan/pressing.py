@@ -68,7 +68,8 @@ class Pressing:
 
     `contact_n_s_per_m` divides the force that is left into the speed allowed in contact: it holds
     even if a hidden hard stop takes over from the payload. `ahead_m` is how far the target of a
-    guarded approach may run ahead of an arm that does not follow.
+    guarded approach may run ahead of an arm that does not follow, `follow_m` what it takes to see
+    that.
     """
 
     rig: PressRig
@@ -78,6 +79,7 @@ class Pressing:
     fast_speed_m_s: float
     contact_n_s_per_m: float
     ahead_m: float
+    follow_m: float
 
     def guarded_budget(self, threshold_n: float) -> tuple[Term, ...]:
         """The force budget of the guarded approach, term by term, in N."""
@@ -252,6 +254,7 @@ def pressing_for(
         fast_speed_m_s=min(fast, top_speed),
         contact_n_s_per_m=contact,
         ahead_m=max(catch_up_m, follow_m),
+        follow_m=follow_m,
     )
 
 

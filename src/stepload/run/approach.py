@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from stepload.record.rows import Phase
 from stepload.run.course import Course, Then, Touch
+from stepload.run.follow import Lead
 from stepload.run.retract import REST_S, not_open
 from stepload.run.settle import RingTest
 
 RING_TIMEOUT_S = 2.0
-LEAD_FILTER_S = 0.5
-"""Time constant of how far the target leads the position of an arm that follows."""
 TOUCH_SAMPLES = 2
 """Fresh samples in a row above the touch force that make a touch."""
 
@@ -29,7 +28,7 @@ class Approach:
         self._purpose = ""
         self._slow = False
         self._left = 0
-        self._lead_m = 0.0
+        self._lead = Lead(course.limits.period_s)
         self._touching = 0
         self._ring = RingTest(course.limits.noise_n)
 
@@ -59,7 +58,7 @@ class Approach:
         course = self._course
         limits = course.limits
         lead_m = course.target_m - course.sup.arm.position_m
-        self._lead_m = min(lead_m, limits.fast_speed_m_s * limits.reaction_s + limits.ahead_m)
+        self._lead.begin(min(lead_m, limits.fast_speed_m_s * limits.reaction_s + limits.ahead_m))
         course.enter(Phase.GUARDED_APPROACH, now_s, self._guarded)
 
     def _guarded(self, now_s: float, step_s: float) -> None:
@@ -73,21 +72,8 @@ class Approach:
         course.speed_m_s = speed
         course.target_m += speed * step_s
         self._leash()
-        self._wait_for_arm()
-
-    def _wait_for_arm(self) -> None:
-        """The target does not run ahead of an arm that stands still.
-
-        A command link that stalls may deliver all at once what it held back; the arm then catches
-        up at a speed that nobody commanded.
-        """
-        course = self._course
-        limits = course.limits
-        ahead_m = course.target_m - course.sup.arm.position_m - self._lead_m
-        if ahead_m > limits.ahead_m:
-            course.target_m -= ahead_m - limits.ahead_m
-        else:
-            self._lead_m += limits.period_s / LEAD_FILTER_S * ahead_m
+        position_m = course.sup.arm.position_m
+        course.target_m -= self._lead.excess(course.target_m, position_m, limits.ahead_m)
 
     def _leash(self) -> None:
         """In free air the target stays within reach of what a surface just ahead could bear."""

@@ -4,14 +4,18 @@
 tangent compliance; c is a lower confidence bound of it. F_level rises along a ramp of the plan's
 load rate, so that what is measured on the way is close to static. The leash bounds the target by
 what the force has *proved* so far: even if every link died now, the arm would go to the last target
-and the force would stay below F_lim.
+and the force would stay below F_lim. Nor does the target run so far ahead of an arm that does not
+follow that a sudden step of the arm there would bring the true force above F_c.
 """
 
 from __future__ import annotations
 
 import math
 
+from stepload.contact.catch_up import sudden_step
+from stepload.plan.pressing import LONGEST_STALL_S
 from stepload.run.compliance import TangentCompliance
+from stepload.run.follow import Lead
 from stepload.run.limits import RunLimits
 
 STIFFENING = 0.75
@@ -32,8 +36,9 @@ class StepController:
 
     __slots__ = (
         "_anchor_m", "_anchor_n", "_anchor_rise_n", "_band_n", "_change_n", "_compliance", "_delay",
-        "_delay_at", "_level_n", "_limits", "_pair_alpha", "_pair_m", "_pair_n", "_ramp_n", "_sign",
-        "_start_n", "_taut", "_taut_m", "_taut_n", "_trusted", "c_m_per_n", "reached", "speed_m_s",
+        "_delay_at", "_lead", "_level_n", "_limits", "_pair_alpha", "_pair_m", "_pair_n", "_ramp_n",
+        "_sign", "_start_n", "_started", "_taut", "_taut_m", "_taut_n", "_trusted", "c_m_per_n",
+        "reached", "speed_m_s",
     )  # fmt: skip
 
     def __init__(self, limits: RunLimits) -> None:
@@ -54,7 +59,8 @@ class StepController:
         self._pair_m = self._pair_n = self._anchor_m = self._anchor_n = 0.0
         self._taut = 0
         self._taut_n = self._taut_m = 0.0
-        self._trusted = False
+        self._lead = Lead(limits.period_s)
+        self._trusted = self._started = False
         self.c_m_per_n = 1.0 / limits.stiffness_n_per_m
         self.speed_m_s = 0.0
         self.reached = True
@@ -74,6 +80,7 @@ class StepController:
         self._pair_m = self._anchor_m = position_m
         self._pair_n = self._anchor_n = force_n
         self._taut = 0
+        self._started = False
         self._delay = [position_m] * len(self._delay)
         self.c_m_per_n = 1.0 / self._limits.stiffness_n_per_m
         self.speed_m_s = 0.0
@@ -121,6 +128,18 @@ class StepController:
         if sign < 0.0:
             cap = limits.force_limit_n / limits.contact_n_s_per_m
         speed = limits.step_rate_per_s * c * error_n
+        ahead_m = math.inf
+        if sign > 0.0:
+            ahead_m = sudden_step(
+                limits.allowed_n - smooth_n - 6.0 * limits.noise_n,
+                limits.stiffness_n_per_m,
+                limits.damping_n_s_per_m,
+                limits.arm_acceleration_m_s2,
+                limits.arm_lag_s,
+            )
+            if ahead_m < limits.follow_m:
+                cap = min(cap, ahead_m / LONGEST_STALL_S)
+                ahead_m = limits.follow_m
         if speed > cap:
             speed = cap
         fastest = abs(self.speed_m_s) + limits.acceleration_m_s2 * step_s
@@ -141,6 +160,13 @@ class StepController:
                 self._pull(force_n, then_m)
                 target = end_m if end_m > target_m else target_m
                 speed = (target - target_m) / step_s
+            if not self._started:
+                self._started = True
+                self._lead.begin(target_m - position_m)
+            excess_m = self._lead.excess(target, position_m, ahead_m)
+            if excess_m > 0.0:
+                target -= excess_m
+                speed = 0.0
         self.speed_m_s = sign * speed
         return target
 

@@ -80,6 +80,9 @@ class RunLimits:
     acceleration_m_s2: float
     leash_free_m: float
     ahead_m: float
+    follow_m: float
+    damping_n_s_per_m: float
+    arm_acceleration_m_s2: float
     step_rate_per_s: float
     load_rate_n_per_s: float
     band_n: float
@@ -93,7 +96,7 @@ class RunLimits:
         allowed_zero = {
             "cross_tolerance_n", "cross_relative", "cross_time_s", "identical_counts",
             "second_identical_counts", "second_noise_n", "command_delay_s", "arm_lag_s",
-            "force_delay_s", "lost_motion_m",
+            "force_delay_s", "lost_motion_m", "damping_n_s_per_m",
         }  # fmt: skip
         for field in fields(self):
             value = getattr(self, field.name)
@@ -190,6 +193,11 @@ def derive_limits(
             min(pressing.ahead_m, leash_free_m), "m",
             "the arm catching up, or twice the position resolution + 4 sigma + lost motion",
         ),
+        "follow_m": (
+            pressing.follow_m, "m", "twice the position resolution + 4 sigma + lost motion",
+        ),
+        "damping_n_s_per_m": (press.damping_n_s_per_m, "N s/m", "C_s of the rig"),
+        "arm_acceleration_m_s2": (press.acceleration_m_s2, "m/s^2", "rig: arm.max_acceleration"),
         "leash_free_m": (leash_free_m, "m", "(F_lim - F_th - 6 sigma) / K_s,max"),
         "step_rate_per_s": (0.25 / press.loop_s, "1/s", "lambda = 0.25 / T"),
         "band_n": (max(0.25, 2.0 * press.noise_n), "N", "0.25 N, 2 sigma"),

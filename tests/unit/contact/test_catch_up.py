@@ -8,7 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload.contact.catch_up import catch_up_force, catch_up_speed, largest_catch_up
+from stepload.contact.catch_up import (
+    catch_up_force,
+    catch_up_speed,
+    largest_catch_up,
+    sudden_step,
+)
 from stepload.contact.press import PressRig
 
 
@@ -59,3 +64,38 @@ def test_a_slow_servo_catches_up_slowly() -> None:
 def test_the_largest_step_spends_the_whole_force(force_n: float) -> None:
     travel_m = largest_catch_up(rig(), force_n, 1e7)
     assert catch_up_force(rig(), travel_m, 1e7) == pytest.approx(force_n, rel=1e-9)
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    mass=st.floats(2.0, 60.0),
+    acceleration=st.floats(0.5, 2.0),
+    tangent=st.floats(1e5, 1e9),
+    ratio=st.floats(0.0, 2.0),
+    force=st.floats(1.0, 1000.0),
+    lag=st.sampled_from([0.0, 0.002, 0.02]),
+)
+def test_a_sudden_step_in_contact_adds_no_more_than_was_allowed(
+    mass: float, acceleration: float, tangent: float, ratio: float, force: float, lag: float
+) -> None:
+    stiffness = 3.5e6
+    damping = ratio * 2.0 * math.sqrt(stiffness * mass)
+    travel = sudden_step(force, stiffness, damping, acceleration, lag)
+    step_s = 0.05 / math.sqrt((stiffness + tangent) / mass)
+    step_s = min(step_s, 0.2 * mass / max(damping, 1e-9))
+    x = v = drive = speed = added = 0.0
+    for _ in range(6000):
+        gap = travel - drive
+        want = gap / lag if lag else math.inf
+        want = min(want, math.sqrt(2.0 * acceleration * gap) if gap > 0.0 else 0.0)
+        speed = min(want, speed + acceleration * step_s)
+        drive = min(travel, drive + speed * step_s)
+        push = stiffness * (drive - x) + damping * (speed - v)
+        v += (push - tangent * x) / mass * step_s
+        x += v * step_s
+        added = max(added, tangent * x)
+    assert added <= force * 1.02
+
+
+def test_no_force_left_is_no_step() -> None:
+    assert sudden_step(0.0, 1e6, 0.0, 1.0, 0.0) == sudden_step(-5.0, 1e6, 1e3, 1.0, 0.01) == 0.0

@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from run_bench import bench_for, run, spec_for
 from run_plans import STEEL, stvf_plan, ur_plan
 
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
-from stepload.record.rows import TickRow
+from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import WorldFault
+from stepload.run.follow import Lead
 from stepload.run.limits import SECOND_IDENTICAL_COUNTS, derive_limits
 from stepload.run.loop import RunStatus, run_loop
 
@@ -107,3 +110,31 @@ def test_an_arm_that_does_not_follow_is_waited_for() -> None:
     run(bench, 60.0, rows)
     still = [row.target_m for row in rows if touch_s - 0.15 < row.time_s < touch_s - 0.06]
     assert max(still) - min(still) < 2e-6  # 11 um at the guarded speed
+
+
+def test_commands_delivered_at_once_in_contact_stay_below_the_elastic_limit() -> None:
+    plan = heavy_plan()
+    spec = spec_for(plan, 4)
+    bench = bench_for(plan, 95.0, spec)
+    rows: list[TickRow] = []
+    run(bench, 60.0, rows)
+    loading = [row.time_s for row in rows if row.phase == Phase.LOAD]
+    peaks = []
+    for place in range(8):
+        begin_s = loading[len(loading) * place // 8]
+        fault = WorldFault("command_latency", begin_s, 0.002, 0.2)
+        bench = bench_for(plan, 95.0, replace(spec, faults=(fault,)))
+        run(bench, 60.0)
+        peaks.append(bench.peak_n)
+    assert max(peaks) < 95.0
+
+
+@given(steps=st.lists(st.floats(-1e-5, 1e-4), min_size=1, max_size=200))
+def test_a_target_is_never_further_ahead_than_allowed(steps: list[float]) -> None:
+    lead = Lead(1e-3)
+    lead.begin(0.0)
+    target_m = 0.0
+    for step_m in steps:
+        target_m += step_m
+        target_m -= lead.excess(target_m, 0.0, 2e-5)
+        assert target_m <= 1.5 * 2e-5

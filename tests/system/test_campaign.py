@@ -1,0 +1,65 @@
+"""Five hundred faulted and healthy runs of the fault campaign, through the command line."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+LAUNCH = [
+    sys.executable, "-c", "from stepload.cli.main import main\nif __name__ == '__main__': main()",
+    "campaign", str(ROOT / "procedures" / "campaign.yaml"),
+]  # fmt: skip
+RUNS = 500
+
+
+def lines(directory: Path) -> list[str]:
+    file = directory / "runs.jsonl"
+    return file.read_text().splitlines() if file.exists() else []
+
+
+def test_none_of_500_runs_comes_above_the_elastic_limit(tmp_path: Path) -> None:
+    options = ["--runs", str(RUNS), "--seed", "20", "--out", str(tmp_path / "c"), "--json"]
+    done = subprocess.run([*LAUNCH, *options], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    apart = {g["name"]: g["runs"] for g in found["groups"] if g["name"].startswith("apart")}
+    assert found["runs"] + apart.get("apart: both channels lie", 0) == RUNS
+    assert apart["apart: one force channel"] == RUNS // 10
+    assert found["above_elastic_limit"] == 0
+    assert 0.5 < found["max_peak_ratio"] < 1.0
+    assert found["false_trip_rate"] < 0.05  # some sixty healthy runs: three are too many
+    assert 3.0 / RUNS * 0.99 < found["rate_bound_95"] < 3.1 / RUNS
+    rules = {row["rule"] for row in found["rules"]}
+    assert {"completed", "R3", "R4", "R5", "R7", "R10"} <= rules
+    assert len(lines(tmp_path / "c")) == RUNS + RUNS // 10
+
+
+def test_an_interrupted_campaign_goes_on_to_the_same_result(tmp_path: Path) -> None:
+    options = ["--runs", "60", "--seed", "4", "--json", "--processes", "2", "--out"]
+    whole = subprocess.run(
+        [*LAUNCH, *options, str(tmp_path / "whole")], capture_output=True, text=True, check=False
+    )
+    part = tmp_path / "part"
+    process = subprocess.Popen(
+        [*LAUNCH, *options, str(part)], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    while process.poll() is None and not lines(part):
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    process.communicate()
+    assert process.returncode in (0, 130)
+    with (part / "runs.jsonl").open("a") as file:
+        file.write('{"series":"two","ind')  # what a power cut leaves
+    rest = subprocess.run(
+        [*LAUNCH, *options, str(part)], capture_output=True, text=True, check=False
+    )
+    assert (whole.returncode, rest.returncode) == (0, 0), rest.stderr
+    assert sorted(lines(part)) == sorted(lines(tmp_path / "whole"))
+    first, second = json.loads(whole.stdout), json.loads(rest.stdout)
+    first.pop("elapsed_s"), second.pop("elapsed_s")
+    assert first == second
