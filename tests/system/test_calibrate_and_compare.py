@@ -1,0 +1,352 @@
+"""From the command line: K_s by its three ways, its record in a plan, runs side by side."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from real_runs import ROOT
+
+from stepload.calibrate import from_system_runs
+from stepload.cli.main import main
+from stepload.errors import BadInputError
+from stepload.findings.saved import saved_run
+from stepload.plan.calibration import read_calibration, write_calibration
+
+KS = 3.49e6
+PAYLOADS = ROOT / "procedures" / "payloads"
+QUICK = """
+procedure:
+  step: 60 N
+  top_force: 300 N
+  hold: 0.3 s
+  touches: 1
+  cycles: {cycles}
+  unload: {unload}
+  surface_distance: 2 mm
+  surface_uncertainty: 0.3 mm
+  tare: 0.3 s
+  warm_up: 0 s
+  settle_timeout: 0.3 s
+identify: {{kind: {kind}, temperature: 22 degC}}
+"""
+SPHERE = """
+name: reference sphere
+geometry: {{shape: sphere, radius: {radius} mm}}
+material: {steel}
+plate: {steel}
+"""
+STEEL = "{name: bearing steel, youngs_modulus: 210 GPa, poisson_ratio: 0.29, yield_strength: 2 GPa}"
+
+
+class Ran(NamedTuple):
+    """One command: exit code, its JSON object, what it printed for people."""
+
+    code: int
+    data: dict[str, Any]
+    text: str
+
+
+def command(*arguments: object) -> Ran:
+    out, err, argv = io.StringIO(), io.StringIO(), sys.argv
+    sys.argv = ["stepload", *map(str, arguments), "--json"]
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            main()
+    except SystemExit as done:
+        text = out.getvalue()
+        return Ran(int(done.code or 0), json.loads(text) if text else {}, err.getvalue())
+    finally:
+        sys.argv = argv
+    raise AssertionError("main() returned")
+
+
+def plan_file(directory: Path, name: str, payload: object, rig: str, **how: object) -> Path:
+    path = directory / f"{name}.yaml"
+    settings = {"kind": "payload", "cycles": 1, **how}
+    procedure = QUICK.format(**settings, unload=str(settings["cycles"] != 1).lower())
+    text = f"stepload: 1\npayload: {payload}\nrig: {rig}\n{procedure}"
+    path.write_text(text)
+    return path
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("lab")
+
+
+@pytest.fixture(scope="module")
+def system_runs(lab: Path) -> list[tuple[Path, Ran]]:
+    """Two calibrations against the flat pad, with errors of their own."""
+    plan = plan_file(lab, "flat", PAYLOADS / "stiff-flat.yaml", "stvf", kind="system")
+    made = []
+    for seed in (1, 2):
+        directory = lab / f"flat-{seed}"
+        ran = command(
+            "calibrate", plan, "--dry-run", "--quiet", "--seed", seed, "--out", directory,
+            "--record", lab / f"flat-{seed}.json", "--valid-days", 30,
+        )  # fmt: skip
+        assert ran.code == 0, ran.text
+        made.append((directory, ran))
+    return made
+
+
+@pytest.fixture(scope="module")
+def payload_runs(lab: Path) -> list[Path]:
+    """The plastic sphere pressed twice; the second time in two cycles."""
+    made = []
+    for seed, cycles in ((3, 1), (4, 2)):
+        plan = plan_file(
+            lab, f"sphere-{seed}", PAYLOADS / "plastic-sphere.yaml", "stvf", cycles=cycles
+        )
+        made.append(lab / f"sphere-run-{seed}")
+        ran = command("run", plan, "--dry-run", "--quiet", "--seed", seed, "--out", made[-1])
+        assert ran.code == 0, ran.text
+    return made
+
+
+def test_calibrate_writes_a_record_of_the_run(
+    lab: Path, system_runs: list[tuple[Path, Ran]]
+) -> None:
+    directory, ran = system_runs[0]
+    record = read_calibration(lab / "flat-1.json")
+    assert abs(record.stiffness_n_per_m - KS) < 3.0 * record.sigma_n_per_m
+    assert 0.002 * KS < record.sigma_n_per_m < 0.05 * KS
+    assert (record.rig, record.direction, record.temperature_c) == ("STVF", "+fz", 22.0)
+    assert (record.valid_until - record.measured_on).days == 30
+    assert record.smooth_error_m is not None
+    assert record.smooth_error_m >= record.msde_m > 0.0
+    assert record.smooth_degrees is not None
+    assert record.simulated
+    results = json.loads((directory / "results.json").read_text())
+    assert results["system_stiffness"]["stiffness_n_per_m"] == pytest.approx(
+        record.stiffness_n_per_m
+    )
+    assert ran.data["calibration"]["run"] == record.run == ran.data["runs"][0]["run_id"]
+    assert "misfit" in (directory / "report.html").read_text()
+
+
+def test_several_runs_are_pooled(lab: Path, system_runs: list[tuple[Path, Ran]]) -> None:
+    one, other = (directory for directory, _ in system_runs)
+    ran = command("calibrate", "--from", one, other / "run.mcap", "--record", lab / "pooled.json")
+    assert ran.code == 0, ran.text
+    record = read_calibration(lab / "pooled.json")
+    single = [read_calibration(lab / f"flat-{seed}.json") for seed in (1, 2)]
+    low, high = sorted(each.stiffness_n_per_m for each in single)
+    assert low <= record.stiffness_n_per_m <= high
+    assert record.smooth_degrees is not None
+    assert record.smooth_degrees > min(each.smooth_degrees or 0.0 for each in single)
+    assert ran.data["pooled"]["runs"] == 2
+    twice = command("calibrate", "--from", one, one, "--record", lab / "twice.json")
+    assert twice.code == 2
+    assert "given twice" in twice.data["error"]
+    assert not (lab / "twice.json").exists()
+
+
+def test_two_reference_spheres_give_the_same_stiffness(lab: Path) -> None:
+    runs = []
+    for radius in (10, 200):
+        payload = lab / f"ball-{radius}.yaml"
+        payload.write_text(SPHERE.format(radius=radius, steel=STEEL))
+        plan = plan_file(lab, f"on-ball-{radius}", payload, "stvf", kind="system")
+        runs.append(lab / f"ball-run-{radius}")
+        ran = command("run", plan, "--dry-run", "--quiet", "--seed", radius, "--out", runs[-1])
+        assert ran.code == 0, ran.text
+    ran = command("calibrate", "--two-spheres", *runs, "--record", lab / "spheres.json")
+    assert ran.code == 0, ran.text
+    record = read_calibration(lab / "spheres.json")
+    assert abs(record.stiffness_n_per_m - KS) < 3.0 * record.sigma_n_per_m
+    assert record.sigma_n_per_m < 0.15 * KS
+    spheres = ran.data["two_spheres"]
+    assert abs(spheres["contact_scale"] - 1.0) < 3.0 * spheres["contact_scale_sigma"]
+
+
+def test_a_plan_goes_by_its_record(lab: Path, system_runs: list[tuple[Path, Ran]]) -> None:
+    rig = "{profile: stvf, system_stiffness: {record: flat-2.json, policy: refuse}}"
+    plan = plan_file(lab, "with-record", PAYLOADS / "plastic-sphere.yaml", rig)
+    record = read_calibration(lab / "flat-2.json")
+    checked = command("preflight", plan)
+    assert checked.code == 0, checked.text
+    assert "calibration_simulated" in {reason["code"] for reason in checked.data["reasons"]}
+    ran = command("run", plan, "--dry-run", "--quiet", "--seed", 5, "--out", lab / "recorded")
+    assert ran.code == 0, ran.text
+    lines = {line["source"]: line["size"] for line in ran.data["budget"]}
+    relative = 100 * record.sigma_n_per_m / record.stiffness_n_per_m
+    assert lines["system stiffness K_s"] == f"{relative:.3g} %"
+    assert "degrees of freedom" in lines["smooth deformation error"]
+    low, high = ran.data["interval_secant_n_per_m"]
+    assert low < 5.06e6 < high
+    for_real = command("run", plan, "--quiet", "--out", lab / "for-real")
+    assert for_real.code == 3
+    assert "made in a dry run" in for_real.data["error"]
+    assert not (lab / "for-real").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"valid_until": "2020-01-02", "measured_on": "2020-01-01"}, "expired on 2020-01-02"),
+        ({"pose": "elbow up"}, "measured in pose 'elbow up'"),
+        ({"temperature": "35 degC"}, "measured at 35 °C"),
+        ({"rig": "another"}, "made for the rig 'another'"),
+        (None, "does not exist"),
+    ],
+)
+def test_a_record_that_does_not_fit_is_warned_of_or_refused(
+    lab: Path, tmp_path: Path, system_runs: list[tuple[Path, Ran]], change: Any, said: str
+) -> None:
+    content = json.loads((lab / "flat-1.json").read_text())
+    if change is not None:
+        (tmp_path / "record.json").write_text(json.dumps(content | change))
+    stiffness = "{{record: record.json, policy: {}}}"
+    for policy, code in (("warn", 0), ("refuse", 2)):
+        rig = (
+            "{profile: stvf, arm: {pose: elbow down}, system_stiffness: "
+            + stiffness.format(policy)
+            + "}"
+        )
+        plan = plan_file(tmp_path, policy, PAYLOADS / "plastic-sphere.yaml", rig)
+        ran = command("preflight", plan)
+        assert ran.code == code, ran.text
+        assert said in ran.text
+        if policy == "warn":
+            assert ran.data["verdict"] == "warn"
+
+
+def test_what_cannot_be_calibrated_from_is_refused(lab: Path, payload_runs: list[Path]) -> None:
+    sphere = plan_file(lab, "wrong-kind", PAYLOADS / "plastic-sphere.yaml", "stvf")
+    for arguments, said in (
+        ((sphere, "--dry-run"), "identify.kind is payload"),
+        (("--from", payload_runs[0], "--record", lab / "no.json"), "a payload run"),
+        (("--from", payload_runs[0]), "--record is missing"),
+        ((), "give one plan"),
+    ):
+        ran = command("calibrate", *arguments)
+        assert ran.code == 2, ran.text
+        assert said in ran.data["error"]
+    assert not (lab / "no.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"pose": "elbow up"}, "differ in their pose: '', 'elbow up'"),
+        ({"temperature_c": 40.0}, "made at 22 to 40 °C"),
+    ],
+)
+def test_runs_that_do_not_belong_together_are_not_pooled(
+    system_runs: list[tuple[Path, Ran]], change: dict[str, Any], said: str
+) -> None:
+    one, other = (saved_run(directory) for directory, _ in system_runs)
+    moved = replace(other, conditions=replace(other.conditions, **change))
+    with pytest.raises(BadInputError, match=said):
+        from_system_runs([one, moved])
+    with pytest.raises(BadInputError, match="differ in their dry run"):
+        from_system_runs([one, replace(other, metadata={**other.metadata, "dry_run": "false"})])
+
+
+def test_a_record_is_written_whole_or_not(lab: Path, system_runs: list[tuple[Path, Ran]]) -> None:
+    record = read_calibration(lab / "flat-1.json")
+    write_calibration(record, lab / "copy.json")
+    assert read_calibration(lab / "copy.json") == record
+    nowhere = lab / "flat-1.json" / "below-a-file.json"
+    ran = command("calibrate", "--from", system_runs[0][0], "--record", nowhere)
+    assert ran.code == 2
+    assert "cannot write" in ran.data["error"]
+
+
+def test_compare_sets_runs_side_by_side(lab: Path, payload_runs: list[Path]) -> None:
+    out = lab / "compared"
+    ran = command("compare", *payload_runs, "--out", out)
+    assert ran.code == 0, ran.text
+    assert ran.data == json.loads((out / "compare.json").read_text())
+    assert ran.data["verdict"] == "agree"
+    for run in ran.data["runs"]:
+        assert set(run["fits"]) >= {"rs_btls", "rs_rtls", "joint"}
+        low, high = run["fits"]["joint"]["interval_secant_n_per_m"]
+        assert low < 5.06e6 < high
+    assert [len(run["cycles"]) for run in ran.data["runs"]] == [1, 2]
+    spread = ran.data["spread"]["joint"]["secant"]
+    assert spread["values"] == [1, 2]
+    secants = [
+        [cycle["joint"]["secant_n_per_m"] for cycle in run["cycles"]] for run in ran.data["runs"]
+    ]
+    assert spread["mean"] == pytest.approx(np.mean([np.mean(values) for values in secants]))
+    assert spread["within_sd"] == pytest.approx(np.std(secants[1], ddof=1))
+    pair = next(pair for pair in ran.data["pairs"] if pair["estimator"] == "joint")
+    one, two = (run["fits"]["joint"] for run in ran.data["runs"])
+    assert pair["change"]["n_change"] == pytest.approx(two["n"] - one["n"])
+    assert 0.0 <= pair["change"]["normalised_error"] < 1.0
+    page = (out / "compare.html").read_text()
+    assert "<script" not in page
+    assert page.count("data:image/svg+xml") == 2
+
+
+def write_curve(path: Path, modulus_factor: float) -> Path:
+    force = np.linspace(5.0, 330.0, 80)
+    deformation = (force / (6.57e8 * modulus_factor)) ** (1 / 1.5)
+    np.savetxt(
+        path, np.column_stack([deformation, force]), "%.9g", ",",
+        header="displacement_m,force_n", comments="",
+    )  # fmt: skip
+    return path
+
+
+def test_a_curve_against_steel_is_corrected_for_the_modulus(
+    lab: Path, payload_runs: list[Path]
+) -> None:
+    """Acetal on aluminium and on steel: E_eq differs by 2.4 % (V-A)."""
+
+    def modulus(plate_pa: float, ratio: float) -> float:
+        return 1.0 / ((1 - 0.3**2) / 2.75e9 + (1 - ratio**2) / plate_pa)
+
+    aluminium, steel = modulus(70e9, 0.33), modulus(200e9, 0.29)
+    assert steel / aluminium == pytest.approx(1.0246, abs=2e-3)
+    curve = write_curve(lab / "steel.csv", steel / aluminium)
+    run = payload_runs[0]
+    plain = command("compare", run, "--curve", curve)
+    by_plate = command("compare", run, "--curve", curve, "--curve-plate", "200 GPa, 0.29")
+    by_modulus = command("compare", run, "--curve", curve, "--curve-modulus", f"{steel:.9g} Pa")
+    assert by_plate.code == 0, by_plate.text
+    found = by_plate.data["curve"][0]
+    assert found["inside_share"] == 1.0
+    assert by_plate.data["verdict"] == "agree"
+    fit = by_plate.data["runs"][0]["fits"][found["estimator"]]["secant_n_per_m"]
+    true = 300.0 ** (1 / 3) * 6.57e8 ** (2 / 3)
+    assert found["secant_change"] == pytest.approx(true / fit - 1.0, abs=1e-3)
+    assert by_modulus.data["curve"][0]["secant_change"] == pytest.approx(
+        found["secant_change"], abs=1e-6
+    )
+    uncorrected = plain.data["curve"][0]["secant_change"] - found["secant_change"]
+    assert uncorrected == pytest.approx((steel / aluminium) ** (2 / 3) - 1.0, rel=0.05)
+    assert any("no modulus" in note for note in plain.data["notes"])
+
+
+def test_a_curve_of_another_payload_disagrees(lab: Path, payload_runs: list[Path]) -> None:
+    curve = write_curve(lab / "softer.csv", 0.6)
+    ran = command("compare", payload_runs[0], "--curve", curve)
+    assert ran.data["curve"][0]["inside_share"] < 0.5
+    assert ran.data["verdict"] == "differs"
+
+
+def test_what_cannot_be_compared_is_refused(
+    lab: Path, payload_runs: list[Path], system_runs: list[tuple[Path, Ran]]
+) -> None:
+    curve = write_curve(lab / "curve.csv", 1.0)
+    for arguments, said in (
+        ((payload_runs[0],), "nothing to compare with"),
+        ((payload_runs[0], system_runs[0][0]), "a system-stiffness run"),
+        ((payload_runs[0], payload_runs[1], "--curve-plate", "200 GPa, 0.29"), "no --curve"),
+        ((payload_runs[0], "--curve", curve, "--curve-plate", "200 GPa"), "Poisson"),
+        ((payload_runs[0], lab / "nothing-there"), "nothing-there"),
+    ):
+        ran = command("compare", *arguments)
+        assert ran.code == 2, ran.text
+        assert said in ran.data["error"] + ran.data["hint"], said
