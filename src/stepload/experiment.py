@@ -31,7 +31,7 @@ from stepload.run.tick import Engine
 from stepload.session import control, files
 from stepload.session.resume import resumable
 
-WHOLE_TICKS, MEAN_TICKS = 250_000, 150_000
+WHOLE_TICKS, MEAN_TICKS = 250_000, 80_000
 """A run longer than the first is evaluated as so many means, to bound the memory it takes."""
 
 Progress = Callable[[Engine, Preflight], None]
