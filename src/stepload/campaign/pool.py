@@ -5,6 +5,8 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import threading
+import time
 from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from itertools import islice
@@ -17,6 +19,7 @@ from stepload.campaign.scenario import draw
 from stepload.campaign.single import run_scenario
 from stepload.plan.model import Plan
 
+PARENT_POLL_S = 1.0
 CHUNK = 25
 
 
@@ -53,8 +56,16 @@ def cores() -> int:
 
 
 def _quiet() -> None:
-    """Ctrl+C is for the parent: it ends the pool."""
+    """Ctrl+C is for the parent; a worker ends with its parent, however that ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = os.getppid()
+
+    def follow() -> None:
+        while os.getppid() == parent:
+            time.sleep(PARENT_POLL_S)
+        os._exit(1)
+
+    threading.Thread(target=follow, name="campaign parent", daemon=True).start()
 
 
 def run_all(work: Work, jobs: Sequence[Job], processes: int) -> Generator[list[Result], None, None]:
