@@ -22,11 +22,16 @@ from stepload.feasibility.schedule import Stage, schedule
 from stepload.feasibility.softness import softness
 from stepload.feasibility.verdict import Reason, Severity, Verdict, verdict_of
 from stepload.plan.model import Payload, Plan, Provenance, SecondForceSource
-from stepload.plan.pressing import AGE_S, Pressing, largest_top_force, pressing_for
+from stepload.plan.pressing import (
+    AGE_S,
+    Pressing,
+    largest_top_force,
+    pressing_for,
+    retract_speed_m_s,
+    step_rate_per_s,
+)
 from stepload.units import format_quantity
 
-STEP_RATE = 0.25
-"""λ T of the step controller."""
 ALMOST = 0.999
 
 
@@ -332,7 +337,7 @@ def preflight(plan: Plan) -> Preflight:
             procedure,
             fast_speed_m_s=pressing.fast_speed_m_s,
             guarded_speed_m_s=pressing.guarded_speed_m_s,
-            retract_speed_m_s=min(0.5 * plan.rig.arm.max_speed_m_s, 0.02),
-            step_rate_per_s=STEP_RATE / pressing.rig.loop_s,
+            retract_speed_m_s=retract_speed_m_s(plan.rig),
+            step_rate_per_s=step_rate_per_s(pressing.rig.loop_s),
         ),
     )

@@ -144,6 +144,16 @@ def press_rig(rig: Rig, noise_n: float) -> PressRig:
     )
 
 
+def step_rate_per_s(loop_s: float) -> float:
+    """λ = 0.25/T of the step controller, from the loop delay T in s."""
+    return 0.25 / loop_s
+
+
+def retract_speed_m_s(rig: Rig) -> float:
+    """Half the arm's largest speed, at most 20 mm/s."""
+    return min(0.5 * rig.arm.max_speed_m_s, 0.02)
+
+
 def _forces(
     plan: Plan, elastic_limit_n: float, top_force_n: float, noise_n: float, bias_n: float
 ) -> ForceLimits:

@@ -15,6 +15,8 @@ from stepload.plan.pressing import (
     age_limit_s,
     channel_skew_s,
     pressing_for,
+    retract_speed_m_s,
+    step_rate_per_s,
 )
 
 CLOCK_S = 0.015
@@ -187,7 +189,7 @@ def derive_limits(
         ),
         "guarded_speed_m_s": (min(pressing.guarded_speed_m_s, fast_m_s), "m/s", "force budget"),
         "fast_speed_m_s": (fast_m_s, "m/s", "force budget with all of F_lim, and the leash"),
-        "retract_speed_m_s": (min(0.5 * arm.max_speed_m_s, 0.02), "m/s", "half the arm's, 20 mm/s"),
+        "retract_speed_m_s": (retract_speed_m_s(rig), "m/s", "half the arm's, 20 mm/s"),
         "acceleration_m_s2": (0.5 * arm.max_acceleration_m_s2, "m/s^2", "half of the arm's"),
         "ahead_m": (
             min(pressing.ahead_m, leash_free_m), "m",
@@ -199,7 +201,7 @@ def derive_limits(
         "damping_n_s_per_m": (press.damping_n_s_per_m, "N s/m", "C_s of the rig"),
         "arm_acceleration_m_s2": (press.acceleration_m_s2, "m/s^2", "rig: arm.max_acceleration"),
         "leash_free_m": (leash_free_m, "m", "(F_lim - F_th - 6 sigma) / K_s,max"),
-        "step_rate_per_s": (0.25 / press.loop_s, "1/s", "lambda = 0.25 / T"),
+        "step_rate_per_s": (step_rate_per_s(press.loop_s), "1/s", "lambda = 0.25 / T"),
         "band_n": (max(0.25, 2.0 * press.noise_n), "N", "0.25 N, 2 sigma"),
         "load_rate_n_per_s": (procedure.load_rate_n_per_s, "N/s", "plan"),
         "touch_force_n": (procedure.touch_force_n, "N", "plan"),
