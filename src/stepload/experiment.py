@@ -138,7 +138,9 @@ def run_plan(
 
             try:
                 with control.listening(directory, operator, status) as missing:
-                    outcome = run_loop(engine, rig, recorder, on_progress=progress)
+                    outcome = run_loop(
+                        engine, rig, recorder, on_progress=progress, identities=rig.identities
+                    )
             except BaseException:
                 recorder.abandon()
                 raise

@@ -101,7 +101,8 @@ def check_spring(plan: Plan, rig: OpenRig, operator: Operator) -> tuple[Line, fl
     memory = Memory()
     operator.moving = True
     try:
-        outcome = run_loop(Engine(small, limits, operator), rig, memory)
+        engine = Engine(small, limits, operator)
+        outcome = run_loop(engine, rig, memory, identities=rig.identities)
     finally:
         operator.moving = False
     if outcome.status is not RunStatus.COMPLETED:

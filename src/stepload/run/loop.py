@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 from stepload.record.rows import TickRow
 from stepload.rig.clock import Clock
-from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor
+from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor, Identity
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 from stepload.run.course import Touch
 from stepload.run.hang import LOOK_S, LOOKS, LoopHungError, hang_watch
@@ -116,11 +116,13 @@ class _Loop:
         rig: RigDevices,
         recorder: Recorder,
         on_progress: Callable[[Engine], None] | None,
+        identities: Mapping[str, Identity],
     ) -> None:
         self.engine = engine
         self.rig = rig
         self.recorder = recorder
         self.on_progress = on_progress
+        self.identities = identities
         self.errors: list[str] = []
         self.busy = ""
         self.ticks = self.overruns = 0
@@ -157,7 +159,7 @@ class _Loop:
             second_samples = (
                 self._drain(second, "second force sensor", now_s) if second else nothing
             )
-            gauge_samples = self._drain(gauge, "displacement gauge", now_s) if gauge else nothing
+            gauge_samples = self._drain(gauge, "displacement sensor", now_s) if gauge else nothing
             target_m, done = tick(now_s, force_samples, arm_samples, gauge_samples, second_samples)
             if target_m == target_m:
                 self.busy = "the arm's command"
@@ -204,12 +206,12 @@ class _Loop:
 
     def _poll(self, now_s: float) -> None:
         """Latched faults of devices, and a recorder that does not record."""
-        rig = self.rig
         if self.engine.cause is not None:
             return
-        for device in (rig.arm, rig.force, rig.second_force, rig.displacement):
-            if device is not None and (fault := _fault_of(device)) is not None:
-                self.engine.trip(Cause("device", 1.0, 0.0, "", 0.0, now_s, fault))
+        for role, device in _devices(self.rig):
+            if (fault := _fault_of(device)) is not None:
+                message = f"{self._who(role)}: {fault}"
+                self.engine.trip(Cause("device", 1.0, 0.0, "", 0.0, now_s, message))
         if problem := self.recorder.problem():
             message = f"recording stopped: {problem}"
             self.engine.trip(Cause("recorder", 1.0, 0.0, "", 0.0, now_s, message))
@@ -222,12 +224,30 @@ class _Loop:
             self.on_progress = None
             self.errors.append(f"progress display: {type(error).__name__}: {error}")
 
+    def _who(self, role: str) -> str:
+        """The role, and what tells the device from another one of its kind."""
+        identity = self.identities.get(role.replace(" ", "_"))
+        if identity is None:
+            return role
+        return f"{role} (driver {identity.driver}, serial number {identity.serial_number})"
+
     def _trip(self, name: str, now_s: float, error: Exception) -> None:
-        message = f"{name}: {type(error).__name__}: {error}"
+        message = f"{self._who(name)}: {type(error).__name__}: {error}"
         if name not in self._broken:
             self._broken.add(name)
             self.errors.append(message)
         self.engine.trip(Cause("device", 1.0, 0.0, "", 0.0, now_s, message))
+
+
+def _devices(rig: RigDevices) -> list[tuple[str, Device]]:
+    """What the rig has, by role."""
+    roles: list[tuple[str, Device | None]] = [
+        ("arm", rig.arm),
+        ("force sensor", rig.force),
+        ("second force sensor", rig.second_force),
+        ("displacement sensor", rig.displacement),
+    ]
+    return [(role, device) for role, device in roles if device is not None]
 
 
 def _fault_of(device: Device) -> str | None:
@@ -244,13 +264,15 @@ def run_loop(
     recorder: Recorder,
     *,
     on_progress: Callable[[Engine], None] | None = None,
+    identities: Mapping[str, Identity] | None = None,
 ) -> RunOutcome:
     """Run an engine on open devices to its end, make the rig safe, and say what happened.
 
     Does not raise for anything that goes wrong on the way: it is in the outcome. Files are not
     closed here; finish the record afterwards. `on_progress` is called ten times a second.
+    `identities` by role, as in `OpenRig`, are named where a device ends the run.
     """
-    loop = _Loop(engine, rig, recorder, on_progress)
+    loop = _Loop(engine, rig, recorder, on_progress, identities or {})
     start_s = rig.clock.now_s()
     outcomes: tuple[Outcome, ...] = ()
 
@@ -357,21 +379,13 @@ def _actions(engine: Engine, rig: RigDevices) -> list[Action]:
                 arm=True,
             )
         )
-    devices: list[tuple[str, Device | None, bool]] = [
-        ("arm stop", rig.arm, True),
-        ("force sensor", rig.force, False),
-        ("second force sensor", rig.second_force, False),
-        ("displacement gauge", rig.displacement, False),
-    ]
-    for name, device, is_arm in devices:
-        if device is not None:
-            actions.append(_safe(name, device, is_arm))
-    return actions
+    return actions + [_safe(role, device) for role, device in _devices(rig)]
 
 
-def _safe(name: str, device: Device, is_arm: bool) -> Action:
+def _safe(role: str, device: Device) -> Action:
+    is_arm = role == "arm"
     return Action(
-        name,
+        "arm stop" if is_arm else role,
         lambda: device.safe(SAFE_DEADLINE_S),
         SAFE_DEADLINE_S + DEADLINE_SLACK_S,
         arm=is_arm,

@@ -16,6 +16,8 @@ from run_bench import Bench, bench_for, spec_for
 from run_plans import stvf_plan
 
 from stepload.record.rows import Phase, TickRow
+from stepload.rig.device import Identity
+from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 from stepload.rig.world import WorldFault
 from stepload.run.loop import RunOutcome, RunStatus, run_loop
@@ -72,10 +74,10 @@ def _bench(faults: list[WorldFault] | None = None, **procedure: Any) -> Bench:
     return bench_for(plan, 727.0, spec_for(plan, 4, faults or []))
 
 
-def _go(bench: Bench, tape: Tape) -> RunOutcome:
+def _go(bench: Bench, tape: Tape, **options: Any) -> RunOutcome:
     bench.rig.arm.open(1.0)
     bench.rig.force.open(1.0)
-    return run_loop(bench.engine, bench.rig, tape)
+    return run_loop(bench.engine, bench.rig, tape, **options)
 
 
 def test_a_run_goes_through_every_phase_in_order() -> None:
@@ -208,6 +210,66 @@ def test_an_exception_in_a_driver_ends_with_the_force_off(
         assert bench.rig.world.true_force_n == 0.0
         assert bench.peak_n < 727.0
         assert tape.kinds()["end"] == 1
+
+
+class _Spoilt:
+    """A device of the rig that latches a fault, or breaks when it is read, in the first hold."""
+
+    def __init__(self, device: Any, tape: Tape, how: str) -> None:
+        self._device, self._tape, self._how = device, tape, how
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._device, name)
+
+    def _due(self, how: str) -> bool:
+        return self._how == how and any(row.phase == Phase.HOLD for row in self._tape.rows[-1:])
+
+    def fault(self) -> Fault | None:
+        return Fault(FaultCode.STALE, "no new sample", "", 0.0) if self._due("fault") else None
+
+    def drain(self) -> list[Any]:
+        if self._due("drain"):
+            raise OSError("unplugged")
+        return list(self._device.drain())
+
+
+@pytest.mark.parametrize(
+    ("attribute", "role"),
+    [("arm", "arm"), ("force", "force_sensor"), ("second_force", "second_force_sensor"),
+     ("displacement", "displacement_sensor")],
+)  # fmt: skip
+@pytest.mark.parametrize(
+    ("how", "told"), [("fault", "stale: no new sample"), ("drain", "OSError: unplugged")]
+)
+def test_why_it_stopped_names_the_device_by_role_and_driver(
+    attribute: str, role: str, how: str, told: str
+) -> None:
+    tape = Tape()
+    two_of_a_kind: dict[str, Any] = {
+        "second_force_rate_hz": 1000.0, "second_force_noise_n": 0.3,
+        "second_force_quantum_n": 0.05, "second_force_delay_s": 0.001,
+        "second_force_range_n": 1000.0, "second_force_axis": "-fz",
+        "gauge_rate_hz": 500.0, "gauge_quantum_m": 1e-6, "gauge_noise_m": 1e-6,
+    }  # fmt: skip
+    plan = stvf_plan(**QUICK)
+    bench = bench_for(plan, 727.0, spec_for(plan, 4, **two_of_a_kind))
+    for device in (bench.rig.second_force, bench.rig.displacement):
+        assert device is not None
+        device.open(1.0)
+    setattr(bench.rig, attribute, _Spoilt(getattr(bench.rig, attribute), tape, how))
+    identities = {
+        name: Identity("bota_serial", "any", f"S{i}", "1", "")
+        for i, name in enumerate(
+            ["arm", "force_sensor", "second_force_sensor", "displacement_sensor"]
+        )
+    }
+    tape.second_force = tape.displacement = lambda sample: None  # type: ignore
+    outcome = _go(bench, tape, identities=identities)
+    assert outcome.status is RunStatus.STOPPED
+    assert outcome.why.startswith("The run was stopped by device at ")
+    number, name = identities[role].serial_number, role.replace("_", " ")
+    assert f" s: {name} (driver bota_serial, serial number {number}): {told}." in outcome.why
+    assert bench.rig.world.true_force_n == 0.0
 
 
 def test_a_bug_in_the_tick_itself_ends_with_the_force_off(monkeypatch: pytest.MonkeyPatch) -> None:
