@@ -351,6 +351,8 @@ class ArmChannel(Channel):
         if "position_drift" in active:
             self._drift_m += active["position_drift"] * self.period_s
             value = _quantised(value + self._drift_m, self._quantum)
+        if "position_jump" in active:
+            value = _quantised(value + active["position_jump"], self._quantum)
         if "position_frozen" in active:
             if self._held is None:
                 self._held = self.last

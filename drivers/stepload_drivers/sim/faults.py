@@ -39,6 +39,7 @@ _ARM = {
     "arm_raise": _CHANNEL["raise"],
     "position_frozen": "the measured position stands still, all else goes on",
     "position_drift": "the measured position runs away by `magnitude` m/s",
+    "position_jump": "the measured position is off by `magnitude` m",
     "arm_force_freeze": "the arm's own force stands still",
     "arm_force_gain": "the arm's own force is multiplied by `magnitude`",
     "arm_force_bias": "`magnitude` N is added to the arm's own force",

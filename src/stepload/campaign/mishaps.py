@@ -79,6 +79,7 @@ _MAGNITUDES: dict[str, _Draw] = {
     "bias": lambda c, f_c: -f_c * c.uniform(0.01, 0.5) * (1.0 if c.random() < 0.8 else -1.0),
     "clock_step": lambda c, _: _sign(c) * log_uniform(c, 0.005, 10.0),
     "position_drift": lambda c, _: _sign(c) * log_uniform(c, 1e-5, 0.02),
+    "position_jump": lambda c, _: _sign(c) * log_uniform(c, 1e-5, 0.02),
     "command_latency": lambda c, _: log_uniform(c, 0.02, 0.2),
     "host_stall": lambda c, _: log_uniform(c, 0.005, 0.5),
 }

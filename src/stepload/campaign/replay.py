@@ -78,7 +78,7 @@ def wrong_rows(scenario: Scenario) -> Iterator[tuple[str, str]]:
     timed += [(i.start_s, f"{i.kind} {i.detail}".strip()) for i in scenario.incidents]
     for start_s, text in sorted(timed):
         yield f"{start_s:.4f} s", text
-    times = expected_times(scenario.plan, scenario.limits, scenario.truth)
+    times = expected_times(scenario.plan, scenario.limits, scenario.truth.surface_m)
     yield "expected", f"touch at {times.touch_s:.2f} s, end at {times.end_s:.2f} s"
 
 

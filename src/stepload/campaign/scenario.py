@@ -27,6 +27,9 @@ HEALTHY_SHARE = 0.15
 PLANTS = "plants"
 """Name of the anomalies of plants among the kinds."""
 INCIDENT_SHARE = 0.2
+LONGEST_RUN_S = 12.0
+"""Draws that would take longer are drawn again, a few times."""
+_SHORT_DRAWS = 20
 _STEP_RATES = 5.0
 _LOOKS_S = 0.6
 """Looks at the force before and after backing off, and rest between them."""
@@ -76,14 +79,14 @@ def draw(template: Plan, seed: int, series: str, index: int, kinds: tuple[str, .
     """The run `index` of a series."""
     chance = Random(f"stepload {seed} {series} {index}")
     arm_class = ARM_CLASSES[index % len(ARM_CLASSES)]
-    plan, limits = draw_plan(chance, template, arm_class, series == TWO_CHANNELS)
+    plan, limits = _draw_short(chance, template, arm_class, series == TWO_CHANNELS)
     healthy = chance.random() < HEALTHY_SHARE
     anomalies: tuple[Anomaly, ...] = ()
     mishaps = 0
     if not healthy:
         anomalies, mishaps = _draw_amounts(chance, plan, kinds)
     truth = draw_truth(chance, plan, anomalies, chance.getrandbits(32))
-    times = expected_times(plan, limits, truth)
+    times = expected_times(plan, limits, truth.surface_m)
     world_kinds = applicable((k for k in kinds if k not in (*INCIDENTS, PLANTS)), plan)
     incident_kinds = [kind for kind in kinds if kind in INCIDENTS]
     faults: list[WorldFault] = []
@@ -106,6 +109,22 @@ def draw(template: Plan, seed: int, series: str, index: int, kinds: tuple[str, .
     )
 
 
+def _draw_short(
+    chance: Random, template: Plan, arm_class: str, two_channels: bool
+) -> tuple[Plan, RunLimits]:
+    """A plan that does not take long, if the template allows: slow rigs are safe, and use up time.
+
+    Raises:
+        RefusedError: no plan was found.
+    """
+    for _ in range(_SHORT_DRAWS):
+        plan, limits = draw_plan(chance, template, arm_class, two_channels)
+        surface_m = plan.procedure.surface_distance_m
+        if expected_times(plan, limits, surface_m).end_s <= LONGEST_RUN_S:
+            break
+    return plan, limits
+
+
 def _draw_amounts(
     chance: Random, plan: Plan, kinds: tuple[str, ...]
 ) -> tuple[tuple[Anomaly, ...], int]:
@@ -120,12 +139,12 @@ def _draw_amounts(
     return tuple(found.values()), chance.choices((0, 1, 2), weights)[0]
 
 
-def expected_times(plan: Plan, limits: RunLimits, truth: WorldSpec) -> Times:
+def expected_times(plan: Plan, limits: RunLimits, surface_m: float) -> Times:
     """When the run will touch and end, if nothing goes wrong; good to some tenths of a second."""
     procedure = plan.procedure
     near_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
     fast_m = near_m - 2.0 * limits.fast_speed_m_s * limits.reaction_s
-    fast_m = procedure.retract_m + max(0.0, min(fast_m, truth.surface_m))
+    fast_m = procedure.retract_m + max(0.0, min(fast_m, surface_m))
     touch_s = (
         procedure.warm_up_s
         + _LOOKS_S
@@ -133,7 +152,7 @@ def expected_times(plan: Plan, limits: RunLimits, truth: WorldSpec) -> Times:
         + procedure.tare_s
         + _DRIFT_CHECK_S
         + fast_m / limits.fast_speed_m_s
-        + (procedure.retract_m + truth.surface_m - fast_m) / limits.guarded_speed_m_s
+        + (procedure.retract_m + surface_m - fast_m) / limits.guarded_speed_m_s
     )
     step_s = (
         procedure.step_n / procedure.load_rate_n_per_s

@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import math
 
-from stepload.contact.press import PressRig, series_stiffness
+from stepload.contact.press import IMPACT_FACTOR, PressRig, series_stiffness
 
-CATCH_UP_FACTOR = 1.5
-"""On v sqrt(m k_t), which is exact for a linear contact without damping."""
 STEP_OVERSHOOT = 2.0
-"""Peak over static rise of force on a sudden step of a mass between springs, at the most."""
+"""Peak of a mass between springs over the static answer to the same push, for any single push."""
 _HALVINGS = 60
 
 
@@ -27,11 +25,12 @@ def catch_up_speed(rig: PressRig, travel_m: float) -> float:
 def catch_up_force(rig: PressRig, travel_m: float, tangent_n_per_m: float) -> float:
     """Upper bound in N of the force when a surface is met on such a step.
 
-    K_eff J + C_s v + 1.5 v sqrt(m k_t) sqrt(k_t/(K_s+k_t)), v = `catch_up_speed`.
+    K_eff J + C_s v + 3 v sqrt(m k_t) sqrt(k_t/(K_s+k_t)), v = `catch_up_speed`: an arm with a lag
+    starts with a jerk and rings at up to 2 v, and it may hit, bounce and hit again on its way.
     """
     stiffness = series_stiffness(rig.stiffness_n_per_m, tangent_n_per_m)
     share = tangent_n_per_m / (rig.stiffness_n_per_m + tangent_n_per_m)
-    impact = CATCH_UP_FACTOR * math.sqrt(rig.mass_kg * tangent_n_per_m * share)
+    impact = IMPACT_FACTOR * math.sqrt(rig.mass_kg * tangent_n_per_m * share)
     speed_m_s = catch_up_speed(rig, travel_m)
     return stiffness * travel_m + (rig.damping_n_s_per_m + impact) * speed_m_s
 
@@ -57,14 +56,15 @@ def sudden_step(
 ) -> float:
     """The step in m that adds `force_n` at the most to a contact that is closed already.
 
-    Whatever the payload, 2 K_s J + C_s v bounds what is added, v = `catch_up_speed`.
+    Whatever the payload, 2 (K_s J + C_s v) bounds what is added, v = `catch_up_speed`: the push of
+    the step on the mass never exceeds K_s J + C_s v.
     """
     if force_n <= 0.0:
         return 0.0
-    twice = STEP_OVERSHOOT * stiffness_n_per_m
+    push_n = force_n / STEP_OVERSHOOT
     jerk = damping_n_s_per_m * math.sqrt(acceleration_m_s2)
-    root = (math.sqrt(jerk * jerk + 4.0 * twice * force_n) - jerk) / (2.0 * twice)
+    root = 2.0 * push_n / (math.sqrt(jerk * jerk + 4.0 * stiffness_n_per_m * push_n) + jerk)
     step_m = root * root
     if lag_s > 0.0:
-        step_m = max(step_m, force_n / (twice + damping_n_s_per_m / lag_s))
+        step_m = max(step_m, push_n / (stiffness_n_per_m + damping_n_s_per_m / lag_s))
     return step_m

@@ -250,7 +250,8 @@ def pressing_for(
     )
     contact = _contact_coefficient(numbers, forces.limit_n)
     room_n = forces.allowed_n - procedure.touch_force_n - NOISE_MULTIPLE * noise_n
-    guarded = min(guarded, room_n / contact)
+    rigid = room_n / contact
+    guarded, fast = min(guarded, rigid), min(fast, rigid)
     catch_up_m = largest_catch_up(numbers, forces.allowed_n, tangent)
     follow_m = follow_travel(rig.arm)
     if catch_up_m < follow_m:

@@ -35,9 +35,10 @@ FAULTS = [
     ("arm_nan", 0.0, "R4"),
     ("protective_stop", 0.0, "R4"),
     ("position_drift", 0.005, "R7"),
+    ("position_jump", 0.005, "R7"),
     ("force_bias", -100.0, "R9"),
 ]
-ARM_UNSEEN = {"arm_lost", "arm_nan", "position_drift", "protective_stop"}
+ARM_UNSEEN = {"arm_lost", "arm_nan", "position_drift", "position_jump", "protective_stop"}
 """Where the loop cannot see the arm arrive: safing then retracts without the loop."""
 
 
@@ -86,13 +87,23 @@ def test_faults_in_motion_stay_below_the_elastic_limit(
 
 
 @pytest.mark.parametrize("make", [stvf_plan, ur_plan])
-@pytest.mark.parametrize("jump_m_s", [20.0, -20.0])
+@pytest.mark.parametrize(
+    ("kind", "magnitude"),
+    [
+        ("position_drift", 20.0),
+        ("position_drift", -20.0),
+        ("position_jump", 0.02),
+        ("position_jump", -0.02),
+        ("position_jump", 3e-4),
+        ("position_jump", -3e-4),
+    ],
+)
 @pytest.mark.parametrize("start_s", [0.4, 1.95, 2.6, 3.2, 4.5])
 def test_a_measured_position_that_jumps_leads_the_arm_nowhere(
-    make: Any, jump_m_s: float, start_s: float
+    make: Any, kind: str, magnitude: float, start_s: float
 ) -> None:
     plan = make(**QUICK)
-    fault = WorldFault("position_drift", start_s, 60.0, jump_m_s)
+    fault = WorldFault(kind, start_s, 60.0, magnitude)
     bench, rows = bench_for(plan, F_C, spec_for(plan, 3, [fault])), []
     engine = run(bench, 30.0, rows)
     assert engine.cause is not None

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from stepload.errors import BadInputError, DeviceError
@@ -18,6 +19,7 @@ from stepload_drivers.sim.world import open_world
 
 START_S, DURATION_S, END_S = 0.3, 0.2, 0.8
 MAGNITUDES = {"gain": 0.5, "bias": -20.0, "delay": 0.05, "clock_step": 7.0, "position_drift": 1e-3}
+MAGNITUDES |= {"position_jump": 2e-3}
 MAGNITUDES |= {"command_latency": 0.1, "host_stall": 0.15}
 
 SPEC = replace(
@@ -201,6 +203,14 @@ def test_position_frozen_leaves_the_arm_force_alive() -> None:
     window = watch("position_frozen").window("arm")
     assert len({s.position_m for s in window}) == 1
     assert len({s.force_n for s in window}) == len(window)
+
+
+def test_position_jump_is_off_by_that_much_while_it_lasts() -> None:
+    jumped, healthy = watch("position_jump").arm, HEALTHY.arm
+    off_m = [s.position_m - h.position_m for s, h in zip(jumped, healthy, strict=True)]
+    assert set(np.round(off_m, 7)) == {0.0, 2e-3}
+    active = [START_S <= s[2] < START_S + DURATION_S for s in jumped]
+    assert [value > 1e-3 for value in off_m] == active
 
 
 def test_arm_freeze_stops_both() -> None:
