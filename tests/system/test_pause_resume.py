@@ -18,10 +18,13 @@ import pytest
 from real_runs import ENVIRONMENT, HERE, PATIENCE_S, Staged, results, stepload
 
 from stepload.errors import BadInputError
+from stepload.experiment import run_plan
+from stepload.plan.load import load_plan
 from stepload.record.reader import Recording, read_recording
 from stepload.record.recovery import is_being_written
 from stepload.record.rows import Phase
 from stepload.run.operator import Operator
+from stepload.run.tick import Engine
 from stepload.session import control
 
 Stage = Callable[..., Staged]
@@ -135,6 +138,38 @@ def test_ctrl_c_ends_a_paused_run(stage: Stage, quick: Path, tmp_path: Path) -> 
     assert recording.ticks.phase[-1] == Phase.DONE
 
 
+@pytest.mark.parametrize(
+    ("cut", "whole", "problem"),
+    [(2, [1, 3], ""), (1, [], "a pause left out unloading steps of cycle 1")],
+)
+def test_a_cycle_cut_short_by_a_pause_is_not_compared(
+    quick: Path, tmp_path: Path, cut: int, whole: list[int], problem: str
+) -> None:
+    quick.write_text(quick.read_text().replace("unload: false", "cycles: 3"))
+    operator, seen = Operator(), []
+
+    def pause_on_the_way_down(engine: Engine, _check: object) -> None:
+        step = engine.procedure
+        if (step.phase, step.cycle, step.step_number) == (Phase.UNLOAD_HOLD, cut, 2):
+            operator.paused = True
+        elif step.phase == Phase.PAUSED:
+            seen.append(step.cycle)
+            operator.paused = False
+
+    finished = run_plan(
+        load_plan(quick), dry_run=True, out=tmp_path / "run", operator=operator,
+        on_progress=pause_on_the_way_down,
+    )  # fmt: skip
+    assert seen
+    assert finished.outcome.status == "completed", finished.outcome.why
+    findings = finished.findings
+    assert findings is not None
+    assert findings.identification is not None
+    assert problem in findings.problem
+    cycles = findings.run_in.cycles if findings.run_in else ()
+    assert [cycle.number for cycle in cycles] == whole
+
+
 def test_an_interrupted_run_is_taken_up(stage: Stage, quick: Path, tmp_path: Path) -> None:
     first, second = tmp_path / "first", tmp_path / "second"
     staged = stage(
@@ -178,7 +213,6 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 def test_what_cannot_be_resumed(finished: tuple[Path, Path], tmp_path: Path) -> None:
-    from stepload.plan.load import load_plan
     from stepload.session.resume import resumable
 
     path, directory = finished

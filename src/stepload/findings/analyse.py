@@ -72,10 +72,24 @@ def identify_system(data: PressData, conditions: Conditions) -> SystemStiffnessF
     )
 
 
-def _cycles(plan: Plan, data: PressData, found: Identification) -> RunIn | None:
+def _cycles(
+    plan: Plan, recording: Recording, data: PressData, found: Identification
+) -> RunIn | None:
+    """Whole cycles only: a pause on the way down cuts one short.
+
+    Raises:
+        BadInputError: a pause took away what the cycles are compared with.
+    """
     if not plan.procedure.unload or plan.procedure.cycles < 2:
         return None
-    mask = data.branch((*LOADING, *UNLOADING))
+    cut = [int(str(e.data["cycle"])) for e in recording.events if e.kind == "cycle_cut"]
+    mask = data.branch((*LOADING, *UNLOADING)) & ~np.isin(data.cycle, cut)
+    if 1 in cut:
+        raise BadInputError("a pause left out unloading steps of cycle 1, the virgin one")
+    if not plan.procedure.lift_off and any(t.purpose == "resume" for t in data.touches):
+        raise BadInputError(
+            "a pause opened the contact, which was to stay closed: no shakedown can be told"
+        )
     stiffness = found.conditions.sources.system_stiffness_n_per_m
     travel_m, force_n = data.travel_m[mask], data.force_n[mask]
     deformation_m = (
@@ -116,7 +130,7 @@ def run_findings(
             system = identify_system(data, conditions)
         else:
             found = identify_payload(data, conditions)
-            cycles = _cycles(plan, data, found)
+            cycles = _cycles(plan, recording, data, found)
     except BadInputError as error:
         problem = error.message
     return RunFindings(

@@ -10,7 +10,7 @@ import math
 
 from stepload.record.rows import Phase
 from stepload.run.approach import Approach
-from stepload.run.course import Course
+from stepload.run.course import Course, Then
 from stepload.run.retract import Retract
 from stepload.run.steps import LoadSteps
 from stepload.run.zeroing import Adopt, Zeroing
@@ -36,6 +36,7 @@ class StepProcedure:
         self._retract = Retract(course)
         self._index = start_level
         self._standing_m = self._standing_s = math.nan
+        self._resume: Then = course.finish
         course.act = self._start
 
     def _start(self, now_s: float, _step_s: float) -> None:
@@ -58,11 +59,20 @@ class StepProcedure:
             self._zeroing.warm_up(now_s, self._first_approach)
 
     def _first_approach(self, now_s: float) -> None:
-        self._approach.begin(now_s, "first", self._course.plan.touches, self._touched)
+        if self._course.operator.paused:
+            self._pause(now_s, self._zero_again)
+        else:
+            self._approach.begin(now_s, "first", self._course.plan.touches, self._touched)
+
+    def _zero_again(self, now_s: float) -> None:
+        self._zeroing.take(now_s, self._first_approach)
 
     def _touched(self, now_s: float) -> None:
-        if self._course.stop_asked():
+        course = self._course
+        if course.stop_asked():
             self._leave(now_s)
+        elif course.operator.paused:
+            self._open_and_pause(now_s)
         else:
             self.steps.new_contact()
             self._load(now_s)
@@ -77,13 +87,14 @@ class StepProcedure:
         self._index += 1
         if course.stop_asked():
             self._leave(now_s)
-        elif course.operator.paused:
-            self._retract.begin(now_s, self._pause)
         elif self._index < len(course.plan.levels_n):
-            self._load(now_s)
+            if course.operator.paused:
+                self._open_and_pause(now_s)
+            else:
+                self._load(now_s)
         elif course.plan.unload:
             self._index -= 1
-            self._unload(now_s)
+            self._unloaded(now_s)
         else:
             self._end_cycle(now_s)
 
@@ -100,25 +111,32 @@ class StepProcedure:
         if course.stop_asked():
             self._leave(now_s)
         elif course.operator.paused:
-            self._index = len(course.plan.levels_n)
-            self._retract.begin(now_s, self._pause)
+            if self._index > 0:  # an unloading cannot go on in another contact
+                course.emit(now_s, "cycle_cut", {"cycle": course.cycle, "steps": self._index})
+            self._open_cycle(now_s)
         else:
             self._unload(now_s)
 
     def _end_cycle(self, now_s: float) -> None:
         course, plan = self._course, self._course.plan
         if plan.lift_off or course.cycle >= plan.cycles:
-            self._retract.begin(now_s, self._look_back)
+            self._open_cycle(now_s)
         else:
             level_n = plan.unload_fraction * plan.top_force_n
             self.steps.unload(now_s, 0, level_n, self._unloaded_between)
 
     def _unloaded_between(self, now_s: float) -> None:
-        if self._course.stop_asked():
+        course = self._course
+        if course.stop_asked():
             self._leave(now_s)
-            return
-        self._next_cycle()
-        self._load(now_s)
+        elif course.operator.paused:
+            self._open_cycle(now_s)
+        else:
+            self._next_cycle()
+            self._load(now_s)
+
+    def _open_cycle(self, now_s: float) -> None:
+        self._retract.begin(now_s, self._look_back)
 
     def _next_cycle(self) -> None:
         self._course.cycle += 1
@@ -129,36 +147,47 @@ class StepProcedure:
 
     def _looked_back(self, now_s: float) -> None:
         course = self._course
+        last = course.cycle >= course.plan.cycles
         if course.stop_asked():
             course.finish(now_s)
-        elif course.cycle >= course.plan.cycles:
-            self._approach.begin(now_s, "last", 1, self._leave)
-        else:
+            return
+        if not last:
             self._next_cycle()
-            if course.operator.paused:
-                self._pause(now_s)
-            else:
-                self._approach.begin(now_s, "cycle", 1, self._touched)
+        if course.operator.paused:
+            self._pause(now_s, self._zero_and_last_touch if last else self._zero_and_touch)
+        elif last:
+            self._last_touch(now_s)
+        else:
+            self._approach.begin(now_s, "cycle", 1, self._touched)
 
-    def _pause(self, now_s: float) -> None:
+    def _last_touch(self, now_s: float) -> None:
+        self._approach.begin(now_s, "last", 1, self._leave)
+
+    def _open_and_pause(self, now_s: float) -> None:
+        self._retract.begin(now_s, lambda now_s: self._pause(now_s, self._zero_and_touch))
+
+    def _pause(self, now_s: float, then: Then) -> None:
+        """Wait in free air, `then` go on; the zero is older than any wait, so it comes first."""
+        self._resume = then
         self._course.enter(Phase.PAUSED, now_s, self._paused)
 
     def _paused(self, now_s: float, _step_s: float) -> None:
-        course = self._course
-        if course.stop_asked():
-            course.finish(now_s)
-        elif course.operator.paused:
-            return
-        elif self._index < len(course.plan.levels_n):
-            self._zeroing.take(now_s, self._approach_again)
-        elif course.cycle >= course.plan.cycles:
-            self._look_back(now_s)
-        else:  # the pause came after the top level: the rest of that cycle is lost
-            self._next_cycle()
-            self._zeroing.take(now_s, self._approach_again)
+        if self._course.stop_asked():
+            self._course.finish(now_s)
+        elif not self._course.operator.paused:
+            self._resume(now_s)
+
+    def _zero_and_touch(self, now_s: float) -> None:
+        self._zeroing.take(now_s, self._approach_again)
 
     def _approach_again(self, now_s: float) -> None:
-        self._approach.begin(now_s, "resume", 1, self._touched)
+        if self._course.operator.paused:
+            self._pause(now_s, self._zero_and_touch)
+        else:
+            self._approach.begin(now_s, "resume", 1, self._touched)
+
+    def _zero_and_last_touch(self, now_s: float) -> None:
+        self._zeroing.take(now_s, self._last_touch)
 
     def _leave(self, now_s: float) -> None:
         self._retract.begin(now_s, self._course.finish)

@@ -126,27 +126,80 @@ def test_start_level_and_cycle_continue_an_interrupted_run() -> None:
     assert {row.level_n for row in tape.rows if row.phase == Phase.LOAD} == {100.0}
 
 
-def test_pause_unloads_waits_and_comes_back_with_a_new_tare_and_touch() -> None:
-    bench, tape = _bench(), Tape()
+class _Pauser:
+    """Asks for a pause in one phase, and takes it back after 4 s in which the force was off."""
 
-    def act(row: TickRow) -> None:
-        if row.phase == Phase.LOAD and row.step == 1 and row.cycle == 1 and not paused:
-            bench.operator.paused = True
-            paused.append(row.time_s)
+    def __init__(self, bench: Bench, phase: Phase, step: int = 0, cycle: int = 1) -> None:
+        self._operator, self._when = bench.operator, (phase, step, cycle)
+        self._paused_s = 0.0
+        self.asked = False
+
+    def __call__(self, row: TickRow) -> None:
+        phase, step, cycle = self._when
+        if not self.asked and (row.phase, row.cycle) == (phase, cycle) and row.step == step:
+            self.asked = self._operator.paused = True
         if row.phase == Phase.PAUSED:
             assert row.force_n < 2.0
-            if row.time_s > paused[0] + 4.0:
-                bench.operator.paused = False
+            self._paused_s = self._paused_s or row.time_s
+            if row.time_s > self._paused_s + 4.0:
+                self._operator.paused = False
 
-    paused: list[float] = []
-    tape.on_tick = act
+
+TOUCH = ["FAST_APPROACH", "GUARDED_APPROACH", "DWELL"]
+ZERO = ["FREE_AIR", "TARE", "DRIFT_CHECK"]
+AGAIN = ["PAUSED", *ZERO, *TOUCH]
+LAST = [*TOUCH, "RETRACT", "DONE"]
+OPENED = ["RETRACT", "POST_TARE"]
+UP, DOWN = ["LOAD", "HOLD"], ["UNLOAD", "UNLOAD_HOLD"]
+CYCLE = [*UP, *UP, *DOWN, *OPENED]
+
+
+@pytest.mark.parametrize(
+    ("phase", "step", "cycle", "after"),
+    [
+        (Phase.TARE, 0, 1, [*AGAIN, *CYCLE, *TOUCH, *CYCLE, *LAST]),
+        (Phase.DWELL, 0, 1, ["RETRACT", *AGAIN, *CYCLE, *TOUCH, *CYCLE, *LAST]),
+        (Phase.LOAD, 1, 1, ["HOLD", "RETRACT", *AGAIN, *UP, *DOWN, *OPENED, *TOUCH, *CYCLE, *LAST]),
+        (Phase.LOAD, 2, 1, ["HOLD", *OPENED, *AGAIN, *CYCLE, *LAST]),
+        (Phase.UNLOAD, 1, 1, ["UNLOAD_HOLD", *OPENED, *AGAIN, *CYCLE, *LAST]),
+        (Phase.UNLOAD_HOLD, 1, 1, [*OPENED, *AGAIN, *CYCLE, *LAST]),
+        (Phase.POST_TARE, 1, 1, [*AGAIN, *CYCLE, *LAST]),
+        (Phase.UNLOAD, 1, 2, ["UNLOAD_HOLD", *OPENED, "PAUSED", *ZERO, *LAST]),
+        (Phase.POST_TARE, 1, 2, ["PAUSED", *ZERO, *LAST]),
+    ],
+    ids=lambda value: value.name if isinstance(value, Phase) else "",
+)
+def test_a_pause_is_honoured_after_each_step_and_between_cycles(
+    phase: Phase, step: int, cycle: int, after: list[str]
+) -> None:
+    bench, tape = _bench(cycles=2, touches=1), Tape()
+    tape.on_tick = pauser = _Pauser(bench, phase, step, cycle)
     outcome = _go(bench, tape)
-    assert outcome.status is RunStatus.COMPLETED
+    assert pauser.asked
+    assert outcome.status is RunStatus.COMPLETED, outcome.why
+    rows = [row for row in tape.rows if (row.phase, row.step, row.cycle) == (phase, step, cycle)]
+    told = [str(data["phase"]) for time_s, kind, data in tape.events
+            if kind == "phase" and time_s > rows[0].time_s]  # fmt: skip
+    if phase is Phase.TARE:
+        assert told.pop(0) == "DRIFT_CHECK"
+    assert told == after
+    cut = [data for _, kind, data in tape.events if kind == "cycle_cut"]
+    assert cut == ([{"cycle": 1, "steps": 1}] if (phase, step) == (Phase.LOAD, 2) else [])
+    loaded = [data["step"] for _, kind, data in tape.events if kind == "held" and data["loading"]]
+    assert loaded == [1, 2, 1, 2]
+
+
+def test_a_pause_between_cycles_without_lift_off_opens_the_contact() -> None:
+    bench, tape = _bench(cycles=2, touches=1, lift_off=False, unload_fraction=0.1), Tape()
+    tape.on_tick = pauser = _Pauser(bench, Phase.UNLOAD_HOLD)
+    outcome = _go(bench, tape)
+    assert pauser.asked
+    assert outcome.status is RunStatus.COMPLETED, outcome.why
     phases = tape.phases()
     at = phases.index("PAUSED")
-    assert phases[at - 2 : at] == ["HOLD", "RETRACT"]
-    assert phases[at + 1 : at + 5] == ["FREE_AIR", "TARE", "DRIFT_CHECK", "FAST_APPROACH"]
-    assert outcome.levels_done == 2
+    assert phases[at - 4 :] == [*DOWN, *OPENED, *AGAIN, *CYCLE, *LAST]
+    assert [touch.purpose for touch in outcome.touches] == ["first", "resume", "last"]
+    assert [touch.cycle for touch in outcome.touches] == [1, 2, 2]
 
 
 @pytest.mark.parametrize("phase", [Phase.TARE, Phase.GUARDED_APPROACH, Phase.LOAD, Phase.UNLOAD])
