@@ -8,7 +8,7 @@ READY  := $(VENV)/.ready
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-wire test lint types imports unit campaign bench fuzz paper clean
+.PHONY: help demo demo-wire test lint types imports unit wire campaign bench fuzz paper clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -40,6 +40,9 @@ imports: $(READY)
 
 unit: $(READY)
 	$(BIN)/pytest
+
+wire: $(READY) ## Every fault of the documents under a whole run, real time
+	$(BIN)/pytest tests/wire/runs -m 'long or not long' --durations=10
 
 campaign: $(READY) ## The fault campaign, 100,000 runs (hours; resumable)
 	$(BIN)/stepload campaign procedures/campaign.yaml --runs 100000 --faults all --seed 1 --out campaign

@@ -21,9 +21,8 @@ from stepload_drivers.ati.poller import Answer, Poller
 from stepload_drivers.canbus import CanLink
 from stepload_drivers.identity import require_serial_number
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import Deadline, Streamed
+from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
 
-STALE_S = 0.1
 FROZEN_S = 0.05
 PAIR_LIMIT_S = 1e-3
 
@@ -48,6 +47,7 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
         "calibration": Option("integer", "calibration slot", default=0, low=0, high=15),
         "units": Option("text", 'only for firmware before 3.7, e.g. "N N-m"', default=""),
         "serial_number": Option("text", "refuse a device with another serial number", default=""),
+        "max_age": MAX_AGE,
     }
 
     def __init__(
@@ -61,10 +61,12 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
         calibration: int = 0,
         units: str = "",
         serial_number: str = "",
+        max_age: float = STALE_S,
     ) -> None:
         self._interface, self._channel, self._bitrate = interface, channel, bitrate
         self._base, self._slot, self._units = base, calibration, units
         self._serial_number = serial_number
+        self._max_age_s = max_age
         self.rate_hz = rate
         self._name = f"NETCANOEM on {channel}"
         self._bus: CanLink | None = None
@@ -105,7 +107,7 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
         return Stream(
             self._name,
             self._period_s,
-            max(STALE_S, 10.0 * self._period_s),
+            max(self._max_age_s, 10.0 * self._period_s),
             max(FROZEN_S, 25.0 * self._period_s),
             attrgetter("wrench"),
         )

@@ -29,7 +29,7 @@ MATRIX = (
     (0.0, 0.0, 0.0, 100.0, 0.0, 0.0),
     (0.0, 0.0, 0.0, 0.0, 0.0, 100.0),
 )
-BAD_CALIBRATION, ANY_ERROR = 1 << 6, 1 << 15
+WATCHDOG_RESET, BAD_CALIBRATION, ANY_ERROR = 1 << 0, 1 << 6, 1 << 15
 SLOTS = 2
 RATED_SHARE = 0.6
 
@@ -62,6 +62,7 @@ class AtiDevice:
         if firmware < (3, 7):
             self._counts = OLD_COUNTS
         self._slot = 0
+        self._restarted = False
         self._random = random.Random(3)
 
     @property
@@ -69,6 +70,12 @@ class AtiDevice:
         return None
 
     def sample(self, time_s: float) -> list[bytes]:
+        return []
+
+    def restart(self, now_s: float) -> list[list[bytes]]:
+        """Calibration slot 0, and the status says that the watchdog did it."""
+        self._slot = 0
+        self._restarted = True
         return []
 
     def receive(self, data: bytes, now_s: float) -> list[list[bytes]]:
@@ -115,6 +122,8 @@ class AtiDevice:
 
     def _status(self) -> int:
         status = BAD_CALIBRATION if self._slot >= SLOTS else 0
+        if self._restarted:
+            status |= WATCHDOG_RESET
         bit = self._board.magnitude("status")
         if bit is not None:
             status |= 1 << int(bit)

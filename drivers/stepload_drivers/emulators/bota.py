@@ -106,6 +106,10 @@ class BotaDevice:
         self._sinc = sinc
         return 0
 
+    def restart(self, now_s: float) -> list[list[bytes]]:
+        self._input = ""
+        return [[self._boot(now_s)]]
+
     def _boot(self, now_s: float) -> bytes:
         wrap_s = self._board.magnitude("wrap")
         self._epoch_us = CLOCK_MODULUS_US - wrap_s * 1e6 if wrap_s is not None else 0.0

@@ -62,6 +62,7 @@ EMULATORS: Mapping[str, Callable[..., Emulator]] = {
     "ati_can": ati,
     "gauge_serial": gauge,
 }
+CAN_SENSORS = ("robotous_can", "ati_can")
 
 
 def driver_options(emulator: Emulator) -> dict[str, object]:

@@ -134,12 +134,14 @@ def rig(
         list[str] | None,
         typer.Option("--link", help="DRIVER=PATH: a name of its own for a sensor's port."),
     ] = None,
+    transport: Transport = "slcan",
+    ur_version: Annotated[str, typer.Option(help="PolyScope version of the arm.")] = "5.12.6.0",
     until_eof: UntilEof = False,
 ) -> None:
     """Sensors and a UR arm around one contact world, in real time.
 
     With --ur, standard input takes the commands of `emulate ur`, and a sensor's faults as
-    DRIVER FAULT; `DRIVER clear` ends them.
+    DRIVER FAULT; `DRIVER clear` ends them. --fault ur=COMMAND gives the arm a command at the start.
     """
     from stepload_drivers.emulators.catalog import driver_options
     from stepload_drivers.emulators.live_rig import LiveRig, load_spec
@@ -148,8 +150,13 @@ def rig(
     from stepload_drivers.sim.live import DEFAULT_SPEC
 
     sensors = tuple(sensor or ("bota_serial",))
-    boards = {name: FaultBoard(_faults_of(name, sensors, fault or [])) for name in sensors}
-    live = LiveRig(load_spec(world) if world else DEFAULT_SPEC, sensors, boards)
+    faults = _faults_by_driver(sensors, fault or [])
+    commands = faults.pop("ur")
+    boards = {
+        name: FaultBoard(tuple(parse_fault(text) for text in texts))
+        for name, texts in faults.items()
+    }
+    live = LiveRig(load_spec(world) if world else DEFAULT_SPEC, sensors, boards, transport)
     links = [text.partition("=") for text in link or ()]
     with ExitStack() as stack:
         for name, _, path in links:
@@ -166,13 +173,19 @@ def rig(
             for name, emulator in live.emulators.items()
         ]
         if ur:
-            from stepload_drivers.emulators.ur_emulator import run_ur_emulator
+            from stepload_drivers.emulators.ur_emulator import parse_version, run_ur_emulator
 
             typer.echo("\n".join(greeting))
             others = {name: partial(obey, board) for name, board in boards.items()}
             try:
                 run_ur_emulator(
-                    ur, direction=approach, axis=live.axis, until_eof=until_eof, others=others
+                    ur,
+                    version=parse_version(ur_version),
+                    direction=approach,
+                    axis=live.axis,
+                    commands=commands,
+                    until_eof=until_eof,
+                    others=others,
                 )
             except (ValueError, OSError) as error:
                 raise BadInputError(
@@ -186,15 +199,23 @@ def rig(
             serve(boards[sensors[0]], greeting, typer.echo, until_eof=until_eof)
 
 
-def _faults_of(name: str, sensors: tuple[str, ...], faults: list[str]) -> tuple[Any, ...]:
-    found = []
+def _faults_by_driver(sensors: tuple[str, ...], faults: list[str]) -> dict[str, list[str]]:
+    """Texts of `DRIVER=FAULT` by driver, "ur" among them; no driver: the first sensor.
+
+    Raises:
+        BadInputError: a driver that is not emulated.
+    """
+    found: dict[str, list[str]] = {name: [] for name in (*sensors, "ur")}
     for text in faults:
         driver, equals, rest = text.partition("=")
         if not equals:
             driver, rest = sensors[0], text
-        if driver == name:
-            found.append(parse_fault(rest))
-    return tuple(found)
+        if driver not in found:
+            raise BadInputError(
+                f"--fault {text}: no {driver!r} here", hint=f"one of {', '.join(found)}"
+            )
+        found[driver].append(rest)
+    return found
 
 
 ur_command.register(app)

@@ -11,7 +11,7 @@ from typing import Protocol
 
 from stepload_drivers.emulators.faults import FaultBoard
 from stepload_drivers.emulators.physics import Wrench, WrenchSource
-from stepload_drivers.emulators.wire import TcpWire, Wire
+from stepload_drivers.emulators.wire import PtyWire, TcpWire, Wire
 
 IDLE_S = 0.05
 CATCH_UP_S = 1.0
@@ -22,7 +22,7 @@ class Emulated(Protocol):
 
     `period_s` is None while the device does not stream. `sample` gives what one sample puts on
     the wire, as units that may be lost one by one (frames); `receive` its answers, each of them
-    units likewise.
+    units likewise; `restart` what it says after power-up.
     """
 
     @property
@@ -31,6 +31,8 @@ class Emulated(Protocol):
     def receive(self, data: bytes, now_s: float) -> list[list[bytes]]: ...
 
     def sample(self, time_s: float) -> list[bytes]: ...
+
+    def restart(self, now_s: float) -> list[list[bytes]]: ...
 
 
 class Measured:
@@ -56,7 +58,11 @@ class Measured:
         )
         if drift := board.magnitude("drift"):
             extra_n += drift / 60.0 * board.since_s("drift")
-        return self._source.wrench(time_s, extra_n)
+        wrench = self._source.wrench(time_s, extra_n)
+        if (gain := board.magnitude("gain")) is None:
+            return wrench
+        fx, fy, fz, tx, ty, tz = (gain * value for value in wrench)
+        return (fx, fy, fz, tx, ty, tz)
 
 
 class Emulator:
@@ -76,6 +82,7 @@ class Emulator:
         self._thread = threading.Thread(target=self._run, name=f"emulate {wire.address}")
         self._held: deque[tuple[float, bytes]] = deque()
         self._flush_s = 0.0
+        self._restarted = False
         self.produced = self.sent = self.spoiled = self.overrun = 0
 
     def start(self) -> None:
@@ -104,8 +111,13 @@ class Emulator:
                 self._halt.wait()
                 return
             self._serve(next_s)
-            period_s = self.device.period_s
             now_s = time.monotonic()
+            restart = self.board.on("restart")
+            if restart and not self._restarted:
+                for units in self.device.restart(now_s):
+                    self._send(units, now_s)
+            self._restarted = restart
+            period_s = self.device.period_s
             if period_s is None:
                 next_s = None
                 continue
@@ -160,6 +172,7 @@ class Emulator:
         spoiled = self._spoil(data)
         self.spoiled += spoiled != data
         delay_s = self.board.magnitude("late") or 0.0
+        delay_s += (self.board.magnitude("lag") or 0.0) * self.board.since_s("lag")
         hold_s = self.board.magnitude("batch")
         if delay_s or hold_s or self._held:
             at_s = due_s + delay_s
@@ -182,6 +195,8 @@ class Emulator:
             self.sent += 1
         else:
             self.overrun += 1
+        if isinstance(self._wire, PtyWire) and self._chance("second_reader"):
+            self._wire.steal(self._random.randint(1, len(data)))
 
     def _spoil(self, data: bytes) -> bytes:
         if self._chance("bit_flip"):

@@ -42,6 +42,10 @@ class GaugeDevice:
         *asked, self._input = (self._input + data).split(self._request)
         return [self.sample(now_s) for _ in asked]
 
+    def restart(self, now_s: float) -> list[list[bytes]]:
+        self._input = b""
+        return []
+
     def sample(self, time_s: float) -> list[bytes]:
         value = self._closed_m(time_s) / self._unit_m
         text = f"{value:+0{6 + self._decimals}.{self._decimals}f}"

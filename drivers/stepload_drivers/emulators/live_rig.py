@@ -9,7 +9,7 @@ from typing import Any
 
 from stepload.errors import BadInputError
 from stepload.rig.world import PayloadTruth, WorldFault, WorldSpec
-from stepload_drivers.emulators.catalog import EMULATORS
+from stepload_drivers.emulators.catalog import CAN_SENSORS, EMULATORS
 from stepload_drivers.emulators.emulator import Emulator
 from stepload_drivers.emulators.faults import FaultBoard
 from stepload_drivers.emulators.physics import WrenchSource
@@ -66,10 +66,15 @@ class LiveRig:
     Args:
         sensors: driver names, each once; "gauge_serial" measures the deformation.
         boards: fault board of each sensor by name; sound where there is none.
+        transport: of sensors on CAN, "slcan" or "socketcand".
     """
 
     def __init__(
-        self, spec: WorldSpec, sensors: tuple[str, ...], boards: dict[str, FaultBoard]
+        self,
+        spec: WorldSpec,
+        sensors: tuple[str, ...],
+        boards: dict[str, FaultBoard],
+        transport: str = "slcan",
     ) -> None:
         self.world = LiveWorld(spec)
         self.axis = LiveAxis(self.world)
@@ -88,6 +93,8 @@ class LiveRig:
                 options["rated_n"] = spec.force_range_n
             elif spec.force_range_n > 200.0:
                 options["model_name"] = "RFT80-6A03"
+            if name in CAN_SENSORS:
+                options["transport"] = transport
             self.emulators[name] = EMULATORS[name](
                 source, boards.get(name, FaultBoard()), **options
             )

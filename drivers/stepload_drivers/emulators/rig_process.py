@@ -31,6 +31,8 @@ class RigProcess:
         sensors: driver names of the sensors.
         links: name of its own for a sensor's port, by driver name.
         faults: faults from the start, as in `stepload emulate rig --fault`.
+        transport: of sensors on CAN, "slcan" or "socketcand".
+        version: PolyScope version of the arm.
 
     Raises:
         RefusedError: it did not start, with its last words.
@@ -44,6 +46,8 @@ class RigProcess:
         sensors: Sequence[str] = ("bota_serial",),
         links: Mapping[str, Path] | None = None,
         faults: Sequence[str] = (),
+        transport: str = "slcan",
+        version: str = "5.12.6.0",
     ) -> None:
         with tempfile.NamedTemporaryFile("w", suffix=".json") as world:
             world.write(dump_spec(spec))
@@ -52,6 +56,7 @@ class RigProcess:
             words += [f"--sensor={name}" for name in sensors]
             words += [f"--link={name}={path}" for name, path in (links or {}).items()]
             words += [f"--fault={fault}" for fault in faults]
+            words += [f"--transport={transport}", f"--ur-version={version}"]
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "stepload_drivers.emulators", *words],
                 stdin=subprocess.PIPE,

@@ -73,6 +73,11 @@ class RftCore:
             return self._idle_command(name, first, second)
         return []
 
+    def restart(self) -> None:
+        """Idle and without bias, as after power-up; rate and filter persist."""
+        self._streaming = False
+        self._bias = [0] * 6
+
     def _idle_command(self, name: int, first: int, second: int) -> list[bytes]:
         if name == Command.START:
             self._streaming = True
@@ -158,6 +163,10 @@ class RftUart:
     def sample(self, time_s: float) -> list[bytes]:
         return [uart_frame(self._core.payload(time_s))]
 
+    def restart(self, now_s: float) -> list[list[bytes]]:
+        self._core.restart()
+        return []
+
 
 class RftCan:
     """The core behind CAN: commands to `receiver_id`, payloads as two frames."""
@@ -189,6 +198,10 @@ class RftCan:
 
     def sample(self, time_s: float) -> list[bytes]:
         return self._units(self._core.payload(time_s))
+
+    def restart(self, now_s: float) -> list[list[bytes]]:
+        self._core.restart()
+        return []
 
     def _units(self, payload: bytes) -> list[bytes]:
         first_id, second_id = self._ids

@@ -7,10 +7,16 @@ from typing import NamedTuple, Protocol
 
 
 class AxisState(NamedTuple):
-    """Measured travel along the approach axis, and the force it presses with (positive)."""
+    """Measured travel along the approach axis, and the force it presses with (positive).
+
+    `contact_n` is the true contact force where `force_n` is the arm's noisy idea of it, `peak_n`
+    its largest value so far.
+    """
 
     position_m: float
     force_n: float
+    contact_n: float = 0.0
+    peak_n: float = 0.0
 
 
 class Axis(Protocol):

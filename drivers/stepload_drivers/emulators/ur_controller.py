@@ -184,13 +184,16 @@ class UrController:
     def truth(self) -> dict[str, object]:
         """What is really the case, for tests and for the `state` command."""
         program = self._program
+        axis = self.robot.axis.state()
         watchdog_hz = program.watchdog_hz if isinstance(program, ControlProgram) else 0.0
         return {
             "time_s": self.robot.time_s,
             "position_m": self.robot.position_m,
             "target_m": self.robot.travel_of(self.robot.target),
             "speed_m_s": self.robot.speed_m_s,
-            "force_n": self.robot.axis.state().force_n,
+            "force_n": axis.force_n,
+            "contact_n": axis.contact_n,
+            "peak_n": axis.peak_n,
             "moving": self.robot.moving,
             "runtime_state": self.runtime_state,
             "watchdog_hz": watchdog_hz,

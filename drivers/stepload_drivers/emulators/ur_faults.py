@@ -5,30 +5,31 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 HELP = """\
-drop [rst]           close every connection (FIN, or RST)
-refuse on|off        close every connection and refuse new ones
-freeze on|off        send no more data packages; TCP stays up
-repeat on|off        send the same data package for ever
-blackhole on|off     read and send nothing on any port (cable out)
-protective-stop      as after a collision; `unlock` releases it
-emergency-stop       `release` lets go, the arm stays powered off
-safeguard on|off     safeguard stop; releasing resumes the program
-kill-program         stop the program as from the pendant
-local on|off         local control: scripts are ignored
-nan on|off           NaN in every floating-point value
-random on|off        random bytes as values
-wrong-type on|off    data packages under an unknown type
-wrong-recipe on|off  data packages with another recipe id
-short on|off         data packages cut in half, size field correct
-wrong-size           one data package whose size field lies
-rate HZ              send at most HZ packages a second; 0: every period
-jitter SECONDS       delay each package by a random time up to SECONDS
-claim FIRST LAST     another client owns these input registers
-state                print the truth as one line of JSON
-quit                 end"""
+drop [rst]            close every connection (FIN, or RST)
+refuse on|off         close every connection and refuse new ones
+freeze on|off         send no more data packages; TCP stays up
+repeat on|off         send the same data package for ever
+blackhole on|off      read and send nothing on any port (cable out)
+protective-stop       as after a collision; `unlock` releases it
+emergency-stop        `release` lets go, the arm stays powered off
+safeguard on|off      safeguard stop; releasing resumes the program
+kill-program          stop the program as from the pendant
+ignore-inputs on|off  what clients write gets lost, so that the watchdog trips
+local on|off          local control: scripts are ignored
+nan on|off            NaN in every floating-point value
+random on|off         random bytes as values
+wrong-type on|off     data packages under an unknown type
+wrong-recipe on|off   data packages with another recipe id
+short on|off          data packages cut in half, size field correct
+wrong-size            one data package whose size field lies
+rate HZ               send at most HZ packages a second; 0: every period
+jitter SECONDS        delay each package by a random time up to SECONDS
+claim FIRST LAST      another client owns these input registers
+state                 print the truth as one line of JSON
+quit                  end"""
 
 SWITCHES = (
-    "refuse", "freeze", "repeat", "blackhole", "local",
+    "refuse", "freeze", "repeat", "blackhole", "local", "ignore-inputs",
     "nan", "random", "wrong-type", "wrong-recipe", "short",
 )  # fmt: skip
 
@@ -42,6 +43,7 @@ class Faults:
     repeat: bool = False
     blackhole: bool = False
     local: bool = False
+    ignore_inputs: bool = False
     nan: bool = False
     random: bool = False
     wrong_type: bool = False

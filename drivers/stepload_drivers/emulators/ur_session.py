@@ -95,6 +95,8 @@ class Session:
         return bytes([number]) + ",".join(types).encode()
 
     def _write(self, payload: bytes) -> None:
+        if self._controller.faults.ignore_inputs:
+            return
         names, layout = self._inputs.get(payload[0] if payload else 0, ([], None))
         if layout is None or layout.size != len(payload):
             return

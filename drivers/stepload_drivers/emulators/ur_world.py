@@ -28,7 +28,12 @@ class LiveAxis:
     def state(self) -> AxisState:
         state = self.world.state()
         force_n = state.arm_force_n
-        return AxisState(state.position_m, state.force_n if math.isnan(force_n) else force_n)
+        return AxisState(
+            state.position_m,
+            state.force_n if math.isnan(force_n) else force_n,
+            state.force_n,
+            state.peak_force_n,
+        )
 
 
 def axis_in_world(**truth: Any) -> LiveAxis:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,13 +17,27 @@ from stepload.plan.model import DriverChoice, Plan
 from stepload.rehearse import world_for
 from stepload_drivers.emulators.rig_process import RigProcess
 
+sys.path.insert(0, str(Path(__file__).parent))  # for fault_table
+
 DEMO = Path(__file__).parents[3] / "procedures" / "demo-wire.yaml"
+ATI_RATE_HZ = 500.0
 _COUNT = itertools.count()
 
 
 def _host() -> str:
     pid = os.getpid()
     return f"127.{128 + pid % 64}.{pid // 64 % 256}.{1 + next(_COUNT) % 254}"
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """With the long runs, a table of what each fault came to."""
+    if config.getoption("markexpr") == "not long":
+        return
+    for outcome in ("passed", "failed"):
+        for report in terminalreporter.getreports(outcome):
+            for text in (value for name, value in report.user_properties if name == "outcome"):
+                words = report.nodeid.partition("[")[2].rstrip("]")
+                terminalreporter.write_line(f"{report.duration:5.1f} s  {words}: {text}")
 
 
 @dataclass
@@ -35,7 +50,7 @@ class EmulatedRun:
 
 @pytest.fixture
 def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
-    """`emulated_run(sensor="robotous_can", world={...}, faults=[...], step_n=5.0)`."""
+    """`emulated_run(sensor="robotous_can", world={...}, faults=[...], top_force_n=5.0)`."""
     started: list[RigProcess] = []
 
     def start(
@@ -43,19 +58,34 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
         sensor: str = "bota_serial",
         world: dict[str, Any] | None = None,
         faults: tuple[str, ...] = (),
+        transport: str = "slcan",
+        version: str = "5.12",
+        arm_rate_hz: float = 500.0,
+        elastic_limit_n: float = 100.0,
         **procedure: Any,
     ) -> EmulatedRun:
         plan = load_plan(DEMO)
         quick = {
-            "tare_s": 0.5, "warm_up_s": 0.0, "touches": 1, "hold_s": 0.3, "unload": False,
-            "surface_distance_m": 1e-3, "surface_uncertainty_m": 1e-4, "retract_m": 1e-3,
-            "levels_n": (10.0, 20.0), "top_force_n": 20.0,
+            "tare_s": 0.25, "warm_up_s": 0.0, "touches": 1, "hold_s": 0.2, "unload": False,
+            "surface_distance_m": 3e-5, "surface_uncertainty_m": 2e-5, "retract_m": 2e-4,
+            "levels_n": (10.0, 20.0), "top_force_n": 20.0, "load_rate_n_per_s": 30.0,
         }  # fmt: skip
-        plan = replace(plan, procedure=replace(plan.procedure, **{**quick, **procedure}))
-        spec = replace(world_for(plan), **(world or {}))
-        rig = RigProcess(spec, ur=_host(), sensors=(sensor,), faults=faults)
+        arm = replace(plan.rig.arm, rate_hz=arm_rate_hz)
+        force = plan.rig.force
+        if sensor == "ati_can":
+            force = replace(force, rate_hz=ATI_RATE_HZ)
+        plan = replace(
+            plan,
+            payload=replace(plan.payload, declared_force_limit_n=elastic_limit_n),
+            procedure=replace(plan.procedure, **{**quick, **procedure}),
+            rig=replace(plan.rig, arm=arm, force=force),
+        )
+        surface_m = plan.procedure.surface_distance_m
+        spec = replace(world_for(plan), **{"surface_m": surface_m, **(world or {})})
+        rig = RigProcess(
+            spec, ur=_host(), sensors=(sensor,), faults=faults, transport=transport, version=version
+        )
         started.append(rig)
-        arm, force = plan.rig.arm, plan.rig.force
         ur = {**arm.driver.options, **rig.options["ur"], "prove_watchdog": False}
         read = {**rig.options[sensor], "max_age": force.driver.options["max_age"]}
         return EmulatedRun(
