@@ -51,7 +51,8 @@ bench: $(READY) ## Ratios against named baselines, measured side by side
 	@for script in bench/*.py; do case $$script in */_*|*/demo_wire.py|*/fuzz_*|*/soak.py|*/kill_*) continue;; esac; \
 	  echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
-fuzz: $(READY) ## Random frames into every decoder, 10 million each
+fuzz: $(READY) ## Property tests on new examples; random frames into every decoder, 10 million each
+	$(BIN)/pytest tests/unit --hypothesis-profile=explore
 	$(BIN)/python bench/fuzz_decoders.py --frames 10000000
 
 paper: $(READY) ## Regenerate docs/paper.md

@@ -32,10 +32,11 @@ LAYERS = {
     "R10": "no stop at a sequence or clock out of order",
     "leash": "the target is not bound to what the force has proved",
     "cap": "no speed cap in contact against a hidden hard stop",
-    "guarded": "guarded approach at the fast speed",
-    "all-but-R1": "a bare threshold: R1 only, no leash, no cap, fast approach to the surface",
+    "approach": "no force budget: approach at 10 mm/s all the way",
+    "all-but-R1": "a bare threshold: R1 only, no leash, no cap, approach at 10 mm/s",
 }
 """What can be switched off, each with one line of help."""
+FIXED_SPEED_M_S = 0.01
 _NEVER = -1e12
 
 
@@ -60,8 +61,10 @@ class Ablation:
 
     def limits(self, limits: RunLimits) -> RunLimits:
         """The limits of a run without the layer."""
-        if self.name in ("guarded", "all-but-R1"):
-            limits = replace(limits, guarded_speed_m_s=limits.fast_speed_m_s)
+        if self.name in ("approach", "all-but-R1"):
+            limits = replace(
+                limits, guarded_speed_m_s=FIXED_SPEED_M_S, fast_speed_m_s=FIXED_SPEED_M_S
+            )
         if self.name in ("leash", "all-but-R1"):
             limits = replace(limits, leash_free_m=1.0)
         return limits
