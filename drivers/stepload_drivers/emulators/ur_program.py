@@ -156,13 +156,13 @@ class ControlProgram:
 
 
 class UserScript:
-    """A small program sent to a script port: `stopl`, and `movel` relative to where the arm is.
+    """A small program sent to a script port: `stopl`, and `movel` relative to where the target is.
 
     Only what a rescue needs is understood; any other motion statement ends it at once.
     """
 
     _MOVE = re.compile(
-        r"movel\(pose_add\(get_actual_tcp_pose\(\),\s*p\[([^\]]*)\]\),\s*a=([\d.e+-]+),"
+        r"movel\(pose_add\(get_target_tcp_pose\(\),\s*p\[([^\]]*)\]\),\s*a=([\d.e+-]+),"
         r"\s*v=([\d.e+-]+)\)"
     )
 
@@ -188,7 +188,7 @@ class UserScript:
             self._waiting = lambda: abs(robot.speed_m_s) < 1e-3
         elif match := self._MOVE.match(line):
             step = [float(part) for part in match.group(1).split(",")]
-            goal = tuple(p + s for p, s in zip(robot.pose, step, strict=True))
+            goal = tuple(p + s for p, s in zip(robot.target, step, strict=True))
             robot.move(goal, float(match.group(3)))
             self._waiting = lambda: not robot.moving
         else:

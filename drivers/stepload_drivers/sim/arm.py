@@ -105,10 +105,10 @@ class WorldArm(Arm):
             raise self._refused("stop", problem)
 
     def retract(self, distance_m: float, speed_m_s: float, timeout_s: float) -> None:
-        """Ramp back from the measured position; see `Arm.retract`.
+        """Ramp back along the approach axis; see `Arm.retract`.
 
-        Begins at the last target where that is further back: a measured position that has frozen
-        must not become a push.
+        Begins at the measured position or the last target, whichever is further back: a measured
+        position that lies must not become a push.
         """
         host = self._host
         if host is None:

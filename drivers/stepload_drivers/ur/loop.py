@@ -50,7 +50,8 @@ class Loop:
     """State of one connection.
 
     `expect_stop` is set while a stop of the program is wanted; `muted` while nothing is sent;
-    `target_m` is the target that the arm follows, None while it follows none.
+    `target_m` is the target that the arm follows, None while it follows none; `commanded_m` the
+    last one there was, 0 (where the arm stood) before any.
     """
 
     def __init__(self, link: Link, settings: Settings, period_s: float) -> None:
@@ -60,6 +61,7 @@ class Loop:
         self.control: ControlPort | None = None
         self.requests: list[dict[str, Any]] = []
         self.target_m: float | None = None
+        self.commanded_m = 0.0
         self.fresh_target = False
         self.muted = False
         self.expect_stop = False
@@ -95,6 +97,8 @@ class Loop:
         """Take over a target, or none."""
         self.target_m = position_m
         self.fresh_target = position_m is not None
+        if position_m is not None:
+            self.commanded_m = position_m
 
     def sent(self) -> None:
         """An input went out by other means than `step`."""

@@ -51,7 +51,7 @@ def stop_servo(loop: Loop) -> dict[str, object]:
 
 
 def retract(loop: Loop, distance_m: float, speed_m_s: float) -> dict[str, object]:
-    """Ramp the servo target back from the measured position; goes on when the run has died."""
+    """Ramp the servo target back and see the arm follow."""
     from_m = _back_away(loop, distance_m, speed_m_s)
     goal_m = from_m - arrived_m(distance_m)
     _wait(loop, lambda _: loop.position_m < goal_m, 2.0, "the arm did not follow the retract")
@@ -143,8 +143,19 @@ def _restart(loop: Loop) -> None:
 
 
 def _back_away(loop: Loop, distance_m: float, speed_m_s: float) -> float:
-    """Move the target from the measured position back; returns that position."""
-    from_m = loop.position_m
+    """Move the target back from where the arm is; returns that position.
+
+    That is the measured position or the last target, whichever is further back: a measured position
+    that has jumped ahead, frozen or drifted must not become a push. Further behind the target than
+    any target may lead, one of the two is wrong, and no servo target is safe.
+    """
+    from_m = min(loop.position_m, loop.commanded_m)
+    behind_m, limit_m = loop.commanded_m - from_m, loop.settings.max_lead_m
+    if behind_m > limit_m:
+        raise RequestError(
+            f"the measured position is {behind_m * 1e3:.2f} mm behind the last target, "
+            f"limit {limit_m * 1e3:.2f} mm: left to the controller's own target"
+        )
     started_s = time.monotonic()
     loop.muted = False
     gone_m = 0.0

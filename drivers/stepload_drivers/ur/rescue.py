@@ -2,8 +2,9 @@
 
 A new ur_rtde would need two TCP handshakes, 23 recipes, a 42 kB upload and a working data stream
 before its first command, and its constructor can hang. A dashboard line, or a program of four lines
-on a script port, needs one TCP connection; it replaces the program that runs, and measures its own
-start pose on the controller. RTDE is read only to confirm.
+on a script port, needs one TCP connection; it replaces the program that runs, and starts from the
+controller's own target pose: no measured position, right or wrong, can lead it towards the surface.
+RTDE is read only to confirm.
 """
 
 from __future__ import annotations
@@ -41,12 +42,12 @@ STOP_SCRIPT = f"def stepload_stop():\n  stopl({DECELERATION_M_S2})\nend\n"
 def retract_script(
     approach: tuple[float, float, float], distance_m: float, speed_m_s: float
 ) -> str:
-    """URScript: stop, then straight back along the approach axis from the measured pose."""
+    """URScript: stop, then straight back along the approach axis from where the target stopped."""
     step = ", ".join(f"{-component * distance_m:.9f}" for component in approach)
     return (
         "def stepload_retract():\n"
         f"  stopl({DECELERATION_M_S2})\n"
-        f"  movel(pose_add(get_actual_tcp_pose(), p[{step}, 0, 0, 0]), "
+        f"  movel(pose_add(get_target_tcp_pose(), p[{step}, 0, 0, 0]), "
         f"a={ACCELERATION_M_S2}, v={speed_m_s:.6f})\n"
         "end\n"
     )

@@ -157,7 +157,10 @@ class Arm(Device):
 
     @abstractmethod
     def retract(self, distance_m: float, speed_m_s: float, timeout_s: float) -> None:
-        """Unload without the engine: from the *measured* position back along the approach axis.
+        """Unload without the engine: back along the approach axis, never forth.
+
+        From the measured position or the last target, whichever is further back: a measured
+        position that has jumped, frozen or drifted must not become a push.
 
         Used by safing when the loop is gone. Blocks until there or `timeout_s`.
 

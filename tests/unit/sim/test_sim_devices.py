@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import statistics
 from dataclasses import replace
@@ -182,6 +183,22 @@ def test_safe_stops_and_keeps_the_force_on() -> None:
     rig.clock.sleep_until(rig.clock.now_s() + 0.5)
     assert rig.world.true_force_n == pytest.approx(before_n, rel=0.1)
     rig.arm.safe(0.5)
+
+
+@pytest.mark.parametrize(
+    ("kind", "magnitude"),
+    [("position_jump", 20e-3), ("position_jump", -20e-3), ("position_drift", 0.1),
+     ("position_drift", -0.1), ("position_frozen", 0.0)],
+)  # fmt: skip
+def test_a_lying_position_cannot_turn_the_retract_round(kind: str, magnitude: float) -> None:
+    rig = opened(replace(SPEC, faults=(WorldFault(kind, 0.9, math.inf, magnitude),)))
+    run(rig, 1.0, 0.2e-3)
+    assert rig.world.true_force_n > 50.0
+    peak_n = rig.world.true_peak_force_n
+    with contextlib.suppress(DeviceError):  # it is not confirmed where the position denies it
+        rig.arm.retract(1e-3, 0.01, 0.5)
+    assert rig.world.true_force_n == 0.0
+    assert rig.world.true_peak_force_n == peak_n
 
 
 def test_retract_unloads_from_the_measured_position() -> None:
