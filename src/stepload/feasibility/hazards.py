@@ -8,21 +8,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from stepload.contact.catch_up import catch_up_force
 from stepload.feasibility.verdict import Reason, Severity
 from stepload.plan.model import Plan, SecondForceSource
+from stepload.plan.pressing import HARD_STOP_N_PER_M, Pressing
 from stepload.units import format_quantity
 
 UR_FORCE_LIMIT_REACTION_S = 0.25
 """Reaction time of a UR safety force limit; its tolerance is 25 N."""
 
 
-def hazards(plan: Plan, reaction_time_s: float, fast_speed_m_s: float) -> Iterator[Reason]:
-    """The named hazards that apply to this plan.
-
-    Args:
-        reaction_time_s: T_react from force to first unloading motion.
-        fast_speed_m_s: speed of the fast approach.
-    """
+def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
+    """The named hazards that apply to this plan."""
+    reaction_time_s = pressing.rig.reaction_s
     arm = plan.rig.arm
     k_s = plan.rig.system_stiffness.stiffness_n_per_m
     fuse_n = plan.rig.mechanical_fuse_n
@@ -40,14 +38,16 @@ def hazards(plan: Plan, reaction_time_s: float, fast_speed_m_s: float) -> Iterat
         " robot's own force limit acts)",
         layer, runaway_n, math.nan, "N",
     )  # fmt: skip
-    impact_n = fast_speed_m_s * math.sqrt(arm.effective_mass_kg * k_s)
-    yield Reason(
-        "contact_at_fast_speed", Severity.NOTE,
-        "if something stands in the way of the fast approach, v·√(m K_s) ="
-        f" {format_quantity(impact_n, 'N')} is there before any reaction",
-        "keep the way free; state surface_distance and surface_uncertainty honestly",
-        impact_n, math.nan, "N",
-    )  # fmt: skip
+    impact_n = catch_up_force(pressing.rig, pressing.ahead_m, HARD_STOP_N_PER_M)
+    if impact_n > pressing.forces.allowed_n:
+        yield Reason(
+            "held_back_commands", Severity.NOTE,
+            "if the link holds commands back and delivers them at once, just before something"
+            f" rigid that the plan does not know of, the arm hits it with up to"
+            f" {format_quantity(impact_n, 'N')} before any reaction",
+            "keep the way free; a quiet network; finer arm positions show it sooner",
+            impact_n, pressing.forces.allowed_n, "N",
+        )  # fmt: skip
     if plan.rig.second_force.source is not SecondForceSource.NONE:
         yield Reason(
             "both_channels_alike", Severity.NOTE,

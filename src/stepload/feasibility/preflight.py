@@ -313,7 +313,7 @@ def preflight(plan: Plan) -> Preflight:
     if found is not None:
         reasons += _identifiable_reasons(plan, secant_at_top, found)
     if pressing is not None:
-        reasons += hazards(plan, pressing.rig.reaction_s, pressing.fast_speed_m_s)
+        reasons += hazards(plan, pressing)
         if not refusal:
             reasons += softness(plan, pressing, theory.law, theory.elastic_limit_n)
     return Preflight(
