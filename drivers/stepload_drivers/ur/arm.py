@@ -110,6 +110,7 @@ class UrArm(Arm):
                 hint="approach in smaller steps, or raise the option max_lead",
             )
         if not self._send(wire.pack_target(position_m)):
+            self._pump()
             raise self._gone()
 
     def health(self) -> Health:

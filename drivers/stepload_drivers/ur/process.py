@@ -55,18 +55,26 @@ class ChildProcess:
         return True
 
     def receive(self, wait_s: float = 0.0) -> list[bytes]:
-        """All messages that are there, waiting at most `wait_s` for the first."""
+        """All messages that are there, waiting at most `wait_s` for the first.
+
+        A child that ends with messages unread is told of once as a reset, before its last words.
+        """
         if wait_s > 0.0:
             select.select([self._sock], [], [], wait_s)
-        messages = []
-        try:
-            while message := self._sock.recv(wire.MAX_BYTES):
+        messages: list[bytes] = []
+        while not self.ended:
+            try:
+                message = self._sock.recv(wire.MAX_BYTES)
+            except BlockingIOError:
+                break
+            except ConnectionResetError:
+                continue
+            except OSError:
+                message = b""
+            if message:
                 messages.append(message)
-            self.ended = True
-        except BlockingIOError:
-            pass
-        except OSError:
-            self.ended = True
+            else:
+                self.ended = True
         return messages
 
     def last_words(self) -> str:
@@ -74,9 +82,11 @@ class ChildProcess:
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(0.5)
         status = self._process.returncode
-        if status == -signal.SIGALRM:
+        if status is None:
+            text = "the ur_rtde process has closed its connection to the run"
+        elif status == -signal.SIGALRM:
             text = "ur_rtde hung and was ended"
-        elif status is not None and status < 0:
+        elif status < 0:
             text = f"ur_rtde crashed ({signal.Signals(-status).name})"
         else:
             text = f"the ur_rtde process ended with status {status}"

@@ -1,6 +1,6 @@
 """Every fault of a UR controller, its link and of the force sensors: what a run makes of it.
 
-One row of `ROWS` is one whole run. Which row of the issue 4 fault lists a line covers:
+One row of `ROWS` is one whole run. Which of the known faults (first column) which rows cover:
 
 A UR controller and its link
   drop (FIN, RST)                        drop, drop rst
@@ -25,7 +25,7 @@ A UR controller and its link
   registers in use, 2nd control object   claim 0 23; the second arm in test_run_faults.py
   no data at construction                freeze on (before the run)
   blackhole at construction              blackhole on (before the run)
-  client killed -9                       host kill; the whole run in test_run_killed.py
+  client killed -9                       host kill; the whole run: tests/wire/ur/test_ur_death.py
 
 Force sensors
   checksum, sync loss, lost on resync    bit_flip, noise, cut; noise:0.003, drop:0.05: counted
@@ -40,7 +40,8 @@ Force sensors
   torn sample, reply out of step         torn; late (ATI): counted
   unplug, second reader, boot banner     unplug (slcan, socketcand, serial), second_reader, restart
   wrong divider or units                 wrong_model, gain
-  the emulators' other switches          silent, nan, clock_stop, clock_jump, wrap, late, deaf, refuse
+  the emulators' other switches          silent, nan, clock_stop, clock_jump, wrap, late, deaf,
+                                         refuse
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ def test_losses_are_found_and_the_stop_is_proven(emulated_run, monkeypatch):
     run = emulated_run(faults=("bota_serial=drop:0.1",))
     told = []
     found = examine(
-        run.plan, dry_run=False, seconds=2.0, still=False, against_spring=False, tell=told.append
+        run.plan, dry_run=False, seconds=1.0, still=False, against_spring=False, tell=told.append
     )
     assert tuple(told) == found.lines
     lines = {line.name: line for line in found.lines}
