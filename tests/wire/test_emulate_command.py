@@ -65,6 +65,13 @@ def test_an_unknown_fault_is_refused_with_the_known_ones():
     assert "bit_flip" in result.exception.hint
 
 
+@pytest.mark.parametrize("fault", ["gremlin=drop", "ur=freeze on"])
+def test_a_rig_refuses_a_fault_of_what_it_does_not_emulate(fault):
+    result = CliRunner().invoke(app, ["rig", "--fault", fault])
+    assert isinstance(result.exception, BadInputError)
+    assert fault in result.exception.message
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [

@@ -152,6 +152,8 @@ def rig(
     sensors = tuple(sensor or ("bota_serial",))
     faults = _faults_by_driver(sensors, fault or [])
     commands = faults.pop("ur")
+    if commands and not ur:
+        raise BadInputError(f"--fault ur={commands[0]}: no arm here", hint="add --ur ADDRESS")
     boards = {
         name: FaultBoard(tuple(parse_fault(text) for text in texts))
         for name, texts in faults.items()

@@ -40,6 +40,12 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
                 terminalreporter.write_line(f"{report.duration:5.1f} s  {words}: {text}")
 
 
+@pytest.fixture
+def free_host() -> str:
+    """A loopback address that no other test process uses."""
+    return _host()
+
+
 @dataclass
 class EmulatedRun:
     """A plan, and the emulated rig that its addresses lead to."""
@@ -84,7 +90,12 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
         surface_m = plan.procedure.surface_distance_m
         spec = replace(world_for(plan), **{"surface_m": surface_m, **(world or {})})
         rig = RigProcess(
-            spec, ur=_host(), sensors=(sensor,), faults=faults, transport=transport, version=version
+            spec,
+            ur=_host(),
+            sensors=(sensor,),
+            faults=faults,
+            transport=transport,
+            version=version,
         )
         started.append(rig)
         ur = {**arm.driver.options, **rig.options["ur"], "prove_watchdog": False}
