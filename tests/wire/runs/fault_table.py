@@ -97,7 +97,7 @@ def _sensor(name: str, fault: str, end: str = RETRACTED, says: str = "", **more:
     return Row((f"{name} {fault}",), end, says, sensor=name, **more)
 
 
-_LINK_LOST = r"(device .*(not_connected|driver): |loop DeviceError: position target not sent)"
+_LINK_LOST = "(device|loop) .*(the controller closed the connection|ur_rtde crashed)"
 _FLAGGED = "R4 arm: cannot follow"
 _OLD = "(R3 arm: no new|R7 the arm was told to move|device .*stale: no new)"
 
@@ -120,7 +120,7 @@ ARM = (
     _arm("random on", says="(device|loop) .*(not.finite|out.of.range|clock)"),
     _arm("wrong-type on", says=_OLD),
     _arm("wrong-recipe on", end=UNHARMED),
-    _arm("short on", says="(device|loop) "),
+    _arm("short on", says="(device|loop) .*(not.finite|out.of.range|clock)"),
     _arm("wrong-size", says="(device|loop) .*ur_rtde crashed"),
     _arm("host kill", says="(device|loop) .*ur_rtde crashed"),
     _arm("local on", end=REFUSED, says="not_remote", at_start=True, always=True),

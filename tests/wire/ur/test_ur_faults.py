@@ -107,18 +107,27 @@ def test_retract_goes_out_when_ur_rtde_is_gone(start_emulator, make_arm, follow,
     assert wait_until_still(emulator)["position_m"] == pytest.approx(before - 0.002, abs=2e-4)
 
 
-def test_retract_without_data_is_sent_though_it_cannot_be_confirmed(
-    start_emulator, make_arm, follow, after
+@pytest.mark.parametrize(
+    ("command", "code"),
+    [
+        ("freeze on", FaultCode.NOT_CONNECTED),
+        ("nan on", FaultCode.NOT_FINITE),
+        ("random on", FaultCode.OUT_OF_RANGE),
+        ("wrong-type on", FaultCode.CORRUPT),
+    ],
+)
+def test_retract_without_data_is_carried_out_though_it_cannot_be_confirmed(
+    start_emulator, make_arm, follow, after, command, code
 ):
     emulator = start_emulator()
     arm = make_arm(emulator.host)
     arm.open(15.0)
     follow(arm, after(0.2))
-    emulator.command("freeze on")
+    emulator.command(command)
     before = emulator.state()["position_m"]
     with pytest.raises(DeviceError) as caught:
-        arm.retract(0.002, 0.02, 3.0)
-    assert caught.value.code == FaultCode.NOT_CONNECTED
+        arm.retract(0.002, 0.02, 2.0)
+    assert caught.value.code == code
     assert wait_until_still(emulator)["position_m"] < before - 0.0015
 
 
