@@ -29,6 +29,8 @@ LEASH_SHARE = 0.9
 LEAST_PROGRESS_M = 5e-6
 PROGRESS_SHARE = 0.25
 """An approach at this share of the guarded speed still counts as progress; touches use half."""
+REST_S = 0.1
+"""An arm whose target rests for so long has come to rest where its commands put it."""
 STILL_SHARE = 0.25
 """Of its commanded travel an arm must be seen to go; less is none."""
 ANSWER_FILTER_S = 0.3
@@ -71,8 +73,9 @@ class Supervisor:
         "_answer_alpha", "_answer_m", "_answer_n", "_answer_rise_n", "_cross_alpha", "_cross_s",
         "_delayed", "_delayed_at", "_difference_n", "_last_n", "_last_target_m",
         "_least_progress_m", "_limits", "_mean_n", "_model_alpha", "_model_m", "_now_s",
-        "_progress_m", "_progress_s", "_progress_time_s", "_recent_m_s", "_second_is_arm",
-        "_slope_noise_n_per_s", "_slow_n", "_speed_decay", "_steps", "_still_m", "_still_model_m",
+        "_progress_m", "_progress_s", "_progress_time_s", "_recent_m_s", "_rest", "_rest_steps",
+        "_second_is_arm", "_slope_noise_n_per_s", "_slow_n", "_speed_decay", "_steps",
+        "_still_blur_m", "_still_m", "_still_model_m",
         "_tared", "_taut_s", "arm", "cause", "force", "force_n", "predicted_n", "second",
         "second_n", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n", "smooth_tau_s",
         "speed_m_s", "zero_n",
@@ -114,6 +117,8 @@ class Supervisor:
         self._delayed = [math.nan] * max(1, round(limits.command_delay_s / period_s))
         self._delayed_at = 0
         self._model_m = self._last_target_m = self._still_model_m = self._still_m = math.nan
+        self._still_blur_m = 0.0
+        self._rest, self._rest_steps = 0, math.ceil(REST_S / period_s)
         self._now_s = math.nan
         self._tared = False
         self._steps = 1
@@ -225,10 +230,15 @@ class Supervisor:
                 f"the arm is {error_m * 1e6:+.1f} um away from where its commands should put it",
             )  # fmt: skip
         moved_m = model_m - self._still_model_m
-        span_m = limits.still_m + limits.model_lag_s * recent
-        if not -span_m <= moved_m <= span_m:
+        blur_m = limits.model_lag_s * recent
+        span_m = limits.still_m + blur_m
+        self._rest = rest = 0 if speed else self._rest + steps
+        if rest >= self._rest_steps and self._still_blur_m > limits.still_m:
+            # What was seen in fast motion is no place to start from: the arm lagged behind.
+            self._still_model_m, self._still_m, self._still_blur_m = model_m, position_m, 0.0
+        elif not -span_m <= moved_m <= span_m:
             seen_m = position_m - self._still_m
-            self._still_model_m, self._still_m = model_m, position_m
+            self._still_model_m, self._still_m, self._still_blur_m = model_m, position_m, blur_m
             if not seen_m / moved_m >= STILL_SHARE:
                 return Finding(
                     "R7", seen_m, STILL_SHARE * moved_m, "m",

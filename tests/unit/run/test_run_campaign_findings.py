@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -12,10 +13,12 @@ from run_plans import STEEL, stvf_plan, ur_plan
 
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
 from stepload.record.rows import Phase, TickRow
+from stepload.rig.samples import ArmSample, ForceSample
 from stepload.rig.world import WorldFault
 from stepload.run.follow import Lead
 from stepload.run.limits import SECOND_IDENTICAL_COUNTS, derive_limits
 from stepload.run.loop import RunStatus, run_loop
+from stepload.run.supervisor import Supervisor
 
 QUICK = {"touches": 1, "tare_s": 0.2, "hold_s": 0.2, "settle_timeout_s": 0.3, "top_force_n": 100.0}
 
@@ -138,3 +141,34 @@ def test_a_target_is_never_further_ahead_than_allowed(steps: list[float]) -> Non
         target_m += step_m
         target_m -= lead.excess(target_m, 0.0, 2e-5)
         assert target_m <= 1.5 * 2e-5
+
+
+def slow_start_after_a_fast_move(fast_ms: int, frozen: bool) -> Supervisor:
+    """20 mm/s back, a rest, 0.7 mm/s on; the arm lags 5 ms more than it is believed to."""
+    supervisor = Supervisor(derive_limits(stvf_plan(), elastic_limit_n=727.0), "-fz")
+    target = position = 0.0
+    rows = [(fast_ms, -20e-6), (500, 0.0), (200, 0.7e-6)]
+    speeds = [speed for count, speed in rows for _ in range(count)]
+    for index, speed in enumerate(speeds):
+        target += speed
+        if not (frozen and index >= fast_ms + 500):
+            position += (target - position) / 12.0
+        time_s, wiggle = index * 1e-3, 1e-9 * (index % 7)
+        wrench = (0.0, 0.0, 0.01 * (index % 7), 0.0, 0.0, 0.0)
+        pose = (0.0, 0.0, -position, 0.0, 0.0, 0.0)
+        force = ForceSample(index, time_s, time_s, 0, wrench, math.nan)
+        arm = ArmSample(index, time_s, time_s, 0, position + wiggle, wrench[2], pose)
+        supervisor.check(time_s, [force], [arm], (), target, 1e-6, Phase.HOLD)
+    return supervisor
+
+
+def test_where_an_arm_was_in_fast_motion_does_not_judge_its_next_slow_start() -> None:
+    for fast_ms in range(60, 90):
+        assert slow_start_after_a_fast_move(fast_ms, frozen=False).cause is None
+
+
+def test_an_arm_that_does_not_start_after_a_rest_is_seen() -> None:
+    cause = slow_start_after_a_fast_move(75, frozen=True).cause
+    assert cause is not None
+    assert cause.rule == "R7"
+    assert cause.time_s < 0.75
