@@ -111,7 +111,7 @@ ARM = (
     _arm("protective-stop", end=HELD, says=_FLAGGED, always=True),
     _arm("emergency-stop", end=HELD, says=_FLAGGED),
     _arm("safeguard on", end=HELD, says=_FLAGGED),
-    _arm("kill-program", says=_FLAGGED, always=True),
+    _arm("kill-program", says=_FLAGGED),
     _arm("ignore-inputs on", says=_FLAGGED),
     _arm("local on", "kill-program", end=HELD, says=_FLAGGED),
     _arm("rate 50", end=UNHARMED, counted="arm lost"),
@@ -147,6 +147,8 @@ _WRONG_FORCE = "(R1|R2|R5|R9) "
 _CLOCK = r"(R10 force sensor|device .*clock: )"
 _BY_DEVICE = "(R4 force sensor: the device flags|device .*device_reports)"
 _TCP = {"transport": "socketcand"}
+_FAR = {"retract_m": 1e-3}
+"""A sensor that reads a tenth is touched, as it seems, half a millimetre late."""
 
 SENSORS = (
     _sensor(BOTA, "bit_flip:0.3", says=_CORRUPT),
@@ -214,7 +216,7 @@ SENSORS = (
     _sensor(ATI, "drop", says=_SILENT),
     _sensor(ATI, "freeze", says=_SAME),
     _sensor(ATI, "zero", says=r"(R4 force sensor: \d+ identical|R9 force jumped)"),
-    _sensor(ATI, "wrong_model", says=_DISAGREES, at_start=True),
+    _sensor(ATI, "wrong_model", says=_DISAGREES, at_start=True, rig=_FAR),
     _sensor(ATI, "lag:0.8", says=f"({_DISAGREES}|{_SILENT})"),
     _sensor(ATI, "unplug", says=f"{_GONE}: CAN bus"),
     _sensor(ATI, "unplug", says=f"{_GONE}: CAN bus", rig=_TCP),

@@ -129,9 +129,9 @@ def test_samples_wait_for_a_run_that_does_not_read(start_emulator, make_arm):
     arm = make_arm(emulator.host)
     arm.open(15.0)
     arm.drain()
-    time.sleep(2.0)
+    time.sleep(1.0)
     samples = arm.drain()
     time.sleep(0.1)
     samples += arm.drain()
-    assert samples[-1].sequence - samples[0].sequence >= 900
+    assert samples[-1].sequence - samples[0].sequence >= 450
     assert len(samples) + arm.health().lost >= samples[-1].sequence - samples[0].sequence

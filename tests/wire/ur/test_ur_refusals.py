@@ -34,7 +34,7 @@ def test_open_refuses(start_emulator, make_arm, emulation, options, code, says):
     emulator = start_emulator(**emulation)
     arm = make_arm(emulator.host, **options)
     with pytest.raises(DeviceError) as caught:
-        arm.open(2.0)
+        arm.open(0.7 if code == FaultCode.NOT_CONNECTED else 5.0)
     assert caught.value.code == code
     assert says in str(caught.value)
     assert emulator.state()["uploads"] == 0
