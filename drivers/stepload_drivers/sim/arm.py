@@ -15,6 +15,7 @@ _NAME = "sim arm"
 _STILL_M_S = 1e-6
 _ARRIVED_M = 20e-6
 _ARRIVED_QUANTA = 3.0
+_MAX_LEAD_M = 1e-3
 
 
 class WorldArm(Arm):
@@ -24,7 +25,7 @@ class WorldArm(Arm):
         self._find_host = find_host
         self._host: Host | None = None
         self._stream: Stream | None = None
-        self._delay_s = 0.0
+        self._delay_s = self._last_target_m = 0.0
         self._faults: Schedule | None = None
         self.period_s = 0.0
         self.has_force = False
@@ -37,6 +38,7 @@ class WorldArm(Arm):
             self._host = host
             self._faults = Schedule.for_arm(spec.faults)
             self._delay_s = spec.command_delay_s
+            self._last_target_m = host.world.plant.target_m
             self.period_s = 1.0 / spec.arm_rate_hz
             self.has_force = spec.arm_has_force
         return Identity("sim", "simulated axis", "SIM-ARM", "1", "none")
@@ -54,6 +56,12 @@ class WorldArm(Arm):
         host = self._host
         if host is None:
             raise not_open(_NAME)
+        if position_m > self._last_target_m + _MAX_LEAD_M:
+            raise DeviceError(
+                f"{_NAME}: target more than {_MAX_LEAD_M * 1e3:g} mm ahead of the last one",
+                code=FaultCode.OUT_OF_RANGE,
+            )
+        self._last_target_m = position_m
         now_s = host.catch_up() - host.origin_s
         assert self._faults is not None
         delay_s = self._delay_s

@@ -51,6 +51,7 @@ class UrArm(Arm):
         self._tally = Tally(self.period_s)
         self._samples: list[ArmSample] = []
         self._start: state.Vector6 | None = None
+        self._target_m = 0.0
         self._last: ArmSample | None = None
         self._runtime_state = 0
         self._fault: Fault | None = None
@@ -66,7 +67,7 @@ class UrArm(Arm):
         self.period_s = controller.period_s
         self._tally = Tally(self.period_s)
         self._samples, self._last, self._start, self._fault = [], None, None, None
-        self._replies = {}
+        self._replies, self._target_m = {}, 0.0
         left_s = max(0.1, deadline_s - time.monotonic())
         self._child = ChildProcess(self._settings, self.period_s, left_s)
         while self._last is None:
@@ -101,10 +102,11 @@ class UrArm(Arm):
                 f"position target {position_m} m is not finite", code=FaultCode.NOT_FINITE
             )
         self._pump()
-        lead_m = position_m - self._last.position_m if self._last else 0.0
+        from_m = min(self._last.position_m, self._target_m) if self._last else self._target_m
+        lead_m = position_m - from_m
         if lead_m > self._settings.max_lead_m:
             raise DeviceError(
-                f"position target {lead_m * 1e3:.2f} mm ahead of the arm, "
+                f"position target {lead_m * 1e3:.2f} mm ahead of the arm or of its last target, "
                 f"limit {self._settings.max_lead_m * 1e3:.2f} mm",
                 code=FaultCode.OUT_OF_RANGE,
                 hint="approach in smaller steps, or raise the option max_lead",
@@ -112,6 +114,7 @@ class UrArm(Arm):
         if not self._send(wire.pack_target(position_m)):
             self._pump()
             raise self._gone()
+        self._target_m = position_m
 
     def health(self) -> Health:
         self._pump()

@@ -63,9 +63,9 @@ OPTIONS: Mapping[str, Option] = {
     ),
     "max_lead": Option(
         "quantity",
-        "a target further ahead of the measured position is refused",
+        "a target further ahead of the measured position or of the last target is refused",
         unit="m",
-        default=0.005,
+        default=0.002,
         low=1e-5,
         high=0.05,
     ),

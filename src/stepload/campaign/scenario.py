@@ -27,7 +27,7 @@ HEALTHY_SHARE = 0.15
 PLANTS = "plants"
 """Name of the anomalies of plants among the kinds."""
 INCIDENT_SHARE = 0.2
-LONGEST_RUN_S = 12.0
+LONGEST_RUN_S = 8.0
 """Draws that would take longer are drawn again, a few times."""
 _SHORT_DRAWS = 20
 _STEP_RATES = 5.0

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -128,6 +128,7 @@ class _Loop:
         self.ticks = self.overruns = 0
         self.worst_s = self.total_s = 0.0
         self._broken: set[str] = set()
+        self._explained = False
 
     def run(self) -> None:
         """Tick until the engine is done. Raises what `Arm.command` raises."""
@@ -161,6 +162,8 @@ class _Loop:
             )
             gauge_samples = self._drain(gauge, "displacement sensor", now_s) if gauge else nothing
             target_m, done = tick(now_s, force_samples, arm_samples, gauge_samples, second_samples)
+            if engine.cause is not None and not self._explained:
+                self._explain(now_s)
             if target_m == target_m:
                 self.busy = "the arm's command"
                 command(target_m)
@@ -204,14 +207,28 @@ class _Loop:
             return []
         return samples
 
+    def _explain(self, now_s: float) -> None:
+        """A rule sees what a device's data look like; the device may know why."""
+        self._explained = True
+        cause = self.engine.cause
+        if cause is None or not cause.rule.startswith("R"):
+            return
+        for message in self._faults():
+            self.engine.cause = cause = cause._replace(message=f"{cause.message}; {message}")
+            self.engine.events.append((now_s, "fault", {"message": message}))
+
+    def _faults(self) -> Iterator[str]:
+        """Latched faults of devices, in words."""
+        for role, device in _devices(self.rig):
+            if (fault := _fault_of(device)) is not None:
+                yield f"{self._who(role)}: {fault}"
+
     def _poll(self, now_s: float) -> None:
         """Latched faults of devices, and a recorder that does not record."""
         if self.engine.cause is not None:
             return
-        for role, device in _devices(self.rig):
-            if (fault := _fault_of(device)) is not None:
-                message = f"{self._who(role)}: {fault}"
-                self.engine.trip(Cause("device", 1.0, 0.0, "", 0.0, now_s, message))
+        for message in self._faults():
+            self.engine.trip(Cause("device", 1.0, 0.0, "", 0.0, now_s, message))
         if problem := self.recorder.problem():
             message = f"recording stopped: {problem}"
             self.engine.trip(Cause("recorder", 1.0, 0.0, "", 0.0, now_s, message))

@@ -16,7 +16,6 @@ from stepload.run.steps import LoadSteps
 from stepload.run.zeroing import Adopt, Zeroing
 
 START_REST_S = 0.05
-START_TIMEOUT_S = 5.0
 
 
 class StepProcedure:
@@ -40,20 +39,22 @@ class StepProcedure:
         course.act = self._start
 
     def _start(self, now_s: float, _step_s: float) -> None:
-        """Take the arm over where it stands; one odd sample, or an arm that moves, is no place."""
-        course = self._course
+        """Take the arm over where it stands.
+
+        Where it comes to rest after a motion that nobody commanded is no place to start from: a
+        position that jumped would be taken for where the arm is.
+        """
+        course, tolerance_m = self._course, self._course.limits.model_tolerance_m
         position_m = course.sup.arm.position_m
-        moved_m = abs(position_m - self._standing_m)
-        if not moved_m <= course.limits.model_tolerance_m:
+        if self._standing_m != self._standing_m:
             self._standing_m, self._standing_s = position_m, now_s
-            if course.since_s == 0.0:
-                course.since_s = now_s
-            elif now_s - course.since_s > START_TIMEOUT_S:
-                course.fail(
-                    "moving", moved_m, course.limits.model_tolerance_m, "m",
-                    f"the arm has not stood still for {START_REST_S:g} s, or does not say where it"
-                    " is: stop whatever moves it, and start again",
-                )  # fmt: skip
+        moved_m = position_m - self._standing_m
+        if abs(moved_m) > tolerance_m:
+            course.fail(
+                "moving", moved_m, tolerance_m, "m",
+                f"the arm moved by {moved_m * 1e3:+.3g} mm, or says so, and nothing was commanded:"
+                " stop whatever moves it, and start again",
+            )  # fmt: skip
         elif now_s - self._standing_s >= START_REST_S:
             course.target_m = position_m
             self._zeroing.warm_up(now_s, self._first_approach)

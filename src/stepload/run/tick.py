@@ -73,10 +73,10 @@ class Engine:
 
     @property
     def retract_distance_m(self) -> float:
-        """How far the arm must go back from where it is now for the contact to be open."""
+        """How far the arm must go back from where it may be now for the contact to be open."""
         procedure = self.procedure
         goal_m = self._safe_m if self.safing else procedure.release_m
-        way_m = procedure.believed_m - goal_m
+        way_m = max(procedure.believed_m, self.target_m) - goal_m
         return way_m if way_m > procedure.retract_m else procedure.retract_m
 
     def tick(

@@ -7,13 +7,15 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from run_bench import bench_for, run, run_to, spec_for
+from run_bench import Bench, bench_for, run, run_to, spec_for
 from run_plans import stvf_plan, ur_plan
 
+from stepload.campaign.incidents import NullRecorder
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.rig.world import WorldFault
 from stepload.run.limits import derive_limits
+from stepload.run.loop import RunOutcome, run_loop
 from stepload.run.supervisor import Supervisor
 
 F_C = 727.0
@@ -125,6 +127,37 @@ def test_an_arm_that_moves_by_itself_is_not_taken_over() -> None:
     assert engine.cause is not None
     assert engine.cause.rule == "moving"
     assert all(math.isnan(row.target_m) for row in rows)
+
+
+def run_whole(bench: Bench) -> RunOutcome:
+    """With safing; `run` leaves the rig as the engine left it."""
+    for device in (bench.rig.arm, bench.rig.force):
+        device.open(1.0)
+    return run_loop(bench.engine, bench.rig, NullRecorder())
+
+
+@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize(("start_s", "jump_m"), [(0.03, 7e-3), (0.03, 4e-4), (0.03, -7e-3)])
+def test_a_position_that_jumps_before_the_first_command_is_not_started_from(
+    make: Any, start_s: float, jump_m: float
+) -> None:
+    plan = make(**QUICK)
+    jump = WorldFault("position_jump", start_s, 600.0, jump_m)
+    bench = bench_for(plan, F_C, spec_for(plan, 3, [jump], surface_m=3e-4))
+    outcome = run_whole(bench)
+    assert outcome.cause is not None
+    assert outcome.cause.rule == "moving"
+    assert bench.peak_n == 0.0
+
+
+def test_a_position_that_was_wrong_from_the_first_sample_on_leads_nowhere() -> None:
+    plan = stvf_plan(**QUICK)
+    jump = WorldFault("position_jump", 0.0, 600.0, 7e-3)
+    bench = bench_for(plan, F_C, spec_for(plan, 3, [jump]))
+    outcome = run_whole(bench)
+    assert outcome.cause is not None
+    assert "ahead of the last one" in outcome.cause.message
+    assert bench.peak_n == 0.0
 
 
 @pytest.mark.parametrize("make", [stvf_plan, ur_plan])

@@ -253,15 +253,15 @@ def test_after_a_protective_stop_the_arm_waits_for_a_new_target() -> None:
         replace(SPEC, surface_m=1.0, faults=(WorldFault("protective_stop", 0.1, 0.1, 0.0),))
     )
     rig.arm.open(1.0)
-    rig.arm.command(50e-3)
+    rig.arm.command(-50e-3)
     rig.clock.sleep_until(0.15)
     held_m = rig.arm.drain()[-1].position_m
-    assert 5e-3 < held_m < 40e-3
+    assert -40e-3 < held_m < -5e-3
     rig.clock.sleep_until(0.4)
     assert rig.arm.drain()[-1].position_m == pytest.approx(held_m, abs=6e-6)
-    rig.arm.command(50e-3)
+    rig.arm.command(-50e-3)
     rig.clock.sleep_until(1.5)
-    assert rig.arm.drain()[-1].position_m == pytest.approx(50e-3, abs=10e-6)
+    assert rig.arm.drain()[-1].position_m == pytest.approx(-50e-3, abs=10e-6)
 
 
 def test_command_raise_does_not_stop_the_retract() -> None:
