@@ -128,7 +128,6 @@ class _Loop:
         self.ticks = self.overruns = 0
         self.worst_s = self.total_s = 0.0
         self._broken: set[str] = set()
-        self._explained = False
 
     def run(self) -> None:
         """Tick until the engine is done. Raises what `Arm.command` raises."""
@@ -162,8 +161,6 @@ class _Loop:
             )
             gauge_samples = self._drain(gauge, "displacement sensor", now_s) if gauge else nothing
             target_m, done = tick(now_s, force_samples, arm_samples, gauge_samples, second_samples)
-            if engine.cause is not None and not self._explained:
-                self._explain(now_s)
             if target_m == target_m:
                 self.busy = "the arm's command"
                 command(target_m)
@@ -207,15 +204,16 @@ class _Loop:
             return []
         return samples
 
-    def _explain(self, now_s: float) -> None:
-        """A rule sees what a device's data look like; the device may know why."""
-        self._explained = True
-        cause = self.engine.cause
+    def explain(self) -> None:
+        """A rule saw what a device's data look like; by now the device may know why."""
+        engine = self.engine
+        cause = engine.cause
         if cause is None or not cause.rule.startswith("R"):
             return
-        for message in self._faults():
-            self.engine.cause = cause = cause._replace(message=f"{cause.message}; {message}")
-            self.engine.events.append((now_s, "fault", {"message": message}))
+        with suppress(BaseException):  # words only: the arm is safe, and the outcome must be told
+            for message in self._faults():
+                engine.cause = cause = cause._replace(message=f"{cause.message}; {message}")
+                engine.events.append((self.rig.clock.now_s(), "fault", {"message": message}))
 
     def _faults(self) -> Iterator[str]:
         """Latched faults of devices, in words."""
@@ -272,7 +270,9 @@ def _fault_of(device: Device) -> str | None:
         fault = device.fault()
     except Exception as error:
         return f"{type(error).__name__}: {error}"
-    return None if fault is None else f"{fault.code.value}: {fault.message}"
+    if fault is None:
+        return None
+    return f"{fault.code.value}: {fault.message}" + (f" ({fault.hint})" if fault.hint else "")
 
 
 def run_loop(
@@ -323,6 +323,7 @@ def run_loop(
     loop_end_s = rig.clock.now_s()
     outcomes = outcomes or _made_safe(engine, rig, loop.errors)
     end_s = rig.clock.now_s()
+    loop.explain()
     procedure, cause = engine.procedure, engine.cause
     if cause is not None:
         status = RunStatus.STOPPED

@@ -61,7 +61,7 @@ def test_a_run_depends_on_seed_series_and_index_alone() -> None:
 
 def test_every_kind_of_mishap_and_every_anomaly_is_drawn() -> None:
     seen: set[str] = set()
-    for index in range(3000):
+    for index in range(6000):
         scenario = draw(TEMPLATE, 9, "two", index, ALL)
         seen |= {fault.kind for fault in scenario.faults}
         seen |= {incident.kind for incident in scenario.incidents}

@@ -105,7 +105,7 @@ def test_a_lying_position_cannot_turn_the_retract_round(arm, loop, lie, followin
 def test_a_position_far_behind_leaves_the_retract_to_the_controller(arm, loop):
     arm.begin(lambda true_m, _: true_m - 20e-3)
     loop.step()
-    with pytest.raises(procedures.RequestError, match=r"20.00 mm behind .*limit 5.00 mm"):
+    with pytest.raises(procedures.RequestError, match=r"20.00 mm behind .*limit 2.00 mm"):
         procedures.retract(loop, BACK_M, SPEED_M_S)
     assert arm.true_m == pytest.approx(AT_M)
 

@@ -98,7 +98,13 @@ def _sensor(name: str, fault: str, end: str = RETRACTED, says: str = "", **more:
 
 
 _LINK_LOST = "(device|loop) .*(the controller closed the connection|ur_rtde crashed)"
-_FLAGGED = "R4 arm: cannot follow"
+
+
+def _flagged(code: str) -> str:
+    """The sample's flag stops the run; the driver then says which stop it was."""
+    return rf"R4 arm: cannot follow.*; arm \(driver ur.*\): {code}"
+
+
 _OLD = "(R3 arm: no new|R7 the arm was told to move|device .*stale: no new)"
 
 ARM = (
@@ -108,12 +114,12 @@ ARM = (
     _arm("freeze on", says=_OLD),
     _arm("repeat on", says=_OLD),
     _arm("blackhole on", end=HELD, says=_OLD),
-    _arm("protective-stop", end=HELD, says=_FLAGGED, always=True),
-    _arm("emergency-stop", end=HELD, says=_FLAGGED),
-    _arm("safeguard on", end=HELD, says=_FLAGGED),
-    _arm("kill-program", says=_FLAGGED),
-    _arm("ignore-inputs on", says=_FLAGGED),
-    _arm("local on", "kill-program", end=HELD, says=_FLAGGED),
+    _arm("protective-stop", end=HELD, says=_flagged("protective_stop"), always=True),
+    _arm("emergency-stop", end=HELD, says=_flagged("emergency_stop")),
+    _arm("safeguard on", end=HELD, says=_flagged("safeguard_stop")),
+    _arm("kill-program", says=_flagged("program_stopped")),
+    _arm("ignore-inputs on", says=_flagged("program_stopped")),
+    _arm("local on", "kill-program", end=HELD, says=_flagged("not_remote")),
     _arm("rate 50", end=UNHARMED, counted="arm lost"),
     _arm("jitter 0.02", end=UNHARMED, counted="arm lost"),
     _arm("nan on", says="(device|loop) .*not.finite", always=True),
