@@ -45,6 +45,7 @@ from stepload_drivers.emulators.rig_process import RigProcess
 
 PROCEDURES = Path(__file__).parents[1] / "procedures"
 BOUND_MS = 100.0
+MOST_REFUSED = 5
 LONGER = 1.1
 ROWS = 1 << 20
 HEAD = struct.Struct("<qq")
@@ -128,6 +129,10 @@ def planned(kind: str, place: Path) -> Iterator[Path]:
         yield path
 
 
+class NotBegunError(Exception):
+    """The run ended before its first sample: nothing to kill."""
+
+
 class Run:
     """A run under way, from its first sample on."""
 
@@ -148,7 +153,7 @@ class Run:
         self._times = np.frombuffer(self._memory, np.float64, ROWS, HEAD.size)
         while self.pushed == 0:
             if self.ended:
-                raise SystemExit(f"the run ended by itself: {said.read_text()}")
+                raise NotBegunError(said.read_text().strip())
             time.sleep(0.002)
 
     @property
@@ -222,7 +227,7 @@ def kill_once(kind: str, target: str, after_s: float) -> Kill | None:
 
 def campaign(kills: int, wire: int, seed: int) -> list[Kill]:
     """Kills in turn on runner and group, first of dry runs, then on the wire."""
-    chance, done = random.Random(seed), []
+    chance, done, refused = random.Random(seed), [], 0
     for kind, count in (("dry", kills - wire), ("wire", wire)):
         if count < 1:
             continue
@@ -231,7 +236,14 @@ def campaign(kills: int, wire: int, seed: int) -> list[Kill]:
         for i in range(count):
             kill = None
             while kill is None:
-                kill = kill_once(kind, ("runner", "group")[i % 2], chance.uniform(0.0, span_s))
+                after_s = chance.uniform(0.0, span_s)
+                try:
+                    kill = kill_once(kind, ("runner", "group")[i % 2], after_s)
+                except NotBegunError as error:
+                    refused += 1
+                    print(f"\nnot begun, drawn again: {error}", file=sys.stderr)
+                    if refused > MOST_REFUSED:
+                        raise
             done.append(kill)
             print(f"\r{kind} {i + 1}/{count} ", end="", file=sys.stderr, flush=True)
         print(file=sys.stderr)

@@ -77,7 +77,9 @@ def test_targets_that_are_not_finite_or_far_ahead_are_refused(start_emulator, ma
             arm.command(target_m)
         assert caught.value.code == code
     arm.command(-0.002)
+    with pytest.raises(DeviceError, match="or of its last target"):
+        arm.command(0.0)
     arm.close()
     with pytest.raises(DeviceError) as caught:
-        arm.command(0.0)
+        arm.command(-0.002)
     assert caught.value.code == FaultCode.NOT_CONNECTED
