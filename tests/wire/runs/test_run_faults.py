@@ -72,16 +72,16 @@ def give(rig, command):
 
 
 class Spoiler:
-    """Calls `spoil` once, when the arm presses; keeps the emulator's truth of that moment."""
+    """Calls `spoil` once, when the arm presses; keeps the emulator's truth and time of then."""
 
     def __init__(self, run, spoil):
         self.run, self.spoil = run, spoil
-        self.before = None
+        self.before = self.since_s = None
 
     def __call__(self, engine, _check):
         row = engine.row
         if self.before is None and row.phase == Phase.LOAD and row.force_n > PRESSING_N:
-            self.before = self.run.rig.state()
+            self.before, self.since_s = self.run.rig.state(), row.time_s
             self.spoil()
 
 
@@ -139,7 +139,10 @@ def test_a_fault_in_a_run_ends_safely(emulated_run, tmp_path, health, request, r
     finished = experiment.run_plan(run.plan, dry_run=False, out=tmp_path, on_progress=spoiler)
     outcome, truth = finished.outcome, at_rest(run.rig)
     cause = outcome.cause
-    why = f"{cause.rule} {cause.message}" if cause else f"lost {health['force_sensor'].lost}"
+    why = f"lost {health['force_sensor'].lost}"
+    if cause:
+        late = f"after {(cause.time_s - spoiler.since_s) * 1e3:.0f} ms, " if spoiler.since_s else ""
+        why = f"{late}{cause.rule} {cause.message}"
     note(request, f"{outcome.status}, peak/F_c {truth['peak_n'] / ELASTIC_LIMIT_N:.2f}, {why}")
     assert row.at_start or spoiler.before, outcome.why
     assert truth["peak_n"] < ELASTIC_LIMIT_N
