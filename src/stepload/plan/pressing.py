@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from stepload.contact.catch_up import largest_catch_up
 from stepload.contact.elastic import law_for
 from stepload.contact.press import (
+    IMPACT_FACTOR,
     NOISE_MULTIPLE,
     ForceLimits,
     PressRig,
@@ -51,7 +52,8 @@ AGE_S = 0.012
 HARD_STOP_N_PER_M = 1e9
 """Stiffness of a hidden hard stop: metal on metal over some square millimetres."""
 HARD_STOP_IMPACT_FACTOR = 1.5
-"""On v sqrt(m k), which is exact for a linear stop without damping."""
+"""On v sqrt(m k) in contact, which is exact for a linear stop without damping. An approach needs
+`IMPACT_FACTOR`: an arm that bounces off the payload comes back faster than its target moves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,9 +250,10 @@ def pressing_for(
         period_s=max(1.0 / rig.arm.rate_hz, 1.0 / rig.force.rate_hz),
         position_resolution_m=rig.arm.position_resolution_m,
     )
-    contact = _contact_coefficient(numbers, forces.limit_n)
+    contact = _rigid_coefficient(numbers, forces.limit_n, HARD_STOP_IMPACT_FACTOR)
+    meeting = _rigid_coefficient(numbers, forces.limit_n, IMPACT_FACTOR)
     room_n = forces.allowed_n - procedure.touch_force_n - NOISE_MULTIPLE * noise_n
-    rigid = room_n / contact
+    rigid = room_n / meeting
     guarded, fast = min(guarded, rigid), min(fast, rigid)
     catch_up_m = largest_catch_up(numbers, forces.allowed_n, tangent)
     follow_m = follow_travel(rig.arm)
@@ -279,10 +282,10 @@ def _check_touch(touch_force_n: float, noise_n: float) -> None:
         )
 
 
-def _contact_coefficient(rig: PressRig, limit_n: float) -> float:
-    """Force per speed, in N s/m, where a hidden hard stop takes over in contact."""
+def _rigid_coefficient(rig: PressRig, limit_n: float, impact_factor: float) -> float:
+    """Force per speed, in N s/m, where a hidden hard stop is met."""
     travel = rig.stiffness_n_per_m * (rig.reaction_s + rig.cross_check_s)
-    impact = HARD_STOP_IMPACT_FACTOR * math.sqrt(rig.mass_kg * HARD_STOP_N_PER_M)
+    impact = impact_factor * math.sqrt(rig.mass_kg * HARD_STOP_N_PER_M)
     linear = 1.1 * travel + rig.damping_n_s_per_m + impact
     braking = rig.stiffness_n_per_m * (limit_n / linear) / (2.0 * rig.acceleration_m_s2)
     return linear + braking

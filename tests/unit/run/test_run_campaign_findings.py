@@ -78,7 +78,8 @@ def test_an_exception_while_the_end_is_recorded_does_not_lose_the_outcome(
 
 def heavy_plan() -> Plan:
     """A heavy, slow, stiff machine that presses gently."""
-    plan = stvf_plan(**{**QUICK, "top_force_n": 60.0, "step_n": 30.0, "max_drift_n": 1.0})
+    near = {"surface_distance_m": 1e-3, "surface_uncertainty_m": 2e-4}
+    plan = stvf_plan(**{**QUICK, **near, "top_force_n": 60.0, "step_n": 30.0, "max_drift_n": 1.0})
     arm = replace(
         plan.rig.arm, effective_mass_kg=40.0, max_acceleration_m_s2=0.65, command_delay_s=0.002,
         lag_s=0.003, position_resolution_m=7e-7, position_noise_m=2.5e-7,
