@@ -21,7 +21,7 @@ def test_a_late_force_sensor_is_measured_corrected_and_told(emulated_run, tmp_pa
             "lost_motion_m": 0.0,
         },
         faults=(f"bota_serial=late:{LATE_S}",),
-        levels_n=(24.0,), top_force_n=24.0,
+        levels_n=(12.0, 24.0, 36.0), top_force_n=36.0, hold_s=0.3,
     )  # fmt: skip
     finished = run_plan(run.plan, dry_run=False, out=tmp_path)
     assert finished.outcome.status is RunStatus.COMPLETED, finished.outcome.why
