@@ -30,6 +30,7 @@ from stepload.run.undisturbed import undisturbed
 FAULT_POLL_TICKS = 16
 PROGRESS_S = 0.1
 SAFE_DEADLINE_S = 3.0
+EXPLAIN_DEADLINE_S = 1.0
 RETRACT_EXTRA_S = 2.0
 DEADLINE_SLACK_S = 1.0
 """A device is given its own timeout; its thread a little more."""
@@ -210,10 +211,9 @@ class _Loop:
         cause = engine.cause
         if cause is None or not cause.rule.startswith("R"):
             return
-        with suppress(BaseException):  # words only: the arm is safe, and the outcome must be told
-            for message in self._faults():
-                engine.cause = cause = cause._replace(message=f"{cause.message}; {message}")
-                engine.events.append((self.rig.clock.now_s(), "fault", {"message": message}))
+        for message in self._faults():
+            engine.cause = cause = cause._replace(message=f"{cause.message}; {message}")
+            engine.events.append((self.rig.clock.now_s(), "fault", {"message": message}))
 
     def _faults(self) -> Iterator[str]:
         """Latched faults of devices, in words."""
@@ -323,7 +323,8 @@ def run_loop(
     loop_end_s = rig.clock.now_s()
     outcomes = outcomes or _made_safe(engine, rig, loop.errors)
     end_s = rig.clock.now_s()
-    loop.explain()
+    # A device that hangs must not keep the outcome from being told: asked under a deadline too.
+    make_safe([Action("why", loop.explain, EXPLAIN_DEADLINE_S)], engine.operator)
     procedure, cause = engine.procedure, engine.cause
     if cause is not None:
         status = RunStatus.STOPPED

@@ -20,6 +20,7 @@ from stepload.rig.device import Identity
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 from stepload.rig.world import WorldFault
+from stepload.run import loop
 from stepload.run.loop import RunOutcome, RunStatus, run_loop
 from stepload.run.operator import Operator, StopLevel
 from stepload.run.replay import group_by_tick, replay
@@ -468,3 +469,33 @@ def test_replay_finds_the_same_trip_and_would_trip_earlier_with_tighter_limits()
     assert earlier.cause.rule in ("R1", "R2", "CAP")
     assert earlier.cause.time_s < outcome.cause.time_s
     assert earlier.phase in (Phase.LOAD, Phase.HOLD)
+
+
+def test_a_device_says_why_a_rule_stopped_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench, tape = _bench([WorldFault("force_lost", 2.2, 9.0, 0.0)]), Tape()
+    told = Fault(FaultCode.NOT_CONNECTED, "the plug is out", "plug it in", 0.0)
+    engine = bench.engine
+    monkeypatch.setattr(bench.rig.force, "fault", lambda: told if engine.cause else None)
+    outcome = _go(bench, tape)
+    assert outcome.cause is not None
+    assert outcome.cause.rule == "R3"
+    assert "; force sensor: not_connected: the plug is out (plug it in)" in outcome.why
+    assert tape.kinds()["fault"] == 1
+
+
+def test_a_device_that_hangs_when_asked_why_does_not_keep_the_outcome_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bench, release = _bench([WorldFault("force_lost", 2.2, 9.0, 0.0)]), threading.Event()
+    engine = bench.engine
+    monkeypatch.setattr(loop, "EXPLAIN_DEADLINE_S", 0.1)
+    monkeypatch.setattr(
+        bench.rig.force, "fault", lambda: release.wait() and None if engine.cause else None
+    )
+    try:
+        outcome = _go(bench, Tape())
+    finally:
+        release.set()
+    assert outcome.cause is not None
+    assert outcome.cause.rule == "R3"
+    assert outcome.safing[0].name in ("arm retract", "arm stop")
