@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -63,3 +64,21 @@ def test_an_interrupted_campaign_goes_on_to_the_same_result(tmp_path: Path) -> N
     first, second = json.loads(whole.stdout), json.loads(rest.stdout)
     first.pop("elapsed_s"), second.pop("elapsed_s")
     assert first == second
+
+
+def test_an_ablation_takes_a_rule_from_a_campaign_that_is_there(tmp_path: Path) -> None:
+    options = [
+        "--runs", "40", "--seed", "4", "--faults", "force_freeze", "--processes", "1", "--json",
+        "--out", str(tmp_path),
+    ]  # fmt: skip
+    run = partial(subprocess.run, capture_output=True, text=True, check=False)
+    assert run([*LAUNCH, *options]).returncode == 0
+    there = lines(tmp_path)
+    done = run([*LAUNCH, *options, "--ablate", "R4", "--ablate", "R8"])
+    assert done.returncode == 0, done.stderr
+    assert lines(tmp_path) == there
+    found = json.loads(done.stdout)
+    frozen, searched = found["without"]["R4"], found["without"]["R8"]
+    assert frozen["done_again"] == len(lines(tmp_path / "without-R4")) > 5
+    assert frozen["figures"]["runs"] == found["everything"]["runs"] == 40
+    assert searched["done_again"] == searched["not_stopped"] == 0

@@ -58,18 +58,17 @@ def jobs_for(runs: int) -> list[Job]:
 
 def run_campaign(
     work: Work,
-    runs: int,
+    jobs: Sequence[Job],
     *,
     processes: int,
     directory: Path | None = None,
     on_progress: Callable[[Progress], None] | None = None,
 ) -> list[Result]:
-    """Do the runs that are not in `directory` yet; all results, in order.
+    """Do those of these runs that are not in `directory` yet; all their results, in order.
 
     Raises:
         RefusedError: the directory holds another campaign.
     """
-    jobs = jobs_for(runs)
     if directory is None:
         return _ordered(_finish(work, jobs, [], processes, None, on_progress), jobs)
     header: dict[str, object] = {

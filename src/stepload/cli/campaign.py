@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -18,10 +18,14 @@ from stepload.errors import BadInputError, ExitCode
 
 if TYPE_CHECKING:
     from stepload.campaign.campaign import Progress
-    from stepload.campaign.pool import Work
+    from stepload.campaign.pool import Job, Work
     from stepload.campaign.result import Result
+    from stepload.campaign.summary import Group
+    from stepload.campaign.without import Without
 
 PLAIN_EVERY_S = 30.0
+MOST = 3
+"""How many of the things that stopped the runs instead are named."""
 
 
 def campaign(
@@ -50,6 +54,7 @@ def campaign(
 ) -> None:
     """Random rigs, random faults, true peak force: exit 0 if it never passed F_c, else 4."""
     from stepload.campaign.ablation import LAYERS, Ablation
+    from stepload.campaign.campaign import jobs_for
     from stepload.campaign.pool import Work, cores
     from stepload.campaign.scenario import kinds_from
     from stepload.plan.load import load_plan
@@ -63,22 +68,22 @@ def campaign(
             raise BadInputError("--replay shows one run", hint="give --ablate once")
         _replay(work._replace(ablation="".join(layers)), replay, output)
         return
+    begun_s = time.monotonic()
+    results = _campaign("campaign", work, jobs_for(runs), count, out)
     if layers:
-        _ablations(work, runs, layers, count, out, output)
-        return
-    with _bar("campaign") as show:
-        begun_s = time.monotonic()
-        results = _campaign(work, runs, count, out, show)
-    _report(results, time.monotonic() - begun_s, output)
+        _ablations(work, results, layers, count, out, output)
+    else:
+        _report(results, time.monotonic() - begun_s, output)
 
 
 def _campaign(
-    work: Work, runs: int, processes: int, out: Path | None, show: Callable[[Progress], None]
+    title: str, work: Work, jobs: Sequence[Job], processes: int, out: Path | None
 ) -> list[Result]:
     from stepload.campaign.campaign import run_campaign
 
     try:
-        return run_campaign(work, runs, processes=processes, directory=out, on_progress=show)
+        with _bar(title) as show:
+            return run_campaign(work, jobs, processes=processes, directory=out, on_progress=show)
     except KeyboardInterrupt:
         kept = f"the finished runs are in {out}; the same command goes on there"
         print(kept if out else "interrupted; with --out it could go on", file=sys.stderr)
@@ -132,29 +137,49 @@ def _report(results: Sequence[Result], elapsed_s: float, output: Output) -> None
 
 
 def _ablations(
-    work: Work, runs: int, layers: Sequence[str], processes: int, out: Path | None, output: Output
+    work: Work,
+    results: Sequence[Result],
+    layers: Sequence[str],
+    processes: int,
+    out: Path | None,
+    output: Output,
 ) -> None:
     from stepload.campaign.ablation import LAYERS
     from stepload.campaign.summary import claimed, group
+    from stepload.campaign.without import jobs_without, without
 
-    found = []
-    for name in ("", *layers):
-        title = f"without {name}" if name else "everything"
+    base = group("nothing", claimed(results))
+    found: list[Without] = []
+    for name in layers:
+        title = f"without {name}"
         directory = out / title.replace(" ", "-") if out else None
-        with _bar(title) as show:
-            rows = _campaign(work._replace(ablation=name), runs, processes, directory, show)
-        found.append((name, group(title, claimed(rows))))
+        jobs = jobs_without(name, results)
+        again = _campaign(title, work._replace(ablation=name), jobs, processes, directory)
+        found.append(without(name, results, again))
     output.table(
-        f"the same {runs} runs without one layer",
-        ("runs", "above F_c", "share", "max F/F_c", "p99.9", "what is missing"),
-        [
-            (g.name, str(g.above_elastic_limit), f"{g.above_elastic_limit / g.runs:.3%}",
-             f"{g.max_peak_ratio:.3f}", f"{g.p999_peak_ratio:.3f}", LAYERS.get(name, "nothing"))
-            for name, g in found
+        f"{base.runs} runs with everything, and without one layer",
+        ("without", "done again", "above F_c", "max F/F_c", "p99.9", "not stopped", "stopped by",
+         "what is missing"),
+        [("nothing", "", *_peaks(base), "", "", "")] + [
+            (row.name, str(row.done_again), *_peaks(row.figures), str(row.not_stopped),
+             _most(row.instead), LAYERS[row.name])
+            for row in found
         ],
     )  # fmt: skip
-    output.result({"ablation": {name or "everything": g for name, g in found}})
-    raise typer.Exit(ExitCode.STOPPED if found[0][1].above_elastic_limit else ExitCode.OK)
+    output.result({"everything": base, "without": {row.name: row for row in found}})
+    raise typer.Exit(ExitCode.STOPPED if base.above_elastic_limit else ExitCode.OK)
+
+
+def _peaks(figures: Group) -> tuple[str, str, str]:
+    return (
+        str(figures.above_elastic_limit),
+        f"{figures.max_peak_ratio:.3f}",
+        f"{figures.p999_peak_ratio:.3f}",
+    )
+
+
+def _most(counts: Mapping[str, int]) -> str:
+    return ", ".join(f"{name} {count}" for name, count in list(counts.items())[:MOST])
 
 
 def _replay(work: Work, name: str, output: Output) -> None:

@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from stepload.campaign import campaign as campaigns
 from stepload.campaign import mishaps
 from stepload.campaign.ablation import LAYERS, Ablation
-from stepload.campaign.campaign import jobs_for
+from stepload.campaign.campaign import NOT_DECIDING, fingerprint, jobs_for
 from stepload.campaign.mishaps import COMPONENTS, ERRORS, INCIDENTS, Incident, Times
 from stepload.campaign.plants import geometry_for
 from stepload.campaign.pool import Work, run_chunk
@@ -244,6 +245,23 @@ def test_a_store_goes_on_only_with_its_own_campaign(tmp_path: Path) -> None:
     (tmp_path / HEADER).write_text("{")
     with pytest.raises(BadInputError):
         Store(tmp_path, header)
+
+
+def test_results_belong_to_the_code_that_decided_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    room = Path(campaigns.__file__).parent
+    assert all((room / name).is_file() for name in NOT_DECIDING)
+    now = fingerprint()
+    read = Path.read_bytes
+
+    def changed(name: str) -> str:
+        def changed_bytes(path: Path) -> bytes:
+            return read(path) + (b"#" if path.name == name else b"")
+
+        monkeypatch.setattr(Path, "read_bytes", changed_bytes)
+        return fingerprint()
+
+    assert changed("summary.py") == now
+    assert len({now, changed("plants.py"), changed("supervisor.py"), changed("world.py")}) == 4
 
 
 def test_a_replay_is_the_run_itself(tmp_path: Path) -> None:
