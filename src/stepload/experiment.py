@@ -172,7 +172,13 @@ def _keep(
             ticks = outcome.lateness.ticks
             mean_of = 1 if ticks <= WHOLE_TICKS else -(-ticks // MEAN_TICKS)
             recording = read_recording(recorder.part_path, mean_of)
-            findings = analyse.run_findings(plan, check, outcome, recording, dry_run=dry_run)
+            try:
+                findings = analyse.run_findings(plan, check, outcome, recording, dry_run=dry_run)
+            except Exception as error:  # a bug there must not cost the report
+                problems.append(f"the evaluation failed: {type(error).__name__}: {error}")
+                findings = RunFindings(
+                    plan, check, outcome, recording, dry_run, problem=problems[0]
+                )
             data, text = plain(run_data(findings)), headline(findings)[2]
         except Exception as error:  # a bug here must not cost the record
             problems.append(f"the evaluation failed: {type(error).__name__}: {error}")

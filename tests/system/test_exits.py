@@ -107,7 +107,8 @@ def test_signals_end_it_safely(
     assert staged.finish()[0] == code
     found, recording = results(tmp_path / "run"), _record(tmp_path / "run")
     assert found["status"] == "interrupted"
-    assert "interrupted on the operator's request" in found["why_it_ended"]
+    told = f"interrupted on the operator's request ({number.name})"
+    assert told in found["why_it_ended"]
     names = [action["name"] for action in found["safing"]]
     assert "arm stop" in names
     assert "arm retract" in names or "The run itself retracted" in found["why_it_ended"]

@@ -23,7 +23,7 @@ from stepload.plan.load import load_plan
 from stepload.record.reader import Recording, read_recording
 from stepload.record.recovery import is_being_written
 from stepload.record.rows import Phase
-from stepload.run.operator import Operator
+from stepload.run.operator import Operator, StopLevel
 from stepload.run.tick import Engine
 from stepload.session import control
 
@@ -140,7 +140,7 @@ def test_ctrl_c_ends_a_paused_run(stage: Stage, quick: Path, tmp_path: Path) -> 
 
 @pytest.mark.parametrize(
     ("cut", "whole", "problem"),
-    [(2, [1, 3], ""), (1, [], "a pause left out unloading steps of cycle 1")],
+    [(2, [1, 3], ""), (1, [], "cycle 1, the virgin one, was not pressed and unloaded")],
 )
 def test_a_cycle_cut_short_by_a_pause_is_not_compared(
     quick: Path, tmp_path: Path, cut: int, whole: list[int], problem: str
@@ -168,6 +168,50 @@ def test_a_cycle_cut_short_by_a_pause_is_not_compared(
     assert problem in findings.problem
     cycles = findings.run_in.cycles if findings.run_in else ()
     assert [cycle.number for cycle in cycles] == whole
+
+
+@pytest.mark.parametrize(
+    ("at", "level", "whole"),
+    [
+        ((Phase.HOLD, 1, 1), StopLevel.AFTER_STEP, []),
+        ((Phase.HOLD, 1, 3), StopLevel.NOW, []),
+        ((Phase.UNLOAD, 1, 1), StopLevel.NOW, []),
+        ((Phase.LOAD, 2, 3), StopLevel.AFTER_STEP, [1]),
+        ((Phase.HOLD, 3, 3), StopLevel.NOW, [1, 2]),
+    ],
+)
+def test_a_run_of_cycles_that_ends_early_has_a_report_of_the_whole_ones(
+    quick: Path, tmp_path: Path, at: tuple[Phase, int, int], level: StopLevel, whole: list[int]
+) -> None:
+    quick.write_text(quick.read_text().replace("unload: false", "cycles: 3"))
+    operator, out = Operator(), tmp_path / "run"
+
+    def stop_there(engine: Engine, _check: object) -> None:
+        step = engine.procedure
+        if (step.phase, step.cycle, step.step_number) == at:
+            operator.stop_level = level
+
+    finished = run_plan(
+        load_plan(quick), dry_run=True, out=out, operator=operator, on_progress=stop_there
+    )
+    assert finished.outcome.status == "interrupted"
+    assert finished.problems == ()
+    report = (out / "report.html").read_text()
+    assert "request" in report
+    findings = finished.findings
+    assert findings is not None
+    assert findings.identification is not None
+    cycles = findings.run_in.cycles if findings.run_in else ()
+    assert [cycle.number for cycle in cycles] == whole
+    problem = "cycle 1, the virgin one, was not pressed and unloaded to its last step"
+    assert (problem in report) == (problem in str(results(out)["reasons"])) == (not whole)
+    if at[1] == 2:  # its first cycle is in the other record
+        resumed = run_plan(load_plan(quick), dry_run=True, resume=out, out=tmp_path / "resumed")
+        found = results(resumed.directory)["run_in"]
+        assert [cycle["number"] for cycle in found["cycles"]] == [3]
+        assert found["virgin"] is None
+        rest = (resumed.directory / "report.html").read_text()
+        assert "The virgin contact is not in this record; fewer than 3 cycles" in rest
 
 
 def test_an_interrupted_run_is_taken_up(stage: Stage, quick: Path, tmp_path: Path) -> None:

@@ -94,13 +94,15 @@ def _show_run(finished: Finished, out: Output) -> None:
         out.line(f"error: {problem}")
     if findings is not None and findings.identification is not None:
         show_identification(findings.identification, out)
+        if findings.problem:
+            out.line(f"note: {findings.problem}")
     elif findings is not None and findings.problem:
         out.line(f"no result: {findings.problem}")
     if resumed := finished.data.get("resumed"):
         out.line(f"note: {resumed}")
     out.line(finished.headline)
-    if findings is not None:
-        out.line(f"report: {finished.directory / 'report.html'}")
+    if (report := finished.directory / "report.html").exists():
+        out.line(f"report: {report}")
     out.line(f"record: {finished.directory / 'run.mcap'}")
 
 

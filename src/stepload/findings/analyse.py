@@ -10,7 +10,7 @@ from stepload.errors import BadInputError
 from stepload.feasibility.preflight import Preflight
 from stepload.findings.conditions import Conditions, measured, planned
 from stepload.findings.identification import Identification, identify
-from stepload.findings.press_data import LOADING, UNLOADING, PressData, press_data
+from stepload.findings.press_data import LOADING, UNLOADING, PressData, number, press_data
 from stepload.findings.run_findings import RunFindings
 from stepload.identify.fit_all import payload_deformation
 from stepload.identify.runin import RunIn, run_in
@@ -72,24 +72,49 @@ def identify_system(data: PressData, conditions: Conditions) -> SystemStiffnessF
     )
 
 
+def whole_cycles(plan: Plan, recording: Recording) -> list[int]:
+    """Cycles of which every level was held on the way up, and the lowest on the way down.
+
+    A pause on the way down cuts a cycle short, a run that ended early its last one, and a run that
+    was resumed may begin in the middle of one.
+    """
+    up: dict[int, set[int]] = {}
+    down = set()
+    for event in recording.events:
+        if event.kind == "held":
+            cycle, step = int(number(event, "cycle")), int(number(event, "step"))
+            if event.data.get("loading"):
+                up.setdefault(cycle, set()).add(step)
+            elif step <= 1:
+                down.add(cycle)
+    every = set(range(1, len(plan.procedure.levels_n) + 1))
+    return sorted(cycle for cycle, steps in up.items() if cycle in down and every <= steps)
+
+
 def _cycles(
     plan: Plan, recording: Recording, data: PressData, found: Identification
 ) -> RunIn | None:
-    """Whole cycles only: a pause on the way down cuts one short.
+    """What the whole cycles say.
 
     Raises:
-        BadInputError: a pause took away what the cycles are compared with.
+        BadInputError: what the cycles are to be compared with is missing.
     """
     if not plan.procedure.unload or plan.procedure.cycles < 2:
         return None
-    cut = [int(str(e.data["cycle"])) for e in recording.events if e.kind == "cycle_cut"]
-    mask = data.branch((*LOADING, *UNLOADING)) & ~np.isin(data.cycle, cut)
-    if 1 in cut:
-        raise BadInputError("a pause left out unloading steps of cycle 1, the virgin one")
-    if not plan.procedure.lift_off and any(t.purpose == "resume" for t in data.touches):
+    whole = whole_cycles(plan, recording)
+    resumed = "resumed" in recording.metadata
+    if not whole or (whole[0] != 1 and not resumed):
         raise BadInputError(
-            "a pause opened the contact, which was to stay closed: no shakedown can be told"
+            "no run-in: cycle 1, the virgin one, was not pressed and unloaded to its last step"
+            if not resumed
+            else "no run-in: no cycle of this record was pressed and unloaded to its last step"
         )
+    opened = resumed or any(touch.purpose == "resume" for touch in data.touches)
+    if not plan.procedure.lift_off and opened:
+        raise BadInputError(
+            "no run-in: a pause or an interruption opened the contact, which was to stay closed"
+        )
+    mask = data.branch((*LOADING, *UNLOADING)) & np.isin(data.cycle, whole)
     stiffness = found.conditions.sources.system_stiffness_n_per_m
     travel_m, force_n = data.travel_m[mask], data.force_n[mask]
     deformation_m = (
@@ -109,6 +134,7 @@ def _cycles(
         data.cycle[mask],
         secant_force_n=found.conditions.secant_force_n,
         lift_off=plan.procedure.lift_off,
+        virgin=not resumed,
         secant_sigma=noise_m / max(float(np.ptp(deformation_m)), noise_m),
         touch_m=touch_m,
     )
@@ -134,5 +160,5 @@ def run_findings(
     except BadInputError as error:
         problem = error.message
     return RunFindings(
-        plan, check, outcome, recording, data, found, system, cycles, problem, dry_run
+        plan, check, outcome, recording, dry_run, data, found, system, cycles, problem
     )

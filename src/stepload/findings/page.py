@@ -14,7 +14,7 @@ from stepload.findings.identification import REPORTED, Identification
 from stepload.findings.press_data import PressData
 from stepload.findings.run_findings import RunFindings
 from stepload.identify.fit import Fit
-from stepload.identify.runin import RunIn
+from stepload.identify.runin import STEADY_CYCLES, RunIn
 from stepload.identify.system import SystemStiffnessFit
 from stepload.record.reader import Recording
 from stepload.report import comparison, figures
@@ -269,12 +269,20 @@ def _predicted_table(findings: RunFindings) -> Table:
 
 
 def _run_in_table(found: RunIn) -> Table:
-    steady = (
-        f"steady at cycle {found.steady.number}"
-        if found.steady
-        else f"not steady: chord changed by {found.secant_change:.2%} (allowed "
-        f"{found.secant_tolerance:.2%}), loop energy by {found.energy_change:.0%} "
-        f"(allowed {found.energy_tolerance:.0%}) over the last 3 cycles"
+    if found.steady:
+        steady = f"steady at cycle {found.steady.number}"
+    elif len(found.cycles) < STEADY_CYCLES:
+        steady = f"fewer than {STEADY_CYCLES} cycles do not show whether it is steady"
+    else:
+        steady = (
+            f"not steady: chord changed by {found.secant_change:.2%} (allowed "
+            f"{found.secant_tolerance:.2%}), loop energy by {found.energy_change:.0%} "
+            f"(allowed {found.energy_tolerance:.0%}) over the last {STEADY_CYCLES} cycles"
+        )
+    virgin = (
+        f"Cycle {found.virgin.number} is the virgin contact"
+        if found.virgin
+        else "The virgin contact is not in this record"
     )
     indentation = (
         f"; residual indentation {f(found.residual_indentation_m, 'm')}"
@@ -291,7 +299,7 @@ def _run_in_table(found: RunIn) -> Table:
              f"{c.loop_energy_j / c.stored_energy_j:.1%}")
             for c in found.cycles
         ],
-        f"Cycle 1 is the virgin contact; {steady}; shakedown {f(found.shakedown_m, 'm')}"
+        f"{virgin}; {steady}; shakedown {f(found.shakedown_m, 'm')}"
         f"{indentation}. Virgin and steady are two results: there is no mean of them.",
     )  # fmt: skip
 
@@ -400,7 +408,7 @@ def compose(findings: RunFindings) -> Page:
     reasons += [
         f"preflight: {reason.message}" for reason in check.reasons if reason.severity != "note"
     ]
-    if findings.problem and found is None:
+    if findings.problem:
         reasons.append(findings.problem)
     if resumed := findings.recording.metadata.get("resumed"):
         reasons.append(resumed)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,8 +74,13 @@ class PressData:
         return mask if cycle is None else mask & (self.cycle == cycle)
 
 
-def _number(data: Mapping[str, object], key: str, event: Event) -> float:
-    value = data.get(key)
+def number(event: Event, key: str) -> float:
+    """A number that an event tells.
+
+    Raises:
+        BadInputError: it does not.
+    """
+    value = event.data.get(key)
     try:
         return float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
@@ -88,9 +93,9 @@ def _touches(recording: Recording) -> tuple[TouchPoint, ...]:
     return tuple(
         TouchPoint(
             event.time_s,
-            _number(event.data, "position_m", event),
-            _number(event.data, "force_n", event),
-            int(_number(event.data, "cycle", event)),
+            number(event, "position_m"),
+            number(event, "force_n"),
+            int(number(event, "cycle")),
             str(event.data.get("purpose", "")),
         )
         for event in recording.events
@@ -102,9 +107,9 @@ def _tares(recording: Recording) -> list[tuple[float, float, float]]:
     """(time_s, mean_n, noise_n) of every look at free air."""
     return [
         (
-            _number(event.data, "time_s", event),
-            _number(event.data, "mean_n", event),
-            _number(event.data, "noise_n", event),
+            number(event, "time_s"),
+            number(event, "mean_n"),
+            number(event, "noise_n"),
         )
         for event in recording.events
         if event.kind in ("tare", "zero_shift")

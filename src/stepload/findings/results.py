@@ -93,7 +93,7 @@ def run_in_data(found: RunIn) -> dict[str, Any]:
             for c in found.cycles
         ],
         "lift_off": found.lift_off,
-        "virgin": found.virgin.number,
+        "virgin": found.virgin.number if found.virgin else None,
         "steady": found.steady.number if found.steady else None,
         "secant_change": found.secant_change,
         "secant_tolerance": found.secant_tolerance,
@@ -151,8 +151,6 @@ def outcome_data(outcome: RunOutcome, check: Preflight) -> dict[str, Any]:
 def run_data(findings: RunFindings) -> dict[str, Any]:
     """The JSON object of a run; one of an identification is in it where there is one."""
     data = outcome_data(findings.outcome, findings.check)
-    if findings.problem:
-        data["reasons"] = [findings.problem]
     if findings.data is not None:
         data["measured"] = press_summary(findings.data)
     if findings.identification is not None:
@@ -162,6 +160,8 @@ def run_data(findings: RunFindings) -> dict[str, Any]:
         data["verdict"] = "system stiffness measured"
     if findings.run_in is not None:
         data["run_in"] = run_in_data(findings.run_in)
+    if findings.problem:
+        data["reasons"] = [findings.problem, *data["reasons"]]
     if resumed := findings.recording.metadata.get("resumed"):
         data["resumed"] = resumed
         data["reasons"] = [*data["reasons"], resumed]

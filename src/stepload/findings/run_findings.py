@@ -22,9 +22,9 @@ class RunFindings:
     check: Preflight
     outcome: RunOutcome
     recording: Recording
-    data: PressData | None
-    identification: Identification | None
-    system: SystemStiffnessFit | None
-    run_in: RunIn | None
-    problem: str
     dry_run: bool
+    data: PressData | None = None
+    identification: Identification | None = None
+    system: SystemStiffnessFit | None = None
+    run_in: RunIn | None = None
+    problem: str = ""

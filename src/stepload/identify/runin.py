@@ -63,20 +63,20 @@ class RunIn:
     Attributes:
         cycles: all of them in order.
         lift_off: whether the contact was parted between them.
-        virgin: cycle 1.
+        virgin: the first cycle, where the contact had not been pressed before; None otherwise.
         steady: the last cycle, once the last three agree; None while they do not.
         secant_tolerance: the change of the chord stiffness that was allowed, max(1 %, 2u).
         secant_change: relative span of the chord stiffness over the last three cycles.
         energy_change: relative span of the loop energy over them.
         energy_tolerance: what of it was allowed, 10 % or what the noise of the loops explains.
-        shakedown_m: shift of the deformation at F_low from cycle 1 to the last.
+        shakedown_m: shift of the deformation at F_low from the first cycle to the last.
         residual_indentation_m: shift of the touch from the first to the last; None without lift-off
             or touch points.
     """
 
     cycles: tuple[Cycle, ...]
     lift_off: bool
-    virgin: Cycle
+    virgin: Cycle | None
     steady: Cycle | None
     secant_tolerance: float
     secant_change: float
@@ -93,6 +93,7 @@ def run_in(
     *,
     secant_force_n: float,
     lift_off: bool,
+    virgin: bool = True,
     secant_sigma: float = 0.0,
     touch_m: FloatArray | None = None,
 ) -> RunIn:
@@ -103,12 +104,13 @@ def run_in(
         cycle: (N,) number of the cycle of each sample; samples with 0 belong to none.
         secant_force_n: where the secants of the fits are taken.
         lift_off: whether the contact was parted between cycles.
+        virgin: whether the contact had not been pressed before the first cycle.
         secant_sigma: relative standard uncertainty u of a cycle's secant from what changes between
             cycles (noise, quanta; not K_s, which is common to all).
         touch_m: (C,) travel at the touch that begins each cycle, and at later touches.
 
     Raises:
-        DomainError: no cycle, or a cycle without a loading and an unloading branch.
+        DomainError: no cycle, or one that was not both loaded and unloaded.
     """
     numbers = [int(number) for number in np.unique(cycle) if number > 0]
     if not numbers:
@@ -148,7 +150,7 @@ def run_in(
     return RunIn(
         cycles=cycles,
         lift_off=lift_off,
-        virgin=cycles[0],
+        virgin=cycles[0] if virgin else None,
         steady=cycles[-1] if steady else None,
         secant_tolerance=tolerance,
         secant_change=secant_change,
@@ -172,6 +174,8 @@ class _Branch(NamedTuple):
         index = index[inside] + 1
         count = np.bincount(index)
         used = count > 0
+        if not used.any():
+            raise DomainError("a branch of a cycle has no sample between the two forces compared")
         force = np.bincount(index, self.force_n[inside])[used] / count[used]
         deformation = np.bincount(index, self.deformation_m[inside])[used] / count[used]
         return np.asarray(np.interp(grid_n, force, deformation))
@@ -212,6 +216,9 @@ def _evaluate(
     span_n, span_m = float(grid_n[-1] - grid_n[0]), float(up[-1] - up[0])
     if not span_m > 0.0:
         raise DomainError(f"the deformation of cycle {number} does not rise with force")
+    stored_j = _area(loop_n, loop_up)
+    if not stored_j > 0.0:
+        raise DomainError(f"cycle {number} stored no energy: it was not loaded and unloaded")
     gap = down - loop_up
     noise_m = float(np.std(np.diff(gap, 2))) / math.sqrt(6.0)
     step_n = float(loop_n[1] - loop_n[0])
@@ -222,7 +229,7 @@ def _evaluate(
         # ∮ F dδ = ∫ (δ_unloading − δ_loading) dF
         loop_energy_j=_area(gap, loop_n),
         loop_sigma_j=noise_m * step_n * math.sqrt(loop_n.size),
-        stored_energy_j=_area(loop_n, loop_up),
+        stored_energy_j=stored_j,
         start_m=float(up[0]),
     )
 

@@ -324,7 +324,8 @@ def run_loop(
     outcomes = outcomes or _made_safe(engine, rig, loop.errors)
     end_s = rig.clock.now_s()
     # A device that hangs must not keep the outcome from being told: asked under a deadline too.
-    make_safe([Action("why", loop.explain, EXPLAIN_DEADLINE_S)], engine.operator)
+    with suppress(BaseException):
+        make_safe([Action("why", loop.explain, EXPLAIN_DEADLINE_S)], engine.operator)
     procedure, cause = engine.procedure, engine.cause
     if cause is not None:
         status = RunStatus.STOPPED
@@ -333,7 +334,8 @@ def run_loop(
     else:
         status = RunStatus.INTERRUPTED
     retracted = engine.safe_reached or procedure.done
-    why = why_it_stopped(status, cause, retracted, outcomes, start_s, loop_end_s)
+    signal_number = engine.operator.signal_number
+    why = why_it_stopped(status, cause, retracted, outcomes, start_s, loop_end_s, signal_number)
     outcome = RunOutcome(
         status=status,
         cause=cause,
@@ -351,7 +353,7 @@ def run_loop(
         lateness=Lateness(
             loop.ticks, loop.overruns, loop.worst_s, loop.total_s / max(loop.ticks, 1)
         ),
-        signal_number=engine.operator.signal_number,
+        signal_number=signal_number,
         errors=tuple(loop.errors),
     )
     _record_end(recorder, engine, outcome)

@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from signal import Signals
 
 from stepload.run.operator import Operator, StopLevel
 from stepload.run.supervisor import Cause
@@ -89,25 +90,30 @@ def why_it_stopped(
     outcomes: tuple[Outcome, ...],
     start_s: float,
     loop_end_s: float,
+    signal_number: int = 0,
 ) -> str:
     """One paragraph: what triggered, its value and limit, what safing did and when.
 
-    `start_s` is the time on the run's clock that counts as zero, `loop_end_s` when the loop ended.
+    `start_s` is the time on the run's clock that counts as zero, `loop_end_s` when the loop ended,
+    `signal_number` the first signal that asked for the end, 0 for none.
     """
     if cause is None:
+        asked = f" ({Signals(signal_number).name})" if signal_number else ""
         text = (
             "The run was completed."
             if status == "completed"
-            else "The run was interrupted on the operator's request."
+            else f"The run was interrupted on the operator's request{asked}."
         )
     else:
         text = f"The run was stopped by {cause.rule} at {cause.time_s - start_s:.3f} s: "
         text += cause.message
-        if cause.unit:
-            text += (
-                f" (value {cause.value:.6g} {cause.unit}, limit {cause.limit:.6g} {cause.unit},"
-                f" judged by a sample {cause.sample_age_s * 1e3:.1f} ms old)"
+        if cause.measured:
+            value, limit = (
+                f"{number:.6g} {cause.unit}" if cause.unit else f"{number:.0f}"
+                for number in (cause.value, cause.limit)
             )
+            age_ms = cause.sample_age_s * 1e3
+            text += f" (value {value}, limit {limit}, judged by a sample {age_ms:.1f} ms old)"
         text += "."
     if status != "completed":
         text += (

@@ -55,6 +55,11 @@ class Cause(NamedTuple):
     time_s: float
     message: str
 
+    @property
+    def measured(self) -> bool:
+        """Whether `value` went beyond `limit`; a device or part that broke has neither."""
+        return bool(self.unit) or self.rule.startswith(("R", "CAP"))
+
 
 class Supervisor:
     """State of the rules.
@@ -175,20 +180,23 @@ class Supervisor:
         `target_m` is the target in force until now (NaN before the first), `compliance_m_per_n` the
         controller's c_use.
         """
-        finding = self.force.take(force_samples, now_s)
-        arm_finding = self.arm.take(arm_samples, now_s)  # every stream is followed, whatever fails
-        finding = finding or arm_finding
-        if self.second is not None:
-            second_finding = self.second.take(second_samples, now_s)
-            finding = finding or second_finding
+        # Every stream is followed, whatever fails.
+        in_force = self.force.take(force_samples, now_s)
+        in_arm = self.arm.take(arm_samples, now_s)
+        in_second = None if self.second is None else self.second.take(second_samples, now_s)
         motion = self._judge_motion(now_s, target_m, phase)
         force = self._judge_force(target_m, compliance_m_per_n, phase) if self._tared else None
         self._now_s = now_s
-        if self.cause is None and (finding or motion or force):
-            first = finding or force or motion
+        if self.cause is None:
+            first = in_force or in_arm or in_second or force or motion
             if first is not None:
-                age_s = now_s - self.force.receive_s
+                stream: ForceWatch | ArmWatch = self.force
+                if first is in_arm or first is motion:
+                    stream = self.arm
+                elif first is in_second and self.second is not None:
+                    stream = self.second
                 rule, value, limit, unit, message = first
+                age_s = max(0.0, now_s - stream.receive_s)
                 self.cause = Cause(rule, value, limit, unit, age_s, now_s, message)
         return self.cause
 

@@ -116,6 +116,18 @@ def test_loading_alone_is_refused():
         run_in(d, f, 0 * c, secant_force_n=TOP_N, lift_off=False)
 
 
+def test_a_cycle_that_was_held_and_never_unloaded_is_refused():
+    d, f, c = cycles([0.0], seed=3)
+    with pytest.raises(DomainError, match=r"cycle 1|a cycle"):
+        run_in(d[:448], f[:448], c[:448], secant_force_n=TOP_N, lift_off=False)
+
+
+def test_without_the_virgin_contact_nothing_is_called_virgin():
+    result = run_in(*cycles([0.0] * 3), secant_force_n=TOP_N, lift_off=False, virgin=False)
+    assert result.virgin is None
+    assert result.steady is not None
+
+
 def test_noise_of_the_loops_is_no_change_of_them():
     result = run_in(
         *cycles([0.0] * 4, seed=3, low_n=9.0), secant_force_n=TOP_N, lift_off=False,

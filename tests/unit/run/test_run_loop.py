@@ -471,6 +471,23 @@ def test_replay_finds_the_same_trip_and_would_trip_earlier_with_tighter_limits()
     assert earlier.phase in (Phase.LOAD, Phase.HOLD)
 
 
+@pytest.mark.parametrize(
+    ("kind", "rule", "numbers"),
+    [
+        ("arm_lost", "R3", "value 0.013 s, limit 0.012 s, judged by a sample 13.0 ms old"),
+        ("force_saturated", "R4", "value 3, limit 0, judged by a sample 0.0 ms old"),
+        ("force_sequence_repeat", "R10", "judged by a sample "),
+    ],
+)
+def test_the_paragraph_has_value_limit_and_age_of_the_sample_that_was_judged(
+    kind: str, rule: str, numbers: str
+) -> None:
+    outcome = _go(_bench([WorldFault(kind, 2.2, 9.0, 0.0)]), Tape())
+    assert outcome.cause is not None
+    assert outcome.cause.rule == rule
+    assert numbers in outcome.why
+
+
 def test_a_device_says_why_a_rule_stopped_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     bench, tape = _bench([WorldFault("force_lost", 2.2, 9.0, 0.0)]), Tape()
     told = Fault(FaultCode.NOT_CONNECTED, "the plug is out", "plug it in", 0.0)
