@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from stepload.errors import RefusedError
+from stepload.errors import LeftEarlyError, RefusedError
 from stepload.feasibility.preflight import Preflight, preflight
 from stepload.feasibility.verdict import Verdict
 from stepload.findings import analyse
@@ -39,7 +39,10 @@ Progress = Callable[[Engine, Preflight], None]
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """What a run left behind; `problems` are what went wrong after it, `findings` then None."""
+    """What a run left behind; `problems` are what went wrong after it.
+
+    `left_early` is the signal that cut its evaluation short, 0 for none.
+    """
 
     directory: Path
     outcome: RunOutcome
@@ -47,6 +50,7 @@ class Finished:
     findings: RunFindings | None
     headline: str
     problems: tuple[str, ...]
+    left_early: int = 0
 
 
 def refuse(check: Preflight) -> RefusedError:
@@ -150,7 +154,7 @@ def run_plan(
         raise
     errors = (*outcome.errors, *rig.close_errors, *([missing] if missing else []))
     outcome = replace(outcome, errors=errors)
-    return _keep(plan, check, outcome, recorder, directory, dry_run=dry_run)
+    return _keep(plan, check, outcome, recorder, directory, operator, dry_run=dry_run)
 
 
 def _keep(
@@ -159,13 +163,14 @@ def _keep(
     outcome: RunOutcome,
     recorder: Recorder,
     directory: Path,
+    operator: Operator,
     *,
     dry_run: bool,
 ) -> Finished:
     """Evaluate a run that is over, and finish its files whatever the evaluation comes to."""
     problems: list[str] = []
     data = plain(outcome_data(outcome, check))
-    findings, text = None, "no result"
+    findings, text, left_early = None, "no result", 0
     try:
         recorder.sync()
         try:
@@ -173,9 +178,18 @@ def _keep(
             mean_of = 1 if ticks <= WHOLE_TICKS else -(-ticks // MEAN_TICKS)
             recording = read_recording(recorder.part_path, mean_of)
             try:
+                operator.moving = False  # nothing moves any more: a signal ends the evaluation
                 findings = analyse.run_findings(plan, check, outcome, recording, dry_run=dry_run)
+            except LeftEarlyError as error:
+                left_early = error.signal_number
+                problems.append(
+                    "the evaluation was left out on request: `stepload identify` does it"
+                )
             except Exception as error:  # a bug there must not cost the report
                 problems.append(f"the evaluation failed: {type(error).__name__}: {error}")
+            finally:
+                operator.moving = True
+            if findings is None:
                 findings = RunFindings(
                     plan, check, outcome, recording, dry_run, problem=problems[0]
                 )
@@ -203,7 +217,7 @@ def _keep(
             files.write_file(directory / files.REPORT, render(compose(findings)))
     except Exception as error:  # the record is whole already
         problems.append(f"report or results not written: {type(error).__name__}: {error}")
-    return Finished(directory, outcome, data, findings, text, tuple(problems))
+    return Finished(directory, outcome, data, findings, text, tuple(problems), left_early)
 
 
 def _write_results(directory: Path, data: Mapping[str, Any]) -> None:

@@ -102,6 +102,8 @@ class Stage:
                 except BaseException as error:
                     del error
             if self.on and how == "hang":
+                if self.say_fd >= 0:
+                    os.write(self.say_fd, b"hanging\n")
                 time.sleep(3600.0)
             if self.on:
                 raise RuntimeError(f"{name} broken on purpose")

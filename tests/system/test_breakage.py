@@ -143,6 +143,7 @@ def test_what_breaks_after_the_run_does_not_cost_its_record(breaking: Breaking, 
     assert recording.results["why_it_ended"] == done.outcome.why
     if part != "results":
         assert results(breaking.out)["status"] == "completed"
+    assert (breaking.out / "report.html").exists() == (part == "evaluation")
 
 
 def test_a_record_that_cannot_be_finished_stays_to_be_repaired(breaking: Breaking) -> None:

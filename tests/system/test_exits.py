@@ -6,6 +6,8 @@ import html
 import os
 import resource
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -13,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from real_runs import ROOT, Staged, results, stepload
+from real_runs import ENVIRONMENT, ROOT, Staged, results, stepload
 
 from stepload.record.reader import Recording, read_recording
 from stepload.record.rows import Phase
@@ -320,3 +322,44 @@ def test_a_sensor_that_hangs_for_good(stage: Stage, quick: Path, tmp_path: Path)
     found = stepload("recover", tmp_path / "run", "--json")
     assert found.returncode == 0
     assert Phase.FAST_APPROACH in _record(tmp_path / "run", partial=True).ticks.phase
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_evaluation_can_be_left_and_the_record_is_whole(
+    stage: Stage, quick: Path, tmp_path: Path, number: int, code: int
+) -> None:
+    staged = stage(
+        {"break": {"evaluation": "hang"}},
+        "run", quick, "--dry-run", "--out", tmp_path / "run", "--quiet",
+    )  # fmt: skip
+    staged.wait_until_there()
+    staged.process.send_signal(number)
+    exited, text = staged.finish()
+    assert exited == code
+    assert "the evaluation was left out on request" in text
+    assert f"report: {tmp_path / 'run' / 'report.html'}" in text
+    assert results(tmp_path / "run")["status"] == "completed"
+    assert not _record(tmp_path / "run").partial
+
+
+def test_streams_that_are_closed_or_know_no_unicode(tmp_path: Path) -> None:
+    call = [
+        sys.executable,
+        "-m",
+        "stepload",
+        "preflight",
+        str(ROOT / "procedures" / "plastic-sphere.yaml"),
+    ]
+    closed = ["sh", "-c", 'exec "$@" >&-', "sh", *call]
+    done = subprocess.run(closed, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    plain = {**ENVIRONMENT, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(call, capture_output=True, text=True, check=False, env=plain)
+    assert done.returncode == 0, done.stderr
+    assert "preflight: GO" in done.stdout
+
+
+def test_a_negative_seed_is_refused(quick: Path) -> None:
+    done = stepload("run", quick, "--dry-run", "--seed", "-5")
+    assert done.returncode == 2
+    assert "seed" in done.stderr

@@ -12,6 +12,7 @@ import sys
 import termios
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -26,6 +27,7 @@ from stepload.record.rows import Phase
 from stepload.run.operator import Operator, StopLevel
 from stepload.run.tick import Engine
 from stepload.session import control
+from stepload.session.files import run_directory
 
 Stage = Callable[..., Staged]
 
@@ -212,6 +214,33 @@ def test_a_run_of_cycles_that_ends_early_has_a_report_of_the_whole_ones(
         assert found["virgin"] is None
         rest = (resumed.directory / "report.html").read_text()
         assert "The virgin contact is not in this record; fewer than 3 cycles" in rest
+
+
+def test_what_was_never_touched_is_virgin_when_it_is_taken_up(quick: Path, tmp_path: Path) -> None:
+    quick.write_text(quick.read_text().replace("unload: false", "cycles: 2"))
+    plan, operator = load_plan(quick), Operator()
+
+    def stop_in_free_air(engine: Engine, _check: object) -> None:
+        if engine.procedure.phase == Phase.FAST_APPROACH:
+            operator.stop_level = StopLevel.NOW
+
+    run_plan(
+        plan, dry_run=True, out=tmp_path / "first", operator=operator, on_progress=stop_in_free_air
+    )
+    second = run_plan(plan, dry_run=True, resume=tmp_path / "first", out=tmp_path / "second")
+    assert "no step of it was finished" in second.data["resumed"]
+    assert "the payload had not been touched" in second.data["resumed"]
+    assert second.data["run_in"]["virgin"] == 1
+
+
+def test_runs_of_one_second_have_directories_of_their_own(quick: Path) -> None:
+    plan = load_plan(quick)
+    plan = replace(plan, record=replace(plan.record, directory=quick.parent / "runs"))
+    made = []
+    for _ in range(3):
+        made.append(run_directory(plan, dry_run=True, out=None))
+        made[-1].mkdir(parents=True)
+    assert len(set(made)) == 3
 
 
 def test_an_interrupted_run_is_taken_up(stage: Stage, quick: Path, tmp_path: Path) -> None:

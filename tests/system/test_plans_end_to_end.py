@@ -98,7 +98,12 @@ def test_preflight(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     for term in ran.data["force_budget"]:
         assert set(term) == {"name", "value_n", "source"}
         assert term["value_n"] >= 0.0
-    if verdict != "refused":
+    supervised = {limit["source"].split(":")[0] for limit in ran.data["limits"]}
+    if verdict == "refused":
+        assert not supervised
+    else:
+        rules = {*(f"R{number}" for number in range(3, 11)), "R1, R2", "speed cap"}
+        assert rules <= supervised
         assert ran.data["force_budget"]
         assert ran.data["duration_s"] > 1.0
         assert ran.data["largest_safe_force_n"] < ran.data["elastic_limit_n"]

@@ -24,7 +24,7 @@ DryRun = Annotated[
 OutDirectory = Annotated[
     Path | None, typer.Option("--out", help="Directory for the run's files (a new one).")
 ]
-Seed = Annotated[int | None, typer.Option("--seed", help="Seed of the simulated rig.")]
+Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Seed of the simulated rig.")]
 
 ResumeDirectory = Annotated[
     Path | None,
@@ -82,6 +82,8 @@ def exit_code(finished: Finished) -> ExitCode:
         return ExitCode.STOPPED
     if outcome.status is RunStatus.INTERRUPTED:
         return EXIT_OF_SIGNAL.get(outcome.signal_number, ExitCode.INTERRUPTED)
+    if finished.left_early:
+        return EXIT_OF_SIGNAL.get(finished.left_early, ExitCode.INTERRUPTED)
     return ExitCode.BUG if finished.problems else ExitCode.OK
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import traceback
@@ -69,8 +70,19 @@ def _as_text(error: Exception) -> SteploadError:
     )
 
 
+def _give_streams() -> None:
+    """Closed streams go nowhere; those that do not know a character get its escape."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
 def main() -> None:
     """Run the command line; every error ends in text and its own exit code, none in a traceback."""
+    _give_streams()
     try:
         code = app(standalone_mode=False)
     except LeftEarlyError as error:

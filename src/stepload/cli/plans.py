@@ -12,8 +12,14 @@ from stepload.cli.output import Output
 from stepload.errors import ExitCode
 
 if TYPE_CHECKING:
-    from stepload.feasibility.preflight import Preflight
+    from collections.abc import Sequence
 
+    from stepload.contact.press import Term
+    from stepload.feasibility.preflight import Preflight
+    from stepload.plan.model import Plan
+
+SUPERVISED = (*(f"R{number}" for number in range(1, 11)), "R1, R2", "speed cap")
+"""How the source of a threshold begins if a rule stops at it."""
 PlanFile = Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 PayloadFile = Annotated[
@@ -96,6 +102,33 @@ def show_preflight(check: Preflight, out: Output) -> None:
     )
 
 
+def thresholds(plan: Plan, check: Preflight) -> tuple[Term, ...]:
+    """Everything the run is supervised by; nothing for a plan that may not run."""
+    from stepload.feasibility.verdict import Verdict
+    from stepload.run.limits import derive_limits
+
+    if check.verdict is Verdict.REFUSED:
+        return ()
+    return derive_limits(plan, elastic_limit_n=check.theory.elastic_limit_n).terms
+
+
+def show_thresholds(terms: Sequence[Term], out: Output) -> None:
+    """Those that a rule of the supervisor stops at, by the names they have in a record."""
+    from stepload.units import format_quantity as f
+
+    rows = []
+    for term in terms:
+        rule, _, source = term.source.partition(": ")
+        if rule not in SUPERVISED or (rule == "R5" and not term.value):
+            continue
+        value = (
+            f"{term.value:g} {term.unit}" if term.unit == "samples" else f(term.value, term.unit)
+        )
+        rows.append((rule, term.name, value.rstrip(), source))
+    if rows:
+        out.table("the supervisor stops at", ("rule", "threshold", "value", "from"), rows)
+
+
 def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = False) -> None:
     """Say before the run whether payload and rig can succeed. Exit 0: go or warn; 3: refused."""
     from stepload.feasibility.preflight import preflight as judge
@@ -103,9 +136,13 @@ def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = Fal
     from stepload.plan.load import load_plan
 
     out = Output(as_json=as_json)
-    check = judge(load_plan(plan, payload=payload))
+    loaded = load_plan(plan, payload=payload)
+    check = judge(loaded)
     show_preflight(check, out)
-    out.result(preflight_data(check))
+    terms = thresholds(loaded, check)
+    show_thresholds(terms, out)
+    limits = [{"name": t.name, "value": t.value, "unit": t.unit, "source": t.source} for t in terms]
+    out.result(preflight_data(check) | {"limits": limits})
     if check.verdict is Verdict.REFUSED:
         raise typer.Exit(ExitCode.REFUSED)
 

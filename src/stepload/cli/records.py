@@ -25,7 +25,7 @@ def recover(
     from stepload.session.unfinished import repair, repair_all
 
     output = Output(as_json=as_json)
-    if file.is_dir() or not file.suffix:
+    if file.is_dir():
         if out is not None:
             raise BadInputError("--out goes with one file", hint="name the record")
         found = repair_all(file)
@@ -34,6 +34,8 @@ def recover(
         if not found:
             output.line(f"no unfinished record in {file}")
         output.result({"records": [repaired.data for repaired in found]})
+        if any(repaired.found is None for repaired in found):
+            raise typer.Exit(ExitCode.BAD_INPUT)
         return
     repaired = repair(file, out)
     assert repaired.found is not None
@@ -53,27 +55,43 @@ def replay(
     force_limit: Annotated[
         str | None, typer.Option("--force-limit", help='Another F_lim, such as "250 N".')
     ] = None,
+    limit: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--limit", help='Another threshold, "model_tolerance_m=20 um"; names: preflight.'
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Run the supervisor over a record: where would it have tripped? Exit 4 if it would have."""
     from stepload.findings.replayed import replay_file
-    from stepload.units import parse_quantity
 
     output = Output(as_json=as_json)
-    limit_n = None if force_limit is None else parse_quantity(force_limit, "N")
-    found = replay_file(file, force_limit_n=limit_n)
+    wishes = {} if force_limit is None else {"force_limit_n": force_limit}
+    for text in limit or ():
+        name, _, value = text.partition("=")
+        wishes[name.strip()] = value.strip()
+    judged = replay_file(file, wishes)
+    found = judged.replayed
     cause = found.cause
+    for note in judged.notes:
+        output.line(f"note: {note}")
     if cause is None:
         output.line(f"no trip in {found.ticks} ticks")
     else:
         where = found.phase.name.replace("_", " ").lower() if found.phase is not None else ""
-        output.line(f"trip after {found.ticks} ticks ({where}): {cause.message}")
+        output.line(
+            f"trip by {cause.rule} at {cause.time_s - judged.start_s:.3f} s, after {found.ticks}"
+            f" ticks ({where}): {cause.message}{cause.numbers}"
+        )
     output.result(
         {
             "tripped": cause is not None,
             "cause": cause._asdict() if cause else None,
+            "start_s": judged.start_s,
             "phase": found.phase.name if found.phase is not None else None,
             "ticks": found.ticks,
+            "notes": judged.notes,
         }
     )
     if cause is not None:

@@ -102,14 +102,14 @@ def _cycles(
     if not plan.procedure.unload or plan.procedure.cycles < 2:
         return None
     whole = whole_cycles(plan, recording)
-    resumed = "resumed" in recording.metadata
-    if not whole or (whole[0] != 1 and not resumed):
+    touched_before = recording.metadata.get("touched_before") == "true"
+    if not whole or (whole[0] != 1 and not touched_before):
         raise BadInputError(
             "no run-in: cycle 1, the virgin one, was not pressed and unloaded to its last step"
-            if not resumed
+            if not touched_before
             else "no run-in: no cycle of this record was pressed and unloaded to its last step"
         )
-    opened = resumed or any(touch.purpose == "resume" for touch in data.touches)
+    opened = touched_before or any(touch.purpose == "resume" for touch in data.touches)
     if not plan.procedure.lift_off and opened:
         raise BadInputError(
             "no run-in: a pause or an interruption opened the contact, which was to stay closed"
@@ -134,7 +134,7 @@ def _cycles(
         data.cycle[mask],
         secant_force_n=found.conditions.secant_force_n,
         lift_off=plan.procedure.lift_off,
-        virgin=not resumed,
+        virgin=not touched_before,
         secant_sigma=noise_m / max(float(np.ptp(deformation_m)), noise_m),
         touch_m=touch_m,
     )

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from stepload.contact.press import Term
 from stepload.errors import BadInputError, DomainError
 from stepload.findings.untrusted import untrusted
 from stepload.record.reader import ArmColumns, ForceColumns, Recording, TickColumns, read_recording
-from stepload.record.rows import TickRow
+from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.run.limits import RunLimits
 from stepload.run.replay import Replayed, group_by_tick, replay
+from stepload.units import parse_quantity
 
 FILE = "limits.json"
+MOST_DELAYED = 100_000
+"""Ticks that a command may take: the supervisor keeps so many targets."""
 
 
 def limits_to_bytes(limits: RunLimits) -> bytes:
@@ -36,9 +42,12 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
     try:
         data = json.loads(raw)
         terms = tuple(Term(**term) for term in data.pop("terms"))
-        return RunLimits(**data, terms=terms)
+        limits = RunLimits(**data, terms=terms)
+        if limits.command_delay_s > MOST_DELAYED * limits.period_s:
+            raise ValueError(f"command_delay_s {limits.command_delay_s} s")
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError, DomainError) as error:
         raise BadInputError(f"{FILE} in the record is damaged: {error}") from None
+    return limits
 
 
 def _force_samples(columns: ForceColumns | None) -> list[ForceSample]:
@@ -87,33 +96,93 @@ def _changes(recording: Recording, limits: RunLimits) -> list[tuple[float, RunLi
     ]
 
 
-def replay_file(path: Path, *, force_limit_n: float | None = None) -> Replayed:
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """A record that was judged: what became of it, when it began, and what it is short of."""
+
+    replayed: Replayed
+    start_s: float
+    notes: tuple[str, ...]
+
+
+def _others(limits: RunLimits, wishes: Mapping[str, str]) -> dict[str, Any]:
+    """Other thresholds, by name, from text with units.
+
+    Raises:
+        BadInputError: no such threshold, or no such value.
+    """
+    units = {term.name: term.unit for term in limits.terms}
+    others: dict[str, Any] = {}
+    for name, text in wishes.items():
+        if name not in units:
+            raise BadInputError(
+                f"no threshold is called {name!r}", hint=f"one of {', '.join(sorted(units))}"
+            )
+        unit = units[name]
+        try:
+            others[name] = float(text) if unit in ("", "samples") else parse_quantity(text, unit)
+            replace(limits, **{name: others[name]})
+        except (ValueError, BadInputError) as error:
+            told = error.message if isinstance(error, BadInputError) else str(error)
+            raise BadInputError(
+                f"{name}={text}: {told}", hint=f'such as --limit "{name}=1 {unit}"'
+            ) from None
+    return others
+
+
+def _notes(recording: Recording) -> tuple[str, ...]:
+    if recording.damage:
+        return (f"the record is damaged, and was judged up to there: {recording.damage}",)
+    if recording.partial:
+        return ("the record is partial: its run was not finished, or it was recovered",)
+    return ()
+
+
+def _whole_ticks(recording: Recording) -> int:
+    """How many ticks of a record have their samples: where it was cut, streams end apart.
+
+    A stream that had ended in the run itself would have been seen there, and made it safe.
+    """
+    ticks = recording.ticks
+    if not recording.partial or (ticks.phase == Phase.SAFING).any():
+        return len(ticks.time_s)
+    times_s = [recording.force.time_s, recording.arm.time_s]
+    if recording.second_force is not None:
+        times_s.append(recording.second_force.time_s)
+    ends_s = [times[-1] if len(times) else -np.inf for times in times_s]
+    return int(np.searchsorted(ticks.time_s, min(ends_s), side="right"))
+
+
+def replay_file(path: Path, wishes: Mapping[str, str] | None = None) -> Judged:
     """Judge a record tick by tick.
 
     Args:
         path: the record.
-        force_limit_n: another F_lim than the run's.
+        wishes: other thresholds than the run's: values with units by name of `RunLimits.terms`.
 
     Raises:
-        BadInputError: no record of ours, or a limit that is none.
+        BadInputError: no record of ours, nothing in it to judge, or a limit that is none.
     """
     recording = read_recording(path)
+    whole = _whole_ticks(recording)
+    if not whole:
+        raise BadInputError(f"{path}: not one tick is whole in it, there is nothing to judge")
     limits = limits_from(recording.attachments)
     try:
         tares, changes = _tares(recording), _changes(recording, limits)
     except (KeyError, TypeError, ValueError, DomainError):
         raise BadInputError(f"{path}: tares or limits in the record have no numbers") from None
-    if force_limit_n is not None:
-        limits = replace(limits, force_limit_n=force_limit_n)
-        changes = [(time_s, replace(c, force_limit_n=force_limit_n)) for time_s, c in changes]
+    others = _others(limits, wishes or {})
+    limits = replace(limits, **others)
+    changes = [(time_s, replace(changed, **others)) for time_s, changed in changes]
     with untrusted(path):
         ticks = group_by_tick(
-            _tick_rows(recording.ticks),
+            _tick_rows(recording.ticks)[:whole],
             _force_samples(recording.force),
             _arm_samples(recording.arm),
             _force_samples(recording.second_force),
         )
-        return replay(
+        found = replay(
             ticks,
             tares,
             limits,
@@ -121,3 +190,4 @@ def replay_file(path: Path, *, force_limit_n: float | None = None) -> Replayed:
             second_axis=recording.metadata.get("second_force_axis", ""),
             changes=changes,
         )
+    return Judged(found, float(recording.ticks.time_s[0]), _notes(recording))

@@ -23,6 +23,8 @@ IntArray = NDArray[np.int64]
 
 BATCH_BYTES = 1 << 22
 """Message bytes gathered before they are turned into columns."""
+MOST_EVENTS = 200_000
+"""A run has some ten events for each step; each takes memory of its own."""
 _TEXT_AT = RECORD_HEAD + MESSAGE_HEAD + 4
 
 
@@ -244,6 +246,8 @@ class _Reading:
         if topic is None:
             return
         if topic is layout.EVENTS:
+            if len(self.texts) + run.number > MOST_EVENTS:
+                raise DamageError(at, f"more than {MOST_EVENTS} events, which no run has")
             for i in range(run.number):
                 start = run.at + i * run.stride
                 self.texts.append((at, _text(memoryview(raw)[start : start + run.stride], at)))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import os
+import stat
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -56,14 +58,26 @@ def is_being_written(path: Path) -> bool:
 
 
 def find_unfinished(directory: Path) -> list[Path]:
-    """Records in `directory` and one level below that nobody writes to any more, oldest first."""
-    found = [
-        path
-        for pattern in ("*.mcap" + PART_SUFFIX, "*/*.mcap" + PART_SUFFIX)
-        for path in directory.glob(pattern)
-        if path.is_file() and not path.is_symlink() and not is_being_written(path)
-    ]
-    return sorted(found, key=lambda path: path.stat().st_mtime)
+    """Records in `directory` and one level below that nobody writes to any more, oldest first.
+
+    Also those that cannot be opened; symbolic links are not followed.
+    """
+    found = []
+    for pattern in ("*.mcap" + PART_SUFFIX, "*/*.mcap" + PART_SUFFIX):
+        for path in directory.glob(pattern):
+            linked = path.parent != directory and path.parent.is_symlink()
+            with contextlib.suppress(FileNotFoundError):  # its run has just finished it
+                about = path.lstat()
+                if stat.S_ISREG(about.st_mode) and not linked and not _is_busy(path):
+                    found.append((about.st_mtime, path))
+    return [path for _, path in sorted(found)]
+
+
+def _is_busy(path: Path) -> bool:
+    try:
+        return is_being_written(path)
+    except PermissionError:
+        return False
 
 
 class _Repair:
@@ -176,18 +190,20 @@ def _index_entries(raw: bytes, run: Run) -> NDArray[np.void]:
 def _default_out(path: Path) -> Path:
     if path.suffix == PART_SUFFIX:
         return path.with_suffix("")
-    return path.with_name(f"{path.stem}.recovered{path.suffix}")
+    return path.with_name(f"{path.stem}.recovered{path.suffix or '.mcap'}")
 
 
 def recover(path: Path, out: Path | None = None) -> Recovered:
     """Copy everything whole into a proper record, read it back and count.
 
     run.mcap.part becomes run.mcap and is removed once the copy is verified; any other file stays,
-    and the copy is named *.recovered.mcap.
+    and the copy is named *.recovered.mcap. A symbolic link is followed first.
 
     Raises:
         BadInputError: nothing to recover, still being written, or the target exists.
     """
+    if path.is_symlink():
+        path = path.resolve()
     target = out or _default_out(path)
     if target.exists():
         raise BadInputError(f"{target} exists already", hint="move it away or name another file")
@@ -200,7 +216,8 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
                 f"{path} is being written by a running experiment", hint="wait for its end"
             ) from None
         unverified = target.with_name(target.name + ".recovering")
-        fd = os.open(unverified, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NOFOLLOW, 0o644)
+        unverified.unlink(missing_ok=True)  # of a repair that was cut off, or anybody's
+        fd = os.open(unverified, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
         try:
             repair = _Repair(Appender(fd))
             damage = ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import Any
 
 from stepload.contact.press import Term
 from stepload.errors import DomainError
@@ -28,6 +29,7 @@ STILL_BLURS = 2.0
 """Commanded travel over what may hide it in the measured position, before R7 asks for an answer."""
 LEASH_TIME_S = 1.5
 AGE_SOURCE = "R3: the plan, or 12 ms, at least 4 periods"
+FREEZE_SOURCE = "R4: equal samples in a row; 0: off"
 FALSE_FREEZE_ODDS = 1e-11
 """Chance per sample that a sound, quantised sensor repeats itself for long enough to trip R4."""
 
@@ -153,7 +155,7 @@ def derive_limits(
     blur_m = arm.position_resolution_m + 6.0 * arm.position_noise_m + arm.lost_motion_m
     still_m = STILL_BLURS * blur_m
     near_edge_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
-    values: dict[str, tuple[float, str, str]] = {
+    values: dict[str, tuple[Any, str, str]] = {
         "elastic_limit_n": (elastic_limit_n, "N", "F_c of the payload"),
         "force_limit_n": (forces.limit_n, "N", "R1, R2: F_lim, 1.25 F_top, at most F_allowed"),
         "allowed_n": (forces.allowed_n, "N", "(F_c - tol_abs - drift)/(1 + tol_rel)"),
@@ -169,6 +171,16 @@ def derive_limits(
         "stale_force_s": (age_limit_s(force), "s", AGE_SOURCE),
         "stale_arm_s": (age_limit_s(arm), "s", AGE_SOURCE),
         "stale_second_s": (age_limit_s(checking), "s", AGE_SOURCE),
+        # Noise that was measured holds the resolution too, and would have a sound sensor freeze.
+        "identical_counts": (
+            identical_counts(force, min(press.noise_n, force.noise_n)), "samples", FREEZE_SOURCE,
+        ),
+        "second_identical_counts": (
+            identical_counts(second.sensor, second.noise_n, SECOND_IDENTICAL_COUNTS)
+            if second.sensor
+            else SECOND_IDENTICAL_COUNTS,
+            "samples", FREEZE_SOURCE,
+        ),
         "full_scale_n": (force.range_n, "N", "R4: rated range"),
         "cross_tolerance_n": (second.tolerance_n if has_second else 0.0, "N", "R5: plan"),
         "cross_relative": (second.tolerance_relative if has_second else 0.0, "", "R5: plan"),
@@ -210,13 +222,6 @@ def derive_limits(
         "second_noise_n": (second.noise_n if has_second else 0.0, "N", "rig: second_force.noise"),
     }  # fmt: skip
     return RunLimits(
-        # Noise that was measured holds the resolution too, and would have a sound sensor freeze.
-        identical_counts=identical_counts(force, min(press.noise_n, force.noise_n)),
-        second_identical_counts=(
-            identical_counts(second.sensor, second.noise_n, SECOND_IDENTICAL_COUNTS)
-            if second.sensor
-            else SECOND_IDENTICAL_COUNTS
-        ),
         cross_check=second.source.value if has_second else "",
         terms=tuple(Term(name, *row) for name, row in values.items()),
         **{name: row[0] for name, row in values.items()},

@@ -106,14 +106,7 @@ def why_it_stopped(
         )
     else:
         text = f"The run was stopped by {cause.rule} at {cause.time_s - start_s:.3f} s: "
-        text += cause.message
-        if cause.measured:
-            value, limit = (
-                f"{number:.6g} {cause.unit}" if cause.unit else f"{number:.0f}"
-                for number in (cause.value, cause.limit)
-            )
-            age_ms = cause.sample_age_s * 1e3
-            text += f" (value {value}, limit {limit}, judged by a sample {age_ms:.1f} ms old)"
+        text += cause.message + cause.numbers
         text += "."
     if status != "completed":
         text += (

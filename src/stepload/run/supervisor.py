@@ -56,9 +56,16 @@ class Cause(NamedTuple):
     message: str
 
     @property
-    def measured(self) -> bool:
-        """Whether `value` went beyond `limit`; a device or part that broke has neither."""
-        return bool(self.unit) or self.rule.startswith(("R", "CAP"))
+    def numbers(self) -> str:
+        """Value, limit and age as text; "" where a device or a part broke: it has no numbers."""
+        if not (self.unit or self.rule.startswith(("R", "CAP"))):
+            return ""
+        value, limit = (
+            f"{number:.6g} {self.unit}" if self.unit else f"{number:.0f}"
+            for number in (self.value, self.limit)
+        )
+        age_ms = self.sample_age_s * 1e3
+        return f" (value {value}, limit {limit}, judged by a sample {age_ms:.1f} ms old)"
 
 
 class Supervisor:

@@ -30,7 +30,12 @@ def run_directory(plan: Plan, *, dry_run: bool, out: Path | None) -> Path:
         return out
     stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
     slug = re.sub(r"[^a-z0-9]+", "-", plan.name.lower()).strip("-")[:40] or "run"
-    return plan.record.directory / f"{stamp}-{slug}{'-dry' if dry_run else ''}"
+    name = f"{stamp}-{slug}{'-dry' if dry_run else ''}"
+    directory, number = plan.record.directory / name, 1
+    while os.path.lexists(directory):  # two runs within a second
+        number += 1
+        directory = plan.record.directory / f"{name}-{number}"
+    return directory
 
 
 def make_directory(directory: Path) -> None:

@@ -19,22 +19,34 @@ from stepload.session.unfinished import repair
 
 @dataclass(frozen=True, slots=True)
 class Resumed:
-    """The old run, and where the new one begins: `start_level` indexes the plan's levels."""
+    """The old run, and where the new one begins: `start_level` indexes the plan's levels.
+
+    `touched` says whether the old run, or one before it, had touched the payload.
+    """
 
     directory: Path
     run_id: str
     start_cycle: int
     start_level: int
     level_n: float
+    touched: bool
 
     @property
     def text(self) -> str:
         """What a reader of the new record must know."""
-        return (
-            f"taken up after run {self.run_id} ({self.directory.name}): the steps before cycle "
-            f"{self.start_cycle}, {self.level_n:g} N are in that record, those from there on in "
-            "this one; each is identified by itself, and this one's contact is not virgin"
+        begun = (self.start_cycle, self.start_level) != (1, 0)
+        steps = (
+            f"the steps before cycle {self.start_cycle}, {self.level_n:g} N are in that record, "
+            "those from there on in this one; each is identified by itself"
+            if begun
+            else "no step of it was finished, this one begins with the first"
         )
+        contact = (
+            "this one's contact is not virgin"
+            if self.touched
+            else "the payload had not been touched"
+        )
+        return f"taken up after run {self.run_id} ({self.directory.name}): {steps}, and {contact}"
 
     @property
     def metadata(self) -> dict[str, str]:
@@ -43,6 +55,7 @@ class Resumed:
             "resumed": self.text,
             "resumed_run_id": self.run_id,
             "resumed_directory": str(self.directory),
+            "touched_before": str(self.touched).lower(),
             "start_cycle": str(self.start_cycle),
             "start_level": str(self.start_level),
         }
@@ -68,7 +81,11 @@ def resumable(directory: Path, plan: Plan, *, dry_run: bool) -> Resumed:
             f"{path}: every load step of the plan is done, there is nothing to resume",
             hint="`stepload identify` evaluates it",
         )
-    return Resumed(directory, recording.metadata.get("run_id", "?"), cycle, level, levels[level])
+    touched = recording.metadata.get("touched_before") == "true" or any(
+        event.kind == "touch" for event in recording.events
+    )
+    run_id = recording.metadata.get("run_id", "?")
+    return Resumed(directory, run_id, cycle, level, levels[level], touched)
 
 
 def _same(recording: Recording, plan: Plan, dry_run: bool) -> None:

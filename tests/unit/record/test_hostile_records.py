@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stepload.errors import BadInputError
+from stepload.record import reader
 from stepload.record.container import MAGIC
 from stepload.record.reader import read_recording
 from stepload.record.recovery import recover
@@ -111,3 +112,12 @@ def test_other_files_are_named_for_what_they_are(tmp_path: Path) -> None:
         read_recording(tmp_path / "absent.mcap")
     with pytest.raises(BadInputError, match="not a file"):
         read_recording(tmp_path)
+
+
+def test_more_events_than_a_run_has_are_not_read(
+    hostile: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reader, "MOST_EVENTS", 2)
+    cut = read_recording(hostile)
+    assert len(cut.events) == 2
+    assert "more than 2 events" in cut.damage

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -14,8 +15,9 @@ from mcap.records import Channel, Message
 from mcap.stream_reader import StreamReader
 
 from stepload.errors import BadInputError
+from stepload.record import recovery
 from stepload.record.reader import read_recording
-from stepload.record.recovery import recover
+from stepload.record.recovery import find_unfinished, recover
 
 
 def streamed(path: Path) -> Counter[str]:
@@ -126,3 +128,53 @@ def test_nothing_is_overwritten(write_record: Callable[..., Path]) -> None:
     with pytest.raises(BadInputError, match="exists already"):
         recover(part)
     assert part.with_suffix("").read_text() == "mine"
+
+
+@pytest.mark.parametrize("kind", ["fifo", "hard link", "symbolic link", "left over"])
+def test_what_stands_in_the_place_of_the_copy_is_not_written_through(
+    write_record: Callable[..., Path], tmp_path: Path, kind: str
+) -> None:
+    part = write_record("run.mcap.part", chunks=2, finished=False)
+    place, outside = tmp_path / "run.mcap.recovering", tmp_path / "outside"
+    outside.write_bytes(b"mine")
+    if kind == "fifo":
+        os.mkfifo(place)
+    elif kind == "hard link":
+        place.hardlink_to(outside)
+    elif kind == "symbolic link":
+        place.symlink_to(outside)
+    else:
+        place.write_bytes(b"half of a copy")
+    assert sum(recover(part).counts.values()) > 0
+    assert outside.read_bytes() == b"mine"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["outside", "run.mcap"]
+
+
+def test_a_link_to_a_record_is_followed(write_record: Callable[..., Path], tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    part = write_record("there/run.mcap.part", chunks=2, finished=False)
+    link = tmp_path / "link.mcap.part"
+    link.symlink_to(part)
+    assert recover(link).path == part.with_suffix("")
+    assert not part.exists()
+
+
+def test_unfinished_records_are_looked_for_here_and_not_behind_links(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runs, elsewhere = tmp_path / "runs", tmp_path / "elsewhere"
+    for directory in (runs / "a", runs / "b", elsewhere):
+        directory.mkdir(parents=True)
+        (directory / "run.mcap.part").write_bytes(b"")
+    (runs / "l").symlink_to(elsewhere)
+    (runs / "f").mkdir()
+    os.mkfifo(runs / "f" / "run.mcap.part")
+
+    def locked(path: Path) -> bool:
+        if path.parent.name == "a":
+            raise PermissionError(13, "Permission denied")
+        return False
+
+    monkeypatch.setattr(recovery, "is_being_written", locked)
+    found = {path.parent.name for path in find_unfinished(runs)}
+    assert found == {"a", "b"}

@@ -1,0 +1,104 @@
+"""`stepload replay` and `stepload recover` as a user meets them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from real_runs import QUICK, stepload
+
+from stepload.errors import BadInputError
+from stepload.findings import replayed
+from stepload.record.reader import read_recording
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The record of a dry run."""
+    place = tmp_path_factory.mktemp("finished")
+    (place / "plan.yaml").write_text(QUICK)
+    done = stepload("run", place / "plan.yaml", "--dry-run", "--out", place / "run", "--quiet")
+    assert done.returncode == 0, done.stderr
+    return place / "run" / "run.mcap"
+
+
+def test_replay_says_which_rule_when_and_by_how_much(finished: Path) -> None:
+    done = stepload("replay", finished, "--json")
+    assert done.returncode == 0
+    found = json.loads(done.stdout)
+    assert (found["tripped"], found["notes"]) == (False, [])
+    assert found["ticks"] > 1000
+    tripped = stepload(
+        "replay", finished, "--force-limit", "150 N", "--limit", "contact_n_s_per_m=1 N s/m"
+    )
+    assert tripped.returncode == 4
+    assert "trip by R2 at " in tripped.stdout
+    assert " N, limit 150 N, judged by a sample" in tripped.stdout
+
+
+@pytest.mark.parametrize(
+    ("limit", "rule"),
+    [("cross_tolerance_n=1 mN", "R5"), ("search_end_m=1 um", "R8"), ("jump_n=0.1 N", "R9"),
+     ("model_tolerance_m = 1 um", "R7"), ("identical_counts=1", "R4")],
+)  # fmt: skip
+def test_any_threshold_can_be_another(finished: Path, limit: str, rule: str) -> None:
+    wishes = [limit, "cross_relative=0"] if rule == "R5" else [limit]
+    options = [text for wish in wishes for text in ("--limit", wish)]
+    found = json.loads(stepload("replay", finished, *options, "--json").stdout)
+    assert found["cause"]["rule"] == rule
+    assert found["cause"]["time_s"] >= found["start_s"]
+
+
+@pytest.mark.parametrize(
+    ("limit", "told"),
+    [("speed=1 m/s", "no threshold is called 'speed'"), ("jump_n=1", "has no unit"),
+     ("jump_n=nan N", "jump_n"), ("jump_n=-1 N", "finite and positive"), ("jump_n", "jump_n="),
+     ("identical_counts=many", "identical_counts=many"), ("jump_n=1 m", "jump_n=1 m")],
+)  # fmt: skip
+def test_a_limit_that_is_none_is_refused(finished: Path, limit: str, told: str) -> None:
+    name, _, value = limit.partition("=")
+    with pytest.raises(BadInputError) as caught:
+        replayed.replay_file(finished, {name: value})
+    assert told in f"{caught.value}"
+
+
+def test_replay_of_a_part_says_so(finished: Path, tmp_path: Path) -> None:
+    data = finished.read_bytes()
+    cut, none = tmp_path / "cut.mcap", tmp_path / "none.mcap"
+    cut.write_bytes(data[: len(data) // 2])
+    done = stepload("replay", cut)
+    assert done.returncode == 0
+    assert "note: the record is damaged, and was judged up to there" in done.stdout
+    sizes = range(1000, len(data) // 4, 2000)
+    for size in sizes:  # the tick topic is there, and no tick yet
+        none.write_bytes(data[:size])
+        try:
+            replayed.replay_file(none)
+        except BadInputError as error:
+            if "not one tick" in error.message:
+                return
+    raise AssertionError("no such cut")
+
+
+def test_limits_of_anybody_take_no_memory(finished: Path) -> None:
+    honest = read_recording(finished).attachments[replayed.FILE]
+    assert replayed.limits_from({replayed.FILE: honest}).command_delay_s < 1.0
+    forged = json.dumps(json.loads(honest) | {"command_delay_s": 1e6}).encode()
+    with pytest.raises(BadInputError, match=r"limits\.json in the record is damaged"):
+        replayed.limits_from({replayed.FILE: forged})
+
+
+def test_recover_says_by_its_exit_code_what_it_did(finished: Path, tmp_path: Path) -> None:
+    assert stepload("recover", tmp_path / "nowhere").returncode == 2
+    assert stepload("recover", tmp_path).returncode == 0
+    assert stepload("recover", "/dev/zero").returncode == 2
+    bare = tmp_path / "record"
+    bare.write_bytes(finished.read_bytes()[:-200])
+    done = stepload("recover", bare)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "record.recovered.mcap").exists()
+    (tmp_path / "broken.mcap.part").write_bytes(b"no record")
+    done = stepload("recover", tmp_path)
+    assert done.returncode == 2
+    assert "not repaired: " in done.stdout
