@@ -101,7 +101,7 @@ def _report(results: Sequence[Result], elapsed_s: float, output: Output) -> None
         [
             (g.name, str(g.runs), str(g.above_elastic_limit), f"{g.rate_bound:.2g}",
              f"{g.max_peak_ratio:.3f}", f"{g.p999_peak_ratio:.3f}", str(g.healthy),
-             f"{g.false_trips} ({g.false_trip_rate:.2%})")
+             f"{g.false_trips} ({g.false_trip_rate:.2%})" if g.healthy else "-")
             for g in table
         ],
     )  # fmt: skip
