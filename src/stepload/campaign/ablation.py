@@ -16,6 +16,7 @@ from stepload.errors import BadInputError
 from stepload.run import controller, supervisor, watch
 from stepload.run.controller import StepController
 from stepload.run.limits import RunLimits
+from stepload.run.operator import StopLevel
 from stepload.run.tick import Engine
 
 RULES = tuple(f"R{number}" for number in range(1, 11))
@@ -37,6 +38,8 @@ LAYERS = {
 }
 """What can be switched off, each with one line of help."""
 FIXED_SPEED_M_S = 0.01
+LONGEST_S = 30.0
+"""Without a layer a run may never end: the operator ends it then."""
 _NEVER = -1e12
 
 
@@ -78,6 +81,16 @@ class Ablation:
         def found(rule: str, *rest: Any) -> watch.Finding | None:
             return None if rule in rules else finding(rule, *rest)
 
+        tick = engine.tick
+        begun_s: list[float] = []
+
+        def bounded(now_s: float, *rest: Any) -> tuple[float, bool]:
+            begun_s[:] = begun_s or [now_s]
+            if now_s - begun_s[0] > LONGEST_S:
+                engine.operator.request_stop(StopLevel.NOW)
+            return tick(now_s, *rest)
+
+        engine.tick = bounded  # type: ignore[assignment, method-assign]
         sigmas = controller.ANCHOR_SIGMAS
         rooms: tuple[Any, ...] = (supervisor, watch)
         for room in rooms:
