@@ -43,24 +43,38 @@ LONGEST_S = 30.0
 _NEVER = -1e12
 
 
+def named_rules(name: str) -> frozenset[str]:
+    """The rules of "R1" or "R1+R2"; none where the name is that of another layer, or of nothing."""
+    names = frozenset(name.split("+"))
+    return names if names <= frozenset(RULES) else frozenset()
+
+
+def told(name: str) -> str:
+    """What is missing, in words."""
+    return LAYERS.get(name) or "; ".join(LAYERS[rule] for rule in name.split("+"))
+
+
 @dataclass(frozen=True, slots=True)
 class Ablation:
-    """A campaign without this layer of `LAYERS`."""
+    """A campaign without this layer of `LAYERS`, or without several rules, as in "R1+R2"."""
 
     name: str
 
     def __post_init__(self) -> None:
-        if self.name not in LAYERS:
+        if self.name not in LAYERS and not named_rules(self.name):
             raise BadInputError(
-                f"unknown rule or layer {self.name!r}", hint=f"one of {', '.join(LAYERS)}"
+                f"unknown rule or layer {self.name!r}",
+                hint=f"one of {', '.join(LAYERS)}, or several rules as in R1+R2",
             )
 
     @property
     def rules(self) -> frozenset[str]:
         """The rules that never find anything."""
+        if names := named_rules(self.name):
+            return names
         if self.name == "all-but-R1":
             return frozenset({*RULES, "CAP"} - {"R1"})
-        return frozenset({self.name, "CAP"} if self.name == "cap" else {self.name})
+        return frozenset({"CAP"} if self.name == "cap" else ())
 
     def limits(self, limits: RunLimits) -> RunLimits:
         """The limits of a run without the layer."""

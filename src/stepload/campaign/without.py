@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from stepload.campaign.ablation import RULES
+from stepload.campaign.ablation import named_rules
 from stepload.campaign.pool import Job
 from stepload.campaign.result import Result
 from stepload.campaign.summary import Group, claimed, group
@@ -35,8 +35,9 @@ def jobs_without(name: str, results: Sequence[Result]) -> list[Job]:
     same without it. Runs of a killed program are taken as they are, for nothing acts after that. A
     layer of the controller acts in all runs.
     """
+    rules = named_rules(name)
     rows = claimed(results)
-    return [Job(row.series, row.index) for row in rows if name not in RULES or row.rule == name]
+    return [Job(row.series, row.index) for row in rows if not rules or row.rule in rules]
 
 
 def without(name: str, results: Sequence[Result], again: Sequence[Result]) -> Without:
@@ -55,4 +56,5 @@ def without(name: str, results: Sequence[Result], again: Sequence[Result]) -> Wi
 
 
 def _stopped(row: Result, name: str) -> bool:
-    return row.rule == name if name in RULES else row.status == "stopped"
+    rules = named_rules(name)
+    return row.rule in rules if rules else row.status == "stopped"

@@ -42,7 +42,8 @@ def campaign(
         int | None, typer.Option("--processes", min=1, help="Processes; all cores by default.")
     ] = None,
     ablate: Annotated[
-        list[str] | None, typer.Option("--ablate", help="Without this rule or layer; repeatable.")
+        list[str] | None,
+        typer.Option("--ablate", help="Without this rule (or R1+R2) or layer; repeatable."),
     ] = None,
     ablation: Annotated[
         bool, typer.Option("--ablation", help="Without each rule and layer in turn: a table.")
@@ -144,7 +145,7 @@ def _ablations(
     out: Path | None,
     output: Output,
 ) -> None:
-    from stepload.campaign.ablation import LAYERS
+    from stepload.campaign.ablation import told
     from stepload.campaign.summary import claimed, group
     from stepload.campaign.without import jobs_without, without
 
@@ -162,7 +163,7 @@ def _ablations(
          "what is missing"),
         [("nothing", "", *_peaks(base), "", "", "")] + [
             (row.name, str(row.done_again), *_peaks(row.figures), str(row.not_stopped),
-             _most(row.instead), LAYERS[row.name])
+             _most(row.instead), told(row.name))
             for row in found
         ],
     )  # fmt: skip

@@ -34,6 +34,7 @@ RESULTS = [
 def test_a_rule_is_taken_away_where_it_spoke_and_a_layer_everywhere() -> None:
     assert jobs_without("R4", RESULTS) == [Job("two", 0), Job("two", 3), Job("two", 5)]
     assert jobs_without("R8", RESULTS) == []
+    assert jobs_without("R3+R4", RESULTS) == [Job("two", index) for index in (0, 1, 3, 5)]
     assert jobs_without("cap", RESULTS) == [Job("two", index) for index in (0, 1, 2, 3, 5)]
 
 
@@ -50,7 +51,7 @@ def test_what_a_rule_had_stopped_goes_on_or_is_stopped_by_another() -> None:
     assert found.figures.false_trips == 0
 
 
-@pytest.mark.parametrize("rule", ["R3", "R7"])
+@pytest.mark.parametrize("rule", ["R3", "R7+R10"])
 def test_a_rule_changes_only_the_runs_it_stopped(rule: str) -> None:
     work = Work(TEMPLATE, 5, kinds_from("force_lost, arm_lost, arm_freeze, second_gain"))
     jobs = jobs_for(24)[:24]
