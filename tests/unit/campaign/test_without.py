@@ -54,7 +54,7 @@ def test_what_a_rule_had_stopped_goes_on_or_is_stopped_by_another() -> None:
 @pytest.mark.parametrize("rule", ["R3", "R7+R10"])
 def test_a_rule_changes_only_the_runs_it_stopped(rule: str) -> None:
     work = Work(TEMPLATE, 5, kinds_from("force_lost, arm_lost, arm_freeze, second_gain"))
-    jobs = jobs_for(24)[:24]
+    jobs = jobs_for(14)[:14]
     results = run_campaign(work, jobs, processes=1)
     changed = set(jobs_without(rule, results))
     assert 0 < len(changed) < len(jobs)
