@@ -66,7 +66,7 @@ def find_unfinished(directory: Path) -> list[Path]:
     for pattern in ("*.mcap" + PART_SUFFIX, "*/*.mcap" + PART_SUFFIX):
         for path in directory.glob(pattern):
             linked = path.parent != directory and path.parent.is_symlink()
-            with contextlib.suppress(FileNotFoundError):  # its run has just finished it
+            with contextlib.suppress(FileNotFoundError, PermissionError):  # finished, or not ours
                 about = path.lstat()
                 if stat.S_ISREG(about.st_mode) and not linked and not _is_busy(path):
                     found.append((about.st_mtime, path))
