@@ -7,6 +7,7 @@ that run's controller other limits.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -95,12 +96,13 @@ class Ablation:
         def found(rule: str, *rest: Any) -> watch.Finding | None:
             return None if rule in rules else finding(rule, *rest)
 
-        tick = engine.tick
-        begun_s: list[float] = []
+        tick, end_s = engine.tick, math.nan
 
         def bounded(now_s: float, *rest: Any) -> tuple[float, bool]:
-            begun_s[:] = begun_s or [now_s]
-            if now_s - begun_s[0] > LONGEST_S:
+            nonlocal end_s
+            if math.isnan(end_s):
+                end_s = now_s + LONGEST_S
+            if now_s > end_s:
                 engine.operator.request_stop(StopLevel.NOW)
             return tick(now_s, *rest)
 

@@ -141,8 +141,7 @@ def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = Fal
     show_preflight(check, out)
     terms = thresholds(loaded, check)
     show_thresholds(terms, out)
-    limits = [{"name": t.name, "value": t.value, "unit": t.unit, "source": t.source} for t in terms]
-    out.result(preflight_data(check) | {"limits": limits})
+    out.result(preflight_data(check) | {"limits": terms})
     if check.verdict is Verdict.REFUSED:
         raise typer.Exit(ExitCode.REFUSED)
 
