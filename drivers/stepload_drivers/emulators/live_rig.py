@@ -26,13 +26,11 @@ class WorldPhysics:
         self._drift_n_per_s = spec.force_drift_n_per_s
 
     def force_n(self, time_s: float) -> float:
-        self._world.advance_to(time_s)
         age_s = time_s - self._world.origin_s
-        return self._world.state().force_n + self._bias_n + self._drift_n_per_s * age_s
+        return self._world.at(time_s).force_n + self._bias_n + self._drift_n_per_s * age_s
 
     def closed_m(self, time_s: float) -> float:
-        self._world.advance_to(time_s)
-        return self._world.state().deformation_m
+        return self._world.at(time_s).deformation_m
 
 
 def dump_spec(spec: WorldSpec) -> str:

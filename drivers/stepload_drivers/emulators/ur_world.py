@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import replace
 from typing import Any
 
@@ -13,20 +14,27 @@ from stepload_drivers.sim.live import DEFAULT_SPEC, LiveWorld
 class LiveAxis:
     """A `LiveWorld` as the emulator's axis; sensors' emulators may share the same world.
 
-    The world keeps its own time (monotonic); the controller's starts with it.
+    The world keeps its own time (monotonic); the controller's starts when it first lets time pass,
+    at a sample time of the world's arm.
     """
 
     def __init__(self, world: LiveWorld) -> None:
         self.world = world
+        self._origin_s: float | None = None
+        self._state = world.state()
 
     def command(self, position_m: float) -> None:
         self.world.command(position_m)
 
     def advance_to(self, time_s: float) -> None:
-        self.world.advance_to(self.world.origin_s + time_s)
+        if self._origin_s is None:
+            period_s = self.world.world.arm.period_s
+            age_s = time.monotonic() - time_s - self.world.origin_s
+            self._origin_s = self.world.origin_s + math.floor(age_s / period_s) * period_s
+        self._state = self.world.at(self._origin_s + time_s)
 
     def state(self) -> AxisState:
-        state = self.world.state()
+        state = self._state
         force_n = state.arm_force_n
         return AxisState(
             state.position_m,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -62,6 +63,10 @@ DEFAULT_SPEC = WorldSpec(
 """A stiff one-axis machine with the paper's plastic sphere, 2 mm above it."""
 
 
+_HISTORY_S = 2.0
+_SAME_TIME_S = 1e-6
+
+
 class LiveState(NamedTuple):
     """What a server process may tell of a world, all at `time_s` of the monotonic clock.
 
@@ -84,6 +89,9 @@ class LiveState(NamedTuple):
 class LiveWorld:
     """A world tied to the monotonic clock; all methods may be called from any thread.
 
+    Threads that serve devices come late when the host stalls, each by another time. A device does
+    not: what it says of a time is asked with `at`, however far others have taken the world since.
+
     Args:
         spec: the truth. Commands take effect after its command delay.
         start_s: monotonic time of world time 0; now if None.
@@ -97,11 +105,20 @@ class LiveWorld:
             channel.origin_s = self.origin_s
         self._delay_s = spec.command_delay_s
         self._lock = threading.Lock()
+        steps = round(_HISTORY_S / self.world.plant.step_s)
+        self._states = deque([self._state()], maxlen=steps)
 
     def advance_to(self, time_s: float) -> None:
         """Simulate up to `time_s` of the monotonic clock; nothing happens if that is past."""
         with self._lock:
-            self.world.advance(time_s - self.origin_s)
+            self._advance(time_s)
+
+    def _advance(self, time_s: float) -> None:
+        world, step_s = self.world, self.world.plant.step_s
+        until_s = time_s - self.origin_s - step_s + _SAME_TIME_S
+        while world.time_s <= until_s:
+            world.advance(world.time_s + step_s)
+            self._states.append(self._state())
 
     def command(self, position_m: float) -> None:
         """An absolute target, given at the time that has been simulated so far."""
@@ -111,18 +128,29 @@ class LiveWorld:
     def state(self) -> LiveState:
         """The world at the time that has been simulated so far."""
         with self._lock:
-            plant = self.world.plant
-            return LiveState(
-                time_s=self.origin_s + plant.time_s,
-                position_m=self.world.arm.last,
-                speed_m_s=plant.drive_speed,
-                drive_m=plant.drive_m,
-                tip_m=plant.tip_m,
-                force_n=plant.force_n,
-                arm_force_n=self.world.arm.arm_force_n,
-                deformation_m=plant.tip_m - plant.surface_m,
-                peak_force_n=plant.peak_n,
-            )
+            return self._states[-1]
+
+    def at(self, time_s: float) -> LiveState:
+        """The world at `time_s` of the monotonic clock, to a base step; of the last 2 s."""
+        with self._lock:
+            self._advance(time_s)
+            newest_s = time_s + _SAME_TIME_S
+            known = (state for state in reversed(self._states) if state.time_s <= newest_s)
+            return next(known, self._states[0])
+
+    def _state(self) -> LiveState:
+        plant = self.world.plant
+        return LiveState(
+            time_s=self.origin_s + plant.time_s,
+            position_m=self.world.arm.last,
+            speed_m_s=plant.drive_speed,
+            drive_m=plant.drive_m,
+            tip_m=plant.tip_m,
+            force_n=plant.force_n,
+            arm_force_n=self.world.arm.arm_force_n,
+            deformation_m=plant.tip_m - plant.surface_m,
+            peak_force_n=plant.peak_n,
+        )
 
     def catch_up(self) -> float:
         """Simulate up to now; returns the monotonic time."""

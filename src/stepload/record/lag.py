@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_WINDOW_S = 2.0
+_WINDOW_S = 4.0
+_SHORT_WINDOW_S = 2.0
+_LEAST_WINDOWS = 3
 _SMOOTH_S = 0.1
 _EVERY_S = 0.01
+_BLOCK_S = 0.25
 _DEGREE = 3
 _ROUNDS = 12
 _PRECISION_S = 2e-5
-_LEAST_WINDOWS = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,28 +57,40 @@ def _segments(
     edges = np.flatnonzero(np.diff(np.concatenate(([0], chosen.view(np.int8), [0]))))
     for start, stop in edges.reshape(-1, 2).tolist():
         grid_s = np.arange(time_s[start], time_s[stop - 1], dt_s)
-        if len(grid_s) < size + round(_WINDOW_S / dt_s):
+        if len(grid_s) < size + round(_SHORT_WINDOW_S / dt_s):
             continue
         part = slice(start, stop)
         force = _smooth(np.interp(grid_s, time_s[part], force_n[part]), size)
         yield _Segment(grid_s, time_s[part], position_m[part], force, np.gradient(force, dt_s))
 
 
+def _windows(samples: int, dt_s: float) -> Iterator[tuple[int, int]]:
+    """Equal windows of 4 s or more; where that makes fewer than three, of 2 s or more."""
+    span_s = samples * dt_s
+    count = max(min(_LEAST_WINDOWS, int(span_s / _SHORT_WINDOW_S)), int(span_s / _WINDOW_S))
+    size = samples // max(count, 1)
+    for first in range(0, count * size, size):
+        yield first, first + size
+
+
 def _scores(segments: list[_Segment], lag_s: float, dt_s: float) -> FloatArray:
-    """What each window says about a lag beyond `lag_s`: (N, 2) of score and weight.
+    """What each window says about a lag beyond `lag_s`: (N, 3) of score, weight and variance.
 
     A force that comes late by a small t is g(x) − t·dF/dt: per window the force is regressed on a
-    cubic of the shifted position, and score / weight is the coefficient of −dF/dt.
+    cubic of the shifted position, and score / weight is the coefficient of −dF/dt. The variance is
+    that of the score, from sums over blocks longer than the smoothing: noise that has a memory, or
+    more of it in a ramp than at rest, counts as what it is.
     """
-    size, every = round(_WINDOW_S / dt_s), max(1, round(_EVERY_S / dt_s))
+    every = max(1, round(_EVERY_S / dt_s))
+    per_block = max(1, round(_BLOCK_S / (every * dt_s)))
     found = []
     for segment in segments:
         margin = len(segment.grid_s) - len(segment.force_n) + 1
         position = _smooth(
             np.interp(segment.grid_s - lag_s, segment.time_s, segment.position_m), margin
         )
-        for first in range(0, len(position) - size + 1, size):
-            window = slice(first, first + size, every)
+        for first, stop in _windows(len(position), dt_s):
+            window = slice(first, stop, every)
             x = position[window]
             spread = float(np.ptp(x))
             if spread == 0.0:
@@ -84,8 +98,11 @@ def _scores(segments: list[_Segment], lag_s: float, dt_s: float) -> FloatArray:
             law, _ = np.linalg.qr(np.vander((x - x.mean()) / spread, _DEGREE + 1))
             y, rate = segment.force_n[window], segment.rate_n_per_s[window]
             rate = rate - law @ (law.T @ rate)
-            found.append((-float(rate @ y), float(rate @ rate)))
-    return np.array(found).reshape(-1, 2)
+            y = y - law @ (law.T @ y)
+            parts = np.add.reduceat(rate * y, np.arange(0, len(x), per_block))
+            free = len(parts) / (len(parts) - _DEGREE - 2)
+            found.append((-float(parts.sum()), float(rate @ rate), free * float(parts @ parts)))
+    return np.array(found).reshape(-1, 3)
 
 
 def measure_lag(
@@ -97,10 +114,11 @@ def measure_lag(
 ) -> Lag:
     """Lag of force behind position from the ramps of a run.
 
-    Within a window of 2 s the force is a smooth function of the position, and a lag shows where the
-    speed changes: at both ends of a ramp. The lag is the shift at which the rate of the force
-    explains nothing more; its uncertainty comes from how much the windows disagree. Viscous damping
-    in the load path looks like a negative lag and is measured with it.
+    Within a window of some seconds the force is a smooth function of the position, and a lag shows
+    where the speed changes: at both ends of a ramp. The lag is the shift at which the rate of the
+    force explains nothing more; its uncertainty comes from the noise within the windows or from how
+    much they disagree, whichever is more. Viscous damping in the load path looks like a negative
+    lag and is measured with it.
 
     Args:
         time_s, force_n, position_m: shape (N,), times rising.
@@ -116,7 +134,7 @@ def measure_lag(
     count = len(scores)
     if count < _LEAST_WINDOWS:
         return Lag(np.nan, np.inf, f"only {count} windows of 2 s, {_LEAST_WINDOWS} are needed")
-    unknown = Lag(np.nan, np.inf, f"no clear ramp in {count} windows of 2 s")
+    unknown = Lag(np.nan, np.inf, f"no clear ramp in {count} windows")
     lag_s, step_s = 0.0, float(scores[:, 0].sum() / scores[:, 1].sum())
     for _ in range(_ROUNDS):
         if not abs(lag_s + step_s) < max_lag_s:
@@ -134,5 +152,5 @@ def measure_lag(
     else:
         return unknown
     each = scores[:, 0] - scores[:, 0].mean()
-    sigma_s = float(np.sqrt(each @ each * count / (count - 1))) / slope
-    return Lag(lag_s + step_s, sigma_s, f"the ends of ramps in {count} windows of 2 s")
+    variance = max(float(each @ each) * count / (count - 1), float(scores[:, 2].sum()))
+    return Lag(lag_s + step_s, np.sqrt(variance) / slope, f"the ends of ramps in {count} windows")

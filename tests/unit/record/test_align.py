@@ -178,3 +178,20 @@ def test_a_lag_is_found_through_noise_and_coarse_positions() -> None:
     lag = measure_lag(time_s, force_n, coarse_m)
     assert lag.sigma_s < 2e-3
     assert lag.lag_s == pytest.approx(0.02, abs=4.0 * lag.sigma_s)
+
+
+def test_the_lag_of_a_short_noisy_run_lies_within_its_interval() -> None:
+    """Three slow steps, 13 s: few windows, whose disagreement alone would tell far too little."""
+    time_s = np.arange(0.0, 13.0, 1e-3)
+    speed_m_s = np.where(time_s % 4.3 < 2.0, 200e-6, 0.0)
+    position_m = np.cumsum(speed_m_s) * 1e-3
+    late_m = np.interp(time_s - 0.02, time_s, position_m)
+    force_n = 300.0 * (late_m / 5e-3) ** 1.5
+    rng = np.random.default_rng(7)
+    off = []
+    for _ in range(60):
+        noisy_m = position_m + rng.normal(0.0, 1e-7, len(time_s))
+        lag = measure_lag(time_s, force_n + rng.normal(0.0, 0.5, len(time_s)), noisy_m)
+        off.append((lag.lag_s - 0.02) / lag.sigma_s)
+    assert 0.5 < np.sqrt(np.mean(np.square(off))) < 1.25
+    assert np.abs(off).max() < 4.0

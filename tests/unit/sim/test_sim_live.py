@@ -43,6 +43,20 @@ def test_live_world_goes_where_it_is_commanded() -> None:
     assert state.peak_force_n >= state.force_n > 20.0
 
 
+def test_a_late_reader_is_told_of_the_time_it_asks_for() -> None:
+    prompt = LiveWorld(DEFAULT_SPEC, start_s=50.0)
+    late = LiveWorld(DEFAULT_SPEC, start_s=50.0)
+    prompt.command(1e-3)
+    late.command(1e-3)
+    seen = [prompt.at(50.0 + 0.002 * i) for i in range(200)]
+    late.advance_to(51.0)
+    assert [late.at(50.0 + 0.002 * i) for i in range(200)] == seen
+    assert late.state().time_s == pytest.approx(51.0)
+    assert len({state.position_m for state in seen}) > 20
+    late.advance_to(60.0)
+    assert late.at(50.0).time_s == pytest.approx(58.0, abs=2e-3)
+
+
 def test_live_world_is_thread_safe() -> None:
     live = LiveWorld(DEFAULT_SPEC, start_s=0.0)
 
