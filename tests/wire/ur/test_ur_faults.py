@@ -20,7 +20,8 @@ STOP_WITHIN_S = 3.0
 UNTRUE = {FaultCode.NOT_FINITE, FaultCode.OUT_OF_RANGE}
 NO_MORE_DATA = {FaultCode.STALE, FaultCode.NOT_CONNECTED, FaultCode.DRIVER} | UNTRUE
 """After these the driver hands out nothing any more."""
-CRASHED = "crashed (SIG"
+CRASHED = ("crashed (SIG", "closed its connection to the run")
+"""The second where the host stalls, and the process is not gone yet when it is asked."""
 
 
 def wait_until_still(emulator):
@@ -73,11 +74,11 @@ def test_fault_is_told_apart_and_the_arm_stops(
     assert fault is not None
     if codes == {FaultCode.NOT_CONNECTED} and fault.code == FaultCode.DRIVER:
         # ur_rtde's own reconnect sometimes crashes before the loss can be reported.
-        assert CRASHED in fault.message
+        assert any(words in fault.message for words in CRASHED)
     else:
         assert fault.code in codes, fault.message
     if codes == {FaultCode.DRIVER}:
-        assert "SIGABRT" in fault.message
+        assert "SIGABRT" in fault.message or CRASHED[1] in fault.message
     assert fault.hint
     assert fault.time_s - switched_s < REPORT_WITHIN_S
     try:
