@@ -5,6 +5,7 @@ import math
 import re
 import socket
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -56,7 +57,8 @@ class Amplifier:
     def run(self):
         links = []
         number = 0
-        while not self.stopped.wait(0.01):
+        begin_s = time.monotonic()
+        while not self.stopped.wait(max(0.0, begin_s + 0.01 * (number + 1) - time.monotonic())):
             number += 1
             try:
                 self.server.settimeout(0.0001)
