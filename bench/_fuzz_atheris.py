@@ -13,7 +13,8 @@ import atheris  # type: ignore[import-not-found, unused-ignore]
 with atheris.instrument_imports():
     from stepload_drivers.ati.poller import Poller
     from stepload_drivers.bota import codec as bota
-    from stepload_drivers.canbus import CanFrame, slcan_frame
+    from stepload_drivers.canbus import slcan_frame
+    from stepload_drivers.canframe import CanFrame
     from stepload_drivers.gauge.codec import LineDecoder
     from stepload_drivers.gauge.sensor import DEFAULT_PATTERN
     from stepload_drivers.robotous import codec as robotous
@@ -49,7 +50,7 @@ def one_input(data: bytes) -> None:
         now_s += piece[0] * 1e-5
         poller.due(now_s)
         poller.feed(CanFrame(0x200 + piece[0] % 3, piece[2:], now_s), now_s)
-        pairer.feed(piece[0] % 4, piece[2:], now_s)
+        pairer.feed(CanFrame(piece[0] % 4, piece[2:], now_s))
 
 
 if __name__ == "__main__":

@@ -17,7 +17,8 @@ from collections.abc import Callable
 
 from stepload_drivers.ati.poller import Poller
 from stepload_drivers.bota import codec as bota
-from stepload_drivers.canbus import CanFrame, slcan_frame
+from stepload_drivers.canbus import slcan_frame
+from stepload_drivers.canframe import CanFrame
 from stepload_drivers.gauge.codec import LineDecoder
 from stepload_drivers.gauge.sensor import DEFAULT_PATTERN
 from stepload_drivers.robotous import codec as robotous
@@ -41,7 +42,7 @@ def rft_can(chance: random.Random, count: int) -> int:
     data = chance.randbytes(8)
     for length in lengths:
         time_s += 4e-4
-        payload = pairer.feed(chance.randrange(4), data[:length], time_s)
+        payload = pairer.feed(CanFrame(chance.randrange(4), data[:length], time_s))
         found += payload is not None and len(payload) != robotous.PAYLOAD_BYTES
     return found
 

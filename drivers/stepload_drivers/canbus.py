@@ -12,7 +12,7 @@ import re
 import select
 import socket
 import time
-from typing import Any, NamedTuple
+from typing import Any
 
 import can
 import serial
@@ -21,19 +21,12 @@ from can.interfaces.socketcand import SocketCanDaemonBus
 
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import FaultCode
+from stepload_drivers.canframe import CanFrame
 from stepload_drivers.serialport import MAX_LATENCY_MS, latency_timer_ms
 
 WAIT_S = 0.1
 MAX_BATCH = 64
 """A reader that is starved of time hands on what it has instead of running after the bus."""
-
-
-class CanFrame(NamedTuple):
-    """One received data frame; `time_s` is the interface's stamp, for differences only."""
-
-    id: int
-    data: bytes
-    time_s: float
 
 
 _SLCAN_LINE = re.compile(r"t([0-7][0-9A-Fa-f]{2})([0-8])((?:[0-9A-Fa-f]{2})*)", re.ASCII)
@@ -55,13 +48,15 @@ class FastSlcan(slcanBus):
     """slcan that reads all that has arrived at once, and survives damaged lines.
 
     `damaged` counts lines that are no frame; slcan has no checksum, so a changed digit inside a
-    well-formed line cannot be seen here.
+    well-formed line cannot be seen here. `early_s` is how long before its stamp, the time at which
+    it was read, the last frame may have come.
     """
 
     def __init__(self, channel: str, **options: Any) -> None:
         self.damaged = 0
+        self.early_s = 0.0
         self._lines: list[bytes] = []
-        self._read_s = 0.0
+        self._read_s = self._empty_s = time.monotonic()
         serial.Serial(channel, exclusive=True).close()  # before a command disturbs its owner
         super().__init__(channel, sleep_after_open=0.0, timeout=0.0, **options)
         self.serialPortOrig.exclusive = True
@@ -69,13 +64,17 @@ class FastSlcan(slcanBus):
     def _read(self, timeout: float | None) -> str | None:
         if not self._lines:
             port = self.serialPortOrig
+            begun_s = time.monotonic()
             if not select.select([port.fileno()], [], [], timeout)[0]:
+                self._empty_s = begun_s + (timeout or 0.0)
                 return None
+            looked_s = time.monotonic()
             try:
                 self._buffer += port.read(max(1, port.in_waiting))
             except (OSError, TypeError) as error:
                 raise can.CanOperationError(f"slcan adapter is gone: {error}") from error
-            self._read_s = time.time()
+            self._read_s = time.monotonic()
+            self.early_s, self._empty_s = self._read_s - self._empty_s, looked_s
             *lines, rest = self._buffer.replace(self._ERROR, self._OK).split(self._OK)
             self._buffer = bytearray(rest)
             self._lines = [bytes(line) for line in reversed(lines)]
@@ -184,12 +183,14 @@ class CanLink:
         frames: list[CanFrame] = []
         try:
             message = self._bus.recv(timeout_s)
-            while message is not None and len(frames) < MAX_BATCH:
+            while message is not None:
                 if not (message.is_error_frame or message.is_remote_frame):
+                    early_s = getattr(self._bus, "early_s", 0.0)
+                    data = bytes(message.data)
                     frames.append(
-                        CanFrame(message.arbitration_id, bytes(message.data), message.timestamp)
+                        CanFrame(message.arbitration_id, data, message.timestamp, early_s)
                     )
-                message = self._bus.recv(0)
+                message = self._bus.recv(0) if len(frames) < MAX_BATCH else None
         except (can.CanError, OSError) as error:
             raise _gone(self.where, error) from error
         return frames

@@ -12,7 +12,7 @@ from collections import deque
 from typing import NamedTuple
 
 from stepload_drivers.ati.codec import Op
-from stepload_drivers.canbus import CanFrame
+from stepload_drivers.canframe import CanFrame, together
 
 MAX_WAITING = 4
 ANSWER_S = 0.01
@@ -105,7 +105,7 @@ class Poller:
             self._first = frame if len(frame.data) == 8 else None
             return None
         first, self._first = self._first, None
-        torn = first is None or not 0.0 <= frame.time_s - first.time_s <= self._pair_limit_s
+        torn = first is None or not together(first, frame, self._pair_limit_s)
         if first is None or torn or len(frame.data) != 6:
             self.orphans += 1
             return None

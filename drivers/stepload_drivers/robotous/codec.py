@@ -8,6 +8,7 @@ from __future__ import annotations
 import struct
 from enum import IntEnum
 
+from stepload_drivers.canframe import CanFrame, together
 from stepload_drivers.robotous.models import Model
 
 PAYLOAD_BYTES = 16
@@ -138,24 +139,23 @@ class CanPairer:
         self._first_id = first_id
         self._second_id = second_id
         self._limit_s = limit_s
-        self._first = b""
-        self._first_s = 0.0
+        self._first: CanFrame | None = None
         self.orphans = 0
 
-    def feed(self, frame_id: int, data: bytes, time_s: float) -> bytes | None:
+    def feed(self, frame: CanFrame) -> bytes | None:
         """The payload that this frame completes, if any."""
-        if frame_id not in (self._first_id, self._second_id):
+        if frame.id not in (self._first_id, self._second_id):
             return None
-        if len(data) != 8:
+        if len(frame.data) != 8:
             self.orphans += 1
-            self._first = b""
+            self._first = None
             return None
-        if frame_id == self._first_id:
-            self.orphans += bool(self._first)
-            self._first, self._first_s = bytes(data), time_s
+        if frame.id == self._first_id:
+            self.orphans += self._first is not None
+            self._first = frame
             return None
-        first, self._first = self._first, b""
-        if not first or not 0.0 <= time_s - self._first_s <= self._limit_s:
+        first, self._first = self._first, None
+        if first is None or not together(first, frame, self._limit_s):
             self.orphans += 2 if first else 1
             return None
-        return first + bytes(data)
+        return first.data + frame.data

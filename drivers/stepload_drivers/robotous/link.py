@@ -73,7 +73,7 @@ class CanPairLink:
         self._bus.send(self._receiver_id, command)
 
     def receive(self) -> list[bytes]:
-        payloads = (self._pairer.feed(*frame) for frame in self._bus.receive())
+        payloads = (self._pairer.feed(frame) for frame in self._bus.receive())
         return [payload for payload in payloads if payload is not None]
 
     def discard_input(self) -> None:

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from stepload_drivers.ati.codec import gauge_frames
 from stepload_drivers.ati.poller import ANSWER_S, SILENCE_S, Poller
-from stepload_drivers.canbus import CanFrame
+from stepload_drivers.canframe import CanFrame
 
 PERIOD_S = 1e-3
 
