@@ -26,7 +26,8 @@ demo: $(READY) ## The paper's plastic sphere on the simulated rig; ends with a r
 demo-wire: $(READY) ## A whole plan with real drivers against emulated devices, in real time
 	$(BIN)/python bench/demo_wire.py
 
-test: lint types imports unit ## Everything CI runs
+test: $(READY) ## Everything CI runs
+	@$(MAKE) --no-print-directory --jobs=2 lint types imports unit
 
 lint: $(READY)
 	$(BIN)/ruff check .

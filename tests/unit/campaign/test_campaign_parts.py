@@ -19,7 +19,7 @@ from stepload.campaign.plants import geometry_for
 from stepload.campaign.pool import Work, run_chunk
 from stepload.campaign.replay import replay, timeline, wrong_rows
 from stepload.campaign.result import KILLED, Result
-from stepload.campaign.scenario import Scenario, draw, kinds_from
+from stepload.campaign.scenario import PLANTS, Scenario, draw, kinds_from
 from stepload.campaign.single import run_scenario
 from stepload.campaign.store import HEADER, LINES, Store
 from stepload.campaign.summary import groups, quantile, rate_bound, summary
@@ -61,14 +61,18 @@ def test_a_run_depends_on_seed_series_and_index_alone() -> None:
 
 
 def test_every_kind_of_mishap_and_every_anomaly_is_drawn() -> None:
+    assert set(ALL) == {*load_world().faults, *INCIDENTS, PLANTS}
     seen: set[str] = set()
-    for index in range(6000):
-        scenario = draw(TEMPLATE, 9, "two", index, ALL)
-        seen |= {fault.kind for fault in scenario.faults}
-        seen |= {incident.kind for incident in scenario.incidents}
-        seen |= {anomaly.kind for anomaly in scenario.anomalies}
-        if len(seen) == len(load_world().faults) + len(INCIDENTS) + len(ANOMALIES):
-            break
+    for kind in ALL:
+        wanted = set(ANOMALIES) if kind == PLANTS else {kind}
+        for index in range(400):
+            scenario = draw(TEMPLATE, 9, "two", index, (kind,))
+            happens = (*scenario.faults, *scenario.incidents, *scenario.anomalies)
+            drawn = {mishap.kind for mishap in happens}
+            assert drawn <= wanted
+            seen |= drawn
+            if wanted <= seen:
+                break
     assert seen == {*load_world().faults, *INCIDENTS, *ANOMALIES}
 
 
