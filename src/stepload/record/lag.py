@@ -93,7 +93,7 @@ def _scores(segments: list[_Segment], lag_s: float, dt_s: float) -> FloatArray:
             window = slice(first, stop, every)
             x = position[window]
             spread = float(np.ptp(x))
-            if spread == 0.0:
+            if spread == 0.0 or len(x) <= (_DEGREE + 2) * per_block:
                 continue
             law, _ = np.linalg.qr(np.vander((x - x.mean()) / spread, _DEGREE + 1))
             y, rate = segment.force_n[window], segment.rate_n_per_s[window]
