@@ -197,13 +197,13 @@ def test_the_lag_of_a_short_noisy_run_lies_within_its_interval() -> None:
     assert np.abs(off).max() < 4.0
 
 
+@pytest.mark.parametrize("length_s", [7.0, 60.0])
 @pytest.mark.parametrize("rate_hz", [0.3, 1.0, 2.0, 2.5, 3.0, 5.0, 10.0, 50.0])
-def test_slow_sensors_tell_a_lag_or_that_they_cannot(rate_hz: float) -> None:
-    time_s = np.arange(0.0, 60.0, 1.0 / rate_hz)
+def test_slow_sensors_tell_a_lag_or_that_they_cannot(rate_hz: float, length_s: float) -> None:
+    time_s = np.arange(0.0, length_s, 1.0 / rate_hz)
     position_m = stepped(time_s)
     force_n = STIFFNESS_N_PER_M * position_m
     noise_n = np.random.default_rng(2).normal(0.0, 0.1, len(time_s))
     lag = measure_lag(time_s, force_n + noise_n, position_m)
     assert lag.sigma_s > 0.0
-    assert "windows" in lag.how
     assert np.isnan(lag.lag_s) or abs(lag.lag_s) < 6.0 * lag.sigma_s
