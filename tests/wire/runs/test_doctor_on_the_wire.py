@@ -10,7 +10,9 @@ from stepload.doctor.line import Mark
 def test_losses_are_found_and_the_stop_is_proven(emulated_run, monkeypatch):
     monkeypatch.setattr(motion, "SWINGS", 5)
     run = emulated_run(faults=("bota_serial=drop:0.1",))
-    for _ in range(3):
+    refused, looks = True, 0
+    while refused and looks < 3:
+        looks += 1
         told = []
         found = examine(
             run.plan, dry_run=False, seconds=1.0, still=False, against_spring=False,
@@ -18,9 +20,8 @@ def test_losses_are_found_and_the_stop_is_proven(emulated_run, monkeypatch):
         )  # fmt: skip
         assert tuple(told) == found.lines
         lines = {line.name: line for line in found.lines}
-        # Where the host stalls between its commands the controller refuses; it is asked again.
-        if "controller refused" not in lines["arm: watchdog"].message:
-            break
+        # Seen when the host stalled; the rig is asked again, as a user would.
+        refused = "controller refused" in lines["arm: watchdog"].message
     assert lines["force: lost"].mark is Mark.FAIL
     assert 0.05 < lines["force: lost"].value < 0.15
     assert found.failed
@@ -29,5 +30,5 @@ def test_losses_are_found_and_the_stop_is_proven(emulated_run, monkeypatch):
     assert 0.03 < lines["arm: response"].value < 0.12
     assert "loop_delay" in found.snippet
     truth = run.rig.state()
-    assert truth["watchdog_trips"] >= 1
+    assert 1 <= truth["watchdog_trips"] <= looks
     assert not truth["moving"]
