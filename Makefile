@@ -8,16 +8,16 @@ READY  := $(VENV)/.ready
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-wire test lint types imports unit wire campaign bench fuzz paper clean
+.PHONY: help demo demo-wire test lint types imports unit installed wire campaign bench fuzz paper clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
-$(READY): pyproject.toml
+$(READY): pyproject.toml verify/pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "stepload needs Python 3.11 or newer; say which with: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' -e verify
 	@touch $@
 
 demo: $(READY) ## The paper's plastic sphere on the simulated rig; ends with a report
@@ -42,6 +42,9 @@ imports: $(READY)
 unit: $(READY)
 	$(BIN)/pytest
 
+installed: ## The wheels in a clean environment, outside the checkout
+	.ci/installed
+
 wire: $(READY) ## Every fault of the documents under a whole run, real time
 	$(BIN)/pytest tests/wire/runs -m 'long or not long' --durations=10
 
@@ -57,7 +60,7 @@ fuzz: $(READY) ## Property tests on new examples; random frames into every decod
 	$(BIN)/python bench/fuzz_decoders.py --frames 10000000
 
 paper: $(READY) ## Regenerate docs/paper.md
-	$(BIN)/python -m stepload.paper --out docs/paper.md
+	$(BIN)/python -m stepload_verify.paper --out docs/paper.md
 
 clean: ## Remove the environment and what was generated
 	rm -rf $(VENV) runs campaign .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -24,7 +24,7 @@ from stepload.identify.pool import PooledStiffness, pool
 from stepload.identify.sampling import uniform_in_force
 from stepload.identify.sources import Sources
 from stepload.identify.system import fit_system_stiffness
-from stepload.paper.step_load import SCENARIO_C, STVF, Errors, StepRig, press
+from stepload_verify.paper.step_load import SCENARIO_C, STVF, Errors, StepRig, press
 
 N = 1.5
 EVERY = 3

@@ -15,11 +15,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+from stepload.envelope.envelope import envelope_of
 from stepload.errors import SteploadError
 from stepload.plan.load import load_plan
-from stepload.rehearse import world_for
-from stepload_drivers.emulators.rig_process import RigProcess
-from stepload_drivers.emulators.ur_faults import HELP
+from stepload.run.rehearse import world_for
+from stepload_verify.emulators.rig_process import RigProcess
+from stepload_verify.emulators.ur_faults import HELP
 
 PLAN = Path(__file__).parents[1] / "procedures" / "demo-wire.yaml"
 STEPLOAD = "from stepload.cli.main import main; main()"
@@ -51,7 +52,7 @@ def main() -> int:
     port = Path(str(force.options["port"]))
     try:
         rig = RigProcess(
-            world_for(plan),
+            world_for(envelope_of(plan)),
             ur=str(arm.options["host"]),
             sensors=(force.name,),
             links={force.name: port},

@@ -33,14 +33,14 @@ def _resident_mb() -> float:
 
 def measure(hours: float) -> dict[str, float]:
     """One dry run in this process."""
-    from stepload import experiment
-    from stepload.feasibility.preflight import preflight
+    from stepload.envelope.envelope import envelope_of
     from stepload.plan.load import load_plan
+    from stepload.session import experiment
 
     plan = load_plan(PLAN)
     if hours:
-        each_s = preflight(replace(plan, procedure=replace(plan.procedure, cycles=2))).duration_s
-        each_s -= preflight(plan).duration_s
+        each_s = envelope_of(replace(plan, procedure=replace(plan.procedure, cycles=2))).duration_s
+        each_s -= envelope_of(plan).duration_s
         cycles = round(hours * 3600.0 / each_s)
         plan = replace(plan, procedure=replace(plan.procedure, cycles=cycles))
     loop_s = cpu_s = loop_mb = 0.0
@@ -58,7 +58,7 @@ def measure(hours: float) -> dict[str, float]:
     experiment.run_loop = timed  # type: ignore[assignment]
     begin_s = time.perf_counter()
     with tempfile.TemporaryDirectory() as place:
-        done = experiment.run_plan(plan, dry_run=True, out=Path(place) / "run")
+        done = experiment.run_plan(envelope_of(plan), dry_run=True, out=Path(place) / "run")
         size = (done.directory / "run.mcap").stat().st_size
     virtual_s = done.outcome.end_s - done.outcome.start_s
     return {

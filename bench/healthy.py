@@ -13,15 +13,14 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
-from stepload.campaign.incidents import NullRecorder
-from stepload.feasibility.preflight import theory_of
+from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
-from stepload.rehearse import world_for
 from stepload.rig.world import load_world
-from stepload.run.limits import derive_limits
 from stepload.run.loop import run_loop
 from stepload.run.operator import Operator
+from stepload.run.rehearse import world_for
 from stepload.run.tick import Engine
+from stepload_verify.campaign.incidents import NullRecorder
 
 PLANS = ("plastic-sphere", "ur5e-silicone-sphere", "ur16e-polyurethane-sphere")
 SEEDS = 20
@@ -30,16 +29,16 @@ SEEDS = 20
 def one(name: str, seed: int) -> tuple[str, float]:
     """How the run ended, and its true peak force over F_lim."""
     plan = load_plan(Path("procedures") / f"{name}.yaml")
-    limits = derive_limits(plan, elastic_limit_n=theory_of(plan.payload).elastic_limit_n)
-    rig = load_world()(world_for(plan, seed=seed))
+    envelope = envelope_of(plan)
+    rig = load_world()(world_for(envelope, seed=seed))
     for device in (rig.force, rig.second_force, rig.displacement, rig.arm):
         if device is not None:
             device.open(1.0)
-    outcome = run_loop(Engine(plan, limits, Operator()), rig, NullRecorder())
+    outcome = run_loop(Engine(envelope, Operator()), rig, NullRecorder())
     ended = outcome.status.value
     if outcome.cause is not None:
         ended += f", seed {seed}: {outcome.cause.rule} {outcome.cause.message}"
-    return ended, rig.world.true_peak_force_n / limits.force_limit_n
+    return ended, rig.world.true_peak_force_n / envelope.force_limit_n
 
 
 def main() -> None:

@@ -39,9 +39,9 @@ from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.record.reader import read_recording
 from stepload.record.recovery import is_being_written
-from stepload.rehearse import world_for
+from stepload.run.rehearse import world_for
 from stepload.session.unfinished import repair_all
-from stepload_drivers.emulators.rig_process import RigProcess
+from stepload_verify.emulators.rig_process import RigProcess
 
 PROCEDURES = Path(__file__).parents[1] / "procedures"
 BOUND_MS = 100.0

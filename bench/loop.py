@@ -18,16 +18,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stepload.feasibility.preflight import theory_of
+from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.record.recorder import Recorder
-from stepload.rehearse import world_for
 from stepload.rig.clock import MonotonicClock
 from stepload.rig.world import load_world
-from stepload.run.limits import derive_limits
 from stepload.run.loop import run_loop
 from stepload.run.operator import Operator
+from stepload.run.rehearse import world_for
 from stepload.run.tick import Engine
 from stepload.run.undisturbed import undisturbed
 
@@ -36,8 +35,7 @@ ROUNDS = 3
 
 
 def engine_for(plan: Plan) -> Engine:
-    limit_n = theory_of(plan.payload).elastic_limit_n
-    return Engine(plan, derive_limits(plan, elastic_limit_n=limit_n), Operator())
+    return Engine(envelope_of(plan), Operator())
 
 
 class Canned:
@@ -75,7 +73,7 @@ class CannedRig:
 
 def batches(plan: Plan, ticks: int) -> Iterator[tuple[list[Any], list[Any]]]:
     """Force and arm samples of the first ticks of a dry run."""
-    rig, engine = load_world()(world_for(plan)), engine_for(plan)
+    rig, engine = load_world()(world_for(envelope_of(plan))), engine_for(plan)
     rig.force.open(1.0)
     rig.arm.open(1.0)
     for _ in range(ticks):

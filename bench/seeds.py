@@ -40,9 +40,11 @@ class Seeded:
 
 def run_seed(seed: int, plan_file: Path = PLAN) -> Seeded:
     """One whole dry run, from plan to report."""
-    from stepload import experiment
+    from stepload.envelope.envelope import envelope_of
+    from stepload.envelope.theory import theory_of
     from stepload.plan.load import load_plan
-    from stepload.rehearse import payload_truth, true_secant
+    from stepload.run.rehearse import payload_truth, true_secant
+    from stepload.session import experiment
 
     plan = load_plan(plan_file)
     peaks: list[float] = []
@@ -57,14 +59,17 @@ def run_seed(seed: int, plan_file: Path = PLAN) -> Seeded:
     experiment.opened = watched
     try:
         with tempfile.TemporaryDirectory() as place:
-            done = experiment.run_plan(plan, dry_run=True, out=Path(place) / "run", seed=seed)
+            done = experiment.run_plan(
+                envelope_of(plan), dry_run=True, out=Path(place) / "run", seed=seed
+            )
     finally:
         experiment.opened = opened
     data = done.data
     fits = data["fits"]
     believed = fits[data["believe"]]
     truth = true_secant(
-        payload_truth(plan.payload, plan.rig.simulation), believed["secant_force_n"]
+        payload_truth(plan.payload, theory_of(plan.payload), plan.rig.simulation),
+        believed["secant_force_n"],
     )
     low, high = data["interval_secant_n_per_m"]
     return Seeded(

@@ -14,7 +14,7 @@ import time
 from stepload.rig.device import ForceSensor
 from stepload.rig.plugins import load_driver
 
-PROGRAM = "import sys; from stepload_drivers.emulators.command import app; app(sys.argv[1:])"
+PROGRAM = "import sys; from stepload_verify.emulators.command import app; app(sys.argv[1:])"
 LINKS = {
     "bota": [],
     "robotous-uart": [],

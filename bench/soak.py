@@ -23,8 +23,8 @@ from stepload.rig.device import Arm, ForceSensor, Health
 from stepload.rig.plugins import load_driver
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.run.undisturbed import undisturbed
-from stepload_drivers.emulators.rig_process import RigProcess
 from stepload_drivers.sim.live import DEFAULT_SPEC
+from stepload_verify.emulators.rig_process import RigProcess
 
 HOST = "127.0.10.2"
 PATIENT = {"max_age": 2.0, "leash": 2.0, "watchdog": 1.0}

@@ -10,13 +10,12 @@ import time
 from pathlib import Path
 from typing import Any
 
-from stepload.feasibility.preflight import theory_of
+from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
-from stepload.rehearse import world_for
 from stepload.rig.world import load_world
-from stepload.run.limits import derive_limits
 from stepload.run.operator import Operator
+from stepload.run.rehearse import world_for
 from stepload.run.tick import Engine
 
 PLANS = ("plastic-sphere", "ur5e-silicone-sphere")
@@ -24,13 +23,12 @@ REPEATS = 5
 
 
 def _engine(plan: Plan) -> Engine:
-    limit_n = theory_of(plan.payload).elastic_limit_n
-    return Engine(plan, derive_limits(plan, elastic_limit_n=limit_n), Operator())
+    return Engine(envelope_of(plan), Operator())
 
 
 def _inputs(plan: Plan) -> list[tuple[Any, ...]]:
     """What the engine was given in each tick of one run."""
-    rig, engine = load_world()(world_for(plan)), _engine(plan)
+    rig, engine = load_world()(world_for(envelope_of(plan))), _engine(plan)
     rig.force.open(1.0)
     rig.arm.open(1.0)
     if rig.second_force:

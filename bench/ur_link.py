@@ -11,8 +11,8 @@ from __future__ import annotations
 import sys
 import time
 
-from stepload_drivers.emulators.ur_process import UrEmulatorProcess
 from stepload_drivers.ur.arm import UrArm
+from stepload_verify.emulators.ur_process import UrEmulatorProcess
 
 
 def main(seconds: float) -> None:

@@ -18,11 +18,11 @@ import atheris  # type: ignore[import-not-found, unused-ignore]
 
 with atheris.instrument_imports(include=["stepload"]):
     from stepload.errors import SteploadError
-    from stepload.findings.replayed import replay_file
     from stepload.plan.load import load_plan
     from stepload.record.curves import read_curve
     from stepload.record.reader import read_recording
     from stepload.record.recovery import recover
+    from stepload.run.replayed import replay_file
 
 import forge
 
@@ -69,10 +69,12 @@ _loaded: list[forge.Record] = []
 def _honest() -> forge.Record:
     """A short run, made once."""
     if not _loaded:
-        from stepload.experiment import run_plan
+        from stepload.envelope.envelope import envelope_of
         from stepload.plan.load import load_plan as load
+        from stepload.session.experiment import run_plan
 
-        made = run_plan(load(ROOT / "procedures" / "campaign.yaml"), dry_run=True, out=PLACE / "r")
+        envelope = envelope_of(load(ROOT / "procedures" / "campaign.yaml"))
+        made = run_plan(envelope, dry_run=True, out=PLACE / "r")
         _loaded.append(forge.load(made.directory / "run.mcap", 64))
     return _loaded[0]
 

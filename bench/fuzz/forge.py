@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from stepload.findings.replayed import _arm_samples, _force_samples, _tick_rows
 from stepload.record.container import Appender
 from stepload.record.reader import read_recording
 from stepload.record.ring import RINGS, Shared, capacities
 from stepload.record.writer_process import TOPICS_OF, Writer
 from stepload.rig.samples import ArmSample, ForceSample
+from stepload.run.replayed import _arm_samples, _force_samples, _tick_rows
 
 Choose = Callable[[int], int]
 """Gives a whole number from 0 to n - 1."""

@@ -67,12 +67,6 @@ class DeviceError(SteploadError):
         self.code = code
 
 
-class RunStoppedError(SteploadError):
-    """The run was ended before its plan was done; the arm was made safe (exit code 4)."""
-
-    exit_code = ExitCode.STOPPED
-
-
 class LeftEarlyError(BaseException):
     """A signal asked for the end before anything could move; no driver's `except` may keep it."""
 

@@ -1,7 +1,8 @@
 """Physical quantities written as text ("28.7 mm"): number and unit in, SI float out.
 
-A unit is a product of symbols ("N s/m", "m/s^2", "kN/mm"); everything after the first "/" divides.
-Temperatures are given in °C inside stepload, everything else in SI base units.
+A unit is a product of symbols ("N s/m", "m/s^2", "kN/mm", "1/K"); everything after the first "/"
+divides. Temperatures are given in °C inside stepload ("degC"), their differences in kelvin ("K"),
+everything else in SI base units.
 """
 
 from __future__ import annotations
@@ -55,6 +56,7 @@ _NAMES: dict[_Dimension, tuple[str, str]] = {
     (1, 0, -2, 0, 0): ("an acceleration", "0.5 m/s^2"),
     (1, 1, -3, 0, 0): ("a force rate", "1.5 N/s"),
     (0, 0, 0, 1, 0): ("a temperature", "23 degC"),
+    (0, 0, 0, -1, 0): ("a change per kelvin", "11.7e-6 1/K"),
     (0, 0, 0, 0, 1): ("an angle", "15 deg"),
     _NONE: ("a share", "2 %"),
 }
@@ -94,7 +96,8 @@ def _parse_unit(text: str) -> _Unit:
         return _Unit(_UNITS["K"].dimension, Decimal(1))
     exponents = [0, 0, 0, 0, 0]
     scale = Decimal(1)
-    for position, part in enumerate(text.split("/")):
+    first = 1 if text.startswith("1/") else 0
+    for position, part in enumerate(text.removeprefix("1/").split("/"), first):
         factors = re.split(r"[ *·]+", part.strip())
         if position and len(factors) > 1:
             raise QuantityError(
@@ -124,6 +127,10 @@ def _nearest(symbol: str) -> str:
 
 def describe_unit(unit: str) -> tuple[str, str]:
     """What a quantity in `unit` is called, with its article, and an example of one."""
+    return ("a temperature difference", "0.5 K") if unit == "K" else _named(unit)
+
+
+def _named(unit: str) -> tuple[str, str]:
     return _NAMES.get(_parse_unit(unit).dimension, (f"a quantity in {unit}", f"1 {unit}"))
 
 
@@ -132,8 +139,8 @@ def parse_quantity(text: object, unit: str) -> float:
 
     Args:
         text: what the user wrote; anything but a text with number and unit is an error.
-        unit: SI unit wanted: it sets the dimension. "degC" for temperatures, "%" for shares (a
-            share of 2 % is returned as 0.02).
+        unit: SI unit wanted: it sets the dimension. "degC" for temperatures, "K" for their
+            differences (which nobody gives in °C), "%" for shares (2 % is returned as 0.02).
 
     Raises:
         QuantityError: no unit, unknown unit, other dimension, not finite, not a quantity at all.
@@ -166,8 +173,8 @@ def parse_quantity(text: object, unit: str) -> float:
         hint = f"{expected}; {error.hint}"
         raise QuantityError(f"{shown}: {error.message}", hint=hint) from None
     wanted = _parse_unit(unit)
-    if given.dimension != wanted.dimension:
-        other, _ = describe_unit(unit_text)
+    if given.dimension != wanted.dimension or (unit == "K" and unit_text in _CELSIUS):
+        other, _ = _named(unit_text)
         raise QuantityError(f"{shown} is {other}, not {name}", hint=expected)
     value = _scaled(number[0], given.scale / (wanted.scale if unit != "%" else Decimal(1)))
     if unit in _CELSIUS and unit_text not in _CELSIUS:

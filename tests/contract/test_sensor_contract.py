@@ -4,9 +4,9 @@ import pytest
 
 from stepload.rig.contract import CHECKS, SkippedCheck, Trial
 from stepload.rig.plugins import load_driver
-from stepload_drivers.emulators.catalog import EMULATORS, driver_options
-from stepload_drivers.emulators.faults import FaultBoard
-from stepload_drivers.emulators.physics import Sine, WrenchSource
+from stepload_verify.emulators.catalog import EMULATORS, driver_options
+from stepload_verify.emulators.faults import FaultBoard
+from stepload_verify.emulators.physics import Sine, WrenchSource
 
 TCP = {"transport": "socketcand"}
 DRIVERS = {

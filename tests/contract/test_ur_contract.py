@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import pytest
 
 from stepload.rig.contract import CHECKS, SkippedCheck, Trial
-from stepload_drivers.emulators.ur_process import UrEmulatorProcess
 from stepload_drivers.ur.arm import UrArm
+from stepload_verify.emulators.ur_process import UrEmulatorProcess
 
 
 @pytest.fixture

@@ -21,14 +21,15 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from stepload import experiment, open_rig
 from stepload.cli.main import main
 from stepload.errors import BadInputError
 from stepload.record import recorder
 from stepload.record.recorder import Recorder
 from stepload.record.rows import Phase
+from stepload.results import analyse
 from stepload.rig.world import WorldFault
-from stepload.run import controller, loop, supervisor, tick
+from stepload.run import controller, loop, open_rig, supervisor, tick
+from stepload.session import experiment
 from stepload_drivers.sim.arm import WorldArm
 from stepload_drivers.sim.sensors import WorldForceSensor
 
@@ -50,7 +51,7 @@ PARTS: dict[str, tuple[Any, str]] = {
     "event": (Recorder, "event"),
     "read back": (recorder, "count_messages"),
     "safing": (loop, "make_safe"),
-    "evaluation": (experiment.analyse, "run_findings"),
+    "evaluation": (experiment, "evaluate"),
     "reading": (experiment, "read_recording"),
     "report": (experiment, "compose"),
     "results": (experiment, "_write_results"),
@@ -63,7 +64,7 @@ def leave_out_judgement(patch: Callable[[Any, str, Any], None]) -> None:
     def not_now(*_: Any) -> Any:
         raise BadInputError("left out")
 
-    patch(experiment.analyse, "identify_payload", not_now)
+    patch(analyse, "identify_payload", not_now)
     patch(experiment, "render", lambda page: "")
 
 
@@ -87,8 +88,8 @@ class Stage:
             time.time_ns = lambda: now_ns() + self.on * round(step_s * 1e9)
         if fault := directions.get("fault"):
             made = open_rig.world_for
-            open_rig.world_for = lambda plan, seed: made(
-                plan, seed=seed, faults=[WorldFault(*fault)]
+            open_rig.world_for = lambda envelope, seed: made(
+                envelope, seed=seed, faults=[WorldFault(*fault)]
             )
         self._watch()
 

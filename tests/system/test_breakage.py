@@ -11,16 +11,17 @@ import pytest
 from real_runs import Staged, results
 from staged import PARTS, leave_out_judgement
 
-from stepload import experiment
-from stepload.experiment import Finished, run_plan
-from stepload.open_rig import OpenRig
+from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload.record.reader import read_recording
 from stepload.record.recorder import RecordingFailedError
 from stepload.record.recovery import recover
 from stepload.record.rows import Phase
 from stepload.run import loop
+from stepload.run.open_rig import OpenRig
 from stepload.run.tick import Engine
+from stepload.session import experiment
+from stepload.session.experiment import Finished, run_plan
 
 OPEN_N = 1.0
 
@@ -42,7 +43,8 @@ class Breaking:
             owner, name = PARTS[part]
             patch(owner, name, self._breaking(getattr(owner, name)))
         patch(experiment, "opened", self._watched(experiment.opened))
-        return run_plan(self._plan, dry_run=True, out=self.out, on_progress=self._look)
+        envelope = envelope_of(self._plan)
+        return run_plan(envelope, dry_run=True, out=self.out, on_progress=self._look)
 
     def _breaking(self, original: Callable[..., Any]) -> Callable[..., Any]:
         def call(*args: Any, **kwargs: Any) -> Any:
@@ -164,5 +166,5 @@ def test_a_bug_after_the_run_ends_in_text(
     )  # fmt: skip
     code, text = staged.finish()
     assert code == 1
-    assert "error: the evaluation failed: RuntimeError: run_findings broken on purpose" in text
+    assert "error: the evaluation failed: RuntimeError: evaluate broken on purpose" in text
     assert f"record: {tmp_path / 'run' / 'run.mcap'}" in text

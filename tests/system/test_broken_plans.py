@@ -232,11 +232,11 @@ def test_a_broken_plan_is_refused_at_its_place(case: Broken, tmp_path: Path) -> 
     with pytest.raises(PlanError) as caught:
         load_plan(path)
     assert caught.value.exit_code is ExitCode.BAD_INPUT
-    told = [(p.line, p.column, p.message, p.hint) for p in caught.value.problems]
+    reported = [(p.line, p.column, p.message, p.hint) for p in caught.value.problems]
     fitting = [p for p in caught.value.problems if case.message in p.message]
-    assert fitting, told
-    assert (fitting[0].line, fitting[0].column) == (case.line, case.column), told
-    assert case.hint in fitting[0].hint, told
+    assert fitting, reported
+    assert (fitting[0].line, fitting[0].column) == (case.line, case.column), reported
+    assert case.hint in fitting[0].hint, reported
     assert f"{path}:{case.line}:{case.column}: " in str(caught.value)
 
 
@@ -246,7 +246,7 @@ def test_the_plan_they_are_made_from_is_good(tmp_path: Path) -> None:
     assert load_plan(path).payload.name == "ball"
 
 
-def test_all_problems_are_told_at_once_in_their_order(tmp_path: Path) -> None:
+def test_all_problems_are_reported_at_once_in_their_order(tmp_path: Path) -> None:
     text = GOOD
     for old, new in [
         ("28.7 mm", "28.7"),

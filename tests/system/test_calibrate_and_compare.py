@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 from real_runs import ROOT
 
-from stepload.calibrate import from_system_runs
 from stepload.cli.main import main
 from stepload.errors import BadInputError
-from stepload.findings.saved import saved_run
 from stepload.plan.calibration import read_calibration, write_calibration
+from stepload.results.calibration import from_system_runs
+from stepload.results.saved import saved_run
 
 KS = 3.49e6
 PAYLOADS = ROOT / "procedures" / "payloads"

@@ -18,8 +18,8 @@ from pathlib import Path
 import pytest
 from real_runs import ENVIRONMENT, HERE, PATIENCE_S, Staged, results, stepload
 
+from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
-from stepload.experiment import run_plan
 from stepload.plan.load import load_plan
 from stepload.record.reader import Recording, read_recording
 from stepload.record.recovery import is_being_written
@@ -27,6 +27,7 @@ from stepload.record.rows import Phase
 from stepload.run.operator import Operator, StopLevel
 from stepload.run.tick import Engine
 from stepload.session import control
+from stepload.session.experiment import run_plan
 from stepload.session.files import run_directory
 
 Stage = Callable[..., Staged]
@@ -151,7 +152,7 @@ def test_a_cycle_cut_short_by_a_pause_is_not_compared(
     operator, seen = Operator(), []
 
     def pause_on_the_way_down(engine: Engine, _check: object) -> None:
-        step = engine.procedure
+        step = engine.course
         if (step.phase, step.cycle, step.step_number) == (Phase.UNLOAD_HOLD, cut, 2):
             operator.paused = True
         elif step.phase == Phase.PAUSED:
@@ -159,16 +160,16 @@ def test_a_cycle_cut_short_by_a_pause_is_not_compared(
             operator.paused = False
 
     finished = run_plan(
-        load_plan(quick), dry_run=True, out=tmp_path / "run", operator=operator,
+        envelope_of(load_plan(quick)), dry_run=True, out=tmp_path / "run", operator=operator,
         on_progress=pause_on_the_way_down,
     )  # fmt: skip
     assert seen
     assert finished.outcome.status == "completed", finished.outcome.why
-    findings = finished.findings
-    assert findings is not None
-    assert findings.identification is not None
-    assert problem in findings.problem
-    cycles = findings.run_in.cycles if findings.run_in else ()
+    found = finished.evaluation
+    assert found is not None
+    assert found.identification is not None
+    assert problem in found.problem
+    cycles = found.run_in.cycles if found.run_in else ()
     assert [cycle.number for cycle in cycles] == whole
 
 
@@ -189,39 +190,45 @@ def test_a_run_of_cycles_that_ends_early_has_a_report_of_the_whole_ones(
     operator, out = Operator(), tmp_path / "run"
 
     def stop_there(engine: Engine, _check: object) -> None:
-        step = engine.procedure
+        step = engine.course
         if (step.phase, step.cycle, step.step_number) == at:
             operator.stop_level = level
 
     finished = run_plan(
-        load_plan(quick), dry_run=True, out=out, operator=operator, on_progress=stop_there
+        envelope_of(load_plan(quick)),
+        dry_run=True,
+        out=out,
+        operator=operator,
+        on_progress=stop_there,
     )
     assert finished.outcome.status == "interrupted"
     assert finished.problems == ()
     report = (out / "report.html").read_text()
     assert "request" in report
-    findings = finished.findings
-    assert findings is not None
-    assert findings.identification is not None
-    cycles = findings.run_in.cycles if findings.run_in else ()
+    found = finished.evaluation
+    assert found is not None
+    assert found.identification is not None
+    cycles = found.run_in.cycles if found.run_in else ()
     assert [cycle.number for cycle in cycles] == whole
     problem = "cycle 1, the virgin one, was not pressed and unloaded to its last step"
     assert (problem in report) == (problem in str(results(out)["reasons"])) == (not whole)
     if at[1] == 2:  # its first cycle is in the other record
-        resumed = run_plan(load_plan(quick), dry_run=True, resume=out, out=tmp_path / "resumed")
-        found = results(resumed.directory)["run_in"]
-        assert [cycle["number"] for cycle in found["cycles"]] == [3]
-        assert found["virgin"] is None
+        resumed = run_plan(
+            envelope_of(load_plan(quick)), dry_run=True, resume=out, out=tmp_path / "resumed"
+        )
+        rest_of = results(resumed.directory)["run_in"]
+        assert [cycle["number"] for cycle in rest_of["cycles"]] == [3]
+        assert rest_of["virgin"] is None
         rest = (resumed.directory / "report.html").read_text()
         assert "The virgin contact is not in this record; fewer than 3 cycles" in rest
 
 
 def test_what_was_never_touched_is_virgin_when_it_is_taken_up(quick: Path, tmp_path: Path) -> None:
     quick.write_text(quick.read_text().replace("unload: false", "cycles: 2"))
-    plan, operator = load_plan(quick), Operator()
+    plan, operator = envelope_of(load_plan(quick)), Operator()
 
     def stop_in_free_air(engine: Engine, _check: object) -> None:
-        if engine.procedure.phase == Phase.FAST_APPROACH:
+        if engine.course.phase == Phase.FAST_APPROACH:
             operator.stop_level = StopLevel.NOW
 
     run_plan(

@@ -13,11 +13,12 @@ from typing import Any
 import pytest
 from real_runs import ROOT, stepload
 
-from stepload import experiment
 from stepload.cli.main import main
+from stepload.envelope.theory import theory_of
 from stepload.plan.load import load_plan
 from stepload.record.reader import read_recording
-from stepload.rehearse import payload_truth, true_secant
+from stepload.run.rehearse import payload_truth, true_secant
+from stepload.session import experiment
 
 PROCEDURES = ROOT / "procedures"
 UNSAFE, UNIDENTIFIABLE = "top_force_above_safe_limit", "unidentifiable"
@@ -163,7 +164,8 @@ def test_the_others_run(name: str, capsys: pytest.CaptureFixture[str], tmp_path:
         assert {"k", "n", "zero_m", "secant_n_per_m"} <= set(data["fits"][fit])
     assert data["verdict"] in ("identified", "marginal")
     truth = true_secant(
-        payload_truth(plan.payload, plan.rig.simulation), believed["secant_force_n"]
+        payload_truth(plan.payload, theory_of(plan.payload), plan.rig.simulation),
+        believed["secant_force_n"],
     )
     assert low < truth < high
     assert all(isinstance(reason, str) for reason in data["reasons"])
@@ -226,7 +228,7 @@ def test_help_is_quick() -> None:
         "from stepload.cli.main import main\n"
         "try: main()\n"
         "except SystemExit as end: code = end.code\n"
-        "slow = {'numpy', 'scipy', 'matplotlib', 'pydantic', 'mcap', 'can', 'serial'}\n"
+        "slow = {'numpy', 'scipy', 'matplotlib', 'ruamel', 'mcap', 'can', 'serial'}\n"
         "print(code, sorted(slow & set(sys.modules)))"
     )
     done = subprocess.run(

@@ -9,8 +9,8 @@ import pytest
 from real_runs import QUICK, stepload
 
 from stepload.errors import BadInputError
-from stepload.findings import replayed
 from stepload.record.reader import read_recording
+from stepload.run import replayed
 
 
 @pytest.fixture(scope="module")

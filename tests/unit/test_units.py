@@ -41,6 +41,12 @@ from stepload.units import MAX_TEXT, QuantityError, format_quantity, parse_quant
         ("7.5 μm", "m", 7.5e-6),
         ("7.5 um", "m", 7.5e-6),
         ("-2 mm", "m", -0.002),
+        ("0.5 K", "K", 0.5),
+        ("300 mK", "K", 0.3),
+        ("11.7e-6 1/K", "1/K", 11.7e-6),
+        ("0.4 %/K", "1/K", 0.004),
+        ("11.7 µm/m/K", "1/K", 11.7e-6),
+        ("500 1/s", "Hz", 500.0),
     ],
 )
 def test_a_quantity_is_read_into_si(text: str, unit: str, value: float) -> None:
@@ -74,6 +80,12 @@ def test_a_quantity_is_read_into_si(text: str, unit: str, value: float) -> None:
         ("", "N", "not a number", "a force"),
         ("N", "N", "not a number", "a force"),
         ("5 /s", "Hz", "unknown unit ''", "a rate"),
+        ("5 1", "%", "unknown unit '1'", "a share"),
+        ("20 degC", "K", "is a temperature, not a temperature difference", '"0.5 K"'),
+        ("20 °C", "K", "is a temperature, not a temperature difference", '"0.5 K"'),
+        ("300 K", "m", "is a temperature, not a length", "a length"),
+        ("0.5 K", "1/K", "not a change per kelvin", "11.7e-6 1/K"),
+        ("5 1/m s", "Hz", "two ways", "a rate"),
         ("9" * (MAX_TEXT + 1) + " N", "N", "too long", "a force"),
     ],
 )
@@ -113,7 +125,7 @@ def test_a_quantity_is_shown_as_people_write_it(value: float, unit: str, text: s
 
 
 _UNITS = ["m", "N", "Pa", "N/m", "N s/m", "Hz", "s", "m/s", "m/s^2"]
-_UNITS += ["kg", "N/s", "rad", "%", "degC"]
+_UNITS += ["kg", "N/s", "rad", "%", "degC", "K", "1/K"]
 
 
 @settings(max_examples=300, deadline=None)

@@ -6,9 +6,9 @@ from contextlib import contextmanager
 import pytest
 
 from stepload.rig.plugins import load_driver
-from stepload_drivers.emulators.catalog import EMULATORS, driver_options
-from stepload_drivers.emulators.faults import FaultBoard
-from stepload_drivers.emulators.physics import Sine, WrenchSource
+from stepload_verify.emulators.catalog import EMULATORS, driver_options
+from stepload_verify.emulators.faults import FaultBoard
+from stepload_verify.emulators.physics import Sine, WrenchSource
 
 BOUND_S = 10.0
 

@@ -12,14 +12,14 @@ from typer.testing import CliRunner
 
 from stepload.errors import BadInputError
 from stepload_drivers.bota.sensor import BotaSerial
-from stepload_drivers.emulators.command import app
-from stepload_drivers.emulators.faults import FaultBoard, parse_fault
-from stepload_drivers.emulators.live_rig import LiveRig, dump_spec, load_spec
-from stepload_drivers.emulators.service import obey
 from stepload_drivers.gauge.sensor import GaugeSerial
 from stepload_drivers.sim.live import DEFAULT_SPEC
+from stepload_verify.emulators.command import app
+from stepload_verify.emulators.faults import FaultBoard, parse_fault
+from stepload_verify.emulators.live_rig import LiveRig, dump_spec, load_spec
+from stepload_verify.emulators.service import obey
 
-PROGRAM = "import sys; from stepload_drivers.emulators.command import app; app(sys.argv[1:])"
+PROGRAM = "import sys; from stepload_verify.emulators.command import app; app(sys.argv[1:])"
 
 
 def emulate(*arguments):

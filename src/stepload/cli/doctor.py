@@ -40,6 +40,7 @@ def doctor(
     --against-spring it also runs the plan's approach and presses up to 40 % of its top force.
     """
     from stepload.doctor.checkup import examine
+    from stepload.envelope.envelope import envelope_of
     from stepload.plan.load import load_plan
     from stepload.run.operator import Operator
 
@@ -53,10 +54,10 @@ def doctor(
         if line.remedy and line.mark not in ("ok", "skipped"):
             out.line(f"        -> {line.remedy}")
 
-    loaded = load_plan(plan)
+    envelope = envelope_of(load_plan(plan))
     with operator.listening():
         found = examine(
-            loaded, dry_run=dry_run, seconds=seconds, still=still, against_spring=against_spring,
+            envelope, dry_run=dry_run, seconds=seconds, still=still, against_spring=against_spring,
             tell=tell, operator=operator,
         )  # fmt: skip
     if found.snippet:

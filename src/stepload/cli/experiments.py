@@ -13,10 +13,10 @@ from stepload.cli.plans import AsJson, PayloadFile, PlanFile
 from stepload.errors import BadInputError, ExitCode
 
 if TYPE_CHECKING:
-    from stepload.experiment import Finished
-    from stepload.findings.identification import Identification
-    from stepload.plan.model import Plan
+    from stepload.envelope.envelope import Envelope
+    from stepload.identify.identification import Identification
     from stepload.run.operator import Operator
+    from stepload.session.experiment import Finished
 
 DryRun = Annotated[
     bool, typer.Option("--dry-run", help="On the simulated rig, in virtual time; moves nothing.")
@@ -39,8 +39,8 @@ EXIT_OF_SIGNAL: dict[int, ExitCode] = {
 
 def show_identification(found: Identification, out: Output) -> None:
     """Fits, the believed one and why, and the judgement as text."""
-    from stepload.findings.identification import REPORTED
-    from stepload.findings.page import interval
+    from stepload.identify.identification import REPORTED
+    from stepload.results.run_page import interval
     from stepload.units import format_quantity as f
 
     rows = []
@@ -68,14 +68,14 @@ def show_identification(found: Identification, out: Output) -> None:
         out.line(f"believe {found.believe}: {line}")
     for doubt in found.fit.doubts:
         out.line(f"doubt: {doubt.message}")
-    out.line(f"verdict: {found.judgement.outcome.value.upper()}")
+    out.line(f"verdict: {found.judgement.verdict.value.upper()}")
     for reason in found.judgement.reasons:
         out.line(f"  {reason}")
 
 
 def exit_code(finished: Finished) -> ExitCode:
     """The exit code that says how a run ended."""
-    from stepload.run.loop import RunStatus
+    from stepload.record.outcome import RunStatus
 
     outcome = finished.outcome
     if outcome.status is RunStatus.STOPPED:
@@ -88,18 +88,18 @@ def exit_code(finished: Finished) -> ExitCode:
 
 
 def _show_run(finished: Finished, out: Output) -> None:
-    findings = finished.findings
+    evaluation = finished.evaluation
     out.line(finished.outcome.why)
     for error in finished.outcome.errors:
         out.line(f"error on the way: {error}")
     for problem in finished.problems:
         out.line(f"error: {problem}")
-    if findings is not None and findings.identification is not None:
-        show_identification(findings.identification, out)
-        if findings.problem:
-            out.line(f"note: {findings.problem}")
-    elif findings is not None and findings.problem:
-        out.line(f"no result: {findings.problem}")
+    if evaluation is not None and evaluation.identification is not None:
+        show_identification(evaluation.identification, out)
+        if evaluation.problem:
+            out.line(f"note: {evaluation.problem}")
+    elif evaluation is not None and evaluation.problem:
+        out.line(f"no result: {evaluation.problem}")
     if resumed := finished.data.get("resumed"):
         out.line(f"note: {resumed}")
     out.line(finished.headline)
@@ -109,7 +109,7 @@ def _show_run(finished: Finished, out: Output) -> None:
 
 
 def press(
-    plan: Plan,
+    envelope: Envelope,
     operator: Operator,
     output: Output,
     *,
@@ -123,19 +123,17 @@ def press(
     from stepload.cli.keys import keys
     from stepload.cli.plans import show_preflight
     from stepload.cli.progress import progress
-    from stepload.experiment import run_plan
-    from stepload.feasibility.preflight import preflight
-    from stepload.feasibility.verdict import Verdict
+    from stepload.envelope.reason import PlanVerdict
+    from stepload.session.experiment import run_plan
     from stepload.session.unfinished import repair_all
 
-    check = preflight(plan)
-    if check.verdict is not Verdict.REFUSED:
-        for repaired in repair_all(out or plan.record.directory):
+    if envelope.verdict is not PlanVerdict.REFUSED:
+        for repaired in repair_all(out or envelope.plan.record.directory):
             output.line(repaired.line)
-        show_preflight(check, output)
+        show_preflight(envelope, output)
     with keys(operator), progress(quiet=quiet) as show:
         finished = run_plan(
-            plan,
+            envelope,
             dry_run=dry_run,
             out=out,
             seed=seed,
@@ -161,14 +159,15 @@ def run(
 
     Ctrl+C finishes the step and unloads, twice retracts now; `p` pauses and goes on.
     """
+    from stepload.envelope.envelope import envelope_of
     from stepload.plan.load import load_plan
     from stepload.run.operator import Operator
 
     output, operator = Output(as_json=as_json), Operator()
-    loaded = load_plan(plan, payload=payload)
+    envelope = envelope_of(load_plan(plan, payload=payload))
     with operator.listening():
         finished = press(
-            loaded, operator, output,
+            envelope, operator, output,
             dry_run=dry_run, out=out, seed=seed, resume=resume, quiet=quiet,
         )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})
@@ -213,8 +212,8 @@ def identify(
     as_json: AsJson = False,
 ) -> None:
     """Identify the contact law from a record or a CSV file; nothing is moved or changed."""
-    from stepload.findings.from_file import Wishes, identify_file, system_of_file
-    from stepload.findings.results import identification_data, system_data
+    from stepload.results.data import identification_data, system_data
+    from stepload.results.from_file import Wishes, identify_file, system_of_file
     from stepload.units import format_quantity, parse_quantity
 
     def quantity(text: str | None, unit: str) -> float | None:

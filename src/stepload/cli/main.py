@@ -7,16 +7,17 @@ import os
 import sys
 import traceback
 from importlib.metadata import entry_points
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from stepload import __version__
-from stepload.cli import campaign, devices, doctor, experiments, plans, records, results
+from stepload.cli import devices, doctor, experiments, plans, records, results, shipped
 from stepload.cli.output import Output
 from stepload.errors import BadInputError, ExitCode, LeftEarlyError, SteploadError
 
 TRACEBACK = "STEPLOAD_TRACEBACK"
+VERBS = "stepload.verbs"
 
 app = typer.Typer(
     name="stepload",
@@ -26,7 +27,7 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for room in (plans, experiments, records, results, campaign, devices, doctor):
+for room in (plans, shipped, experiments, records, results, devices, doctor):
     room.register(app)
 
 
@@ -39,21 +40,10 @@ def _root(
         raise typer.Exit
 
 
-@app.command(
-    "emulate",
-    context_settings={
-        "allow_extra_args": True,
-        "ignore_unknown_options": True,
-        "help_option_names": [],
-    },
-)
-def emulate(context: typer.Context) -> None:
-    """Speak a device's wire protocol on loopback or a pseudo-terminal, with faults on demand."""
-    for point in entry_points(group="stepload.emulators"):
-        emulators: Any = point.load()
-        emulators(args=context.args, prog_name="stepload emulate", standalone_mode=False)
-        return
-    raise BadInputError("no emulators are installed", hint="install stepload with its drivers")
+def _add_verbs() -> None:
+    """Verbs of other installed packages: entry points of the group `stepload.verbs`."""
+    for point in entry_points(group=VERBS):
+        point.load()(app)
 
 
 def _as_text(error: Exception) -> SteploadError:
@@ -84,6 +74,7 @@ def main() -> None:
     """Run the command line; every error ends in text and its own exit code, none in a traceback."""
     _give_streams()
     try:
+        _add_verbs()
         code = app(standalone_mode=False)
     except LeftEarlyError as error:
         code = 128 + error.signal_number

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 from stepload.record.rows import Phase
 
 if TYPE_CHECKING:
-    from stepload.feasibility.preflight import Preflight
+    from stepload.envelope.envelope import Envelope
     from stepload.run.tick import Engine
 
-Progress = Callable[["Engine", "Preflight"], None]
+Progress = Callable[["Engine", "Envelope"], None]
 REFRESH_S = 0.1
 
 
 def _where(engine: Engine) -> str:
-    step = engine.procedure
+    step = engine.course
     name = Phase(engine.row.phase if engine.row else 0).name.replace("_", " ").lower()
     level = f", step {step.step_number} ({step.level_n:.4g} N)" if step.level_n else ""
     asked = "; `p` goes on" if step.phase == Phase.PAUSED else "; pauses after this step"
@@ -36,7 +36,7 @@ def plain_lines(write: Callable[[str], None]) -> Progress:
     last = [("", 0, 0)]
     start_s: list[float] = []
 
-    def show(engine: Engine, check: Preflight) -> None:
+    def show(engine: Engine, envelope: Envelope) -> None:
         row = engine.row
         if row is None:
             return
@@ -46,7 +46,7 @@ def plain_lines(write: Callable[[str], None]) -> Progress:
             last[0] = now
             elapsed_s = row.time_s - start_s[0]
             write(
-                f"{elapsed_s:7.1f} s of about {check.duration_s:.0f} s  "
+                f"{elapsed_s:7.1f} s of about {envelope.duration_s:.0f} s  "
                 f"{_force(engine)}  {_where(engine)}"
             )
 
@@ -79,18 +79,18 @@ def progress(*, quiet: bool) -> Iterator[Progress | None]:
         start_s: list[float] = []
         due = [0.0]
 
-        def show(engine: Engine, check: Preflight) -> None:
+        def show(engine: Engine, envelope: Envelope) -> None:
             row = engine.row
             if row is None or time.monotonic() < due[0]:
                 return
             due[0] = time.monotonic() + REFRESH_S
             start_s[:] = start_s or [row.time_s]
             elapsed_s = row.time_s - start_s[0]
-            left_s = max(check.duration_s - elapsed_s, 0.0)
+            left_s = max(envelope.duration_s - elapsed_s, 0.0)
             bar.update(
                 task,
-                total=check.duration_s,
-                completed=min(elapsed_s, check.duration_s),
+                total=envelope.duration_s,
+                completed=min(elapsed_s, envelope.duration_s),
                 description=_where(engine),
                 force=_force(engine),
                 eta=f"{left_s:.0f} s left",

@@ -13,13 +13,13 @@ from stepload.cli.plans import AsJson
 from stepload.errors import BadInputError, ExitCode
 
 if TYPE_CHECKING:
-    from stepload.calibrate import Calibration
+    from stepload.results.calibration import Calibration
 
 CALIBRATION = "calibration.json"
 
 
 def _show_calibration(found: Calibration, file: Path, out: Output) -> None:
-    from stepload.findings.page import smooth_error
+    from stepload.results.run_page import smooth_error
     from stepload.units import format_quantity as f
 
     record = found.record
@@ -92,10 +92,11 @@ def calibrate(
 
     Runs a plan against a stiff flat contact, or takes runs that are there already.
     """
-    from stepload.calibrate import calibration_data, from_system_runs, from_two_spheres
-    from stepload.findings.saved import saved_run
+    from stepload.envelope.envelope import envelope_of
     from stepload.plan.calibration import write_calibration
     from stepload.plan.load import load_plan
+    from stepload.results.calibration import calibration_data, from_system_runs, from_two_spheres
+    from stepload.results.saved import saved_run
     from stepload.run.operator import Operator
 
     output, operator = Output(as_json=as_json), Operator()
@@ -117,7 +118,13 @@ def calibrate(
             )
         with operator.listening():
             finished = press(
-                plan, operator, output, dry_run=dry_run, out=out, seed=seed, quiet=quiet
+                envelope_of(plan),
+                operator,
+                output,
+                dry_run=dry_run,
+                out=out,
+                seed=seed,
+                quiet=quiet,
             )
         code = exit_code(finished)
         if code is not ExitCode.OK or finished.data.get("system_stiffness") is None:
@@ -191,13 +198,13 @@ def compare(
     """Compare runs with each other and with an imported curve; nothing is moved or changed."""
     import json
 
-    from stepload.compare import page
-    from stepload.compare.runs import CurveGiven, comparison_data
-    from stepload.compare.runs import compare as compare_runs
-    from stepload.findings.saved import saved_run
-    from stepload.plain import plain
     from stepload.record.curves import read_curve
-    from stepload.report.page import render
+    from stepload.results import comparison_page as page
+    from stepload.results.comparison import CurveGiven, comparison_data
+    from stepload.results.comparison import compare as compare_runs
+    from stepload.results.html import render
+    from stepload.results.plain import plain
+    from stepload.results.saved import saved_run
     from stepload.session.files import write_file
     from stepload.units import format_quantity, parse_quantity
 

@@ -9,11 +9,11 @@ from pathlib import Path
 from stepload.doctor import host, motion, spring, streams
 from stepload.doctor.line import Line, Mark, graded, skipped
 from stepload.doctor.watch import Watched, devices, watch
+from stepload.envelope.envelope import Envelope
 from stepload.errors import DeviceError
-from stepload.open_rig import OpenRig, opened
 from stepload.plan.model import ArmSpec, DisplacementSpec, DriverChoice, ForceSpec, Plan
-from stepload.plan.pressing import press_rig
 from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
+from stepload.run.open_rig import OpenRig, opened
 from stepload.run.operator import Operator
 from stepload.units import format_quantity
 
@@ -36,8 +36,9 @@ class Checkup:
 
 
 class _Examination:
-    def __init__(self, plan: Plan, tell: Tell) -> None:
-        self.plan = plan
+    def __init__(self, envelope: Envelope, tell: Tell) -> None:
+        self.envelope = envelope
+        self.plan = envelope.plan
         self.lines: list[Line] = []
         self.figures: dict[tuple[str, ...], tuple[float, str, str]] = {}
         self._tell = tell
@@ -133,7 +134,7 @@ def _spring(exam: _Examination, rig: OpenRig, operator: Operator) -> None:
     if exam.failed():
         exam.add(skipped("loop delay against a spring", "not pressed: something failed before"))
         return
-    line, loop_s = spring.check_spring(exam.plan, rig, operator)
+    line, loop_s = spring.check_spring(exam.envelope, rig, operator)
     exam.add(line)
     if loop_s is not None:
         exam.offer("loop_delay", value=loop_s, unit="s", remark="against a spring")
@@ -157,10 +158,9 @@ def _motion(exam: _Examination, rig: OpenRig) -> None:
     exam.add(line)
     if response_s is None:
         return
-    press = press_rig(plan.rig, plan.rig.force.noise_n)
     force, arm = plan.rig.force, plan.rig.arm
     loop_s = response_s + force.delay_s + 1.0 / force.rate_hz + 2.0 / arm.rate_hz
-    limit_s = press.loop_s + motion.backlash_s(arm)
+    limit_s = exam.envelope.bounds.loop_s + motion.backlash_s(arm)
     line = graded(
         "loop delay T", loop_s, "s", warn=limit_s, fail=1.3 * limit_s,
         message="measured response in free air, the plan's force delay, one force period, two "
@@ -187,7 +187,7 @@ def _faults(rig: OpenRig) -> list[Line]:
 
 
 def examine(
-    plan: Plan,
+    envelope: Envelope,
     *,
     dry_run: bool,
     seconds: float,
@@ -206,11 +206,12 @@ def examine(
         tell: is given every line as soon as it is known.
         operator: where stop requests come in, for `against_spring`.
     """
-    exam = _Examination(plan, tell)
+    plan = envelope.plan
+    exam = _Examination(envelope, tell)
     stage = "open"
     exam.add(*host.check_disk(plan), host.check_priority(), *_latency_lines(plan))
     try:
-        with opened(plan, dry_run=dry_run) as rig:
+        with opened(envelope, dry_run=dry_run) as rig:
             for role, identity in rig.identities.items():
                 nan = float("nan")
                 exam.add(Line(f"{role.replace('_', ' ')}: open", Mark.OK, nan, nan, "",

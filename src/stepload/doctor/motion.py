@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from stepload.doctor.line import Line, Mark, graded, skipped
 from stepload.errors import DeviceError
-from stepload.open_rig import OpenRig
 from stepload.plan.model import ArmSpec, Plan
 from stepload.record.lag import Lag, measure_lag
 from stepload.rig.samples import ArmSample
+from stepload.run.open_rig import OpenRig
 from stepload.run.undisturbed import undisturbed
 
 FloatArray = NDArray[np.float64]

@@ -9,16 +9,15 @@ from dataclasses import replace
 import numpy as np
 
 from stepload.doctor.line import Line, Mark, graded
-from stepload.feasibility.preflight import preflight
-from stepload.feasibility.verdict import Verdict
-from stepload.open_rig import OpenRig
+from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.envelope.reason import PlanVerdict
 from stepload.plan.model import Plan
-from stepload.plan.pressing import press_rig
 from stepload.record.lag import Lag, measure_lag
+from stepload.record.outcome import RunStatus
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
-from stepload.run.limits import derive_limits
-from stepload.run.loop import RunStatus, run_loop
+from stepload.run.loop import run_loop
+from stepload.run.open_rig import OpenRig
 from stepload.run.operator import Operator
 from stepload.run.tick import Engine
 from stepload.run.watch import wrench_axis
@@ -84,24 +83,24 @@ def force_lag(memory: Memory, axis: str) -> Lag:
     return measure_lag(time_s, force_n, target, in_contact, max_lag_s=0.5)
 
 
-def check_spring(plan: Plan, rig: OpenRig, operator: Operator) -> tuple[Line, float | None]:
+def check_spring(envelope: Envelope, rig: OpenRig, operator: Operator) -> tuple[Line, float | None]:
     """T measured in contact against the plan's; an upper bound of the measured T in s.
 
     Raises:
         RefusedError: the plan with small steps is refused, or leaves no room below F_c.
     """
     name = "loop delay against a spring"
+    plan = envelope.plan
     small = small_steps(plan)
-    check = preflight(replace(small, identify=replace(small.identify, kind="system")))
-    if check.verdict is Verdict.REFUSED:
-        reasons = "; ".join(r.message for r in check.reasons if r.severity == "refuse")
+    gentle = envelope_of(replace(small, identify=replace(small.identify, kind="system")))
+    if gentle.verdict is PlanVerdict.REFUSED:
+        reasons = "; ".join(r.message for r in gentle.reasons if r.severity == "refuse")
         return Line(name, Mark.FAIL, math.nan, math.nan, "s", f"refused: {reasons}",
                     "see `stepload preflight`"), None  # fmt: skip
-    limits = derive_limits(small, elastic_limit_n=check.theory.elastic_limit_n)
     memory = Memory()
     operator.moving = True
     try:
-        engine = Engine(small, limits, operator)
+        engine = Engine(gentle, operator)
         outcome = run_loop(engine, rig, memory, identities=rig.identities)
     finally:
         operator.moving = False
@@ -113,7 +112,7 @@ def check_spring(plan: Plan, rig: OpenRig, operator: Operator) -> tuple[Line, fl
                     "press a linear spring of about the payload's stiffness"), None  # fmt: skip
     period_s = rig.arm.period_s
     loop_s = lag.lag_s + period_s
-    planned_s = press_rig(plan.rig, plan.rig.force.noise_n).loop_s
+    planned_s = envelope.bounds.loop_s
     slack_s = 2.0 * lag.sigma_s
     return graded(
         name, loop_s, "s", warn=planned_s + slack_s, fail=1.3 * planned_s + slack_s,

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from stepload.doctor.line import Line, Mark, graded
 from stepload.doctor.watch import Watched
+from stepload.envelope.bounds import age_limit_s
 from stepload.errors import DomainError
 from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan, SecondForceSource
-from stepload.plan.pressing import age_limit_s
 from stepload.rig.clockmap import fit_clock
 from stepload.run.watch import wrench_axis
 

@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
-from stepload.open_rig import OpenRig
+from stepload.run.open_rig import OpenRig
 from stepload.run.undisturbed import undisturbed
 
 

@@ -35,7 +35,7 @@ from functools import partial
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
+from stepload.identify.fit import Fit, FloatArray
 from stepload.identify.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
 from stepload.identify.sensitivity import (
     Estimator,
@@ -50,7 +50,6 @@ _BATCH: dict[str, Callable[..., Fit]] = {
     function.__name__: function for function in (log_ls, log_tls, rs_btls, mixed_ls_tls)
 }
 _CHI2_2_95 = 5.991465
-_EXPONENT_HALF_WIDTH = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +99,6 @@ class Budget:
         interval_k, interval_n, interval_secant_n_per_m: the intervals; K and secant are taken in
             the logarithm, so they stay positive.
         ellipse: joint region of ln K and n.
-        doubts: what the budget says against the fit.
     """
 
     estimator: str
@@ -113,7 +111,6 @@ class Budget:
     interval_n: tuple[float, float]
     interval_secant_n_per_m: tuple[float, float]
     ellipse: Ellipse
-    doubts: tuple[Doubt, ...]
 
 
 def budget(
@@ -123,7 +120,6 @@ def budget(
     sources: Sources,
     *,
     estimate: Estimator | None = None,
-    prior_weight_m: float | None = None,
 ) -> Budget:
     """State the uncertainty of `fit`.
 
@@ -134,7 +130,6 @@ def budget(
         sources: what is known of the errors.
         estimate: the estimator itself where the fit is none of the batch ones: its sensitivity is
             taken by 120 calls. An "odr" fit counts as weighed with `white_sigmas` of the sources.
-        prior_weight_m: `sigma_m` that a joint fit with a prior on the zero was given.
 
     Raises:
         DomainError: no estimator for a fit that needs one, a fit that is no contact law, or data
@@ -149,19 +144,8 @@ def budget(
     deformation_m, force_n = deformation_m[keep], force_n[keep]
     if isinstance(sources.force_rate_n_per_s, np.ndarray):
         sources = replace(sources, force_rate_n_per_s=sources.force_rate_n_per_s[keep])
-    prior = np.zeros(3)
-    if fit.estimator in ("joint", "joint_prior"):
-        with_prior = fit.estimator == "joint_prior"
-        if with_prior and (prior_weight_m is None or sources.zero_sigma_m is None):
-            raise DomainError(
-                "the budget of a fit with a prior on the zero needs zero_sigma_m and prior_weight_m"
-            )
-        sensitivity, prior = joint_sensitivity(
-            fit,
-            force_n,
-            sigma_m=prior_weight_m if with_prior else None,
-            zero_prior_sigma_m=sources.zero_sigma_m if with_prior else None,
-        )
+    if fit.estimator == "joint":
+        sensitivity = joint_sensitivity(fit, force_n)
     elif fit.estimator in ("inverse_ls", "odr") and estimate is None:
         weights = {} if fit.estimator == "inverse_ls" else _odr_weights(sources)
         sensitivity = zero_given_sensitivity(fit, deformation_m, force_n, **weights)
@@ -171,7 +155,7 @@ def budget(
             estimate or _estimator(fit), deformation_m, force_n, step_m=step
         )
     gradient = secant_gradient(fit)
-    found = parts(fit, deformation_m, force_n, sources, sensitivity, prior)
+    found = parts(fit, deformation_m, force_n, sources, sensitivity)
     lines = tuple(
         BudgetLine(
             source,
@@ -199,7 +183,6 @@ def budget(
         interval_n=(fit.n - half_n, fit.n + half_n),
         interval_secant_n_per_m=(secant * _exp(-half_s), secant * _exp(half_s)),
         ellipse=Ellipse(log_k, fit.n, covariance[:2, :2].copy()),
-        doubts=_exponent_doubt(fit.n, half_n),
     )
 
 
@@ -223,14 +206,6 @@ def _estimator(fit: Fit) -> Estimator:
 def _odr_weights(sources: Sources) -> dict[str, float]:
     sigma_m, sigma_n = white_sigmas(sources)
     return {"sigma_m": sigma_m, "sigma_n": sigma_n}
-
-
-def _exponent_doubt(n: float, half_width: float) -> tuple[Doubt, ...]:
-    if half_width <= _EXPONENT_HALF_WIDTH:
-        return ()
-    low, high = n - half_width, n + half_width
-    text = f"this run cannot tell n = {low:.2f} from n = {high:.2f} (95 %)"
-    return (Doubt(Flag.EXPONENT_UNDETERMINED, text),)
 
 
 def _root(variance: float | FloatArray) -> float:

@@ -7,9 +7,6 @@ takes the zero as given is wrong by the same amount, whatever its treatment of n
 what is known                          believe
 =====================================  =========================================================
 zero detected from a force threshold   "joint": K, n and δ0 together; removes 90–96 % of the error
-zero with a stated uncertainty         "joint_prior": the same, held by what is known of δ0
-zero known far better than the joint   "odr" with the noise of both channels, else "inverse_ls"
-  fit finds it
 none of these is usable                "rs_btls"; the doubts say why
 =====================================  =========================================================
 
@@ -33,13 +30,10 @@ from dataclasses import dataclass
 from stepload.errors import BadInputError
 from stepload.identify.fit import Doubt, Fit, Flag
 from stepload.identify.fit_all import above_elastic_limit
+from stepload.identify.smooth import NORMAL_95
 
-COVERAGE = 2.0
-"""Standard deviations to either side that count as the interval (about 95 %)."""
 EXPONENT_HALF_WIDTH = 0.1
 """An exponent known worse than ± this is flagged."""
-ZERO_KNOWN = 0.5
-"""A zero is known where its σ is below this share of the σ the joint fit finds."""
 SAME_EXPONENT = 0.02
 """Exponents closer than this compare whatever their σ (they are printed with two decimals)."""
 
@@ -71,7 +65,6 @@ def decide(
     elastic_limit_n: float | None = None,
     k_max_n_per_m: float | None = None,
     sigma_n: Mapping[str, float] | None = None,
-    zero_sigma_m: float | None = None,
     roughness_m: float | None = None,
 ) -> Decision:
     """Attach the doubts that need outside knowledge, then choose a fit.
@@ -83,8 +76,6 @@ def decide(
         k_max_n_per_m: K_max (34): the stiffest secant this rig can identify.
         sigma_n: σ of the exponent by estimator name, from the uncertainty budget; where it is
             missing the covariance from the residuals stands in, which is too small.
-        zero_sigma_m: σ of the zero of δ where it is known independently of the contact; None: it
-            was detected from a force threshold.
         roughness_m: σ_eq of the payload; None or 0 where it is smooth.
 
     Raises:
@@ -100,16 +91,16 @@ def decide(
         )
         for name, fit in fits.items()
     }
-    believe, why = _choose(doubted, zero_sigma_m)
+    believe, why = _choose(doubted)
     comparable, comparison = _compare(doubted, believe, sigmas[believe], roughness_m)
     return Decision(believe, (*why, *comparison), comparable, doubted)
 
 
 def undetermined(n: float, sigma_n: float | None) -> tuple[Doubt, ...]:
-    """A doubt where the interval of the exponent is wider than ± 0.1, in the words of a user."""
-    if sigma_n is None or COVERAGE * sigma_n <= EXPONENT_HALF_WIDTH:
+    """A doubt where the 95 % interval of the exponent is wider than ± 0.1."""
+    if sigma_n is None or NORMAL_95 * sigma_n <= EXPONENT_HALF_WIDTH:
         return ()
-    low, high = n - COVERAGE * sigma_n, n + COVERAGE * sigma_n
+    low, high = n - NORMAL_95 * sigma_n, n + NORMAL_95 * sigma_n
     message = f"this run cannot tell n = {low:.1f} from {high:.1f}"
     return (Doubt(Flag.EXPONENT_UNDETERMINED, message),)
 
@@ -142,23 +133,8 @@ def _usable(fits: Mapping[str, Fit], name: str) -> bool:
     return name in fits and not any(doubt.flag in UNUSABLE for doubt in fits[name].doubts)
 
 
-def _choose(fits: Mapping[str, Fit], zero_sigma_m: float | None) -> tuple[str, tuple[str, ...]]:
+def _choose(fits: Mapping[str, Fit]) -> tuple[str, tuple[str, ...]]:
     free = fits.get("joint")
-    if zero_sigma_m is not None:
-        found = _zero_sigma(free)
-        for name in ("odr", "inverse_ls"):
-            if _usable(fits, name) and zero_sigma_m < ZERO_KNOWN * found:
-                why = (
-                    f"the zero is known to {zero_sigma_m * 1e6:.2g} µm, the joint fit finds it "
-                    f"only to {found * 1e6:.2g} µm",
-                )
-                return name, why
-    if _usable(fits, "joint_prior"):
-        zero_um = fits["joint_prior"].zero_m * 1e6
-        return "joint_prior", (
-            f"K, n and the zero are fitted together ({zero_um:+.2f} µm), held by what is known "
-            "of the zero beforehand",
-        )
     if _usable(fits, "joint"):
         zero_um = fits["joint"].zero_m * 1e6
         return "joint", (
@@ -172,12 +148,6 @@ def _choose(fits: Mapping[str, Fit], zero_sigma_m: float | None) -> tuple[str, t
         if _usable(fits, name):
             return name, (*reasons, f"{name} is the best of the fits that take the zero as given")
     return next(iter(fits)), (*reasons, "no fit is free of numerical doubt: believe none of them")
-
-
-def _zero_sigma(fit: Fit | None) -> float:
-    if fit is None or fit.covariance is None:
-        return math.inf
-    return math.sqrt(max(float(fit.covariance[2, 2]), 0.0))
 
 
 def _compare(
@@ -195,6 +165,6 @@ def _compare(
             f"the fitted zero also absorbs the roughness ({roughness_m * 1e6:.2g} µm): {numbers}; "
             "compare rs_btls with the paper's tables",
         )
-    if abs(believed.n - paper.n) > max(SAME_EXPONENT, COVERAGE * (sigma_n or 0.0)):
+    if abs(believed.n - paper.n) > max(SAME_EXPONENT, NORMAL_95 * (sigma_n or 0.0)):
         return False, (f"{numbers}: compare rs_btls with the paper's tables",)
     return True, (f"{numbers}: they agree, so both compare with the paper's tables",)

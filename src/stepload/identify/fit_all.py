@@ -8,7 +8,6 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from stepload.errors import DomainError
 from stepload.identify.finish import finish, force_rms_n
@@ -16,85 +15,41 @@ from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
 from stepload.identify.inverse_law import inverse_ls, joint
 from stepload.identify.ls import log_ls, log_tls, mixed_ls_tls, rs_btls, smallest_direction
 from stepload.identify.odr import odr
-from stepload.identify.points import checked, positive
+from stepload.identify.points import positive
 from stepload.identify.recursive import RsRtls
-from stepload.identify.sampling import at_rate, rest_band, uniform_in_force
+from stepload.identify.selection import Selected
 from stepload.identify.weighted import ew_tls
 
-BoolArray = NDArray[np.bool_]
-
-RECURSIVE_RATE_HZ = 100.0
 RECURSIVE_FORGETTING = 0.999
-SAMPLES = 3000
-
-
-def payload_deformation(
-    displacement_m: FloatArray, force_n: FloatArray, system_stiffness_n_per_m: float
-) -> FloatArray:
-    """δ_p = δ - F/K_s (27): what is left for the payload when the system has taken its share.
-
-    Args:
-        displacement_m: (L,) displacement of payload and system together in m.
-        force_n: (L,) forces in N.
-        system_stiffness_n_per_m: K_s in N/m.
-
-    Raises:
-        DomainError: K_s is not finite and positive.
-    """
-    if not 0.0 < system_stiffness_n_per_m < math.inf:
-        raise DomainError(
-            f"system stiffness is {system_stiffness_n_per_m:g} N/m; it must be finite and greater "
-            "than 0 N/m",
-            hint="calibrate the rig; data that are compensated already take none",
-        )
-    compensated: FloatArray = displacement_m - force_n / system_stiffness_n_per_m
-    return compensated
 
 
 def fit_all(
-    displacement_m: ArrayLike,
-    force_n: ArrayLike,
+    selected: Selected,
     *,
-    system_stiffness_n_per_m: float | None,
     secant_force_n: float,
     elastic_limit_n: float | None = None,
-    time_s: ArrayLike | None = None,
     sigma_m: float | None = None,
     sigma_n: float | None = None,
-    zero_prior: tuple[float, float] | None = None,
 ) -> dict[str, Fit]:
-    """All fits of one run by name; what to make of them says `stepload.identify.decide`.
+    """All fits of one loading by name; what to make of them says `stepload.identify.decide`.
 
     Args:
-        displacement_m: (L,) displacement since the detected touch in m, in the order of time.
-        force_n: (L,) contact forces in N.
-        system_stiffness_n_per_m: K_s of the compensation (27); None: displacement is the payload's
-            deformation already.
+        selected: the samples.
         secant_force_n: where the secants (28) are taken, in N.
         elastic_limit_n: F_c; fits of data above it are flagged.
-        time_s: (L,) times in s, to run the recursive fit at 100 Hz; None: it takes the samples of
-            the batch fits.
         sigma_m: standard deviation of the deformation in m.
         sigma_n: standard deviation of the force in N; "ew_tls" and "odr" need both.
-        zero_prior: mean and standard deviation of δ0 in m; adds "joint_prior".
 
     Returns:
         "log_ls", "log_tls", "rs_btls", "mixed_ls_tls", "inverse_ls", "joint", "rs_rtls", and where
-        their inputs are given "ew_tls", "odr", "joint_prior". An estimator that refuses the data
-        (too few points with positive deformation, say) is missing.
+        their inputs are given "ew_tls", "odr". An estimator that refuses the data (too few points
+        with positive deformation, say) is missing.
 
     Raises:
         DomainError: every estimator refuses, or an argument is outside its domain.
     """
-    displacement, force = checked(displacement_m, force_n)
-    deformation = displacement
-    if system_stiffness_n_per_m is not None:
-        deformation = payload_deformation(displacement, force, system_stiffness_n_per_m)
-    loaded = np.flatnonzero(force > 0.0)
-    chosen = loaded[uniform_in_force(force[loaded], SAMPLES)]
-    x, y = deformation[chosen], force[chosen]
-
-    at = secant_force_n
+    batch, at = selected.samples(selected.batch), secant_force_n
+    x, y = batch.deformation_m, batch.force_n
     attempts: list[Callable[[], Fit]] = [
         partial(estimator, x, y, secant_force_n=at)
         for estimator in (log_ls, log_tls, rs_btls, mixed_ls_tls)
@@ -104,15 +59,14 @@ def fit_all(
             partial(estimator, x, y, sigma_m=sigma_m, sigma_n=sigma_n, secant_force_n=at)
             for estimator in (ew_tls, odr)
         ]
-    attempts.append(partial(inverse_ls, x, y, secant_force_n=at, sigma_m=sigma_m))
-    free = partial(joint, x, y, secant_force_n=at, sigma_m=sigma_m)
-    attempts.append(free)
-    if zero_prior is not None:
-        attempts.append(partial(free, zero_prior=zero_prior))
-    recursive = chosen if time_s is None else at_rate(_times(time_s, force), RECURSIVE_RATE_HZ)
-    attempts.append(partial(recursive_fit, deformation[recursive], force[recursive], at))
+    attempts += [
+        partial(inverse_ls, x, y, secant_force_n=at, sigma_m=sigma_m),
+        partial(joint, x, y, secant_force_n=at, sigma_m=sigma_m),
+        partial(recursive_fit, selected, at),
+    ]
     fits = _possible(attempts)
-    doubts = above_elastic_limit(float(force.max(initial=0.0)), elastic_limit_n)
+    peak_n = float(selected.force_n.max(initial=0.0))
+    doubts = above_elastic_limit(peak_n, elastic_limit_n)
     return {fit.estimator: dataclasses.replace(fit, doubts=fit.doubts + doubts) for fit in fits}
 
 
@@ -140,27 +94,22 @@ def _possible(attempts: list[Callable[[], Fit]]) -> list[Fit]:
     return fits
 
 
-def recursive_fit(deformation: FloatArray, force: FloatArray, secant_force_n: float) -> Fit:
+def recursive_fit(selected: Selected, secant_force_n: float) -> Fit:
     """The fit "rs_rtls" with its force residual over the samples used.
-
-    Args:
-        deformation, force: (L,) samples in the order of time, at 100 Hz or so; those at rest are
-            left out.
 
     Raises:
         DomainError: fewer than three samples that differ.
     """
-    fit, used = _recursion(deformation, force, secant_force_n)
+    fit = RsRtls(RECURSIVE_FORGETTING, secant_force_n, rest_band_n=selected.rest_band_n)
+    given = selected.samples(selected.recursive)
+    for x, y in zip(given.deformation_m.tolist(), given.force_n.tolist(), strict=True):
+        fit.update(x, y)
     result = fit.fit()
     if not 0.0 < result.k < math.inf:
         return result
-    residual = force_rms_n(deformation[used], force[used], math.log(result.k), result.n, 0.0)
+    used = selected.samples(selected.recursive_used)
+    residual = force_rms_n(used.deformation_m, used.force_n, math.log(result.k), result.n, 0.0)
     return dataclasses.replace(result, force_rms=residual)
-
-
-def recursive_used(deformation: FloatArray, force: FloatArray) -> BoolArray:
-    """Which of the samples (L,) enter `recursive_fit`."""
-    return _recursion(deformation, force, 1.0)[1]
 
 
 def recursive_as_batch(deformation: FloatArray, force: FloatArray, secant_force_n: float) -> Fit:
@@ -174,18 +123,3 @@ def recursive_as_batch(deformation: FloatArray, force: FloatArray, secant_force_
     rows = np.stack([np.ones_like(x), np.log(x), np.log(y)]) * x * RECURSIVE_FORGETTING ** (age / 2)
     log_k, n, _ = smallest_direction(np.asarray(np.linalg.qr(rows.T, mode="r")))
     return finish("rs_rtls", points, log_k, n, secant_force_n=secant_force_n)
-
-
-def _recursion(
-    deformation: FloatArray, force: FloatArray, secant_force_n: float
-) -> tuple[RsRtls, BoolArray]:
-    fit = RsRtls(RECURSIVE_FORGETTING, secant_force_n, rest_band_n=rest_band(force))
-    pairs = zip(deformation.tolist(), force.tolist(), strict=True)
-    return fit, np.array([fit.update(x, y) for x, y in pairs], dtype=np.bool_)
-
-
-def _times(time_s: ArrayLike, force: FloatArray) -> FloatArray:
-    time = np.asarray(time_s, dtype=np.float64)
-    if time.shape != force.shape:
-        raise DomainError(f"times have shape {time.shape}, forces {force.shape}")
-    return time

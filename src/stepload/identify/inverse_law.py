@@ -1,8 +1,8 @@
-"""Least squares in the deformation, δ = δ0 + (F/K)^(1/n), with δ0 known, free, or in between.
+"""Least squares in the deformation, δ = δ0 + (F/K)^(1/n), with the zero δ0 known or free.
 
-For a given 1/n the model is linear in δ0 and in the deformation c at the highest force. That gives
-a start by search over 1/n alone; Gauss–Newton steps in (δ0, c, 1/n) from sums over the data then
-converge quadratically.
+For a given power 1/n the model is linear in δ0 and in the deformation at the highest force. So the
+least squares are a function of the power alone: a grid finds its lowest place, and a root of its
+slope (scipy) the minimum to all digits.
 """
 
 from __future__ import annotations
@@ -16,24 +16,11 @@ from numpy.typing import ArrayLike
 from stepload.errors import DomainError
 from stepload.identify.finish import finish
 from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
-from stepload.identify.gram import gram
 from stepload.identify.points import Points, loaded
 
-_BLOCK = 8192
-_START_POINTS = 2000
 _POWERS = np.geomspace(0.12, 4.0, 48)
-_MAX_STEPS = 60
-_SMALL = 1e-6
-"""Relative size of a step whose gain in cost drowns in rounding: taken unchecked."""
-_TOLERANCE = 1e-7
-"""Relative size of the last step; what is left after it is smaller by another factor 1e-3."""
-
-
-class ZeroPrior(NamedTuple):
-    """What is known of δ0 beforehand: Gaussian, mean and standard deviation in m."""
-
-    mean_m: float
-    sigma_m: float
+_GRID_POINTS = 300
+"""So many samples find the place on the grid; all of them the minimum."""
 
 
 class _Model(NamedTuple):
@@ -44,14 +31,6 @@ class _Model(NamedTuple):
     power: float
 
 
-class _Sums(NamedTuple):
-    """At one `_Model`: JᵀJ, Jᵀr of (zero, at_top, at_top·power) and the cost, prior included."""
-
-    normal: FloatArray
-    gradient: FloatArray
-    cost: float
-
-
 def inverse_ls(
     deformation_m: ArrayLike,
     force_n: ArrayLike,
@@ -59,7 +38,7 @@ def inverse_ls(
     secant_force_n: float = 300.0,
     sigma_m: float | None = None,
 ) -> Fit:
-    """min Σ (δ - (F/K)^(1/n))²: best where the zero of δ is known exactly.
+    """Fit K and n by min Σ (δ - (F/K)^(1/n))²: best where the zero of δ is known exactly.
 
     Args:
         deformation_m: (L,) deformations in m.
@@ -71,7 +50,7 @@ def inverse_ls(
         DomainError: unusable data, or a deformation that does not rise with force.
     """
     points = loaded(deformation_m, force_n, at_least=3)
-    return _fit("inverse_ls", points, secant_force_n, sigma_m, None, free_zero=False)
+    return _fit("inverse_ls", points, secant_force_n, sigma_m, free_zero=False)
 
 
 def joint(
@@ -80,20 +59,14 @@ def joint(
     *,
     secant_force_n: float = 300.0,
     sigma_m: float | None = None,
-    zero_prior: tuple[float, float] | None = None,
 ) -> Fit:
-    """min Σ (δ - δ0 - (F/K)^(1/n))² over K, n and the zero δ0.
+    """Fit K, n and the zero δ0 together by min Σ (δ - δ0 - (F/K)^(1/n))².
 
     Args:
         deformation_m: (L,) deformations in m from any zero.
         force_n: (L,) forces in N; points without force are left out.
         secant_force_n: where the secant (28) is taken, in N.
-        sigma_m: standard deviation of δ, for the covariance and against the prior; None: that of
-            the residuals of the fit without prior.
-        zero_prior: `ZeroPrior` or (mean, standard deviation) of δ0 in m; adds (δ0-mean)²/sd².
-
-    Returns:
-        The fit "joint", or "joint_prior" with a prior.
+        sigma_m: standard deviation of δ for the covariance; None: that of the residuals.
 
     Raises:
         DomainError: unusable data, or a deformation that does not rise with force.
@@ -106,25 +79,11 @@ def joint(
         (1.5, 1.0)
     """
     points = loaded(deformation_m, force_n, at_least=4)
-    if zero_prior is None:
-        return _fit("joint", points, secant_force_n, sigma_m, None, free_zero=True)
-    prior = ZeroPrior(*zero_prior)
-    if not (math.isfinite(prior.mean_m) and 0.0 < prior.sigma_m < math.inf):
-        raise DomainError(
-            f"prior of the zero is {prior.mean_m:g} ± {prior.sigma_m:g} m; the mean must be finite "
-            "and the standard deviation finite and greater than 0 m"
-        )
-    return _fit("joint_prior", points, secant_force_n, sigma_m, prior, free_zero=True)
+    return _fit("joint", points, secant_force_n, sigma_m, free_zero=True)
 
 
 def _fit(
-    estimator: str,
-    points: Points,
-    secant_force_n: float,
-    sigma_m: float | None,
-    prior: ZeroPrior | None,
-    *,
-    free_zero: bool,
+    estimator: str, points: Points, secant_force_n: float, sigma_m: float | None, *, free_zero: bool
 ) -> Fit:
     if sigma_m is not None and not 0.0 < sigma_m < math.inf:
         raise DomainError(f"sigma of the deformation is {sigma_m:g} m; it must be greater than 0 m")
@@ -136,148 +95,95 @@ def _fit(
             f"all {log_force.size} forces are equal ({points.force_n[0]:g} N): "
             "an exponent needs a range of loads"
         )
-    columns = slice(0, 3) if free_zero else slice(1, 3)
-    stride = max(1, log_force.size // _START_POINTS)
-    few = points.deformation_m[::stride], log_force[::stride]
-    model = _rising(_search(*few, free_zero=free_zero))
-    if stride > 1:
-        model, _, _ = _descend(model, *few, columns, None, 0.0)
-    whole = points.deformation_m, log_force
-    if prior is not None and sigma_m is None:
-        model, sums, _ = _descend(model, *whole, columns, None, 0.0)
-        sigma_m = _residual_sigma(sums.cost, log_force.size)
-    weight = 0.0 if prior is None or sigma_m is None else (sigma_m / prior.sigma_m) ** 2
-    model, sums, doubts = _descend(model, *whole, columns, prior, weight)
-    _rising(model)
-    if sigma_m is None:
-        sigma_m = _residual_sigma(sums.cost, log_force.size)
-    n = 1.0 / model.power
-    log_k = top - n * math.log(model.at_top_m)
-    return finish(
-        estimator,
-        points,
-        log_k,
-        n,
-        secant_force_n=secant_force_n,
-        zero_m=model.zero_m,
-        covariance=_covariance(model, sums.normal, columns, sigma_m),
-        doubts=doubts,
-    )
-
-
-def _rising(model: _Model) -> _Model:
+    profile = _Profile(points.deformation_m, log_force, free_zero)
+    power, doubts = profile.lowest()
+    model, cost = profile.model(power), profile.cost(power)
     if not model.at_top_m > 1e-12 * abs(model.zero_m):
         raise DomainError(
             f"the deformation does not rise with the force (by {model.at_top_m:.3g} m to the top)",
             hint="check the sign of the channels and the system stiffness used in (27)",
         )
-    return model
+    if sigma_m is None:
+        sigma_m = math.sqrt(cost / max(log_force.size - 3, 1))
+    n = 1.0 / model.power
+    return finish(
+        estimator,
+        points,
+        top - n * math.log(model.at_top_m),
+        n,
+        secant_force_n=secant_force_n,
+        zero_m=model.zero_m,
+        covariance=_covariance(model, log_force, sigma_m, free_zero),
+        doubts=doubts,
+    )
 
 
-def _search(deformation: FloatArray, log_force: FloatArray, *, free_zero: bool) -> _Model:
-    """Best model on a grid of powers; for each the other two parameters in closed form."""
-    best, least = _Model(0.0, 1.0, 1.0), math.inf
-    mean_d = float(deformation.mean()) if free_zero else 0.0
-    d = deformation - mean_d
-    for power in _POWERS:
-        u = np.exp(power * log_force)
-        mean_u = float(u.mean()) if free_zero else 0.0
-        u -= mean_u
-        at_top = float(u @ d) / float(u @ u)
-        residual = d - at_top * u
-        cost = float(residual @ residual)
-        if cost < least:
-            best, least = _Model(mean_d - at_top * mean_u, at_top, float(power)), cost
-    return best
+class _Profile:
+    """The best model of each power, and how well it fits."""
 
+    def __init__(self, deformation: FloatArray, log_force: FloatArray, free_zero: bool) -> None:
+        self._log_force = log_force
+        self._free_zero = free_zero
+        self._mean_d = float(deformation.mean()) if free_zero else 0.0
+        self._d = deformation - self._mean_d
 
-def _descend(
-    model: _Model,
-    deformation: FloatArray,
-    log_force: FloatArray,
-    columns: slice,
-    prior: ZeroPrior | None,
-    weight: float,
-) -> tuple[_Model, _Sums, tuple[Doubt, ...]]:
-    """Damped Gauss–Newton from `model`; the sums are those before the last, tiny step."""
-    sums = _sums(model, deformation, log_force, prior, weight)
-    for _ in range(_MAX_STEPS):
-        step = np.zeros(3)
-        try:
-            step[columns] = np.linalg.solve(sums.normal[columns, columns], sums.gradient[columns])
-        except np.linalg.LinAlgError:
-            break
-        step[2] /= model.at_top_m
-        scale = abs(model.at_top_m)
-        size = max(abs(step[0]) / scale, abs(step[1]) / scale, abs(step[2]) / model.power)
-        if size < _TOLERANCE:
-            return _stepped(model, step), sums, ()
-        for halvings in range(30):
-            trial = _stepped(model, step * 0.5**halvings)
-            if not 0.02 < trial.power < 50.0:
-                continue
-            trial_sums = _sums(trial, deformation, log_force, prior, weight)
-            if size < _SMALL or trial_sums.cost <= sums.cost:
-                break
-        else:
-            break
-        model, sums = trial, trial_sums
-    message = f"no convergence; the last model has n = {1.0 / model.power:.3g}"
-    return model, sums, (Doubt(Flag.NOT_CONVERGED, message),)
+    def _solved(self, power: float) -> tuple[float, float, FloatArray, FloatArray]:
+        """at_top, mean of the shape, the shape (F/F_top)^power about it, residuals."""
+        shape = np.exp(power * self._log_force)
+        mean = float(shape.mean()) if self._free_zero else 0.0
+        shape -= mean
+        at_top = float(shape @ self._d) / float(shape @ shape)
+        return at_top, mean, shape, self._d - at_top * shape
 
+    def model(self, power: float) -> _Model:
+        """The best model of this power."""
+        at_top, mean, _, _ = self._solved(power)
+        return _Model(self._mean_d - at_top * mean, at_top, power)
 
-def _stepped(model: _Model, step: FloatArray) -> _Model:
-    return _Model(*(float(value) for value in np.add(model, step)))
+    def cost(self, power: float) -> float:
+        """Sum of the squared residuals in m²."""
+        residual = self._solved(power)[3]
+        return float(residual @ residual)
 
+    def slope(self, power: float) -> float:
+        """What the derivative of `cost` is proportional to: its root is the minimum."""
+        at_top, mean, shape, residual = self._solved(power)
+        return -at_top * float(residual @ ((shape + mean) * self._log_force))
 
-def _sums(
-    model: _Model,
-    deformation: FloatArray,
-    log_force: FloatArray,
-    prior: ZeroPrior | None,
-    weight: float,
-) -> _Sums:
-    total = np.zeros((4, 4))
-    rows = np.empty((4, min(_BLOCK, log_force.size)))
-    rows[0] = 1.0
-    for start in range(0, log_force.size, _BLOCK):
-        x = log_force[start : start + _BLOCK]
-        part = rows[:, : x.size]
-        np.multiply(x, model.power, out=part[1])
-        np.exp(part[1], out=part[1])
-        np.multiply(part[1], x, out=part[2])
-        np.multiply(part[1], -model.at_top_m, out=part[3])
-        part[3] += deformation[start : start + _BLOCK]
-        part[3] -= model.zero_m
-        total += gram(part)
-    normal, gradient, cost = total[:3, :3], total[:3, 3], float(total[3, 3])
-    if prior is not None:
-        off = prior.mean_m - model.zero_m
-        normal[0, 0] += weight
-        gradient[0] += weight * off
-        cost += weight * off * off
-    return _Sums(normal, gradient, cost)
+    def lowest(self) -> tuple[float, tuple[Doubt, ...]]:
+        """The power of least cost; a doubt where it lies at an end of the grid."""
+        from scipy.optimize import brentq
 
-
-def _residual_sigma(cost: float, count: int) -> float:
-    return math.sqrt(max(cost, 0.0) / max(count - 3, 1))
+        stride = max(1, self._log_force.size // _GRID_POINTS)
+        few = _Profile(self._d[::stride], self._log_force[::stride], self._free_zero)
+        for profile in (few, self):
+            best = int(np.argmin([profile.cost(power) for power in _POWERS]))
+            low, high = _POWERS[max(best - 1, 0)], _POWERS[min(best + 1, len(_POWERS) - 1)]
+            if self.slope(low) < 0.0 < self.slope(high):
+                return float(brentq(self.slope, low, high, xtol=1e-14, rtol=1e-14)), ()
+        power = float(_POWERS[best])
+        message = f"no convergence; the last model has n = {1.0 / power:.3g}"
+        return power, (Doubt(Flag.NOT_CONVERGED, message),)
 
 
 def _covariance(
-    model: _Model, normal: FloatArray, columns: slice, sigma_m: float
+    model: _Model, log_force: FloatArray, sigma_m: float, free_zero: bool
 ) -> FloatArray | None:
-    """(3, 3) of (ln K, n, δ0) from the JᵀJ of `_Sums`; None where it is singular."""
+    """(3, 3) of (ln K, n, δ0); None where the data cannot tell the parameters apart."""
+    power, scale = model.power, model.at_top_m
+    shape = np.exp(power * log_force)
+    jacobian = np.stack([np.ones_like(shape), shape, shape * log_force])[0 if free_zero else 1 :]
     inner = np.zeros((3, 3))
+    free = slice(0, 3) if free_zero else slice(1, 3)
     try:
-        inner[columns, columns] = sigma_m**2 * np.linalg.inv(normal[columns, columns])
+        inner[free, free] = (sigma_m / scale) ** 2 * np.linalg.inv(jacobian @ jacobian.T)
     except np.linalg.LinAlgError:
         return None
-    power, at_top = model.power, model.at_top_m
     change = np.array(
         [
-            [0.0, -1.0 / (power * at_top), math.log(at_top) / (power**2 * at_top)],
-            [0.0, 0.0, -1.0 / (power**2 * at_top)],
-            [1.0, 0.0, 0.0],
+            [0.0, -1.0 / power, math.log(scale) / power**2],
+            [0.0, 0.0, -1.0 / power**2],
+            [scale, 0.0, 0.0],
         ]
     )
     covariance: FloatArray = change @ inner @ change.T

@@ -15,10 +15,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stepload.errors import DomainError
 from stepload.identify.finish import log_secant, unlawful
-from stepload.identify.fit import Doubt, Fit, Flag
+from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
 from stepload.identify.ls import smallest_direction
 from stepload.identify.points import FEW_POINTS
 
@@ -26,6 +27,17 @@ MEMORY_SHARE = 0.25
 """A memory spanning less than this share of the force range is flagged HOLD_WINDUP."""
 
 _INFINITE = math.inf
+BoolArray = NDArray[np.bool_]
+
+
+def moving(deformation_m: FloatArray, force_n: FloatArray, rest_band_n: float) -> BoolArray:
+    """Mask (L,) of the samples that `RsRtls.update` uses: in contact, and not at rest."""
+    used, last_n = [], math.nan
+    for deformation, force in zip(deformation_m.tolist(), force_n.tolist(), strict=True):
+        takes = deformation > 0.0 and force > 0.0 and not abs(force - last_n) <= rest_band_n
+        last_n = force if takes else last_n
+        used.append(takes)
+    return np.array(used, dtype=np.bool_)
 
 
 class RsRtls:

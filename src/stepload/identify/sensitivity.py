@@ -25,21 +25,11 @@ def law_compliance(fit: Fit, force_n: FloatArray) -> FloatArray:
     return np.asarray((force_n / fit.k) ** (1.0 / fit.n) / (fit.n * force_n))
 
 
-def joint_sensitivity(
-    fit: Fit,
-    force_n: FloatArray,
-    *,
-    sigma_m: float | None = None,
-    zero_prior_sigma_m: float | None = None,
-) -> tuple[FloatArray, FloatArray]:
-    """Sensitivity (3, N) of least squares on δ = δ0 + (F/K)^(1/n), and (3,) to the mean of a prior.
-
-    `sigma_m` is the weight the fit gave its points against the prior of standard deviation
-    `zero_prior_sigma_m`; without a prior it has no effect and the second result is zero.
+def joint_sensitivity(fit: Fit, force_n: FloatArray) -> FloatArray:
+    """Sensitivity (3, N) of least squares on δ = δ0 + (F/K)^(1/n).
 
     Raises:
-        DomainError: a prior without `sigma_m`, forces not positive, or data that cannot tell the
-            parameters apart.
+        DomainError: forces not positive, or data that cannot tell the parameters apart.
     """
     if force_n.size < 4 or not np.all(force_n > 0):
         raise DomainError("at least 4 points with positive force are needed for a sensitivity")
@@ -53,22 +43,13 @@ def joint_sensitivity(
         ],
         axis=1,
     )
-    prior_row = np.zeros((1, 3))
-    if zero_prior_sigma_m is not None:
-        if sigma_m is None:
-            raise DomainError(
-                "a prior on the zero needs the sigma that the points were weighed with"
-            )
-        prior_row[0, 2] = sigma_m / zero_prior_sigma_m
-    rows = np.concatenate([jacobian, prior_row])
-    scale = np.linalg.norm(rows, axis=0)
-    if np.linalg.cond(rows / scale) > 1e10:
+    scale = np.linalg.norm(jacobian, axis=0)
+    if np.linalg.cond(jacobian / scale) > 1e10:
         raise DomainError(
             "the data cannot tell K, n and the zero apart",
-            hint="press over a wider range of force, or give the zero a prior",
+            hint="press over a wider range of force",
         )
-    inverse = np.linalg.pinv(rows / scale) / scale[:, None]
-    return inverse[:, :-1], inverse[:, -1] * prior_row[0, 2]
+    return np.asarray(np.linalg.pinv(jacobian / scale) / scale[:, None])
 
 
 def zero_given_sensitivity(

@@ -33,8 +33,7 @@ class Sources:
         force_resolution_n, position_resolution_m: quanta. An error of position is one and the same
             as long as the travel stays within a quantum.
         zero_sigma_m: uncertainty of δ = 0. Two-parameter fits take the zero as given, so it must
-            hold the deformation at the touch threshold; a joint fit uses it where it was given a
-            prior, and ignores it where the zero was free (None).
+            hold the deformation at the touch threshold; a joint fit, which fits it, ignores it.
         lag_sigma_s: uncertainty of the time between force and position after alignment.
         force_rate_n_per_s: force rate at each point (N,), or one for all.
         gain_sigma: relative uncertainty of the force calibration.
@@ -85,16 +84,15 @@ def parts(
     force_n: FloatArray,
     sources: Sources,
     sensitivity: FloatArray,
-    prior: FloatArray,
 ) -> list[Part]:
-    """Every source carried through `sensitivity` (3, N); `prior` (3,) is that to the zero's prior.
+    """Every source carried through `sensitivity` (3, N).
 
     The list has the same sources in the same order for every fit.
     """
     return [
         *_noise(fit, force_n, deformation_m, sources, sensitivity),
         *_systematic(fit, force_n, sources, sensitivity),
-        _zero(fit, sources, sensitivity, prior),
+        _zero(fit, sources, sensitivity),
         *_whole_run(force_n, sources, sensitivity),
     ]
 
@@ -165,14 +163,12 @@ def _systematic(
     ]
 
 
-def _zero(fit: Fit, sources: Sources, sensitivity: FloatArray, prior: FloatArray) -> Part:
-    """The zero of deformation: fitted, fitted with a prior, or taken as given."""
+def _zero(fit: Fit, sources: Sources, sensitivity: FloatArray) -> Part:
+    """The zero of deformation: fitted, or taken as given."""
     name = "zero of deformation"
     if fit.estimator == "joint":
         return Part(name, "fitted; its price is in the other lines", np.zeros((3, 3)))
     sigma = sources.zero_sigma_m or 0.0
-    if fit.estimator == "joint_prior":
-        return Part(name, f"prior {sigma * 1e6:.3g} µm", sigma**2 * np.outer(prior, prior))
     shift = -sensitivity.sum(axis=1)
     shift[2] += 1.0
     return Part(name, f"{sigma * 1e6:.3g} µm, as given", sigma**2 * np.outer(shift, shift))

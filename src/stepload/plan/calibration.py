@@ -8,93 +8,67 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Any, ClassVar
 
-from pydantic import Field
-
-from stepload.plan.fields import (
+from stepload.plan.draft import UnknownError, whole
+from stepload.plan.leaves import (
+    Axis,
     Calendar,
     Damping,
+    Degrees,
     Flag,
     Force,
     LengthOrZero,
     Name,
+    Quantity,
     Remark,
     Stiffness,
     StiffnessError,
     Temperature,
+    Version,
 )
-from stepload.plan.payload_section import Section
 from stepload.plan.problems import PlanError, Problem
-from stepload.plan.rig_section import Axis, Degrees
+from stepload.plan.reader import read_section
+from stepload.plan.sections import Entry, Key, entries
 from stepload.plan.source import Source, read_source
 from stepload.plan.tree import Place, parse_tree
-from stepload.plan.validate import read_section
 
 TEMPERATURE_BAND_K = 5.0
 """A record counts as made at another temperature when it is further away than this."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationRecord:
     """System stiffness of one rig (26), as measured.
 
-    `sigma_n_per_m` is its standard uncertainty, `msde_m` the rms deformation misfit,
-    `smooth_error_m` the smooth position error behind it with the degrees of freedom of its
-    estimate (None: not in the record), `force_from_n` … `force_to_n` the range of the fit,
-    `direction` the force axis ("+fz"), `run` the recordings it comes from. `valid_until` is the
-    last day on which it may be used. A `simulated` record, from a dry run, is good for dry runs.
+    What it has in common with `SystemStiffness`, by name, takes the place of a plan's own figures.
     """
 
-    rig: str
-    pose: str
-    direction: str
-    temperature_c: float | None
-    measured_on: date
-    valid_until: date
-    stiffness_n_per_m: float
-    sigma_n_per_m: float
-    msde_m: float
-    damping_n_s_per_m: float
-    force_from_n: float
-    force_to_n: float
-    run: str
-    software: str
-    smooth_error_m: float | None = None
-    smooth_degrees: float | None = None
-    simulated: bool = False
-
-
-class RecordFileSection(Section):
-    """The keys of a calibration record."""
-
-    stepload_calibration: Literal[1] = Field(description="Version of the format.")
-    rig: Name = Field(description="Name of the rig.")
-    pose: Remark = Field(default="", description="Pose it was measured in.")
-    direction: Axis = Field(description="Force axis it was measured along.")
-    temperature: Temperature | None = Field(
-        default=None, description="Temperature of the measurement."
-    )
-    measured_on: Calendar = Field(description="Day of the measurement.")
-    valid_until: Calendar = Field(description="Last day on which it may be used.")
-    stiffness: Stiffness = Field(description="System stiffness K_s (26).")
-    sigma: StiffnessError = Field(description="Its standard uncertainty.")
-    msde: LengthOrZero = Field(description="Rms deformation misfit of the linear fit.")
-    smooth_error: LengthOrZero | None = Field(
-        default=None, description="Smooth position error that leaves this misfit."
-    )
-    smooth_degrees: Degrees | None = Field(
-        default=None, description="Degrees of freedom of its estimate."
-    )
-    damping: Damping = Field(default=0.0, description="Damping C_s, a lower bound.")
-    force_from: Force = Field(description="Lowest force of the fit.")
-    force_to: Force = Field(description="Highest force of the fit.")
-    run: Remark = Field(default="", description="Recording it was made from.")
-    software: Remark = Field(default="", description="Version of stepload that made it.")
-    simulated: Flag = Field(default=False, description="Made in a dry run: good for dry runs only.")
+    stepload_calibration: ClassVar[Annotated[int, Version(1), Key("Version of the format.")]]
+    rig: Annotated[Name, Key("Name of the rig.")]
+    pose: Annotated[Remark, Key("Pose it was measured in.")] = ""
+    direction: Annotated[Axis, Key("Force axis it was measured along.")]
+    temperature_c: Annotated[Temperature | None, Key("Temperature of the measurement.")] = None
+    measured_on: Annotated[Calendar, Key("Day of the measurement.")]
+    valid_until: Annotated[Calendar, Key("Last day on which it may be used.")]
+    stiffness_n_per_m: Annotated[Stiffness, Key("System stiffness K_s (26).")]
+    sigma_n_per_m: Annotated[StiffnessError, Key("Its standard uncertainty.")]
+    msde_m: Annotated[LengthOrZero, Key("Rms deformation misfit of the linear fit.")]
+    smooth_error_m: Annotated[
+        LengthOrZero | None, Key("Smooth position error that leaves this misfit.")
+    ] = None
+    smooth_degrees: Annotated[Degrees | None, Key("Degrees of freedom of its estimate.")] = None
+    damping_n_s_per_m: Annotated[Damping, Key("Damping C_s, a lower bound.")] = 0.0
+    force_from_n: Annotated[Force, Key("Lowest force of the fit.")]
+    force_to_n: Annotated[Force, Key("Highest force of the fit.")]
+    run: Annotated[Remark, Key("Recording it was made from.")] = ""
+    software: Annotated[Remark, Key("Version of stepload that made it.")] = ""
+    simulated: Annotated[Flag, Key("Made in a dry run: good for dry runs only.")] = False
 
 
 def write_calibration(record: CalibrationRecord, path: Path) -> None:
@@ -103,27 +77,7 @@ def write_calibration(record: CalibrationRecord, path: Path) -> None:
     Raises:
         OSError: the directory cannot be written to.
     """
-    temperature = record.temperature_c
-    content = {
-        "stepload_calibration": 1,
-        "rig": record.rig,
-        "pose": record.pose,
-        "direction": record.direction,
-        "temperature": None if temperature is None else f"{temperature!r} degC",
-        "measured_on": record.measured_on.isoformat(),
-        "valid_until": record.valid_until.isoformat(),
-        "stiffness": f"{record.stiffness_n_per_m!r} N/m",
-        "sigma": f"{record.sigma_n_per_m!r} N/m",
-        "msde": f"{record.msde_m!r} m",
-        "smooth_error": None if record.smooth_error_m is None else f"{record.smooth_error_m!r} m",
-        "smooth_degrees": record.smooth_degrees,
-        "damping": f"{record.damping_n_s_per_m!r} N s/m",
-        "force_from": f"{record.force_from_n!r} N",
-        "force_to": f"{record.force_to_n!r} N",
-        "run": record.run,
-        "software": record.software,
-        "simulated": record.simulated,
-    }
+    content = {entry.name: _text(entry, record) for entry in entries(CalibrationRecord)}
     partial = path.with_name(path.name + ".part")
     with open(partial, "w", encoding="utf-8") as file:
         json.dump(content, file, indent=2, ensure_ascii=False)
@@ -131,6 +85,16 @@ def write_calibration(record: CalibrationRecord, path: Path) -> None:
         file.flush()
         os.fsync(file.fileno())
     partial.replace(path)
+
+
+def _text(entry: Entry, record: CalibrationRecord) -> Any:
+    """A value as the file has it: quantities with their unit, to the last digit."""
+    if isinstance(entry.leaf, Version):
+        return entry.leaf.number
+    value = getattr(record, entry.field)
+    if isinstance(entry.leaf, Quantity) and value is not None:
+        return f"{value!r} {entry.leaf.unit}"
+    return value.isoformat() if isinstance(value, date) else value
 
 
 def read_calibration(path: Path) -> CalibrationRecord:
@@ -145,32 +109,15 @@ def read_calibration(path: Path) -> CalibrationRecord:
 def parse_calibration(source: Source) -> CalibrationRecord:
     """The calibration record in `source`; raises as `read_calibration`."""
     root, problems = parse_tree(source)
-    values = read_section(RecordFileSection, root, Place(source, 1, 1), problems)
-    problems += _impossible(source, values.get("measured_on"), values.get("valid_until"))
+    record = read_section(CalibrationRecord, root, Place(source, 1, 1), problems)
+    with suppress(UnknownError):
+        problems += _impossible(source, record)
     if problems:
         raise PlanError(tuple(problems))
-    return CalibrationRecord(
-        rig=values["rig"],
-        pose=values["pose"],
-        direction=values["direction"],
-        temperature_c=values["temperature"],
-        measured_on=values["measured_on"],
-        valid_until=values["valid_until"],
-        stiffness_n_per_m=values["stiffness"],
-        sigma_n_per_m=values["sigma"],
-        msde_m=values["msde"],
-        damping_n_s_per_m=values["damping"],
-        force_from_n=values["force_from"],
-        force_to_n=values["force_to"],
-        run=values["run"],
-        software=values["software"],
-        smooth_error_m=values["smooth_error"],
-        smooth_degrees=values["smooth_degrees"],
-        simulated=values["simulated"],
-    )
+    return whole(record)
 
 
-def _impossible(source: Source, first: date | None, last: date | None) -> list[Problem]:
-    if first is None or last is None or last >= first:
-        return []
-    return [source.problem(1, 1, f"valid_until {last} is before measured_on {first}")]
+def _impossible(source: Source, record: CalibrationRecord) -> Iterator[Problem]:
+    first, last = record.measured_on, record.valid_until
+    if last < first:
+        yield source.problem(1, 1, f"valid_until {last} is before measured_on {first}")

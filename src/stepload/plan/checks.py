@@ -1,29 +1,90 @@
-"""What cannot be, although every key by itself is sound."""
+"""What cannot be, although every key by itself is sound.
+
+A check is written for a section and is run on a draft of it: where it asks for a value that is not
+known, it ends there, and what it has found before counts.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
+from functools import partial
 from itertools import pairwise
-from pathlib import PurePath
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
+from stepload.contact.elastic import law_for
 from stepload.contact.limit import no_limit_reason
+from stepload.contact.materials import Material, Sphere
 from stepload.errors import DomainError
-from stepload.plan.derived import MAX_LEVELS, number
-from stepload.plan.model import Payload
-from stepload.plan.validate import Values
+from stepload.plan.derived import MAX_LEVELS, elastic_travel
+from stepload.plan.draft import UnknownError, drafts_in, kind_of, left_out, whole, written
+from stepload.plan.model import (
+    ForceSpec,
+    Payload,
+    Plan,
+    Procedure,
+    SecondForce,
+    SecondForceSource,
+    SystemStiffness,
+)
+from stepload.plan.payload import material
+from stepload.plan.reader import expected
+from stepload.plan.sections import Kind, entries
 from stepload.units import format_quantity
 
 MAX_RUN_S = 86_400.0
-"""Longest run, in s: holds, tares and cycles added up."""
+"""Longest time, in s, that the holds of a run may add up to."""
+LEAST_TOUCH_SIGMAS = 4.0
+"""A touch force below so many standard deviations of the force noise finds touches in the noise."""
 
 
-class Finding(NamedTuple):
-    """Something impossible at `path`, a chain of keys from the checked mapping down."""
+class Impossibility(NamedTuple):
+    """Values that cannot be together; `path` is a chain of keys from the checked section down."""
 
     path: tuple[str, ...]
     message: str
     hint: str
+
+
+Check = Callable[[Any], Iterator[Impossibility]]
+
+
+def least_touch_force(noise_n: float) -> float:
+    """The smallest force in N that counts as a touch over a force noise of `noise_n` (sd)."""
+    return LEAST_TOUCH_SIGMAS * noise_n
+
+
+def impossibilities(section: object) -> Iterator[Impossibility]:
+    """What cannot be in the draft of a section and in the sections below it, from what is given."""
+    yield from _run(CHECKS.get(kind_of(section), ()), section)
+    for key, inner in drafts_in(section):
+        for found in impossibilities(inner):
+            yield found._replace(path=(key, *found.path))
+
+
+def impossibilities_between(plan: Plan) -> Iterator[Impossibility]:
+    """What cannot be between the sections of a plan whose derived values are filled in."""
+    return _run(PLAN_CHECKS, plan)
+
+
+def underivable(section: object) -> Iterator[Impossibility]:
+    """Keys that the draft of a section leaves out and that did not follow from others."""
+    for entry in entries(kind_of(section)):
+        if entry.field in left_out(section):
+            yield Impossibility(
+                (),
+                f"missing key {entry.name!r}",
+                f"it does not follow from the other keys here. {expected(entry)}",
+            )
+    for key, inner in drafts_in(section):
+        for found in underivable(inner):
+            yield found._replace(path=(key, *found.path))
+
+
+def _run(checks: Iterable[Check], section: object) -> Iterator[Impossibility]:
+    for check in checks:
+        with suppress(UnknownError):
+            yield from check(section)
 
 
 def _newton(force: float) -> str:
@@ -34,166 +95,176 @@ def _metre(length: float) -> str:
     return format_quantity(length, "m", digits=6)
 
 
-def check_material(values: Values, body: str) -> Iterator[Finding]:
-    modulus, strength = (
-        number(values, body, "youngs_modulus"),
-        number(values, body, "yield_strength"),
-    )
-    if modulus is not None and strength is not None and strength >= modulus:
-        yield Finding(
-            (body, "yield_strength"),
+def _strength(body: Material) -> Iterator[Impossibility]:
+    modulus, strength = body.youngs_modulus_pa, body.yield_strength_pa
+    if strength is not None and strength >= modulus:
+        yield Impossibility(
+            ("yield_strength",),
             f"yield strength {format_quantity(strength, 'Pa')} is not below Young's modulus "
             f"{format_quantity(modulus, 'Pa')}",
             "look for a wrong prefix (MPa, GPa) in one of the two",
         )
 
 
-def check_payload(values: Values, payload: Payload | None) -> Iterator[Finding]:
-    """Impossibilities of a payload; `payload` is None where a key of it is bad."""
-    yield from check_material(values, "material")
-    yield from check_material(values, "plate")
-    radius, roughness = number(values, "geometry", "radius"), number(values, "roughness")
-    if radius is not None and roughness is not None and roughness >= radius:
-        yield Finding(
+def _roughness(payload: Payload) -> Iterator[Impossibility]:
+    """Only of shapes with a radius; they all name it as a sphere does."""
+    roughness, radius = payload.roughness_m, cast(Sphere, payload.geometry).radius_m
+    if roughness is not None and roughness >= radius:
+        yield Impossibility(
             ("roughness",),
             f"roughness {_metre(roughness)} is not below the radius {_metre(radius)}",
             "roughness is an rms height, some micrometres for machined parts",
         )
-    if values.get("micro_hardness") is not None and "roughness" in values and roughness is None:
-        yield Finding(
+
+
+def _hardness(payload: Payload) -> Iterator[Impossibility]:
+    if payload.micro_hardness_pa is not None and payload.roughness_m is None:
+        yield Impossibility(
             ("micro_hardness",),
             "micro-hardness without roughness has no effect",
             "give `roughness` too, or leave both out",
         )
-    if payload is None or payload.declared_force_limit_n is not None:
-        return
+
+
+def _theory(payload: Payload) -> Iterator[Impossibility]:
+    """Theory must have a contact law, and an elastic limit where none is declared."""
     try:
-        reason = no_limit_reason(payload.geometry, payload.material, payload.plate)
+        pressed = whole(payload)
+        bodies = (pressed.geometry, pressed.material, pressed.plate)
+        law_for(*bodies)
+        reason = no_limit_reason(*bodies)
     except DomainError as error:
-        yield Finding(("geometry",), error.message, error.hint)
-        return
-    if reason:
-        yield Finding(
-            (), f"missing key 'force_limit': {reason}",
-            "declare the force that must not be exceeded, for example force_limit: 400 N",
-        )  # fmt: skip
+        yield Impossibility(("geometry",), error.message, error.hint)
+    except ArithmeticError:
+        yield Impossibility(
+            ("geometry",),
+            "the contact law of this geometry is beyond what can be computed",
+            "check its dimensions and their units",
+        )
+    else:
+        if reason and pressed.declared_force_limit_n is None:
+            yield Impossibility(
+                (),
+                f"missing key 'force_limit': {reason}",
+                "declare the force that must not be exceeded, for example force_limit: 400 N",
+            )
 
 
-def check_rig(values: Values) -> Iterator[Finding]:
-    """Impossibilities of a rig."""
-    second = values.get("second_force", {})
-    if "source" in second and "sensor" in second:
-        if second["source"] == "sensor" and second["sensor"] is None:
-            yield Finding(
-                ("second_force",), "source is sensor, but there is no `sensor`", "describe it there"
-            )
-        elif second["source"] != "sensor" and second["sensor"] is not None:
-            yield Finding(
-                ("second_force", "sensor"), f"a sensor, but source is {second['source']}",
-                "write source: sensor, or remove it",
-            )  # fmt: skip
-        elif second["source"] != "none" and second.get("tolerance") == 0.0:
-            yield Finding(
-                ("second_force", "tolerance") if second["tolerance"] == 0.0 else ("second_force",),
-                "a second channel with a tolerance of 0 N would stop every run",
-                "give the difference that its noise and gain error explain",
-            )
-    for path in (("force",), ("second_force", "sensor")):
-        rated = number(values, *path, "range")
-        for key in ("resolution", "noise"):
-            part = number(values, *path, key)
-            if rated is not None and part is not None and part >= 0.1 * rated:
-                yield Finding(
-                    (*path, key),
-                    f"{key} {_newton(part)} is more than a tenth of the range {_newton(rated)}",
-                    "such a sensor cannot measure",
-                )
-    stiffness = number(values, "system_stiffness", "value")
-    sigma = number(values, "system_stiffness", "sigma")
-    if stiffness is not None and sigma is not None and sigma >= stiffness:
-        yield Finding(
-            ("system_stiffness", "sigma"),
+def _fineness(key: str, force: ForceSpec) -> Iterator[Impossibility]:
+    part: float = getattr(force, f"{key}_n")
+    if part >= 0.1 * force.range_n:
+        yield Impossibility(
+            (key,),
+            f"{key} {_newton(part)} is more than a tenth of the range {_newton(force.range_n)}",
+            "such a sensor cannot measure",
+        )
+
+
+def _second_channel(second: SecondForce) -> Iterator[Impossibility]:
+    source, sensor = second.source, second.sensor
+    if source is SecondForceSource.SENSOR and sensor is None:
+        yield Impossibility((), "source is sensor, but there is no `sensor`", "describe it there")
+    elif source is not SecondForceSource.SENSOR and sensor is not None:
+        yield Impossibility(
+            ("sensor",), f"a sensor, but source is {source}", "write source: sensor, or remove it"
+        )
+    elif source is not SecondForceSource.NONE and second.tolerance_n == 0.0:
+        yield Impossibility(
+            ("tolerance",),
+            "a second channel with a tolerance of 0 N would stop every run",
+            "give the difference that its noise and gain error explain",
+        )
+
+
+def _stiffness_is_known(stiffness: SystemStiffness) -> Iterator[Impossibility]:
+    value, sigma = written(stiffness, "stiffness_n_per_m"), written(stiffness, "sigma_n_per_m")
+    if value is None and stiffness.record is None:
+        yield Impossibility(
+            (),
+            "neither `value` nor `record`",
+            "give value and sigma, or the record of a calibration",
+        )
+    elif (value is None) != (sigma is None):
+        yield Impossibility(
+            (),
+            "`value` and `sigma` belong together",
+            "a stiffness without its uncertainty cannot be compensated",
+        )
+
+
+def _stiffness_error(stiffness: SystemStiffness) -> Iterator[Impossibility]:
+    value, sigma = stiffness.stiffness_n_per_m, stiffness.sigma_n_per_m
+    if sigma >= value:
+        yield Impossibility(
+            ("sigma",),
             f"uncertainty {format_quantity(sigma, 'N/m')} is not below the stiffness "
-            f"{format_quantity(stiffness, 'N/m')}",
+            f"{format_quantity(value, 'N/m')}",
             "a stiffness known so badly is not known: calibrate it",
         )
-    yield from _check_stiffness(values.get("system_stiffness", {}))
 
 
-def _check_stiffness(values: Values) -> Iterator[Finding]:
-    if {"value", "sigma", "record"} <= values.keys():
-        value, sigma = values["value"], values["sigma"]
-        if value is None and values["record"] is None:
-            yield Finding(
-                ("system_stiffness",), "neither `value` nor `record`",
-                "give value and sigma, or the record of a calibration",
-            )  # fmt: skip
-        elif (value is None) != (sigma is None):
-            yield Finding(
-                ("system_stiffness",), "`value` and `sigma` belong together",
-                "a stiffness without its uncertainty cannot be compensated",
-            )  # fmt: skip
-    first, last = values.get("measured_on"), values.get("valid_until")
+def _validity(stiffness: SystemStiffness) -> Iterator[Impossibility]:
+    first, last = stiffness.measured_on, stiffness.valid_until
     if first and last and last < first:
-        yield Finding(
-            ("system_stiffness", "valid_until"), f"{last} is before measured_on {first}",
-            "check the two dates",
-        )  # fmt: skip
-
-
-def check_levels(values: Values) -> Iterator[Finding]:
-    """Impossibilities of the load levels."""
-    top, step = number(values, "top_force"), number(values, "step")
-    if not {"step", "levels"} <= values.keys():
-        return
-    levels = values["levels"]
-    if step is None and levels is None:
-        yield Finding((), "missing key 'step'", "give the load step, or every level in `levels`")
-    elif step is not None and levels is not None:
-        yield Finding(("levels",), "both `step` and `levels`", "give one of the two")
-    elif levels is not None:
-        pairs = list(pairwise(levels))
-        if not levels or len(levels) > MAX_LEVELS:
-            yield Finding(
-                ("levels",), f"{len(levels)} levels", f"expected 1 to {MAX_LEVELS} levels"
-            )
-        elif bad := next((pair for pair in pairs if pair[1] <= pair[0]), None):
-            yield Finding(
-                ("levels",), f"{_newton(bad[1])} after {_newton(bad[0])}", "levels must rise"
-            )
-        elif top is not None and levels[-1] != top:
-            yield Finding(
-                ("levels",),
-                f"the last level {_newton(levels[-1])} is not the top force {_newton(top)}",
-                "end the levels with top_force",
-            )
-    elif step is not None and top is not None and step > top:
-        yield Finding(
-            ("top_force",), f"top force {_newton(top)} is below one step of {_newton(step)}",
-            "raise top_force or lower step",
-        )  # fmt: skip
-    elif step is not None and top is not None and top / step > MAX_LEVELS:
-        yield Finding(
-            ("step",), f"{top / step:.0f} load levels", f"at most {MAX_LEVELS}: use a larger step"
+        yield Impossibility(
+            ("valid_until",), f"{last} is before measured_on {first}", "check the two dates"
         )
 
 
-def check_travel(values: Values) -> Iterator[Finding]:
-    """Impossibilities of the search for the surface."""
-    distance, uncertainty = (
-        number(values, "surface_distance"),
-        number(values, "surface_uncertainty"),
-    )
-    search = number(values, "search_distance")
-    if distance is not None and uncertainty is not None and uncertainty > distance:
-        yield Finding(
+def _levels(procedure: Procedure) -> Iterator[Impossibility]:
+    step, levels = written(procedure, "step_n"), written(procedure, "levels_n")
+    if step is None and levels is None:
+        yield Impossibility(
+            (), "missing key 'step'", "give the load step, or every level in `levels`"
+        )
+    elif step is not None and levels is not None:
+        yield Impossibility(("levels",), "both `step` and `levels`", "give one of the two")
+    elif levels is not None:
+        yield from _given_levels(procedure)
+    elif step > procedure.top_force_n:
+        yield Impossibility(
+            ("top_force",),
+            f"top force {_newton(procedure.top_force_n)} is below one step of {_newton(step)}",
+            "raise top_force or lower step",
+        )
+    elif procedure.top_force_n / step > MAX_LEVELS:
+        yield Impossibility(
+            ("step",),
+            f"{procedure.top_force_n / step:.0f} load levels",
+            f"at most {MAX_LEVELS}: use a larger step",
+        )
+
+
+def _given_levels(procedure: Procedure) -> Iterator[Impossibility]:
+    levels, path = procedure.levels_n, ("levels",)
+    if not 1 <= len(levels) <= MAX_LEVELS:
+        yield Impossibility(path, f"{len(levels)} levels", f"expected 1 to {MAX_LEVELS} levels")
+    elif bad := next((pair for pair in pairwise(levels) if pair[1] <= pair[0]), None):
+        yield Impossibility(path, f"{_newton(bad[1])} after {_newton(bad[0])}", "levels must rise")
+    elif levels[-1] != procedure.top_force_n:
+        yield Impossibility(
+            path,
+            f"the last level {_newton(levels[-1])} is not the top force "
+            f"{_newton(procedure.top_force_n)}",
+            "end the levels with top_force",
+        )
+
+
+def _start(procedure: Procedure) -> Iterator[Impossibility]:
+    distance, uncertainty = procedure.surface_distance_m, procedure.surface_uncertainty_m
+    if uncertainty > distance:
+        yield Impossibility(
             ("surface_uncertainty",),
             f"{_metre(uncertainty)} is more than the surface_distance {_metre(distance)}: the "
             "payload might touch already at the start",
             "start farther away, or measure the distance better",
         )
-    if search is not None and uncertainty is not None and search < 2.0 * uncertainty:
-        yield Finding(
+
+
+def _search(procedure: Procedure) -> Iterator[Impossibility]:
+    search, uncertainty = procedure.search_distance_m, procedure.surface_uncertainty_m
+    if search < 2.0 * uncertainty:
+        yield Impossibility(
             ("search_distance",),
             f"the search ends after {_metre(search)}, within the uncertain band of "
             f"2 x {_metre(uncertainty)}",
@@ -201,68 +272,87 @@ def check_travel(values: Values) -> Iterator[Finding]:
         )
 
 
-def check_procedure(given: Values) -> Iterator[Finding]:
-    """Impossibilities of a procedure, from the values as given."""
-    yield from check_levels(given)
-    yield from check_travel(given)
-
-
-def check_whole(values: Values, travel_m: float | None) -> Iterator[Finding]:
-    """Impossibilities between sections, defaults filled in; `travel_m` is the elastic travel."""
-    procedure = values.get("procedure", {})
-    top, touch = number(procedure, "top_force"), number(procedure, "touch_force")
-    levels = procedure.get("levels")
-    noise = number(values, "rig", "force", "noise")
-    if touch is not None and levels and touch >= levels[0]:
-        yield Finding(
+def _touch_below_level(plan: Plan) -> Iterator[Impossibility]:
+    touch, levels = plan.procedure.touch_force_n, plan.procedure.levels_n
+    if levels and touch >= levels[0]:
+        yield Impossibility(
             ("procedure", "touch_force"),
             f"contact threshold {_newton(touch)} is not below the first level {_newton(levels[0])}",
             "lower touch_force, or begin with a higher level",
         )
-    elif touch is not None and noise is not None and touch < 4.0 * noise:
-        yield Finding(
+
+
+def _touch_above_noise(plan: Plan) -> Iterator[Impossibility]:
+    touch, noise = plan.procedure.touch_force_n, plan.rig.force.noise_n
+    if touch < least_touch_force(noise):
+        yield Impossibility(
             ("procedure", "touch_force"),
-            f"contact threshold {_newton(touch)} is within 4 sigma of the noise {_newton(noise)}",
+            f"contact threshold {_newton(touch)} is within {LEAST_TOUCH_SIGMAS:g} sigma of the "
+            f"noise {_newton(noise)}",
             f"use at least {_newton(6.0 * noise)}",
         )
-    retract = number(procedure, "retract")
-    if retract is not None and travel_m is not None and retract <= travel_m:
-        yield Finding(
+
+
+def _retract(plan: Plan) -> Iterator[Impossibility]:
+    retract, travel = plan.procedure.retract_m, elastic_travel(plan)
+    if retract <= travel:
+        yield Impossibility(
             ("procedure", "retract"),
             f"a retract of {_metre(retract)} does not part the contact: arm and payload give way "
-            f"by {_metre(travel_m)} at the top force",
-            f"retract at least {format_quantity(2.0 * travel_m, 'm', digits=2)}",
+            f"by {_metre(travel)} at the top force",
+            f"retract at least {format_quantity(2.0 * travel, 'm', digits=2)}",
         )
-    fuse = number(values, "rig", "mechanical_fuse")
-    if fuse is not None and top is not None and fuse <= top:
-        yield Finding(
+
+
+def _fuse(plan: Plan) -> Iterator[Impossibility]:
+    fuse, top = plan.rig.mechanical_fuse_n, plan.procedure.top_force_n
+    if fuse is not None and fuse <= top:
+        yield Impossibility(
             ("procedure", "top_force"),
             f"the mechanical fuse opens at {_newton(fuse)}, before the top force {_newton(top)}",
             "lower top_force or use a stronger fuse",
         )
-    secant = number(values, "identify", "secant_force")
-    if secant is not None and top is not None and secant > top:
-        yield Finding(
+
+
+def _secant(plan: Plan) -> Iterator[Impossibility]:
+    secant, top = plan.identify.secant_force_n, plan.procedure.top_force_n
+    if secant > top:
+        yield Impossibility(
             ("identify", "secant_force"),
             f"the secant at {_newton(secant)} is beyond the top force {_newton(top)}",
             "the law is not extrapolated: use a force the run reaches",
         )
-    yield from _check_duration(procedure)
-    directory = values.get("record", {}).get("directory")
-    if directory is not None and ".." in PurePath(directory).parts:
-        yield Finding(
-            ("record", "directory"), "a directory with `..` in it",
+
+
+def _duration(plan: Plan) -> Iterator[Impossibility]:
+    procedure = plan.procedure
+    sweeps = 2 if getattr(procedure, "unload", False) else 1
+    holds, hold = len(procedure.levels_n) * procedure.cycles * sweeps, procedure.hold_s
+    if holds * hold > MAX_RUN_S:
+        yield Impossibility(
+            ("procedure", "hold"),
+            f"{holds} holds of {hold:g} s last {holds * hold / 3600.0:.1f} h",
+            f"a run lasts at most {MAX_RUN_S / 3600.0:g} h: shorten hold or cycles",
+        )
+
+
+def _directory(plan: Plan) -> Iterator[Impossibility]:
+    if ".." in plan.record.directory.parts:
+        yield Impossibility(
+            ("record", "directory"),
+            "a directory with `..` in it",
             "name it from the working directory down, or absolutely",
-        )  # fmt: skip
+        )
 
 
-def _check_duration(procedure: Values) -> Iterator[Finding]:
-    levels, hold, cycles = (procedure.get(key) for key in ("levels", "hold", "cycles"))
-    if levels and hold is not None and cycles is not None:
-        holds = len(levels) * cycles * (2 if procedure.get("unload") else 1)
-        if holds * hold > MAX_RUN_S:
-            yield Finding(
-                ("procedure", "hold"),
-                f"{holds} holds of {hold:g} s last {holds * hold / 3600.0:.1f} h",
-                f"a run lasts at most {MAX_RUN_S / 3600.0:g} h: shorten hold or cycles",
-            )
+CHECKS: Mapping[Kind, tuple[Check, ...]] = {
+    material: (_strength,),
+    Payload: (_roughness, _hardness, _theory),
+    ForceSpec: (partial(_fineness, "resolution"), partial(_fineness, "noise")),
+    SecondForce: (_second_channel,),
+    SystemStiffness: (_stiffness_error, _stiffness_is_known, _validity),
+    Procedure: (_levels, _start, _search),
+}
+PLAN_CHECKS: tuple[Check, ...] = (
+    _touch_below_level, _touch_above_noise, _retract, _fuse, _secant, _duration, _directory
+)  # fmt: skip

@@ -3,91 +3,102 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from contextlib import suppress
 from itertools import pairwise
-from typing import Any
 
 from stepload.contact.elastic import law_for
 from stepload.errors import DomainError
-from stepload.plan.model import Payload
-from stepload.plan.validate import Values
+from stepload.plan.draft import UnknownError, left_out, put, whole
+from stepload.plan.model import Plan
+from stepload.plan.problems import printable
 
 MAX_LEVELS = 1000
 RAMP_S = 1.0
 """Time over which the largest load step is applied where the plan does not say."""
 
 
-def number(values: Values, *path: str) -> float | None:
-    """The good value at `path`, or None."""
-    found: Any = values
-    for key in path:
-        found = found.get(key) if isinstance(found, dict) else None
-    return found if isinstance(found, (int, float)) else None
+def fill(plan: Plan) -> None:
+    """Make known in a draft what was not given and follows from what is known."""
+    for section, field, rule in RULES:
+        with suppress(UnknownError):
+            part = getattr(plan, section) if section else plan
+            if field in left_out(part):
+                put(part, field, rule(plan))
 
 
-def fill(values: Values, payload: Payload | None) -> None:
-    """Fill in what was not given and can be known, in place."""
-    procedure, identify = values.get("procedure"), values.get("identify")
-    top = number(values, "procedure", "top_force")
-    if not isinstance(procedure, dict) or top is None:
-        return
-    _fill_levels(procedure, top)
-    levels = procedure.get("levels")
-    if isinstance(levels, list) and levels:
-        gaps = (high - low for low, high in pairwise([0.0, *levels]))
-        _fill(procedure, "load_rate", max(gaps) / RAMP_S)
-    resolution, noise = (
-        number(values, "rig", "force", "resolution"),
-        number(values, "rig", "force", "noise"),
-    )
-    if resolution is not None and noise is not None:
-        scatter = math.hypot(noise, resolution / math.sqrt(12.0))
-        _fill(procedure, "touch_force", max(0.01 * top, 1.0, 2.0 * resolution, 6.0 * scatter))
-        _fill(procedure, "max_drift", max(0.01 * top, 1.0, 3.0 * resolution))
-    travel = elastic_travel(values, payload)
-    uncertainty, touch = (
-        number(procedure, "surface_uncertainty"),
-        number(procedure, "touch_force"),
-    )
-    if uncertainty is not None:
-        pressed = _travel(values, payload, touch) or 0.0
-        _fill(procedure, "search_distance", 3.0 * uncertainty + 2.0 * pressed)
-    if travel is not None:
-        _fill(procedure, "retract", max(5e-4, 2.0 * travel))
-    if isinstance(identify, dict):
-        _fill(identify, "secant_force", min(300.0, top))
+def elastic_travel(plan: Plan) -> float:
+    """Travel in m of the arm from first contact to the top force, lost motion included.
+
+    Raises:
+        UnknownError: a value that it needs is not known, or it is too large to compute with.
+    """
+    return _travel(plan, plan.procedure.top_force_n)
 
 
-def elastic_travel(values: Values, payload: Payload | None) -> float | None:
-    """Travel in m of the arm from first contact to the top force, lost motion included."""
-    return _travel(values, payload, number(values, "procedure", "top_force"))
-
-
-def _travel(values: Values, payload: Payload | None, force: float | None) -> float | None:
-    stiffness = number(values, "rig", "system_stiffness", "value")
-    lost = number(values, "rig", "arm", "lost_motion")
-    if force is None or stiffness is None or lost is None or payload is None:
-        return None
+def _travel(plan: Plan, force_n: float) -> float:
+    stiffness, lost_m = plan.rig.system_stiffness.stiffness_n_per_m, plan.rig.arm.lost_motion_m
     try:
+        payload = whole(plan.payload)
         law = law_for(payload.geometry, payload.material, payload.plate)
-        travel = force / stiffness + law.deformation(force) + lost
-    except (DomainError, OverflowError):
-        return None
-    return travel if math.isfinite(travel) else None
+        travel_m = force_n / stiffness + law.deformation(force_n) + lost_m
+    except (DomainError, ArithmeticError):
+        raise UnknownError from None
+    if not math.isfinite(travel_m):
+        raise UnknownError
+    return travel_m
 
 
-def _fill_levels(procedure: Values, top: float) -> None:
-    levels, step = procedure.get("levels"), procedure.get("step")
-    if levels is None and step is not None and step <= top and top / step <= MAX_LEVELS:
-        count = math.floor(top / step * (1.0 + 1e-9))
-        levels = [step * (i + 1) for i in range(count)]
-        if levels[-1] < top * (1.0 - 1e-9):
-            levels.append(top)
-        levels[-1] = top
-        procedure["levels"] = levels
-    elif levels and step is None:
-        procedure["step"] = max(b - a for a, b in zip([0.0, *levels], levels, strict=False))
+def _levels(plan: Plan) -> tuple[float, ...]:
+    """Every step up to the top force; what is left over makes a last, smaller one."""
+    step, top = plan.procedure.step_n, plan.procedure.top_force_n
+    if step > top or top / step > MAX_LEVELS:
+        raise UnknownError
+    count = math.floor(top / step * (1.0 + 1e-9))
+    levels = [step * (i + 1) for i in range(count)]
+    if levels[-1] < top * (1.0 - 1e-9):
+        levels.append(top)
+    return (*levels[:-1], top)
 
 
-def _fill(section: Values, key: str, value: float | None) -> None:
-    if key in section and section[key] is None and value is not None:
-        section[key] = value
+def _largest_step(plan: Plan) -> float:
+    levels = plan.procedure.levels_n
+    if not levels:
+        raise UnknownError
+    return max(high - low for low, high in pairwise((0.0, *levels)))
+
+
+def _touch_force(plan: Plan) -> float:
+    """Six times the scatter of a reading, its quantisation included, is no touch by chance."""
+    force = plan.rig.force
+    scatter_n = math.hypot(force.noise_n, force.resolution_n / math.sqrt(12.0))
+    return max(0.01 * plan.procedure.top_force_n, 1.0, 2.0 * force.resolution_n, 6.0 * scatter_n)
+
+
+def _max_drift(plan: Plan) -> float:
+    return max(0.01 * plan.procedure.top_force_n, 1.0, 3.0 * plan.rig.force.resolution_n)
+
+
+def _search_distance(plan: Plan) -> float:
+    pressed_m = 0.0
+    with suppress(UnknownError):
+        pressed_m = _travel(plan, plan.procedure.touch_force_n)
+    return 3.0 * plan.procedure.surface_uncertainty_m + 2.0 * pressed_m
+
+
+def _retract(plan: Plan) -> float:
+    return max(5e-4, 2.0 * elastic_travel(plan))
+
+
+RULES: tuple[tuple[str, str, Callable[[Plan], object]], ...] = (
+    ("", "name", lambda plan: printable(plan.path.stem, 100)),
+    ("procedure", "levels_n", _levels),
+    ("procedure", "step_n", _largest_step),
+    ("procedure", "load_rate_n_per_s", lambda plan: _largest_step(plan) / RAMP_S),
+    ("procedure", "touch_force_n", _touch_force),
+    ("procedure", "max_drift_n", _max_drift),
+    ("procedure", "search_distance_m", _search_distance),
+    ("procedure", "retract_m", _retract),
+    ("identify", "secant_force_n", lambda plan: min(300.0, plan.procedure.top_force_n)),
+)
+"""Section, field and rule, in an order in which each may need those before it."""

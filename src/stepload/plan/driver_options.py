@@ -7,8 +7,8 @@ from collections.abc import Mapping as MappingABC
 
 from stepload.errors import BadInputError
 from stepload.plan.problems import Problem, printable
+from stepload.plan.reader import unknown_key
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence
-from stepload.plan.validate import unknown_key
 from stepload.rig.options import Option
 from stepload.rig.plugins import load_driver
 from stepload.units import QuantityError, parse_quantity

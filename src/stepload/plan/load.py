@@ -3,30 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from datetime import date
+from operator import attrgetter
 from pathlib import Path
-from typing import Any
 
-from stepload.plan import build, checks
-from stepload.plan.derived import elastic_travel, fill
+from stepload.plan.checks import (
+    Impossibility,
+    impossibilities,
+    impossibilities_between,
+    underivable,
+)
+from stepload.plan.derived import fill
+from stepload.plan.draft import UnknownError, put, whole
 from stepload.plan.driver_options import read_options
-from stepload.plan.model import Payload, Plan, SourceFile
-from stepload.plan.payload_section import PayloadSection
-from stepload.plan.plan_section import PlanSection, json_schema
-from stepload.plan.problems import PlanError, Problem, printable
+from stepload.plan.model import DriverChoice, Payload, Plan, SourceFile
+from stepload.plan.problems import PlanError, Problem
+from stepload.plan.reader import read_section
 from stepload.plan.references import References, profiles
+from stepload.plan.schema import json_schema
 from stepload.plan.source import Source, read_source
-from stepload.plan.stiffness import Situation, settle_stiffness
+from stepload.plan.stiffness import settle_stiffness
 from stepload.plan.tree import Broken, Mapping, Node, Place
-from stepload.plan.validate import Values, read_section
 
 __all__ = ["json_schema", "load_payload", "load_plan", "profiles"]
 
 _DEVICES = {
-    ("arm",): "stepload.arms",
-    ("force",): "stepload.force_sensors",
-    ("displacement",): "stepload.displacement_sensors",
-    ("second_force", "sensor"): "stepload.force_sensors",
+    "arm": "stepload.arms",
+    "force": "stepload.force_sensors",
+    "displacement": "stepload.displacement_sensors",
+    "second_force.sensor": "stepload.force_sensors",
 }
 
 
@@ -52,11 +58,10 @@ def load_payload(path: Path) -> Payload:
     loader = _Loader()
     source = read_source(Path(path))
     root = loader.references.parse(source)
-    values = read_section(PayloadSection, root, Place(source, 1, 1), loader.problems)
-    found = loader.payload(values, root, ())
+    payload = read_section(Payload, root, Place(source, 1, 1), loader.problems)
+    loader.report(root, impossibilities(payload))
     loader.raise_problems()
-    assert found is not None
-    return found
+    return whole(payload)
 
 
 class _Loader:
@@ -77,36 +82,20 @@ class _Loader:
     def plan(self, path: Path, payload: Path | None, today: date) -> Plan:
         source = read_source(path)
         root = self._resolved(self.references.parse(source), payload)
-        values = read_section(PlanSection, root, Place(source, 1, 1), self.problems)
-        pressed = self.payload(values.get("payload", {}), root, ("payload",))
-        rig = values.get("rig", {})
-        self._report(root, ("rig",), checks.check_rig(rig))
-        self._settle(values, root, today)
-        self._options(rig, root)
-        self._report(root, ("procedure",), checks.check_procedure(values.get("procedure", {})))
-        fill(values, pressed)
-        self._report(root, (), checks.check_whole(values, elastic_travel(values, pressed)))
+        plan = read_section(Plan, root, Place(source, 1, 1), self.problems)
+        put(plan, "path", path)
+        self.report(root, impossibilities(plan))
+        with suppress(UnknownError):
+            at = _place(root, ("rig", "system_stiffness", "record"))
+            settle_stiffness(plan, at, today, self.sources, self.problems)
+        self._options(plan, root)
+        fill(plan)
+        self.report(root, impossibilities_between(plan))
+        if not self.problems:
+            self.report(root, underivable(plan))
         self.raise_problems()
-        assert pressed is not None
-        return Plan(
-            name=values["name"] or printable(path.stem, 100),
-            path=path,
-            payload=pressed,
-            rig=build.build_rig(rig),
-            procedure=build.build_procedure(values["procedure"]),
-            identify=build.build_identify(values["identify"]),
-            record=build.build_record(values["record"]),
-            sources=tuple(SourceFile(s.name, s.text, s.sha256) for s in self.sources),
-        )
-
-    def payload(self, values: Values, root: Node, at: tuple[str, ...]) -> Payload | None:
-        """The payload of `values`, None where a key of it is bad."""
-        try:
-            found = build.build_payload(values)
-        except (KeyError, ArithmeticError):
-            found = None
-        self._report(root, at, checks.check_payload(values, found))
-        return found
+        put(plan, "sources", tuple(SourceFile(s.name, s.text, s.sha256) for s in self.sources))
+        return whole(plan)
 
     def _resolved(self, root: Node, payload: Path | None) -> Node:
         """The tree with everything in it that it names by path."""
@@ -125,36 +114,20 @@ class _Loader:
             merged.entries["procedure"] = self.references.section(merged.entries["procedure"])
         return merged
 
-    def _report(self, root: Node, at: tuple[str, ...], found: Iterable[checks.Finding]) -> None:
-        for finding in found:
-            place = _place(root, (*at, *finding.path))
-            self.problems.append(place.problem(finding.message, finding.hint))
+    def report(self, root: Node, found: Iterable[Impossibility]) -> None:
+        for path, message, hint in found:
+            self.problems.append(_place(root, path).problem(message, hint))
 
-    def _settle(self, values: Values, root: Node, today: date) -> None:
-        rig = values.get("rig", {})
-        stiffness = rig.get("system_stiffness")
-        if not stiffness:
-            return
-        wanted = Situation(
-            rig=rig.get("name", ""),
-            pose=rig.get("arm", {}).get("pose", ""),
-            direction=rig.get("force", {}).get("axis", ""),
-            temperature_c=values.get("identify", {}).get("temperature"),
-            today=today,
-        )
-        at = _place(root, ("rig", "system_stiffness", "record"))
-        settle_stiffness(stiffness, at, wanted, self.sources, self.problems)
-
-    def _options(self, rig: Values, root: Node) -> None:
-        for path, group in _DEVICES.items():
-            device: Any = rig
-            for key in path:
-                device = device.get(key) if device else None
-            if device and "driver" in device:
-                at = _place(root, ("rig", *path, "driver"))
-                device["options"] = read_options(
-                    group, device["driver"], at, device.get("options"), self.problems
-                )
+    def _options(self, plan: Plan, root: Node) -> None:
+        """Check the options of every driver in the draft of a plan against what it declares."""
+        for device, group in _DEVICES.items():
+            with suppress(UnknownError):
+                if (spec := attrgetter(device)(plan.rig)) is not None:
+                    driver: DriverChoice = spec.driver
+                    at = _place(root, ("rig", *device.split("."), "driver"))
+                    given = getattr(driver, "options", None)
+                    options = read_options(group, driver.name, at, given, self.problems)
+                    put(driver, "options", options)
 
 
 def _place(root: Node, path: tuple[str, ...]) -> Place:

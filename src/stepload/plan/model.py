@@ -1,262 +1,181 @@
-"""A plan, checked and in SI units: what the rest of stepload sees of the YAML text."""
+"""The declaration of a plan, its procedure, identification and record; checked and in SI units.
+
+Other rooms import every part of a plan from here.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import date
-from enum import StrEnum
 from pathlib import Path
+from typing import Annotated, ClassVar
 
-from stepload.contact.materials import Geometry, Material
+from stepload.plan.leaves import (
+    Choice,
+    Duration,
+    DurationOrZero,
+    FilePath,
+    Flag,
+    Force,
+    ForceRate,
+    Length,
+    Name,
+    Note,
+    Number,
+    Quantity,
+    Remark,
+    Temperature,
+    Version,
+)
+from stepload.plan.payload import Payload
+from stepload.plan.rig import (
+    ArmSpec,
+    DisplacementSpec,
+    DriverChoice,
+    ForceSpec,
+    Provenance,
+    RecordPolicy,
+    Rig,
+    SecondForce,
+    SecondForceSource,
+    Simulation,
+    SystemStiffness,
+)
+from stepload.plan.sections import Key
 
-
-@dataclass(frozen=True, slots=True)
-class Payload:
-    """What is pressed.
-
-    `material` is the payload's, `plate` the counter body's. `roughness_m` is the equivalent rms
-    roughness σ_eq, None for smooth. `declared_force_limit_n` stands where theory has none, and
-    wins where it is lower than theory's F_c.
-    """
-
-    name: str
-    geometry: Geometry
-    material: Material
-    plate: Material
-    roughness_m: float | None
-    micro_hardness_pa: float | None
-    declared_force_limit_n: float | None
-
-
-class Provenance(StrEnum):
-    """Where a rig's system stiffness comes from."""
-
-    MEASURED = "measured"
-    """From a calibration record of this rig."""
-    DECLARED = "declared"
-    """Written into the plan by a person who answers for it."""
-    INDICATIVE = "indicative"
-    """A figure for this class of machine; not good enough for a result."""
-
-
-class RecordPolicy(StrEnum):
-    """What to do when the calibration record is missing, expired or for another pose."""
-
-    WARN = "warn"
-    REFUSE = "refuse"
-
-
-@dataclass(frozen=True, slots=True)
-class SystemStiffness:
-    """K_s of the whole load path with the numbers that say how far to trust it (26).
-
-    `sigma_n_per_m` is its standard uncertainty; `msde_m` the rms deformation misfit of the linear
-    fit; `smooth_error_m` the smooth position error that leaves it (None: not known, `msde_m` has to
-    stand in), estimated with `smooth_degrees` degrees of freedom (None: its size is taken as
-    known); `damping_n_s_per_m` a lower bound. `record` is the calibration record it was read from,
-    `simulated` whether that was made in a dry run. `validity_problem` says why the record may not
-    be used as it stands ("" when it may).
-    """
-
-    stiffness_n_per_m: float
-    sigma_n_per_m: float
-    msde_m: float
-    damping_n_s_per_m: float
-    provenance: Provenance
-    smooth_error_m: float | None = None
-    smooth_degrees: float | None = None
-    record: Path | None = None
-    measured_on: date | None = None
-    valid_until: date | None = None
-    pose: str = ""
-    direction: str = ""
-    temperature_c: float | None = None
-    simulated: bool = False
-    policy: RecordPolicy = RecordPolicy.WARN
-    validity_problem: str = ""
+__all__ = [
+    "ArmSpec", "DisplacementSpec", "DriverChoice", "ForceSpec", "IdentifyPlan", "Payload", "Plan",
+    "Procedure", "Provenance", "RecordPlan", "RecordPolicy", "Rig", "SecondForce",
+    "SecondForceSource", "Simulation", "SourceFile", "SystemStiffness",
+]  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class DriverChoice:
-    """A driver by entry-point name with its checked options (quantities in SI)."""
-
-    name: str
-    options: Mapping[str, object]
-
-
-@dataclass(frozen=True, slots=True)
-class ArmSpec:
-    """The arm and what the force budget needs to know of it.
-
-    `max_push_n` is the largest force the arm can exert along the axis, `effective_mass_kg` the
-    moving mass felt at the contact, `command_delay_s` from command to start of motion, `lag_s` the
-    first-order lag of the servo, `lost_motion_m` backlash and stiction as travel,
-    `position_resolution_m` the δ_Δ of the method. `model_tolerance_m` is R7's position band,
-    `max_age_s` R3's age limit (None: the supervisor's own).
-    """
-
-    driver: DriverChoice
-    rate_hz: float
-    max_speed_m_s: float
-    max_acceleration_m_s2: float
-    max_push_n: float
-    effective_mass_kg: float
-    command_delay_s: float
-    lag_s: float
-    lost_motion_m: float
-    position_resolution_m: float
-    position_noise_m: float
-    model_tolerance_m: float
-    pose: str
-    max_age_s: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class ForceSpec:
-    """The force sensor that the run is controlled and identified with.
-
-    `axis` is "+fx" … "-fz": the wrench component, with its sign, that is positive when pressing.
-    `gain_uncertainty` is relative (standard), `delay_s` from force to sample on the host,
-    `max_age_s` R3's age limit (None: the supervisor's own).
-    """
-
-    driver: DriverChoice
-    axis: str
-    rate_hz: float
-    range_n: float
-    resolution_n: float
-    noise_n: float
-    delay_s: float
-    gain_uncertainty: float
-    drift_n_per_s: float
-    max_age_s: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class DisplacementSpec:
-    """A gauge across the contact: takes K_s out of the chain."""
-
-    driver: DriverChoice
-    rate_hz: float
-    resolution_m: float
-    noise_m: float
-
-
-class SecondForceSource(StrEnum):
-    """What checks the force sensor."""
-
-    NONE = "none"
-    ARM = "arm"
-    """The arm's own estimate (`ArmSample.force_n`)."""
-    SENSOR = "sensor"
-    """A second force sensor of its own."""
-
-
-@dataclass(frozen=True, slots=True)
-class SecondForce:
-    """The cross-check R5: |F − F2| ≤ tolerance_n + tolerance_relative · F, kept for `time_s`."""
-
-    source: SecondForceSource
-    tolerance_n: float
-    tolerance_relative: float
-    time_s: float
-    noise_n: float
-    sensor: ForceSpec | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Simulation:
-    """How the simulated rig differs from what the plan believes; hidden from the runner.
-
-    `law` is "smooth", "rough" or "elastic_plastic". The factors multiply the believed payload K and
-    K_s. `surface_error_m` moves the surface towards the arm when negative. `kinematic_error_m` is
-    the sd of the smooth position error, `kinematic_length_n` its correlation in force.
-    """
-
-    seed: int
-    law: str
-    payload_factor: float
-    stiffness_factor: float
-    surface_error_m: float
-    hysteresis: float
-    kinematic_error_m: float
-    kinematic_length_n: float
-    force_drift_n_per_s: float
-
-
-@dataclass(frozen=True, slots=True)
-class Rig:
-    """The whole rig. `loop_delay_s` is the measured upper bound T; None: sum of the parts.
-
-    `mechanical_fuse_n` is the force at which a declared mechanical fuse opens.
-    """
-
-    name: str
-    arm: ArmSpec
-    force: ForceSpec
-    displacement: DisplacementSpec | None
-    second_force: SecondForce
-    system_stiffness: SystemStiffness
-    loop_delay_s: float | None
-    mechanical_fuse_n: float | None
-    simulation: Simulation
-
-
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Procedure:
-    """The steps.
+    """The load steps. Inline, or the path of a file that holds these keys."""
 
-    The surface is expected `surface_distance_m` of travel from the start pose, known to
-    ± `surface_uncertainty_m`; the search ends `search_distance_m` beyond the near edge of that
-    band. `retract_m` is measured from the contact.
-    `levels_n` are the load steps in rising order, the last is `top_force_n`.
-    Force rises and falls at `load_rate_n_per_s` at the most, so that lag and damping stay small.
-    `lift_off` says whether cycles part the contact (seating) or unload to `unload_fraction` of the
-    top force (shakedown, run-in).
-    """
+    top_force_n: Annotated[Force, Key("Highest load.")]
+    step_n: Annotated[Force, Key("Load step; give this or `levels`.", derived=True)]
+    levels_n: Annotated[
+        tuple[Force, ...], Key("Every load level, rising, the last one `top_force`.", derived=True)
+    ]
+    load_rate_n_per_s: Annotated[
+        ForceRate,
+        Key(
+            "How fast the force rises and falls at the most; default: the largest step in one "
+            "second. Lag and damping spoil data of faster ramps.",
+            derived=True,
+        ),
+    ]
+    hold_s: Annotated[Duration, Key("How long each level is held once it has settled.")] = 3.0
+    unload: Annotated[Flag, Key("Whether the levels are also held on the way down.")] = True
+    cycles: Annotated[
+        int, Number(1, 1000, integer=True), Key("How often the payload is loaded and unloaded.")
+    ] = 1
+    lift_off: Annotated[
+        Flag,
+        Key(
+            "Whether cycles part the contact (seating), or unload to `unload_fraction` only "
+            "(shakedown)."
+        ),
+    ] = True
+    unload_fraction: Annotated[
+        float,
+        Quantity("%", 0.01, 0.5),
+        Key("Share of `top_force` kept between cycles without lift-off."),
+    ] = 0.05
+    surface_distance_m: Annotated[
+        Length, Key("Travel from the start pose to where the surface is expected.")
+    ]
+    surface_uncertainty_m: Annotated[
+        Length, Key("How wrong `surface_distance` may be, either way.")
+    ] = 1e-3
+    search_distance_m: Annotated[
+        Length,
+        Key(
+            "Travel beyond the nearest possible surface after which the search ends; default: 1.5 "
+            "times the width of the uncertain band, and twice the travel from the surface to "
+            "`touch_force`.",
+            derived=True,
+        ),
+    ]
+    touch_force_n: Annotated[
+        Force,
+        Key(
+            "Force that counts as contact; default: 1 % of `top_force`, at least 1 N, two force "
+            "resolutions and six times the force noise, quantisation included.",
+            derived=True,
+        ),
+    ]
+    touches: Annotated[
+        int, Number(1, 100, integer=True), Key("How often the surface is touched before loading.")
+    ] = 3
+    retract_m: Annotated[
+        Length,
+        Key(
+            "Distance to move away from the contact; default: 0.5 mm, or twice the elastic travel "
+            "at `top_force` where that is more.",
+            derived=True,
+        ),
+    ]
+    tare_s: Annotated[Duration, Key("Time over which the force zero is taken.")] = 10.0
+    warm_up_s: Annotated[DurationOrZero, Key("Wait before the first tare.")] = 2.0
+    max_drift_n: Annotated[
+        Force,
+        Key(
+            "Shift of the force zero over the run that flags it; default: 1 % of `top_force`, at "
+            "least 1 N and three force resolutions.",
+            derived=True,
+        ),
+    ]
+    settle_timeout_s: Annotated[Duration, Key("Longest wait for a level to settle.")] = 10.0
 
-    step_n: float
-    top_force_n: float
-    levels_n: tuple[float, ...]
-    load_rate_n_per_s: float
-    hold_s: float
-    unload: bool
-    cycles: int
-    lift_off: bool
-    unload_fraction: float
-    touch_force_n: float
-    touches: int
-    surface_distance_m: float
-    surface_uncertainty_m: float
-    search_distance_m: float
-    retract_m: float
-    tare_s: float
-    warm_up_s: float
-    max_drift_n: float
-    settle_timeout_s: float
 
-
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class IdentifyPlan:
-    """How data become a result. p, s, t are those of (29)–(32)."""
+    """How the data become a result."""
 
-    kind: str
-    secant_force_n: float
-    resolution_multiple_p: float
-    compensation_quality_s: float
-    accuracy_t: float
-    accept_unidentifiable: str
-    temperature_c: float | None
+    kind: Annotated[
+        str,
+        Choice(("payload", "system")),
+        Key("Identify the payload (K, n), or the system stiffness of the rig."),
+    ] = "payload"
+    secant_force_n: Annotated[
+        Force,
+        Key("Force at which the secant is reported; default: 300 N or `top_force`.", derived=True),
+    ]
+    resolution_multiple_p: Annotated[
+        float,
+        Number(1.0, 100.0),
+        Key("Multiple of the position resolution lost at the zero (29).", name="p"),
+    ] = 2.0
+    compensation_quality_s: Annotated[
+        float,
+        Number(1.0, 1000.0),
+        Key("Quality of the compensation of K_s: known to 1/s (30).", name="s"),
+    ] = 20.0
+    accuracy_t: Annotated[
+        float, Number(1.0, 1000.0), Key("Accuracy asked for: deformation to 1/t (31).", name="t")
+    ] = 5.0
+    accept_unidentifiable: Annotated[
+        Remark, Key("A reason, in words, to run a payload that is beyond K_max.")
+    ] = ""
+    temperature_c: Annotated[
+        Temperature | None, Key("Temperature of the run; compared with the calibration record.")
+    ] = None
+    temperature_uncertainty_k: Annotated[
+        float,
+        Quantity("K", 0.0, 20.0),
+        Key("Standard uncertainty of the temperature, its drift during the run included."),
+    ] = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class RecordPlan:
-    """Where the record goes: `directory` is below the working directory unless absolute."""
+    """Where the record goes and what it says."""
 
-    directory: Path
-    notes: str
-    operator: str
+    directory: Annotated[FilePath, Key("Directory of the runs, no `..` in it.")] = Path("runs")
+    notes: Annotated[Note, Key("Anything worth keeping with the record.")] = ""
+    operator: Annotated[Remark, Key("Who runs it.")] = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,13 +189,17 @@ class SourceFile:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Everything about one experiment, complete and checked; `sources[0]` is the plan itself."""
+    """A plan: one experiment, complete and checked.
 
-    name: str
+    `path` is the plan's file, `sources` the text of every file it was made from, the plan first.
+    """
+
+    stepload: ClassVar[Annotated[int, Version(1), Key("Version of the plan format.")]]
+    name: Annotated[Name, Key("Name of the experiment; default: the file's.", derived=True)]
     path: Path
-    payload: Payload
-    rig: Rig
-    procedure: Procedure
-    identify: IdentifyPlan
-    record: RecordPlan
+    payload: Annotated[Payload, Key("What is pressed: a mapping or a path.")]
+    rig: Annotated[Rig, Key("With what: a mapping, a path, or a profile's name.")]
+    procedure: Annotated[Procedure, Key("How: a mapping or a path.")]
+    identify: Annotated[IdentifyPlan, Key("How the data become a result.", derived=True)]
+    record: Annotated[RecordPlan, Key("Where the record goes.", derived=True)]
     sources: tuple[SourceFile, ...]

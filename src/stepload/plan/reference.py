@@ -1,4 +1,4 @@
-"""Writes the tables of docs/plan.md from the section models: `python -m stepload.plan.reference`.
+"""Writes the tables of docs/plan.md from the section classes: `python -m stepload.plan.reference`.
 
 A table stands between `<!-- keys: NAME -->` and `<!-- end -->`; everything else in the file is
 written by hand and left alone.
@@ -10,22 +10,19 @@ import re
 import sys
 from pathlib import Path
 
-from pydantic.fields import FieldInfo
-
-from stepload.plan.calibration import RecordFileSection
-from stepload.plan.introspect import default_text, item_type, leaf_of, models_in, sections_below
-from stepload.plan.payload_section import Section
-from stepload.plan.plan_section import PlanSection
+from stepload.plan.calibration import CalibrationRecord
+from stepload.plan.model import Plan
 from stepload.plan.references import profiles, read_profile
+from stepload.plan.sections import Each, Entry, Kind, OneOf, sections_below, written_entries
 
 _BLOCK = re.compile(r"(<!-- keys: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
-def table(model: type[Section]) -> str:
-    """Markdown table of the keys of `model`."""
+def table(kind: Kind) -> str:
+    """Markdown table of the keys of a section."""
     rows = ["| key | value | default | meaning |", "|---|---|---|---|"]
-    for name, field in model.model_fields.items():
-        cells = (f"`{name}`", _value(field), _default(field), field.description or "")
+    for entry in written_entries(kind):
+        cells = (f"`{entry.name}`", _value(entry), _default(entry), entry.key.meaning)
         rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(rows)
 
@@ -46,12 +43,11 @@ def with_tables(text: str) -> str:
     Raises:
         KeyError: a table of a section that does not exist.
     """
-    known: list[type[Section]] = [*sections_below(PlanSection), RecordFileSection]
-    models = {model.__name__: model for model in known}
+    kinds = {kind.__name__: kind for kind in (*sections_below(Plan), CalibrationRecord)}
 
     def fill(match: re.Match[str]) -> str:
         name = match[2]
-        made = profile_table() if name == "profiles" else table(models[f"{name}Section"])
+        made = profile_table() if name == "profiles" else table(kinds[name])
         return f"{match[1]}{made}\n{match[3]}"
 
     return _BLOCK.sub(fill, text)
@@ -60,25 +56,22 @@ def with_tables(text: str) -> str:
 def missing_tables(text: str) -> list[str]:
     """Sections of a plan that `text` has no table for."""
     named = {match[2] for match in _BLOCK.finditer(text)}
-    known = [model.__name__.removesuffix("Section") for model in sections_below(PlanSection)]
-    return [name for name in known if name not in named]
+    return [kind.__name__ for kind in sections_below(Plan) if kind.__name__ not in named]
 
 
-def _value(field: FieldInfo) -> str:
-    if models := models_in(field):
-        shapes = [str(m.model_fields["shape"].annotation) for m in models if len(models) > 1]
-        return "a mapping with one of the shapes below" if shapes else "a mapping"
-    leaf = leaf_of(field)
-    if leaf is None:
-        literal = re.match(r"typing\.Literal\[(.*)\]", str(field.annotation))
-        return f"`{literal[1].strip(chr(39))}`" if literal else "a mapping"
-    return f"a list, each {leaf.expected()}" if item_type(field) else leaf.expected()
+def _value(entry: Entry) -> str:
+    if isinstance(entry.content, OneOf):
+        return "a mapping with one of the shapes below"
+    if entry.leaf is None:
+        return "a mapping"
+    leaf = entry.leaf.expected()
+    return f"a list, each {leaf}" if isinstance(entry.content, Each) else leaf
 
 
-def _default(field: FieldInfo) -> str:
-    if field.is_required():
+def _default(entry: Entry) -> str:
+    if entry.required:
         return "**required**"
-    default = default_text(field)
+    default = entry.default_text
     if isinstance(default, bool):
         return f"`{str(default).lower()}`"
     return "" if default in (None, "") else f"`{default}`"

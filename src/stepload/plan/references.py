@@ -6,15 +6,11 @@ from difflib import get_close_matches
 from importlib import resources
 from pathlib import Path
 
-from pydantic_core import PydanticCustomError
-
-from stepload.plan.fields import Text
+from stepload.plan.leaves import FileName, LeafError
 from stepload.plan.overlay import overlay
 from stepload.plan.problems import PlanError, Problem, printable
 from stepload.plan.source import Source, read_source
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, parse_tree
-
-_PATH = Text(400, path=True)
 
 
 def profiles() -> tuple[str, ...]:
@@ -52,7 +48,7 @@ class References:
         if not (isinstance(node, Scalar) and isinstance(node.value, str)):
             return node
         try:
-            name = _PATH.read(node.value)
+            name = FileName().read(node.value)
             home = node.place.source.path
             path = (home.parent if home else Path()) / name
             source = read_source(path)
@@ -65,9 +61,8 @@ class References:
                     hint = problem.hint or "paths start at the directory of the file they stand in"
                     self.problems.append(node.place.problem(f"{shown}: {problem.message}", hint))
             return Broken(node.place)
-        except PydanticCustomError as error:
-            context = error.context or {}
-            self.problems.append(node.place.problem(context["message"], context["hint"]))
+        except LeafError as error:
+            self.problems.append(node.place.problem(error.message, error.hint))
             return Broken(node.place)
         return self.parse(source)
 

@@ -6,6 +6,7 @@ import hashlib
 import os
 import re
 import stat
+from codecs import BOM_UTF8
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -41,6 +42,12 @@ class Source:
         text = self.lines[line - 1] if 0 < line <= len(self.lines) else ""
         return Problem(self.name, line, column, text, message, hint)
 
+    def problem_at(self, position: int, message: str, hint: str = "") -> Problem:
+        """A problem at the character `position` (from 0) of the text."""
+        before = self.text[:position]
+        line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
+        return self.problem(line, column, message, hint)
+
 
 def read_source(path: Path, name: str | None = None) -> Source:
     """Read `path`; never blocks on a pipe or device, never reads more than `MAX_BYTES`.
@@ -50,25 +57,15 @@ def read_source(path: Path, name: str | None = None) -> Source:
     """
     name = printable(name or str(path), 200)
     data = _read(path, name)
+    body = data.removeprefix(BOM_UTF8)
     try:
-        text = data.decode("utf-8-sig")
+        text = body.decode()
     except UnicodeDecodeError as error:
-        before = data[: error.start].decode("utf-8", "replace")
-        line = before.count("\n") + 1
-        column = len(before) - (before.rfind("\n") + 1) + 1
-        shown = data.decode("utf-8", "replace").splitlines()
-        raise PlanError(
-            (
-                Problem(
-                    name,
-                    line,
-                    column,
-                    shown[line - 1] if line <= len(shown) else "",
-                    f"byte 0x{data[error.start]:02x} is not UTF-8",
-                    "save the file as UTF-8 text",
-                ),
-            )
-        ) from None
+        readable = Source(name, path, body.decode(errors="replace"), data)
+        position = len(body[: error.start].decode())
+        message = f"byte 0x{body[error.start]:02x} is not UTF-8"
+        problem = readable.problem_at(position, message, "save the file as UTF-8 text")
+        raise PlanError((problem,)) from None
     return Source(name, path, text, data)
 
 

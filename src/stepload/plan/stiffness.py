@@ -2,105 +2,94 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import fields
 from datetime import date
 from pathlib import Path
 
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord, parse_calibration
+from stepload.plan.draft import UnknownError, put
+from stepload.plan.model import Plan, Provenance, RecordPolicy, SystemStiffness
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.source import Source, read_source
 from stepload.plan.tree import Place
-from stepload.plan.validate import Values
-
-
-@dataclass(frozen=True, slots=True)
-class Situation:
-    """What the stiffness is wanted for; empty text, None: not known, not compared."""
-
-    rig: str
-    pose: str
-    direction: str
-    temperature_c: float | None
-    today: date
 
 
 def settle_stiffness(
-    stiffness: Values, at: Place, wanted: Situation, sources: list[Source], problems: list[Problem]
+    plan: Plan, at: Place, today: date, sources: list[Source], problems: list[Problem]
 ) -> None:
-    """Put the record's values, if there is one, into `stiffness`, and `validity_problem`.
+    """Put the record's values, if there is one, into the draft of a plan, and `validity_problem`.
 
     `at` is the place of the record's path, or of the stiffness. A problem of validity is an error
     only where the policy is refuse; a file that is there and cannot be read always is.
     """
-    reasons = []
-    name = stiffness.get("record")
-    if name is not None:
-        path = _beside(at, name)
-        stiffness["record_path"] = path
-        if not path.exists():
-            reasons.append(f"{name} does not exist")
-            if stiffness.get("value") is None:
-                hint = "run `stepload calibrate`, or give value and sigma to stand in"
-                problems.append(at.problem(f"calibration record {reasons[0]}", hint))
-                return
-        else:
-            try:
-                source = read_source(path)
-                sources.append(source)
-                record = parse_calibration(source)
-            except PlanError as error:
-                problems.extend(
-                    p if p.line else at.problem(p.message, p.hint) for p in error.problems
-                )
-                return
-            _adopt(stiffness, record)
-            if record.rig != wanted.rig:
-                reasons.append(f"made for the rig {record.rig!r}, this is {wanted.rig!r}")
-    reasons += _invalid(stiffness, wanted)
-    stiffness["validity_problem"] = "; ".join(reasons)
-    if reasons and stiffness.get("policy") == "refuse":
+    stiffness = plan.rig.system_stiffness
+    try:
+        reasons = [*_go_by_record(plan, at, sources), *_doubts(plan, today)]
+    except PlanError as error:
+        problems.extend(p if p.line else at.problem(p.message, p.hint) for p in error.problems)
+        return
+    problem = "; ".join(reasons)
+    put(stiffness, "validity_problem", problem)
+    if problem and getattr(stiffness, "policy", None) is RecordPolicy.REFUSE:
         hint = "calibrate again (`stepload calibrate`), or set policy: warn"
-        problems.append(at.problem(f"system stiffness: {stiffness['validity_problem']}", hint))
+        problems.append(at.problem(f"system stiffness: {problem}", hint))
 
 
-def _beside(at: Place, name: str) -> Path:
+def _go_by_record(plan: Plan, at: Place, sources: list[Source]) -> Iterator[str]:
+    """Put the values of the record into the draft; what is doubtful about using it.
+
+    Raises:
+        PlanError: it cannot be read, or is missing and nothing stands in for it.
+    """
+    stiffness = plan.rig.system_stiffness
+    written: Path | None = getattr(stiffness, "record", None)
+    if written is None:
+        return
     home = at.source.path
-    return (home.parent if home else Path()) / name
+    path = (home.parent if home else Path()) / written
+    put(stiffness, "record", path)
+    if not path.exists():
+        if getattr(stiffness, "stiffness_n_per_m", None) is None:
+            hint = "run `stepload calibrate`, or give value and sigma to stand in"
+            raise PlanError((at.problem(f"calibration record {written} does not exist", hint),))
+        yield f"{written} does not exist"
+        return
+    source = read_source(path)
+    sources.append(source)
+    record = parse_calibration(source)
+    for field in _names(CalibrationRecord) & _names(SystemStiffness):
+        put(stiffness, field, getattr(record, field))
+    put(stiffness, "provenance", Provenance.MEASURED)
+    with suppress(UnknownError):
+        if record.rig != plan.rig.name:
+            yield f"made for the rig {record.rig!r}, this is {plan.rig.name!r}"
 
 
-def _adopt(stiffness: Values, record: CalibrationRecord) -> None:
-    stiffness.update(
-        value=record.stiffness_n_per_m,
-        sigma=record.sigma_n_per_m,
-        damping=record.damping_n_s_per_m,
-        msde=record.msde_m,
-        smooth_error=record.smooth_error_m,
-        smooth_degrees=record.smooth_degrees,
-        provenance="measured",
-        measured_on=record.measured_on,
-        valid_until=record.valid_until,
-        pose=record.pose,
-        direction=record.direction,
-        temperature=record.temperature_c,
-        simulated=record.simulated,
-    )
+def _names(section: type[CalibrationRecord | SystemStiffness]) -> set[str]:
+    return {field.name for field in fields(section)}
 
 
-def _invalid(stiffness: Values, wanted: Situation) -> list[str]:
-    reasons = []
-    until = stiffness.get("valid_until")
-    if until is not None and until < wanted.today:
-        reasons.append(f"expired on {until}")
-    for key, mine in (("pose", wanted.pose), ("direction", wanted.direction)):
-        theirs = stiffness.get(key)
-        if theirs and mine and theirs != mine:
-            reasons.append(f"measured in {key} {theirs!r}, this is {mine!r}")
-    temperature = stiffness.get("temperature")
-    if temperature is not None and wanted.temperature_c is not None:
-        difference = abs(temperature - wanted.temperature_c)
-        if difference > TEMPERATURE_BAND_K:
-            reasons.append(
-                f"measured at {temperature:g} °C, this is {wanted.temperature_c:g} °C "
-                f"(allowed {TEMPERATURE_BAND_K:g} K)"
+def _doubts(plan: Plan, today: date) -> Iterator[str]:
+    """Why the stiffness may not hold in this plan; what is not known is not compared."""
+    stiffness = plan.rig.system_stiffness
+    with suppress(UnknownError):
+        until = stiffness.valid_until
+        if until is not None and until < today:
+            yield f"expired on {until}"
+    with suppress(UnknownError):
+        yield from _other("pose", stiffness.pose, plan.rig.arm.pose)
+    with suppress(UnknownError):
+        yield from _other("direction", stiffness.direction, plan.rig.force.axis)
+    with suppress(UnknownError):
+        then, now = stiffness.temperature_c, plan.identify.temperature_c
+        if then is not None and now is not None and abs(then - now) > TEMPERATURE_BAND_K:
+            yield (
+                f"measured at {then:g} °C, this is {now:g} °C (allowed {TEMPERATURE_BAND_K:g} K)"
             )
-    return reasons
+
+
+def _other(what: str, theirs: str, mine: str) -> Iterator[str]:
+    if theirs and mine and theirs != mine:
+        yield f"measured in {what} {theirs!r}, this is {mine!r}"

@@ -61,7 +61,7 @@ class Mapping:
 
 @dataclass(frozen=True, slots=True)
 class Broken:
-    """A node whose problem has been told already."""
+    """A node whose problem is reported already."""
 
     place: Place
 
@@ -196,9 +196,8 @@ def parse_tree(source: Source) -> tuple[Node, list[Problem]]:
     """
     builder = _Builder(source)
     if "\0" in source.text:
-        before = source.text[: source.text.index("\0")]
-        line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
-        raise PlanError((source.problem(line, column, "a NUL character", "plans are text"),))
+        at = source.text.index("\0")
+        raise PlanError((source.problem_at(at, "a NUL character", "plans are text"),))
     try:
         root = builder.document(iter(YAML(typ="safe", pure=True).parse(source.text)))
     except _StopError:
@@ -219,12 +218,9 @@ def _syntax(source: Source, error: Exception) -> Problem:
     if mark is None:
         position = getattr(error, "position", None)
         if isinstance(position, int):
-            before = source.text[:position]
-            line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
             code = ord(source.text[position]) if position < len(source.text) else 0
-            return source.problem(
-                line, column, f"character U+{code:04X} is not allowed in YAML", "remove it"
-            )
+            message = f"character U+{code:04X} is not allowed in YAML"
+            return source.problem_at(position, message, "remove it")
         return source.problem(1, 1, printable(text, 200), "check the file with a YAML editor")
     line, column = mark.line + 1, mark.column + 1
     shown = source.lines[line - 1] if line <= len(source.lines) else ""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from stepload.record.outcome import Touch
 from stepload.record.rows import Phase
-from stepload.run.course import Course, Then, Touch
+from stepload.run.course import Course, Then
 from stepload.run.follow import Lead
 from stepload.run.retract import REST_S, not_open
 from stepload.run.settle import RingTest

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import math
 
-from stepload.contact.catch_up import sudden_step
-from stepload.plan.pressing import LONGEST_STALL_S
+from stepload.envelope.catch_up import sudden_step
+from stepload.envelope.limits import RunLimits
+from stepload.envelope.pressing import LONGEST_STALL_S
 from stepload.run.compliance import TangentCompliance
 from stepload.run.follow import Lead
-from stepload.run.limits import RunLimits
 
 STIFFENING = 0.75
 """(n − 1)/n for the largest exponent that is looked ahead for, n = 4."""
@@ -30,19 +30,21 @@ ANCHOR_SIGMAS = 6.0
 class StepController:
     """One move from level to level, loading or unloading, never both.
 
+    The leash leaves room for `leash_sigmas` standard deviations of noise.
     `begin`, then `step` once per tick until `reached`. `speed_m_s` is the speed of the target,
     `c_m_per_n` the compliance in use.
     """
 
     __slots__ = (
-        "_anchor_m", "_anchor_n", "_anchor_rise_n", "_band_n", "_change_n", "_compliance", "_delay",
-        "_delay_at", "_lead", "_level_n", "_limits", "_pair_alpha", "_pair_m", "_pair_n", "_ramp_n",
-        "_sign", "_start_n", "_started", "_taut", "_taut_m", "_taut_n", "_trusted", "c_m_per_n",
-        "reached", "speed_m_s",
+        "_anchor_m", "_anchor_n", "_anchor_rise_n", "_band_n", "_change_n", "_compliance",
+        "_delay", "_delay_at", "_lead", "_leash_sigmas", "_level_n", "_limits", "_pair_alpha",
+        "_pair_m", "_pair_n", "_ramp_n", "_sign", "_start_n", "_started", "_taut", "_taut_m",
+        "_taut_n", "_trusted", "c_m_per_n", "reached", "speed_m_s",
     )  # fmt: skip
 
-    def __init__(self, limits: RunLimits) -> None:
+    def __init__(self, limits: RunLimits, leash_sigmas: float = ANCHOR_SIGMAS) -> None:
         self._limits = limits
+        self._leash_sigmas = leash_sigmas
         self._compliance = TangentCompliance(
             limits.stiffness_n_per_m, limits.noise_n, limits.position_resolution_m
         )
@@ -154,7 +156,7 @@ class StepController:
             if pair_n > self._anchor_n + self._anchor_rise_n:
                 self._anchor_n, self._anchor_m = pair_n, pair_m
                 self._taut = 0
-            room_n = limits.force_limit_n - self._anchor_n - ANCHOR_SIGMAS * limits.noise_n
+            room_n = limits.force_limit_n - self._anchor_n - self._leash_sigmas * limits.noise_n
             end_m = self._anchor_m + (room_n * floor if room_n > 0.0 else 0.0)
             if target > end_m:
                 self._pull(force_n, then_m)

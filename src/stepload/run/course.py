@@ -1,4 +1,4 @@
-"""Where a run is, and what the parts of its procedure share."""
+"""Where a run is, and what the parts of its order share."""
 
 from __future__ import annotations
 
@@ -6,33 +6,22 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+from stepload.envelope.limits import RunLimits
 from stepload.plan.model import Procedure
+from stepload.record.outcome import Tare, Touch
 from stepload.record.rows import Phase
-from stepload.run.limits import RunLimits
 from stepload.run.operator import Operator
 from stepload.run.supervisor import Supervisor
-from stepload.run.tare import Tare
 
 Act = Callable[[float, float], None]
 """What is done in each tick of a phase: (now_s, step_s)."""
 Then = Callable[[float], None]
-"""What comes after a part of the procedure: (now_s)."""
+"""What comes after a part of the order: (now_s)."""
 Emit = Callable[[float, str, dict[str, object]], None]
 
 
-class Touch(NamedTuple):
-    """One raw touch point: position and tared force at the tick of detection."""
-
-    time_s: float
-    position_m: float
-    force_n: float
-    speed_m_s: float
-    cycle: int
-    purpose: str
-
-
 class Failure(NamedTuple):
-    """Why the procedure cannot go on."""
+    """Why the run cannot go on."""
 
     reason: str
     value: float

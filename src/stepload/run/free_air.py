@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from dataclasses import asdict
 
+from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
 from stepload.run.course import Course, Then
 from stepload.run.retract import REST_S
-from stepload.run.tare import Tare, TareWindow
+from stepload.run.tare import TareWindow
 
 LOOK_S = 0.2
 """Each look at the force, before and after backing off: ten periods of 50 Hz mains."""

@@ -10,20 +10,16 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import Any, Protocol
 
+from stepload.record.outcome import ActionResult, Cause, Lateness, RunOutcome, RunStatus
 from stepload.record.rows import TickRow
 from stepload.rig.clock import Clock
 from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor, Identity
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
-from stepload.run.course import Touch
 from stepload.run.hang import LOOK_S, LOOKS, LoopHungError, hang_watch
 from stepload.run.operator import StopLevel
-from stepload.run.safing import Action, Outcome, make_safe, why_it_stopped
-from stepload.run.supervisor import Cause
-from stepload.run.tare import Tare
+from stepload.run.safing import Action, make_safe, why_it_stopped
 from stepload.run.tick import Engine
 from stepload.run.undisturbed import undisturbed
 
@@ -66,48 +62,6 @@ class RigDevices(Protocol):
     clock: Clock
 
 
-class RunStatus(StrEnum):
-    """How a run ended; values are stable, they are written to records."""
-
-    COMPLETED = "completed"
-    STOPPED = "stopped"
-    """By the supervisor, a device or the procedure."""
-    INTERRUPTED = "interrupted"
-    """By the operator."""
-
-
-@dataclass(frozen=True, slots=True)
-class Lateness:
-    """How late ticks began; `overruns` counts those later than one period."""
-
-    ticks: int
-    overruns: int
-    worst_s: float
-    mean_s: float
-
-
-@dataclass(frozen=True, slots=True)
-class RunOutcome:
-    """What a run came to. `retracted`: the loop itself brought the arm back after a stop."""
-
-    status: RunStatus
-    cause: Cause | None
-    why: str
-    retracted: bool
-    safing: tuple[Outcome, ...]
-    start_s: float
-    end_s: float
-    peak_force_n: float
-    zero_shift_n: float
-    levels_done: int
-    cycle: int
-    touches: tuple[Touch, ...]
-    tares: tuple[Tare, ...]
-    lateness: Lateness
-    signal_number: int = 0
-    errors: tuple[str, ...] = field(default=())
-
-
 class _Loop:
     """The loop's own state."""
 
@@ -146,8 +100,8 @@ class _Loop:
         operator = engine.operator
         done = False
         while not done:
-            now_s = now()
-            late_s = now_s - deadline_s
+            begin_s = now()
+            late_s = begin_s - deadline_s
             self.ticks += 1
             self.total_s += late_s
             if late_s > period_s:
@@ -155,12 +109,13 @@ class _Loop:
             if late_s > self.worst_s:
                 self.worst_s = late_s
             engine.late_s = late_s
-            force_samples = self._drain(rig.force, "force sensor", now_s)
-            arm_samples = self._drain(rig.arm, "arm", now_s)
+            force_samples = self._drain(rig.force, "force sensor", begin_s)
+            arm_samples = self._drain(rig.arm, "arm", begin_s)
             second_samples = (
-                self._drain(second, "second force sensor", now_s) if second else nothing
+                self._drain(second, "second force sensor", begin_s) if second else nothing
             )
-            gauge_samples = self._drain(gauge, "displacement sensor", now_s) if gauge else nothing
+            gauge_samples = self._drain(gauge, "displacement sensor", begin_s) if gauge else nothing
+            now_s = now()  # after what was drained: no honest sample is later than its tick
             target_m, done = tick(now_s, force_samples, arm_samples, gauge_samples, second_samples)
             if target_m == target_m:
                 self.busy = "the arm's command"
@@ -291,7 +246,7 @@ def run_loop(
     """
     loop = _Loop(engine, rig, recorder, on_progress, identities or {})
     start_s = rig.clock.now_s()
-    outcomes: tuple[Outcome, ...] = ()
+    outcomes: tuple[ActionResult, ...] = ()
 
     def rescue() -> None:
         nonlocal outcomes
@@ -326,14 +281,14 @@ def run_loop(
     # A device that hangs must not keep the outcome from being told: asked under a deadline too.
     with suppress(BaseException):
         make_safe([Action("why", loop.explain, EXPLAIN_DEADLINE_S)], engine.operator)
-    procedure, cause = engine.procedure, engine.cause
+    course, cause = engine.course, engine.cause
     if cause is not None:
         status = RunStatus.STOPPED
-    elif procedure.done and not procedure.interrupted:
+    elif course.done and not course.interrupted:
         status = RunStatus.COMPLETED
     else:
         status = RunStatus.INTERRUPTED
-    retracted = engine.safe_reached or procedure.done
+    retracted = engine.safe_reached or course.done
     signal_number = engine.operator.signal_number
     why = why_it_stopped(status, cause, retracted, outcomes, start_s, loop_end_s, signal_number)
     outcome = RunOutcome(
@@ -345,11 +300,11 @@ def run_loop(
         start_s=start_s,
         end_s=end_s,
         peak_force_n=engine.peak_force_n,
-        zero_shift_n=procedure.zero_shift_n,
-        levels_done=procedure.levels_done,
-        cycle=procedure.cycle,
-        touches=tuple(procedure.touches),
-        tares=tuple(procedure.tares),
+        zero_shift_n=course.zero_shift_n,
+        levels_done=course.levels_done,
+        cycle=course.cycle,
+        touches=tuple(course.touches),
+        tares=tuple(course.tares),
         lateness=Lateness(
             loop.ticks, loop.overruns, loop.worst_s, loop.total_s / max(loop.ticks, 1)
         ),
@@ -360,7 +315,7 @@ def run_loop(
     return outcome
 
 
-def _made_safe(engine: Engine, rig: RigDevices, errors: list[str]) -> tuple[Outcome, ...]:
+def _made_safe(engine: Engine, rig: RigDevices, errors: list[str]) -> tuple[ActionResult, ...]:
     """Safing; if that itself is broken, the arm is told directly, once, to retract and to stop."""
     try:
         return make_safe(_actions(engine, rig), engine.operator)
@@ -375,20 +330,20 @@ def _made_safe(engine: Engine, rig: RigDevices, errors: list[str]) -> tuple[Outc
     )
 
 
-def _told_directly(name: str, call: Callable[[], None]) -> Outcome:
+def _told_directly(name: str, call: Callable[[], None]) -> ActionResult:
     begin_s, told = time.monotonic(), ""
     try:
         call()
     except BaseException as error:  # what comes after it must be sent as well
         told = f"{type(error).__name__}: {error}"
-    return Outcome(name, True, told, begin_s, time.monotonic() - begin_s)
+    return ActionResult(name, True, told, begin_s, time.monotonic() - begin_s)
 
 
 def _actions(engine: Engine, rig: RigDevices) -> list[Action]:
     """Retract where the loop did not get there, stop in any case, then the sensors."""
     actions = []
     limits = engine.limits
-    if not (engine.safe_reached or engine.procedure.done):
+    if not (engine.safe_reached or engine.course.done):
         distance_m = engine.retract_distance_m
         speed = limits.retract_speed_m_s
         timeout_s = 2.0 * distance_m / speed + RETRACT_EXTRA_S

@@ -15,8 +15,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from signal import Signals
 
+from stepload.record.outcome import ActionResult, Cause
 from stepload.run.operator import Operator, StopLevel
-from stepload.run.supervisor import Cause
 
 POLL_S = 0.02
 
@@ -31,18 +31,7 @@ class Action:
     arm: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """What became of one action; `error` "" when it was confirmed. Times on the host's clock."""
-
-    name: str
-    sent: bool
-    error: str
-    start_s: float
-    duration_s: float
-
-
-def make_safe(actions: list[Action], operator: Operator) -> tuple[Outcome, ...]:
+def make_safe(actions: list[Action], operator: Operator) -> tuple[ActionResult, ...]:
     """Run the actions in order, the arm's first; never raises.
 
     The third Ctrl+C skips what is not the arm's, also while it is being waited for.
@@ -51,10 +40,10 @@ def make_safe(actions: list[Action], operator: Operator) -> tuple[Outcome, ...]:
     return tuple(_run(action, operator) for action in ordered)
 
 
-def _run(action: Action, operator: Operator) -> Outcome:
+def _run(action: Action, operator: Operator) -> ActionResult:
     start_s = time.monotonic()
     if not action.arm and operator.stop_level >= StopLevel.ARM_ONLY:
-        return Outcome(action.name, False, "skipped on the operator's request", start_s, 0.0)
+        return ActionResult(action.name, False, "skipped on the operator's request", start_s, 0.0)
     errors: list[str] = []
 
     def call() -> None:
@@ -70,7 +59,9 @@ def _run(action: Action, operator: Operator) -> Outcome:
         RuntimeError
     ):  # no thread to be had: better to hang in the arm's stop than not to send it
         call()
-        return Outcome(action.name, True, "; ".join(errors), start_s, time.monotonic() - start_s)
+        return ActionResult(
+            action.name, True, "; ".join(errors), start_s, time.monotonic() - start_s
+        )
     end_s = start_s + action.deadline_s
     while worker.is_alive() and time.monotonic() < end_s:
         worker.join(POLL_S)
@@ -79,15 +70,15 @@ def _run(action: Action, operator: Operator) -> Outcome:
     duration_s = time.monotonic() - start_s
     if worker.is_alive():
         error = f"no answer within {duration_s:.2f} s; sent, and left behind"
-        return Outcome(action.name, True, error, start_s, duration_s)
-    return Outcome(action.name, True, "; ".join(errors), start_s, duration_s)
+        return ActionResult(action.name, True, error, start_s, duration_s)
+    return ActionResult(action.name, True, "; ".join(errors), start_s, duration_s)
 
 
 def why_it_stopped(
     status: str,
     cause: Cause | None,
     retracted: bool,
-    outcomes: tuple[Outcome, ...],
+    outcomes: tuple[ActionResult, ...],
     start_s: float,
     loop_end_s: float,
     signal_number: int = 0,

@@ -2,27 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from stepload.envelope.bounds import step_patience_s
+from stepload.envelope.limits import RunLimits
 from stepload.record.rows import Phase
 from stepload.run.controller import StepController
 from stepload.run.course import Course, Then
 from stepload.run.retract import not_open
 from stepload.run.settle import SettleTest
 
-LOAD_TIMEOUT_FACTOR = 20.0
 SETTLE_SHARE = 0.005
 """Creep over a hold, as a share of the level, that still counts as rest."""
 
 
-class LoadSteps:
-    """One level at a time; `controller` may be replaced between levels."""
+Control = Callable[[RunLimits], StepController]
+"""Makes the step controller of a run. A run uses `StepController` itself; what proves its layers
+may hand in one that leaves a layer out."""
 
-    def __init__(self, course: Course) -> None:
+
+class LoadSteps:
+    """One level at a time.
+
+    Args:
+        course: of the run.
+        controller: makes `controller`, which brings the force to a level.
+    """
+
+    def __init__(self, course: Course, controller: Control) -> None:
         self._course = course
+        self._control = controller
         self._settle = SettleTest()
         self._same_contact = False
         self._hold_phase = Phase.HOLD
         self._then: Then = course.finish
-        self.controller = StepController(course.limits)
+        self.controller = controller(course.limits)
+
+    def adopt(self, limits: RunLimits) -> None:
+        """Go on with a controller for these limits; between levels only."""
+        self.controller = self._control(limits)
 
     def new_contact(self) -> None:
         """What was learned of the payload's compliance may be wrong now."""
@@ -64,7 +82,7 @@ class LoadSteps:
 
     def _too_long(self, now_s: float) -> bool:
         course = self._course
-        if now_s - course.since_s < LOAD_TIMEOUT_FACTOR * course.plan.settle_timeout_s:
+        if now_s - course.since_s < step_patience_s(course.plan):
             return False
         missed = {"level_n": course.level_n, "force_n": course.sup.smooth_n}
         course.emit(now_s, "level_missed", {**missed})

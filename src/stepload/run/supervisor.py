@@ -9,19 +9,21 @@ R2  predicted peak force above the limit       R7  position away from the model 
 R3  no new sample in time                      R8  end of the search distance
 R4  sample not finite, frozen, out of range    R9  force jump without motion
     or flagged by the device                   R10 sequence or device clock out of order
-R5  the two force channels disagree            CAP faster than a hidden hard stop would allow
+R5  the two force channels disagree                or stamps of the future
+                                               CAP faster than a hidden hard stop would allow
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
+from stepload.envelope.limits import RunLimits
+from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample
-from stepload.run.limits import RunLimits
-from stepload.run.watch import ArmWatch, Finding, ForceWatch
+from stepload.run.cross_check import CrossCheck
+from stepload.run.watch import ArmWatch, Breach, ForceWatch, Found
 
 SPEED_MEMORY_S = 0.15
 """How long a past speed excuses a position error or a force jump."""
@@ -40,34 +42,6 @@ _SEARCHING = (int(Phase.FAST_APPROACH), int(Phase.GUARDED_APPROACH))
 _LOAD = int(Phase.LOAD)
 
 
-class Cause(NamedTuple):
-    """Why a run was stopped; the first one wins.
-
-    `rule` is "R1" … "R10", "CAP", or a word for causes outside the rules ("device", "drift" …).
-    `sample_age_s` is the age of the sample that it was judged by.
-    """
-
-    rule: str
-    value: float
-    limit: float
-    unit: str
-    sample_age_s: float
-    time_s: float
-    message: str
-
-    @property
-    def numbers(self) -> str:
-        """Value, limit and age as text; "" where a device or a part broke: it has no numbers."""
-        if not (self.unit or self.rule.startswith(("R", "CAP"))):
-            return ""
-        value, limit = (
-            f"{number:.6g} {self.unit}" if self.unit else f"{number:.0f}"
-            for number in (self.value, self.limit)
-        )
-        age_ms = self.sample_age_s * 1e3
-        return f" (value {value}, limit {limit}, judged by a sample {age_ms:.1f} ms old)"
-
-
 class Supervisor:
     """State of the rules.
 
@@ -79,22 +53,25 @@ class Supervisor:
         limits: the thresholds.
         force_axis: component of the force sensor's wrench, "+fx" … "-fz".
         second_axis: the same of a second force sensor; "" where the arm is the second channel.
+        found: makes a breach of a rule; see `stepload.run.watch`.
     """
 
     __slots__ = (
-        "_answer_alpha", "_answer_m", "_answer_n", "_answer_rise_n", "_cross_alpha", "_cross_s",
-        "_delayed", "_delayed_at", "_difference_n", "_last_n", "_last_target_m",
-        "_least_progress_m", "_limits", "_mean_n", "_model_alpha", "_model_m", "_now_s",
-        "_progress_m", "_progress_s", "_progress_time_s", "_recent_m_s", "_rest", "_rest_steps",
-        "_second_is_arm", "_slope_noise_n_per_s", "_slow_n", "_speed_decay", "_steps",
-        "_still_blur_m", "_still_m", "_still_model_m",
-        "_tared", "_taut_s", "arm", "cause", "force", "force_n", "predicted_n", "second",
-        "second_n", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n", "smooth_tau_s",
-        "speed_m_s", "zero_n",
+        "_answer_alpha", "_answer_m", "_answer_n", "_answer_rise_n", "_cross", "_cross_s",
+        "_delayed", "_delayed_at", "_found", "_last_n", "_last_target_m", "_least_progress_m",
+        "_limits", "_mean_n", "_model_alpha", "_model_m", "_now_s", "_progress_m", "_progress_s",
+        "_progress_time_s", "_recent_m_s", "_rest", "_rest_steps", "_second_is_arm",
+        "_slope_noise_n_per_s", "_slow_n", "_speed_decay", "_steps", "_still_blur_m", "_still_m",
+        "_still_model_m", "_tared", "_taut_s", "arm", "cause", "force", "force_n", "predicted_n",
+        "second", "second_n", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n",
+        "smooth_tau_s", "speed_m_s", "zero_n",
     )  # fmt: skip
 
-    def __init__(self, limits: RunLimits, force_axis: str, second_axis: str = "") -> None:
+    def __init__(
+        self, limits: RunLimits, force_axis: str, second_axis: str = "", found: Found = Breach
+    ) -> None:
         self._limits = limits
+        self._found = found
         counts, clock_s = limits.identical_counts, limits.clock_s
         self.force = ForceWatch(
             "force sensor",
@@ -103,6 +80,7 @@ class Supervisor:
             stale_s=limits.stale_force_s,
             identical_counts=counts,
             clock_s=clock_s,
+            found=found,
         )
         self.second: ForceWatch | None = None
         if second_axis:
@@ -113,6 +91,7 @@ class Supervisor:
                 stale_s=limits.stale_second_s,
                 identical_counts=limits.second_identical_counts,
                 clock_s=clock_s,
+                found=found,
             )
         self._second_is_arm = limits.cross_check == "arm"
         self.arm = ArmWatch(
@@ -120,11 +99,11 @@ class Supervisor:
             identical_counts=limits.second_identical_counts,
             clock_s=clock_s,
             needs_force=self._second_is_arm,
+            found=found,
         )
         period_s = limits.period_s
         self.smooth_tau_s = tau_s = max(0.25 * limits.reaction_s, 2.0 * period_s)
         self.smooth_alpha = period_s / tau_s
-        self._cross_alpha = min(1.0, period_s / limits.cross_filter_s)
         self._model_alpha = period_s / (limits.arm_lag_s + period_s)
         self._delayed = [math.nan] * max(1, round(limits.command_delay_s / period_s))
         self._delayed_at = 0
@@ -138,7 +117,9 @@ class Supervisor:
         slowest_m_s = PROGRESS_SHARE * limits.guarded_speed_m_s
         self._progress_time_s = max(limits.leash_time_s, self._least_progress_m / slowest_m_s)
         self._progress_m = self._progress_s = math.nan
-        self._difference_n = self._cross_s = self._taut_s = 0.0
+        noises_n = limits.noise_n, limits.second_noise_n
+        self._cross = CrossCheck(period_s, limits.channel_skew_s, limits.cross_filter_s, noises_n)
+        self._cross_s = self._taut_s = 0.0
         self._answer_n = self._answer_m = self._last_n = self._slow_n = 0.0
         self._answer_alpha = min(1.0, period_s / ANSWER_FILTER_S)
         self._mean_n = self._recent_m_s = 0.0
@@ -169,7 +150,8 @@ class Supervisor:
         """Take these readings for zero force from now on, and judge forces from now on."""
         self.zero_n, self.second_zero_n = zero_n, second_zero_n
         self._slow_n = self.smooth_n = self._last_n = self.force.raw_n - zero_n
-        self._difference_n = self._cross_s = 0.0
+        self._cross.restart()
+        self._cross_s = 0.0
         self._tared = True
 
     def check(
@@ -207,7 +189,7 @@ class Supervisor:
                 self.cause = Cause(rule, value, limit, unit, age_s, now_s, message)
         return self.cause
 
-    def _judge_motion(self, now_s: float, target_m: float, phase: int) -> Finding | None:
+    def _judge_motion(self, now_s: float, target_m: float, phase: int) -> Breach | None:
         """R7 and R8; keeps the model of the arm and the speed of the target."""
         limits = self._limits
         position_m = self.arm.position_m
@@ -240,7 +222,7 @@ class Supervisor:
         error_m = position_m - model_m
         tolerance_m = limits.model_tolerance_m + limits.model_lag_s * recent
         if not -tolerance_m <= error_m <= tolerance_m:
-            return Finding(
+            return self._found(
                 "R7", error_m, tolerance_m, "m",
                 f"the arm is {error_m * 1e6:+.1f} um away from where its commands should put it",
             )  # fmt: skip
@@ -255,7 +237,7 @@ class Supervisor:
             seen_m = position_m - self._still_m
             self._still_model_m, self._still_m, self._still_blur_m = model_m, position_m, blur_m
             if not seen_m / moved_m >= STILL_SHARE:
-                return Finding(
+                return self._found(
                     "R7", seen_m, STILL_SHARE * moved_m, "m",
                     f"the arm was told to move by {moved_m * 1e6:+.1f} um and moved by"
                     f" {seen_m * 1e6:+.1f} um: its position is frozen, or it does not follow",
@@ -264,7 +246,7 @@ class Supervisor:
             self._progress_s = math.nan
             return None
         if position_m > limits.search_end_m:
-            return Finding(
+            return self._found(
                 "R8", position_m, limits.search_end_m, "m",
                 "surface not found within the search distance",
             )  # fmt: skip
@@ -272,15 +254,13 @@ class Supervisor:
             self._progress_m = position_m + self._least_progress_m
             self._progress_s = now_s
         elif now_s - self._progress_s > self._progress_time_s:
-            return Finding(
+            return self._found(
                 "R7", now_s - self._progress_s, self._progress_time_s, "s",
                 "the arm does not follow: no progress towards the surface",
             )  # fmt: skip
         return None
 
-    def _judge_force(
-        self, target_m: float, compliance_m_per_n: float, phase: int
-    ) -> Finding | None:
+    def _judge_force(self, target_m: float, compliance_m_per_n: float, phase: int) -> Breach | None:
         """R1, R2, R5, R6, R9 and the in-contact speed cap; keeps the filtered force."""
         limits = self._limits
         limit_n, noise_n = limits.force_limit_n, limits.noise_n
@@ -295,7 +275,7 @@ class Supervisor:
         self.smooth_n = smooth_n = self.smooth_n + alpha * (force_n - self.smooth_n)
         self._slow_n = slow_n = self._slow_n + alpha * (smooth_n - self._slow_n)
         self.slope_n_per_s = slope = (smooth_n - slow_n) / self.smooth_tau_s
-        finding = None
+        breach = None
 
         rise = slope - self._slope_noise_n_per_s
         speed = self.speed_m_s
@@ -310,11 +290,11 @@ class Supervisor:
         self.predicted_n = peak_n
 
         if force_n > limit_n:
-            finding = Finding(
+            breach = self._found(
                 "R1", force_n, limit_n, "N", f"force {force_n:.4g} N is above {limit_n:.4g} N"
             )
-        if finding is None and peak_n > limit_n:
-            finding = Finding(
+        if breach is None and peak_n > limit_n:
+            breach = self._found(
                 "R2", peak_n, limit_n, "N",
                 f"force {force_n:.4g} N would rise to {peak_n:.4g} N, above {limit_n:.4g} N,"
                 " before the arm can give way",
@@ -323,56 +303,50 @@ class Supervisor:
         recent = self._recent_m_s
         jump_limit_n = (limits.jump_n + limits.contact_n_s_per_m * recent) * self._steps
         if not -jump_limit_n <= jump_n <= jump_limit_n:
-            finding = finding or Finding(
+            breach = breach or self._found(
                 "R9", jump_n, jump_limit_n, "N",
                 f"force jumped by {jump_n:+.4g} N without a motion that explains it",
             )  # fmt: skip
         if limits.cross_check:
-            finding = self._judge_cross_check(force_n, smooth_n) or finding
+            breach = self._judge_cross_check(force_n, smooth_n) or breach
         if phase == _LOAD:
-            finding = finding or self._judge_load(target_m, smooth_n, speed)
+            breach = breach or self._judge_load(target_m, smooth_n, speed)
         else:
             self._answer_n = self._mean_n = smooth_n
             self._answer_m, self._taut_s = target_m, 0.0
-        return finding
+        return breach
 
-    def _judge_cross_check(self, force_n: float, smooth_n: float) -> Finding | None:
-        """R5: the difference of the channels, filtered, for longer than the plan allows.
+    def _judge_cross_check(self, force_n: float, smooth_n: float) -> Breach | None:
+        """R5: the channels differ by more than the plan allows, for longer than it allows.
 
-        The channels' delays differ: while the force rises the tolerance grows by what it rises in
-        that time (a frozen channel gets nothing), and while the target moves away, which is safe,
-        nothing is counted.
+        While the target moves away, which is safe, nothing is counted.
         """
         limits = self._limits
-        second = self.second
-        second_n = (self.arm.force_n if second is None else second.raw_n) - self.second_zero_n
-        self.second_n = second_n
-        difference_n = self._difference_n
-        difference_n += self._cross_alpha * (second_n - force_n - difference_n)
-        self._difference_n = difference_n
+        raw_n = self.arm.force_n if self.second is None else self.second.raw_n
+        self.second_n = second_n = raw_n - self.second_zero_n
+        self._cross.add(force_n, second_n)
+        difference_n = self._cross.difference_n
         tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(smooth_n)
-        if self.slope_n_per_s > 0.0:
-            tolerance_n += self.slope_n_per_s * limits.channel_skew_s
         if -tolerance_n <= difference_n <= tolerance_n or self.speed_m_s < 0.0:
             self._cross_s = 0.0
             return None
         self._cross_s += limits.period_s
         if self._cross_s <= limits.cross_time_s:
             return None
-        return Finding(
+        return self._found(
             "R5", difference_n, tolerance_n, "N",
             f"the second channel reads {difference_n:+.4g} N beside the force sensor's"
             f" {smooth_n:.4g} N",
         )  # fmt: skip
 
-    def _judge_load(self, target_m: float, smooth_n: float, speed: float) -> Finding | None:
+    def _judge_load(self, target_m: float, smooth_n: float, speed: float) -> Breach | None:
         """R6 and the in-contact speed cap."""
         limits = self._limits
         noise_n = limits.noise_n
         room_n = limits.force_limit_n - smooth_n - 6.0 * noise_n
         cap_n = 1.25 * room_n + 2.0 * noise_n
         if speed * limits.contact_n_s_per_m > cap_n and speed > 0.0:
-            return Finding(
+            return self._found(
                 "CAP", speed, max(cap_n, 0.0) / limits.contact_n_s_per_m, "m/s",
                 "faster in contact than a hidden hard stop would allow",
             )  # fmt: skip
@@ -387,7 +361,7 @@ class Supervisor:
         self._taut_s += limits.period_s
         if self._taut_s <= limits.leash_time_s:
             return None
-        return Finding(
+        return self._found(
             "R6", travel_m, LEASH_SHARE * leash_n / limits.stiffness_n_per_m, "m",
             f"{travel_m * 1e6:.1f} um of travel and no answer in force",
         )  # fmt: skip

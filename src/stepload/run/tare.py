@@ -3,50 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
+from stepload.record.outcome import Tare
 from stepload.run.supervisor import Supervisor
 
 LEAST_READINGS = 3
-SURE_SIGMAS = 3.0
-
-
-@dataclass(frozen=True, slots=True)
-class Tare:
-    """One look at the channels at rest in free air, not tared; second channel NaN where none.
-
-    `noise_n` is the standard deviation about the slope.
-    """
-
-    time_s: float
-    duration_s: float
-    samples: int
-    mean_n: float
-    noise_n: float
-    slope_n_per_s: float
-    second_mean_n: float
-    second_noise_n: float
-
-    @property
-    def mean_error_n(self) -> float:
-        """Standard error of `mean_n`."""
-        return self.noise_n / math.sqrt(self.samples)
-
-    @property
-    def second_mean_error_n(self) -> float:
-        """Standard error of `second_mean_n`."""
-        return self.second_noise_n / math.sqrt(self.samples)
-
-    @property
-    def sure_noise_n(self) -> float:
-        """Lower bound (3 sigma) of the noise."""
-        return self.noise_n * (1.0 - SURE_SIGMAS / math.sqrt(2.0 * self.samples))
-
-    @property
-    def sure_slope_n_per_s(self) -> float:
-        """Lower bound (3 sigma) of the drift's size; 0 where none is sure."""
-        error = self.noise_n * math.sqrt(12.0 / self.samples) / self.duration_s
-        return max(0.0, abs(self.slope_n_per_s) - SURE_SIGMAS * error)
 
 
 class _Line:

@@ -5,16 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from stepload.plan.model import Plan, SecondForceSource
-from stepload.plan.pressing import Measured
+from stepload.envelope.bounds import Measured
+from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.errors import DomainError, RefusedError
+from stepload.plan.model import SecondForceSource
+from stepload.record.outcome import Cause
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 from stepload.run.controller import StepController
 from stepload.run.course import Course
-from stepload.run.limits import RunLimits, derive_limits
 from stepload.run.operator import Operator, StopLevel
-from stepload.run.procedure import StepProcedure
-from stepload.run.supervisor import Cause, Supervisor
+from stepload.run.order import RunOrder
+from stepload.run.steps import Control
+from stepload.run.supervisor import Supervisor
+from stepload.run.watch import Breach, Found
 
 SAFING_EXTRA_S = 2.0
 """Longer than the retract should take; after that safing acts without the loop."""
@@ -28,20 +32,31 @@ _SAFING = int(Phase.SAFING)
 class Engine:
     """State of a run. It reads no clock and touches no device.
 
-    `procedure` says where the run is, `row` is the newest tick for the record, `events` what has
+    `course` says where the run is, `row` is the newest tick for the record, `events` what has
     happened since the loop last emptied it, as (time_s, kind, data). `safe_reached` says whether
     the retract after a trip came to its end.
+
+    Args:
+        envelope: of the plan.
+        operator: where stop and pause requests come in.
+        start_cycle, start_level: where the run begins; the level is an index.
+        found, controller: parts that what proves the product may replace; see `Found`, `Control`.
+
+    Raises:
+        RefusedError: the plan may not be pressed.
     """
 
     def __init__(
         self,
-        plan: Plan,
-        limits: RunLimits,
+        envelope: Envelope,
         operator: Operator,
         *,
         start_cycle: int = 1,
         start_level: int = 0,
+        found: Found = Breach,
+        controller: Control = StepController,
     ) -> None:
+        plan, limits = envelope.plan, envelope.run_limits
         rig = plan.rig
         second = rig.second_force
         second_axis = (
@@ -52,11 +67,11 @@ class Engine:
         self.limits = limits
         self.operator = operator
         self.events: list[tuple[float, str, dict[str, object]]] = []
-        self.supervisor = Supervisor(limits, rig.force.axis, second_axis)
-        self.procedure = Course(
+        self.supervisor = Supervisor(limits, rig.force.axis, second_axis, found)
+        self.course = Course(
             plan.procedure, limits, self.supervisor, operator, self._emit, start_cycle
         )
-        self.steps = StepProcedure(self.procedure, self._adopt, start_level).steps
+        self.steps = RunOrder(self.course, self._adopt, start_level, controller).steps
         self._plan = plan
         self._measured = Measured(0.0, 0.0)
         self.cause: Cause | None = None
@@ -74,10 +89,10 @@ class Engine:
     @property
     def retract_distance_m(self) -> float:
         """How far the arm must go back from where it may be now for the contact to be open."""
-        procedure = self.procedure
-        goal_m = self._safe_m if self.safing else procedure.release_m
-        way_m = max(procedure.believed_m, self.target_m) - goal_m
-        return way_m if way_m > procedure.retract_m else procedure.retract_m
+        course = self.course
+        goal_m = self._safe_m if self.safing else course.release_m
+        way_m = max(course.believed_m, self.target_m) - goal_m
+        return way_m if way_m > course.retract_m else course.retract_m
 
     def tick(
         self,
@@ -94,11 +109,11 @@ class Engine:
         """
         step_s = now_s - self._last_s
         if self._last_s != self._last_s:
-            self._emit(now_s, "limits", {t.name: t.value for t in self.limits.terms})
+            self._emit(now_s, "limits", {**self.limits.values})
         self._last_s = now_s
         if not 0.0 <= step_s <= self._longest_step_s:
             step_s = self._longest_step_s if step_s > 0.0 else 0.0
-        sup, procedure = self.supervisor, self.procedure
+        sup, course = self.supervisor, self.course
         cause = sup.check(
             now_s,
             force_samples,
@@ -117,11 +132,11 @@ class Engine:
             self._begin_safing(now_s)
             done = False
         else:
-            self.target_m = procedure.step(now_s, step_s)
-            self._phase = procedure.phase
-            done = procedure.done
-            if procedure.failure is not None:
-                reason, value, limit, unit, message = procedure.failure
+            self.target_m = course.step(now_s, step_s)
+            self._phase = course.phase
+            done = course.done
+            if course.failure is not None:
+                reason, value, limit, unit, message = course.failure
                 age_s = max(0.0, now_s - sup.force.receive_s)
                 self.trip(Cause(reason, value, limit, unit, age_s, now_s, message))
                 done = False
@@ -129,27 +144,28 @@ class Engine:
             self.peak_force_n = sup.force_n
         self.row = TickRow(
             now_s, self.target_m, sup.force_n, sup.second_n, sup.predicted_n,
-            self.limits.force_limit_n, self.steps.controller.c_m_per_n, procedure.level_n,
-            self.late_s, self._phase, procedure.cycle, procedure.step_number,
+            self.limits.force_limit_n, self.steps.controller.c_m_per_n, course.level_n,
+            self.late_s, self._phase, course.cycle, course.step_number,
         )  # fmt: skip
         return self.target_m, done
 
-    def _adopt(self, measured: Measured) -> None:
+    def _adopt(self, measured: Measured) -> RefusedError | DomainError | None:
         """Go on with thresholds for what the rig turned out to be, where that is worse than before.
 
-        Raises:
-            RefusedError: the plan leaves no room below F_c any more.
+        Where the plan leaves no room below F_c any more, the reason is returned.
         """
         last = self._measured
         self._measured = measured = Measured(
             max(last.noise_n, measured.noise_n), max(last.bias_n, measured.bias_n)
         )
-        self.limits = self.procedure.limits = limits = derive_limits(
-            self._plan, elastic_limit_n=self.limits.elastic_limit_n, measured=measured
-        )
+        derived = envelope_of(self._plan, measured)
+        if derived.limits is None:
+            return derived.refusal
+        self.limits = self.course.limits = limits = derived.limits
         self.supervisor.adopt(limits)
-        self.steps.controller = StepController(limits)
-        self._emit(self._last_s, "limits", {t.name: t.value for t in limits.terms})
+        self.steps.adopt(limits)
+        self._emit(self._last_s, "limits", {**limits.values})
+        return None
 
     def trip(self, cause: Cause) -> None:
         """Stop and retract for this reason, unless there is an earlier one."""
@@ -164,11 +180,11 @@ class Engine:
         """The target goes back to the measured position at once, then away from the surface."""
         self.safing = True
         self._phase = _SAFING
-        procedure = self.procedure
+        course = self.course
         position_m = self.supervisor.arm.position_m
-        self._safe_m = procedure.release_m
-        if procedure.believed_m < self.target_m:
-            self.target_m = procedure.target_m = procedure.believed_m
+        self._safe_m = course.release_m
+        if course.believed_m < self.target_m:
+            self.target_m = course.target_m = course.believed_m
         self._safe_speed_m_s = 0.0
         way_m = abs(self.target_m - self._safe_m)
         needed_s = way_m / self.limits.retract_speed_m_s
@@ -184,8 +200,8 @@ class Engine:
             self._safe_speed_m_s + 2.0 * limits.acceleration_m_s2 * step_s,
         )
         target_m = max(self._safe_m, self.target_m - self._safe_speed_m_s * step_s)
-        self.target_m = self.procedure.target_m = target_m
-        near_m = min(limits.model_tolerance_m, ARRIVAL_SHARE * self.procedure.retract_m)
+        self.target_m = self.course.target_m = target_m
+        near_m = min(limits.model_tolerance_m, ARRIVAL_SHARE * self.course.retract_m)
         clear = self.supervisor.arm.position_m <= self._safe_m + near_m
         if self.target_m <= self._safe_m and clear:
             self.safe_reached = True

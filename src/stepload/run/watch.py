@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 from stepload.rig.samples import ArmSample, ForceSample
 
@@ -11,18 +11,25 @@ AXES = {"fx": 0, "fy": 1, "fz": 2}
 EMPTY_TICKS = 3
 """A host that was late itself gives its readers this many ticks to catch up."""
 LATE_CLOCK_TICKS = 5
+AHEAD_S = 1e-4
+"""A sample stamped this much later than its tick has no age that R3 could judge."""
 CLOCK_TRACKING = 1e-3
 """Share of a clock difference that is taken for slow drift and followed, per tick."""
 
 
-class Finding(NamedTuple):
-    """What is wrong with a stream."""
+class Breach(NamedTuple):
+    """A rule that samples have broken, with the value and the limit it was judged by."""
 
     rule: str
     value: float
     limit: float
     unit: str
     message: str
+
+
+Found = Callable[[str, float, float, str, str], Breach | None]
+"""Makes a breach of (rule, value, limit, unit, message). A run uses `Breach` itself; what proves
+the rules may hand in one that leaves a rule out."""
 
 
 def wrench_axis(axis: str) -> tuple[int, float]:
@@ -33,10 +40,10 @@ def wrench_axis(axis: str) -> tuple[int, float]:
 class _Clock:
     """R10: device time against host time, by the newest sample of each tick."""
 
-    __slots__ = ("_late", "_limit_s", "_offset_s")
+    __slots__ = ("_late", "_offset_s", "limit_s")
 
     def __init__(self, limit_s: float) -> None:
-        self._limit_s = limit_s
+        self.limit_s = limit_s
         self._offset_s = float("nan")
         self._late = 0
 
@@ -44,7 +51,7 @@ class _Clock:
         """Difference in s once it has lasted; 0.0 while sound or where the device has no clock."""
         offset_s = receive_s - device_s
         away_s = offset_s - self._offset_s
-        if -self._limit_s < away_s < self._limit_s:
+        if -self.limit_s < away_s < self.limit_s:
             self._offset_s += CLOCK_TRACKING * away_s
             self._late = 0
             return 0.0
@@ -55,14 +62,93 @@ class _Clock:
         return away_s if self._late >= LATE_CLOCK_TICKS else 0.0
 
 
-class ForceWatch:
-    """State of one force stream; `raw_n` is the newest reading along the pressing axis."""
+class _StreamWatch:
+    """What every stream must be: fresh (R3), in order, and not of the future (R10).
+
+    `receive_s` is the receive time of the newest sample, `fresh` whether this tick brought one.
+    """
+
+    __slots__ = ("_clock", "_empty", "_sequence", "_stale_s", "found", "fresh", "name", "receive_s")
+
+    def __init__(self, name: str, *, stale_s: float, clock_s: float, found: Found) -> None:
+        self.name = name
+        self.found = found
+        self._stale_s = stale_s
+        self._clock = _Clock(clock_s)
+        self._sequence = -1
+        self._empty = 0
+        self.receive_s = float("nan")
+        self.fresh = False
+
+    def take(self, samples: Sequence[Any], now_s: float) -> Breach | None:
+        """Follow the stream; the first rule that its samples break."""
+        if not samples:
+            return self._missing(now_s)
+        self._empty = 0
+        self.fresh = True
+        breach = None
+        last = self._sequence
+        for sample in samples:
+            if sample.sequence <= last:
+                breach = breach or self.found(
+                    "R10", float(sample.sequence), float(last), "",
+                    f"{self.name}: sample {sample.sequence} came after sample {last}",
+                )  # fmt: skip
+            last = sample.sequence
+        self._sequence = last
+        judged = self._judge(samples)
+        breach = breach or judged
+        newest = samples[-1]
+        self.receive_s = receive_s = newest.receive_time_s
+        if receive_s - now_s > AHEAD_S:
+            breach = breach or self.found(
+                "R10", receive_s - now_s, AHEAD_S, "s",
+                f"{self.name}: a sample is stamped {(receive_s - now_s) * 1e3:.3g} ms later than"
+                " now: its age cannot be known",
+            )  # fmt: skip
+        if away_s := self._clock.runs_away(receive_s, newest.device_time_s):
+            breach = breach or self.found(
+                "R10", away_s, self._clock.limit_s, "s",
+                f"{self.name}: device time is {away_s * 1e3:+.1f} ms away from host time",
+            )  # fmt: skip
+        return breach
+
+    def _judge(self, samples: Sequence[Any]) -> Breach | None:
+        """Take the values in; the first of them that is unusable (R4)."""
+        raise NotImplementedError
+
+    def _missing(self, now_s: float) -> Breach | None:
+        self.fresh = False
+        self._empty += 1
+        if self.receive_s != self.receive_s:
+            self.receive_s = now_s
+        age_s = now_s - self.receive_s
+        if age_s > self._stale_s and self._empty >= EMPTY_TICKS:
+            return self.found(
+                "R3", age_s, self._stale_s, "s",
+                f"{self.name}: no new sample for {age_s * 1e3:.1f} ms",
+            )  # fmt: skip
+        return None
+
+    def _frozen(self, name: str, equal: int, counts: int) -> Breach | None:
+        return self.found(
+            "R4", float(equal), float(counts), "samples",
+            f"{name}: {equal} identical samples in a row",
+        )  # fmt: skip
+
+
+class ForceWatch(_StreamWatch):
+    """Watches a force sensor; `raw_n` is its newest reading along the pressing axis, not tared."""
 
     __slots__ = (
-        "_clock", "_clock_limit_s", "_empty", "_full_scale_n", "_index", "_name",
-        "_same", "_sequence", "_sign", "_stale_s", "_wrench", "fresh", "identical_counts", "raw_n",
-        "receive_s",
-    )  # fmt: skip
+        "_full_scale_n",
+        "_index",
+        "_same",
+        "_sign",
+        "_wrench",
+        "identical_counts",
+        "raw_n",
+    )
 
     def __init__(
         self,
@@ -73,166 +159,100 @@ class ForceWatch:
         stale_s: float,
         identical_counts: int,
         clock_s: float,
+        found: Found = Breach,
     ) -> None:
-        self._name = name
+        super().__init__(name, stale_s=stale_s, clock_s=clock_s, found=found)
         self._index, self._sign = wrench_axis(axis)
         self._full_scale_n = full_scale_n
-        self._stale_s = stale_s
         self.identical_counts = identical_counts
-        self._clock = _Clock(clock_s)
-        self._clock_limit_s = clock_s
-        self._sequence = -1
         self._wrench: tuple[float, ...] = ()
         self._same = 0
-        self._empty = 0
         self.raw_n = float("nan")
-        self.receive_s = float("nan")
-        self.fresh = False
 
     def project(self, sample: ForceSample) -> float:
         """Force along the pressing axis, not tared."""
         return self._sign * sample.wrench[self._index]
 
-    def take(self, samples: Sequence[ForceSample], now_s: float) -> Finding | None:
-        """Follow the stream; the first thing wrong with it."""
-        if not samples:
-            return self._missing(now_s)
-        self._empty = 0
-        self.fresh = True
-        finding = None
+    def _judge(self, samples: Sequence[ForceSample]) -> Breach | None:
+        breach = None
         for sample in samples:
-            sequence, device_s, receive_s, status, wrench, _ = sample
+            wrench, status = sample.wrench, sample.status
             raw_n = self._sign * wrench[self._index]
-            if sequence <= self._sequence:
-                finding = finding or Finding(
-                    "R10", float(sequence), float(self._sequence), "",
-                    f"{self._name}: sample {sequence} came after sample {self._sequence}",
-                )  # fmt: skip
             if wrench == self._wrench:
                 self._same += 1
                 if self._same >= self.identical_counts > 0:
-                    finding = finding or Finding(
-                        "R4", float(self._same + 1), float(self.identical_counts), "samples",
-                        f"{self._name}: {self._same + 1} identical samples in a row",
-                    )  # fmt: skip
+                    breach = breach or self._frozen(
+                        self.name, self._same + 1, self.identical_counts
+                    )
             else:
                 self._same = 0
                 self._wrench = wrench
             if status:
-                finding = finding or Finding(
+                breach = breach or self.found(
                     "R4", float(status), 0.0, "",
-                    f"{self._name}: the device flags its sample (status {status})",
+                    f"{self.name}: the device flags its sample (status {status})",
                 )  # fmt: skip
             if -self._full_scale_n < raw_n < self._full_scale_n:
                 self.raw_n = raw_n
             else:
-                finding = finding or Finding(
+                breach = breach or self.found(
                     "R4", raw_n, self._full_scale_n, "N",
-                    f"{self._name}: {raw_n:.4g} N is not finite or beyond full scale",
+                    f"{self.name}: {raw_n:.4g} N is not finite or beyond full scale",
                 )  # fmt: skip
-            self._sequence = sequence
-        self.receive_s = receive_s
-        if away_s := self._clock.runs_away(receive_s, device_s):
-            finding = finding or Finding(
-                "R10", away_s, self._clock_limit_s, "s",
-                f"{self._name}: device time is {away_s * 1e3:+.1f} ms away from host time",
-            )  # fmt: skip
-        return finding
-
-    def _missing(self, now_s: float) -> Finding | None:
-        self.fresh = False
-        self._empty += 1
-        if self.receive_s != self.receive_s:
-            self.receive_s = now_s
-        age_s = now_s - self.receive_s
-        if age_s > self._stale_s and self._empty >= EMPTY_TICKS:
-            return Finding(
-                "R3", age_s, self._stale_s, "s",
-                f"{self._name}: no new sample for {age_s * 1e3:.1f} ms",
-            )  # fmt: skip
-        return None
+        return breach
 
 
-class ArmWatch:
-    """State of the arm's stream; `force_n` is its own force channel, not tared."""
+class ArmWatch(_StreamWatch):
+    """Watches the arm; `force_n` is its own force channel, not tared."""
 
-    __slots__ = (
-        "_clock", "_clock_limit_s", "_counts", "_empty", "_force_n", "_needs_force", "_same",
-        "_sequence", "_stale_s", "force_n", "position_m", "receive_s",
-    )  # fmt: skip
+    __slots__ = ("_counts", "_force_n", "_needs_force", "_same", "force_n", "position_m")
 
     def __init__(
-        self, *, stale_s: float, identical_counts: int, clock_s: float, needs_force: bool
+        self,
+        *,
+        stale_s: float,
+        identical_counts: int,
+        clock_s: float,
+        needs_force: bool,
+        found: Found = Breach,
     ) -> None:
-        self._stale_s = stale_s
+        super().__init__("arm", stale_s=stale_s, clock_s=clock_s, found=found)
         self._counts = identical_counts
-        self._clock = _Clock(clock_s)
-        self._clock_limit_s = clock_s
         self._needs_force = needs_force
-        self._sequence = -1
         self._same = 0
-        self._empty = 0
         self._force_n = float("nan")
         self.force_n = float("nan")
         self.position_m = float("nan")
-        self.receive_s = float("nan")
 
-    def take(self, samples: Sequence[ArmSample], now_s: float) -> Finding | None:
-        """Follow the stream; the first thing wrong with it."""
-        if not samples:
-            self._empty += 1
-            if self.receive_s != self.receive_s:
-                self.receive_s = now_s
-            age_s = now_s - self.receive_s
-            if age_s > self._stale_s and self._empty >= EMPTY_TICKS:
-                return Finding(
-                    "R3", age_s, self._stale_s, "s",
-                    f"arm: no new sample for {age_s * 1e3:.1f} ms",
-                )  # fmt: skip
-            return None
-        self._empty = 0
-        finding = None
+    def _judge(self, samples: Sequence[ArmSample]) -> Breach | None:
+        breach = None
         for sample in samples:
-            sequence, device_s, receive_s, status, position_m, force_n, _ = sample
-            if sequence <= self._sequence:
-                finding = finding or Finding(
-                    "R10", float(sequence), float(self._sequence), "",
-                    f"arm: sample {sequence} came after sample {self._sequence}",
-                )  # fmt: skip
+            status, position_m = sample.status, sample.position_m
             if status:
-                finding = finding or Finding(
+                breach = breach or self.found(
                     "R4", float(status), 0.0, "",
                     f"arm: cannot follow commands, or flags its sample (status {status})",
                 )  # fmt: skip
             if position_m - position_m == 0.0:
                 self.position_m = position_m
             else:
-                finding = finding or Finding(
+                breach = breach or self.found(
                     "R4", position_m, 0.0, "m", f"arm: position {position_m} is not finite"
                 )
             if self._needs_force:
-                finding = finding or self._check_force(force_n)
-            self._sequence = sequence
-        self.receive_s = receive_s
-        if away_s := self._clock.runs_away(receive_s, device_s):
-            finding = finding or Finding(
-                "R10", away_s, self._clock_limit_s, "s",
-                f"arm: device time is {away_s * 1e3:+.1f} ms away from host time",
-            )  # fmt: skip
-        return finding
+                force = self._judge_force(sample.force_n)
+                breach = breach or force
+        return breach
 
-    def _check_force(self, force_n: float) -> Finding | None:
+    def _judge_force(self, force_n: float) -> Breach | None:
         if force_n == self._force_n:
             self._same += 1
             if self._same >= self._counts > 0:
-                return Finding(
-                    "R4", float(self._same + 1), float(self._counts), "samples",
-                    f"arm force: {self._same + 1} identical samples in a row",
-                )  # fmt: skip
+                return self._frozen("arm force", self._same + 1, self._counts)
             return None
         self._same = 0
         self._force_n = force_n
         if force_n - force_n == 0.0:
             self.force_n = force_n
             return None
-        return Finding("R4", force_n, 0.0, "N", f"arm force: {force_n} N is not finite")
+        return self.found("R4", force_n, 0.0, "N", f"arm force: {force_n} N is not finite")

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict
 
+from stepload.envelope.bounds import Measured
 from stepload.errors import DomainError, RefusedError
-from stepload.plan.pressing import Measured
+from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
 from stepload.run.course import Act, Course, Then
 from stepload.run.free_air import ALLOWED_SHARE, FreeAir
-from stepload.run.tare import Tare, TareWindow
+from stepload.run.tare import TareWindow
 
 DRIFT_CHECK_S = 0.5
 BETWEEN_CYCLES_TARE_S = 1.0
@@ -18,7 +19,8 @@ NOISE_FACTOR = 3.0
 STEP_RATES = 5.0
 """Time constants 1/λ that a load step takes, in the estimate of the time to the next zero."""
 
-Adopt = Callable[[Measured], None]
+Adopt = Callable[[Measured], RefusedError | DomainError | None]
+"""Goes on with thresholds for this noise and drift; why the plan does not fit them, or None."""
 
 
 class Zeroing:
@@ -27,8 +29,7 @@ class Zeroing:
     Args:
         course: of the run.
         stopped: what to do when the operator stops the run here.
-        adopt: takes over what was measured where it is worse than planned; raises RefusedError
-            or DomainError where the plan does not fit any more.
+        adopt: takes over what was measured where it is worse than planned.
     """
 
     def __init__(self, course: Course, stopped: Then, adopt: Adopt) -> None:
@@ -139,9 +140,8 @@ class Zeroing:
         drift_n = tare.sure_slope_n_per_s * under_load_s
         if noise_n == 0.0 and drift_n <= plan.max_drift_n:
             return True
-        try:
-            self._adopt(Measured(noise_n, drift_n))
-        except (RefusedError, DomainError) as refusal:
+        refusal = self._adopt(Measured(noise_n, drift_n))
+        if refusal is not None:
             found = f"a noise of {tare.noise_n:.3g} N and a drift of {drift_n:.3g} N until the zero"
             course.fail(
                 "no_room", tare.noise_n, limits.noise_n, "N",

@@ -8,18 +8,19 @@ import os
 import platform
 import re
 import secrets
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
 import stepload
+from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
-from stepload.feasibility.preflight import Preflight
-from stepload.findings import conditions, replayed
-from stepload.open_rig import OpenRig
 from stepload.plan.model import Plan, SecondForceSource
 from stepload.record.recorder import NAME
 from stepload.record.recovery import PART_SUFFIX, sync_directory
-from stepload.run.limits import RunLimits
+from stepload.results import conditions
+from stepload.rig.device import Identity
+from stepload.run import replayed
 
 REPORT, RESULTS, RECORD, PART = "report.html", "results.json", NAME, NAME + PART_SUFFIX
 
@@ -62,12 +63,11 @@ def make_directory(directory: Path) -> None:
             )
 
 
-def metadata(plan: Plan, rig: OpenRig, *, dry_run: bool, seed: int | None) -> dict[str, str]:
+def metadata(plan: Plan, *, dry_run: bool, seed: int | None) -> dict[str, str]:
     """The record's metadata: who, when, with what; flat texts."""
     second = plan.rig.second_force
     sensor = second.sensor if second.source is SecondForceSource.SENSOR else None
-    data = {
-        "run_id": secrets.token_hex(6),
+    return {
         "plan": plan.name,
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
         "dry_run": str(dry_run).lower(),
@@ -83,12 +83,15 @@ def metadata(plan: Plan, rig: OpenRig, *, dry_run: bool, seed: int | None) -> di
         "rig": plan.rig.name,
         "payload": plan.payload.name,
     }
-    for role, identity in rig.identities.items():
-        data[role] = (
-            f"{identity.driver}: {identity.model} {identity.serial_number}, firmware "
-            f"{identity.firmware}, calibration {identity.calibration_revision}"
-        )
-    return data
+
+
+def device_metadata(identities: Mapping[str, Identity]) -> dict[str, str]:
+    """What each device said of itself, by its role."""
+    return {
+        role: f"{each.driver}: {each.model} {each.serial_number}, firmware {each.firmware}, "
+        f"calibration {each.calibration_revision}"
+        for role, each in identities.items()
+    }
 
 
 def plan_files(plan: Plan) -> dict[str, bytes]:
@@ -101,18 +104,18 @@ def plan_files(plan: Plan) -> dict[str, bytes]:
     }
 
 
-def attachments(plan: Plan, limits: RunLimits, check: Preflight) -> dict[str, bytes]:
+def attachments(envelope: Envelope) -> dict[str, bytes]:
     """The record's files: conditions, plan, limits, preflight."""
     reasons = [
         {"code": r.code, "severity": r.severity.value, "message": r.message, "remedy": r.remedy}
-        for r in check.reasons
+        for r in envelope.reasons
     ]
-    stated = conditions.planned(plan, check.theory.elastic_limit_n)
+    told = {"verdict": envelope.verdict.value, "reasons": reasons}
     return {
-        conditions.FILE: conditions.to_bytes(stated),
-        **plan_files(plan),
-        replayed.FILE: replayed.limits_to_bytes(limits),
-        "preflight.json": json.dumps({"verdict": check.verdict.value, "reasons": reasons}).encode(),
+        conditions.FILE: conditions.to_bytes(conditions.planned(envelope)),
+        **plan_files(envelope.plan),
+        replayed.FILE: replayed.limits_to_bytes(envelope.run_limits),
+        "preflight.json": json.dumps(told).encode(),
     }
 
 

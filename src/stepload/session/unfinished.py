@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from stepload.errors import SteploadError
-from stepload.findings.from_file import Wishes, identify_file
-from stepload.findings.identification import Identification
-from stepload.findings.results import identification_data
+from stepload.identify.identification import Identification
 from stepload.record.recovery import Recovered, find_unfinished, recover
+from stepload.results.data import identification_data
+from stepload.results.from_file import Wishes, identify_file
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Repaired:
         fit = self.identification.fit
         return text + (
             f"from what is there: secant {fit.secant_n_per_m:.4g} N/m at {fit.secant_force_n:.4g} N"
-            f", {self.identification.judgement.outcome.value}"
+            f", {self.identification.judgement.verdict.value}"
         )
 
     @property

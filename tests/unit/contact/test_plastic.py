@@ -2,12 +2,10 @@
 
 import math
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload.contact.curves import elastic_plastic_deformation, elastic_plastic_force
 from stepload.contact.domain import Domain
 from stepload.contact.plastic import (
     EARLY_MEETS,
@@ -99,30 +97,12 @@ def test_bodies_apart_carry_no_force() -> None:
     assert CONTACT.deformation(0.0) == (0.0, Domain.INSIDE)
 
 
-def test_array_versions_agree() -> None:
-    x_m = np.concatenate([[-1e-6, 0.0], np.geomspace(1e-3, 150, 200)]) * CONTACT.deformation_c_m
-    values, inside = elastic_plastic_force(CONTACT, x_m)
-    single = [CONTACT.force(float(x)) for x in x_m]
-    np.testing.assert_allclose(values, [p.value for p in single], rtol=1e-12)
-    assert inside.tolist() == [p.inside for p in single]
-
-    loads = np.concatenate([[0.0], np.geomspace(1e-3, 700, 200)]) * CONTACT.force_c_n
-    values, inside = elastic_plastic_deformation(CONTACT, loads)
-    single = [CONTACT.deformation(float(f)) for f in loads]
-    np.testing.assert_allclose(values, [p.value for p in single], rtol=1e-12)
-    assert inside.tolist() == [p.inside for p in single]
-
-
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_not_a_number_is_refused(value: float) -> None:
     with pytest.raises(DomainError):
         CONTACT.force(value)
     with pytest.raises(DomainError):
         CONTACT.deformation(value)
-    with pytest.raises(DomainError):
-        elastic_plastic_force(CONTACT, [value])
-    with pytest.raises(DomainError):
-        elastic_plastic_deformation(CONTACT, [value])
 
 
 def test_minus_infinity_and_negative_force_are_refused() -> None:

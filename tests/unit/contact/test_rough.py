@@ -2,12 +2,10 @@
 
 import math
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload.contact.curves import rough_deformation
 from stepload.contact.domain import Domain
 from stepload.contact.rough import (
     P0_BRANCH,
@@ -88,16 +86,6 @@ def test_roughness_acts_through_one_length() -> None:
         assert other.deformation(force_n).value == pytest.approx(one.deformation(force_n).value)
 
 
-@quick
-@given(contacts)
-def test_array_version_agrees(contact: RoughSphere) -> None:
-    force_n = np.concatenate([[0.0], np.geomspace(1e-4, 1e4, 60)])
-    values, inside = rough_deformation(contact, force_n)
-    single = [contact.deformation(float(f)) for f in force_n]
-    np.testing.assert_allclose(values, [point.value for point in single], rtol=1e-12)
-    assert inside.tolist() == [point.inside for point in single]
-
-
 def test_rms_and_equivalent_roughness() -> None:
     assert rms_roughness(6e-6) == pytest.approx(7.52e-6, rel=1e-3)
     assert equivalent_roughness(3e-6, 4e-6) == pytest.approx(5e-6)
@@ -109,8 +97,6 @@ def test_force_outside_the_model_is_refused(force_n: float) -> None:
     contact = RoughSphere(K, 7.5e-6, 257.0)
     with pytest.raises(DomainError, match="contact force"):
         contact.deformation(force_n)
-    with pytest.raises(DomainError, match="contact force"):
-        rough_deformation(contact, [1.0, force_n])
 
 
 @pytest.mark.parametrize("args", [(0.0, 1e-6, 9.0), (K, 0.0, 9.0), (K, 1e-6, math.nan)])

@@ -13,18 +13,18 @@ from scipy.stats import binom
 
 from stepload.errors import DomainError
 from stepload.identify.budget import budget, secant_gradient
-from stepload.identify.fit import Flag
-from stepload.identify.fit_all import recursive_as_batch, recursive_fit, recursive_used
+from stepload.identify.fit_all import recursive_as_batch, recursive_fit
 from stepload.identify.inverse_law import inverse_ls, joint
 from stepload.identify.ls import rs_btls
 from stepload.identify.odr import odr
+from stepload.identify.selection import select
 from stepload.identify.sensitivity import (
     joint_sensitivity,
     numeric_sensitivity,
     zero_given_sensitivity,
 )
 from stepload.identify.sources import Sources
-from stepload.paper.step_load import SCENARIO_C, STVF, press
+from stepload_verify.paper.step_load import SCENARIO_C, STVF, press
 
 K, N = 6.57e8, 1.5
 FORCE = np.linspace(3.0, 300.0, 150)
@@ -54,27 +54,12 @@ def moved_by(error_m, force=FORCE, estimator=joint):
 @given(st.integers(0, 2**32 - 1))
 def test_joint_sensitivity_is_the_derivative_of_the_fit(seed):
     error = 1e-7 * np.random.default_rng(seed).standard_normal(FORCE.size)
-    sensitivity, prior = joint_sensitivity(FIT, FORCE)
+    sensitivity = joint_sensitivity(FIT, FORCE)
     assert np.allclose(sensitivity @ error, moved_by(error), rtol=1e-4, atol=1e-10)
-    assert not prior.any()
-
-
-def test_joint_sensitivity_with_a_prior():
-    error = 1e-7 * np.sin(FORCE / 30)
-    sensitivity, prior = joint_sensitivity(FIT, FORCE, sigma_m=1e-6, zero_prior_sigma_m=0.1e-6)
-
-    def with_prior(mean):
-        return lambda d, f: joint(d, f, sigma_m=1e-6, zero_prior=(mean, 0.1e-6))
-
-    expected = moved_by(error, estimator=with_prior(1e-6))
-    assert np.allclose(sensitivity @ error, expected, rtol=1e-3, atol=1e-10)
-    high, low = with_prior(1.001e-6), with_prior(0.999e-6)
-    by_mean = (theta(high(DEFORMATION, FORCE)) - theta(low(DEFORMATION, FORCE))) / 2e-9
-    assert np.allclose(prior, by_mean, rtol=1e-3)
 
 
 def test_numeric_sensitivity_agrees_with_the_analytic_one():
-    analytic, _ = joint_sensitivity(FIT, FORCE)
+    analytic = joint_sensitivity(FIT, FORCE)
     numeric = numeric_sensitivity(joint, DEFORMATION, FORCE, step_m=1e-9)
     for error in (np.ones(FORCE.size), FORCE, np.sin(FORCE / 40)):
         assert np.allclose(numeric @ error, analytic @ error, rtol=0.02, atol=1e-3)
@@ -167,14 +152,6 @@ def test_a_gauge_across_the_contact_has_no_system_stiffness():
     assert 0 < result.sigma_n < through_arm.sigma_n
 
 
-def test_exponent_that_cannot_be_told_is_said():
-    wide = replace(NOTHING, smooth_error_m=2e-6)
-    (doubt,) = budget(FIT, DEFORMATION, FORCE, wide).doubts
-    assert doubt.flag is Flag.EXPONENT_UNDETERMINED
-    assert "cannot tell n = " in doubt.message
-    assert budget(FIT, DEFORMATION, FORCE, NOTHING).doubts == ()
-
-
 def test_ellipse_is_the_95_percent_region():
     result = budget(FIT, DEFORMATION, FORCE, replace(NOTHING, smooth_error_m=0.5e-6))
     log_k, n = result.ellipse.outline(40)
@@ -189,8 +166,6 @@ def test_what_has_no_budget_is_refused():
         budget(unknown, DEFORMATION, FORCE, NOTHING)
     with pytest.raises(DomainError, match="no contact law"):
         budget(replace(FIT, n=-1.0), DEFORMATION, FORCE, NOTHING)
-    with pytest.raises(DomainError, match="zero_sigma_m"):
-        budget(replace(FIT, estimator="joint_prior"), DEFORMATION, FORCE, NOTHING)
 
 
 @pytest.mark.parametrize("k", [6.57e8, 2.23e8], ids=["plastic sphere", "plastic cone"])
@@ -243,9 +218,9 @@ def test_the_recursive_fit_as_one_decomposition():
     rng = np.random.default_rng(0)
     force = np.repeat(np.linspace(3.0, 300.0, 900), 2)
     deformation = (force / 6.57e8) ** (1 / 1.5) + rng.normal(0, 1e-7, force.size)
-    used = recursive_used(deformation, force)
-    assert 100 < np.count_nonzero(used) < force.size
-    fit = recursive_fit(deformation, force, 300.0)
+    selected = select(deformation, force, system_stiffness_n_per_m=None)
+    used = selected.recursive_used
+    fit = recursive_fit(selected, 300.0)
     batch = recursive_as_batch(deformation[used], force[used], 300.0)
     assert batch.n == pytest.approx(fit.n, rel=1e-9)
     assert batch.k == pytest.approx(fit.k, rel=1e-7)

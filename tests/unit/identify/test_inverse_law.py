@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 
 from stepload.errors import DomainError
 from stepload.identify.fit import Flag, FloatArray
-from stepload.identify.inverse_law import ZeroPrior, inverse_ls, joint
+from stepload.identify.inverse_law import inverse_ls, joint
 
 quick = settings(max_examples=25, deadline=None)
 seeds = st.integers(0, 10_000)
@@ -27,20 +27,13 @@ def noisy(
 
 
 def by_scipy(
-    x: FloatArray,
-    y: FloatArray,
-    *,
-    free_zero: bool = True,
-    prior: tuple[float, float, float] | None = None,
+    x: FloatArray, y: FloatArray, *, free_zero: bool = True
 ) -> tuple[FloatArray, FloatArray]:
     """(ln K, n, δ0) and JᵀJ's inverse of residuals in µm, by Levenberg–Marquardt."""
 
     def residual(q: FloatArray) -> FloatArray:
         zero_um = q[2] if free_zero else 0.0
         r = x * 1e6 - zero_um - 1e6 * np.exp((np.log(y) - q[0]) / q[1])
-        if prior is not None:
-            mean_m, sigma_m, noise_m = prior
-            r = np.append(r, (zero_um - mean_m * 1e6) * noise_m / sigma_m)
         return r
 
     start = [20.0, 1.4, 0.5] if free_zero else [20.0, 1.4]
@@ -75,17 +68,6 @@ def test_inverse_ls_equals_scipy(seed: int) -> None:
     assert fit.zero_m == 0.0
 
 
-@quick
-@given(seeds, st.floats(-3e-6, 3e-6), st.floats(1e-8, 1e-5))
-def test_prior_equals_scipy(seed: int, mean_m: float, sigma_m: float) -> None:
-    x, y = noisy(seed)
-    (_, exponent, zero), _ = by_scipy(x, y, prior=(mean_m, sigma_m, 0.3e-6))
-    fit = joint(x, y, sigma_m=0.3e-6, zero_prior=(mean_m, sigma_m))
-    assert fit.estimator == "joint_prior"
-    assert fit.n == pytest.approx(exponent, rel=1e-6)
-    assert fit.zero_m == pytest.approx(zero, rel=1e-5, abs=1e-12)
-
-
 def test_covariances_are_those_of_the_jacobian() -> None:
     x, y = noisy(3)
     _, inverse = by_scipy(x, y)
@@ -107,21 +89,6 @@ def test_covariance_covers_white_noise() -> None:
     fits = [joint(*noisy(seed)) for seed in range(150)]
     stated = [math.sqrt(f.covariance[1, 1]) for f in fits if f.covariance is not None]
     assert np.std([f.n for f in fits]) == pytest.approx(np.mean(stated), rel=0.2)
-
-
-def test_prior_goes_from_known_zero_to_free_zero() -> None:
-    x, y = noisy(4)
-    tight = joint(x, y, zero_prior=ZeroPrior(0.0, 1e-12))
-    assert tight.n == pytest.approx(inverse_ls(x, y).n, rel=1e-6)
-    assert abs(tight.zero_m) < 1e-11
-    loose = joint(x, y, zero_prior=ZeroPrior(0.0, 1.0))
-    assert loose.n == pytest.approx(joint(x, y).n, rel=1e-8)
-    between = joint(x, y, zero_prior=ZeroPrior(0.0, 1e-7))
-    assert 0.0 < between.zero_m < joint(x, y).zero_m
-    assert between.covariance is not None
-    free = joint(x, y).covariance
-    assert free is not None
-    assert between.covariance[2, 2] < min(free[2, 2], 1e-14)
 
 
 @quick
@@ -187,10 +154,6 @@ def test_unusable_data_are_refused() -> None:
     for constant_m in (0.0, 1e-5, 1.1e-5, -0.3):
         with pytest.raises(DomainError, match="does not rise with the force"):
             joint(np.full(50, constant_m), force_n)
-    with pytest.raises(DomainError, match="prior of the zero"):
-        joint(x, force_n, zero_prior=(0.0, 0.0))
-    with pytest.raises(DomainError, match="prior of the zero"):
-        joint(x, force_n, zero_prior=(math.nan, 1e-6))
     with pytest.raises(DomainError, match="sigma of the deformation"):
         inverse_ls(x, force_n, sigma_m=0.0)
     with pytest.raises(DomainError, match="not finite"):

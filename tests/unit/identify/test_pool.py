@@ -10,7 +10,7 @@ import pytest
 from stepload.errors import DomainError
 from stepload.identify.pool import pool
 from stepload.identify.system import SeriesContact, SystemStiffnessFit, fit_system_stiffness
-from stepload.paper.step_load import SCENARIO_C, StepRig, press
+from stepload_verify.paper.step_load import SCENARIO_C, StepRig, press
 
 FINE = StepRig(
     position_resolution_m=0.1e-6, force_resolution_n=0.1, force_noise_n=0.05, rate_hz=100.0

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from stepload.plan.calibration import CalibrationRecord, read_calibration, write_calibration
+from stepload.plan.leaves import Choice, Day, Number, Quantity, Switch, Text
 from stepload.plan.load import load_plan
-from stepload.plan.model import Plan, Provenance
+from stepload.plan.model import Plan, Provenance, RecordPolicy
 from stepload.plan.problems import PlanError
+from stepload.plan.sections import Entry, entries
 
 WritePlan = Callable[..., Path]
 
@@ -54,7 +60,7 @@ def planned(
 def test_what_is_written_is_read_back_exactly(tmp_path: Path) -> None:
     path = tmp_path / "cal.json"
     bare = replace(RECORD, temperature_c=None, pose="", run="", software="", smooth_error_m=None)
-    for record in (RECORD, bare):
+    for record in (RECORD, bare, replace(RECORD, valid_until=RECORD.measured_on)):
         write_calibration(record, path)
         assert read_calibration(path) == record
     assert [p.name for p in tmp_path.iterdir()] == ["cal.json"]
@@ -100,9 +106,174 @@ def test_a_record_that_does_not_fit_is_doubted_or_refused(
     assert problem in caught.value.problems[0].message
 
 
-def test_its_last_day_is_still_valid(write_plan: WritePlan, tmp_path: Path) -> None:
-    record = replace(RECORD, valid_until=TODAY)
-    assert planned(write_plan, tmp_path, record).rig.system_stiffness.validity_problem == ""
+def test_every_value_of_the_record_takes_the_place_of_the_plans_own(
+    write_plan: WritePlan, tmp_path: Path
+) -> None:
+    stiffness = planned(write_plan, tmp_path, RECORD).rig.system_stiffness
+    for field in (
+        "stiffness_n_per_m", "sigma_n_per_m", "msde_m", "damping_n_s_per_m", "smooth_error_m",
+        "smooth_degrees", "measured_on", "valid_until", "pose", "direction", "temperature_c",
+        "simulated",
+    ):  # fmt: skip
+        assert getattr(stiffness, field) == getattr(RECORD, field), field
+    assert stiffness.policy is RecordPolicy.WARN
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        replace(RECORD, pose=""),
+        replace(RECORD, temperature_c=None),
+        replace(RECORD, temperature_c=18.0),
+        replace(RECORD, temperature_c=28.0),
+        replace(RECORD, simulated=False),
+        replace(RECORD, valid_until=TODAY),
+    ],
+)
+def test_only_what_differs_is_doubted(
+    write_plan: WritePlan, tmp_path: Path, record: CalibrationRecord
+) -> None:
+    stiffness = planned(write_plan, tmp_path, record, "refuse").rig.system_stiffness
+    assert stiffness.validity_problem == ""
+
+
+@pytest.mark.parametrize("celsius", [17.9, 28.1])
+def test_more_than_5_k_away_is_another_temperature(
+    write_plan: WritePlan, tmp_path: Path, celsius: float
+) -> None:
+    record = replace(RECORD, temperature_c=celsius)
+    problem = planned(write_plan, tmp_path, record).rig.system_stiffness.validity_problem
+    assert problem == f"measured at {celsius:g} °C, this is 23 °C (allowed 5 K)"
+
+
+def test_every_doubt_is_named(write_plan: WritePlan, tmp_path: Path) -> None:
+    record = replace(
+        RECORD, rig="other", valid_until=date(2025, 3, 31), pose="x", direction="-fx",
+        temperature_c=99.0,
+    )  # fmt: skip
+    problem = planned(write_plan, tmp_path, record).rig.system_stiffness.validity_problem
+    assert problem == (
+        "made for the rig 'other', this is 'STVF'; expired on 2025-03-31; "
+        "measured in pose 'x', this is 'straight down'; "
+        "measured in direction '-fx', this is '+fz'; "
+        "measured at 99 °C, this is 23 °C (allowed 5 K)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("own", "problem"),
+    [
+        ("valid_until: 2025-03-31", "expired on 2025-03-31"),
+        ("pose: sideways", "measured in pose 'sideways', this is 'straight down'"),
+        ("direction: +fx", "measured in direction '+fx', this is '+fz'"),
+        ("temperature: 29 degC", "measured at 29 °C, this is 23 °C (allowed 5 K)"),
+        ("valid_until: 2025-04-01, temperature: 28 degC", ""),
+    ],
+)
+def test_a_stiffness_of_the_plan_itself_is_doubted_too(
+    write_plan: WritePlan, own: str, problem: str
+) -> None:
+    def load(policy: str) -> str:
+        rig = (
+            "rig: {profile: stvf, arm: {pose: straight down}, "
+            f"system_stiffness: {{value: 3 MN/m, sigma: 1 kN/m, {own}, policy: {policy}}}}}\n"
+            "identify: {temperature: 23 degC}"
+        )
+        plan = load_plan(write_plan(("rig: stvf", rig)), today=TODAY)
+        return plan.rig.system_stiffness.validity_problem
+
+    assert load("warn") == problem
+    if problem:
+        with pytest.raises(PlanError, match="calibrate again"):
+            load("refuse")
+
+
+def test_a_record_is_looked_for_beside_the_file_that_names_it(
+    write_plan: WritePlan, tmp_path: Path
+) -> None:
+    (tmp_path / "rigs").mkdir()
+    write_calibration(RECORD, tmp_path / "rigs" / "cal.json")
+    text = "profile: stvf\nsystem_stiffness: {record: cal.json}\n"
+    (tmp_path / "rigs" / "ours.yaml").write_text(text)
+    plan = load_plan(write_plan(("rig: stvf", "rig: rigs/ours.yaml")), today=TODAY)
+    assert plan.rig.system_stiffness.record == tmp_path / "rigs" / "cal.json"
+    assert plan.rig.system_stiffness.stiffness_n_per_m == RECORD.stiffness_n_per_m
+
+
+def test_a_record_that_cannot_be_opened_is_reported_where_it_is_named(
+    write_plan: WritePlan, tmp_path: Path
+) -> None:
+    (tmp_path / "cal.json").mkdir()
+    with pytest.raises(PlanError) as caught:
+        planned(write_plan, tmp_path, None)
+    (problem,) = caught.value.problems
+    assert (Path(problem.file).name, problem.line) == ("plan.yaml", 3)
+    assert problem.message == "is not a regular file"
+
+
+def test_what_is_bad_in_the_plan_is_not_compared_with_the_record(
+    write_plan: WritePlan, tmp_path: Path
+) -> None:
+    write_calibration(RECORD, tmp_path / "cal.json")
+    rig = (
+        "rig: {profile: stvf, name: 3, arm: {pose: 3}, force: {axis: 3}, "
+        "system_stiffness: {record: cal.json, policy: refuse}}\nidentify: {temperature: 3}"
+    )
+    with pytest.raises(PlanError) as caught:
+        load_plan(write_plan(("rig: stvf", rig)), today=TODAY)
+    said = [p.message.split(":")[0] for p in caught.value.problems]
+    assert said == ["name", "pose", "axis", "temperature"]
+
+
+def _records() -> st.SearchStrategy[CalibrationRecord]:
+    """Any record that a plan would take, by the declaration of each field."""
+
+    def values(entry: Entry) -> st.SearchStrategy[object]:
+        leaf = entry.leaf
+        if isinstance(leaf, Quantity | Number):
+            found: st.SearchStrategy[object] = st.floats(
+                leaf.low, leaf.high, exclude_min=leaf.above, allow_subnormal=False
+            )
+        elif isinstance(leaf, Choice):
+            found = st.sampled_from(leaf.words)
+        elif isinstance(leaf, Switch):
+            found = st.booleans()
+        elif isinstance(leaf, Day):
+            found = st.dates()
+        else:
+            assert isinstance(leaf, Text)
+            letters = st.characters(codec="utf-8").filter(str.isprintable)
+            found = st.text(letters, min_size=1, max_size=leaf.limit).map(str.strip).filter(bool)
+        return st.none() | found if entry.nullable else found
+
+    kept = {e.field: values(e) for e in entries(CalibrationRecord) if e.kept}
+    return st.builds(CalibrationRecord, **kept).map(
+        lambda r: replace(
+            r, measured_on=min(r.measured_on, r.valid_until),
+            valid_until=max(r.measured_on, r.valid_until),
+        )
+    )  # fmt: skip
+
+
+@settings(max_examples=50, deadline=None)
+@given(_records())
+def test_any_record_is_read_back_exactly(record: CalibrationRecord) -> None:
+    with TemporaryDirectory() as directory:
+        path = Path(directory) / "cal.json"
+        write_calibration(record, path)
+        assert read_calibration(path) == record
+
+
+def test_the_file_has_every_key_with_its_unit(tmp_path: Path) -> None:
+    write_calibration(RECORD, tmp_path / "cal.json")
+    assert json.loads((tmp_path / "cal.json").read_text()) == {
+        "stepload_calibration": 1, "rig": "STVF", "pose": "straight down", "direction": "+fz",
+        "temperature": "21.5 degC", "measured_on": "2025-03-01", "valid_until": "2025-06-01",
+        "stiffness": "3321900.3333333335 N/m", "sigma": "21000.0 N/m", "msde": "5.4e-07 m",
+        "smooth_error": "6.1e-07 m", "smooth_degrees": 2.5, "damping": "19000.0 N s/m",
+        "force_from": "120.0 N", "force_to": "300.0 N", "run": "runs/2025-03-01/run.mcap",
+        "software": "0.1.0 — “ümlaut”", "simulated": True,
+    }  # fmt: skip
 
 
 def test_a_missing_record_with_nothing_to_stand_in_is_an_error(write_plan: WritePlan) -> None:
@@ -117,7 +288,7 @@ def test_a_missing_record_with_nothing_to_stand_in_is_an_error(write_plan: Write
         ('"2100', '"-2100', 10, "out of range"),
         (" N/m", " N", 9, "is a force, not a stiffness"),
         ('"direction": "+fz"', '"direction": "up"', 5, "not a choice"),
-        ("2025-06-01", "2025-02-01", 1, "before measured_on"),
+        ("2025-06-01", "2025-02-28", 1, "before measured_on"),
         ('"rig": "STVF",', "", 1, "missing key 'rig'"),
         ('"run"', '"runn"', 17, "unknown key 'runn'"),
         ("{", "[", 20, "not YAML"),

@@ -10,10 +10,11 @@ from typing import Any
 
 import pytest
 
-from stepload.plan.introspect import sections_below
+from stepload.plan.calibration import CalibrationRecord
 from stepload.plan.load import json_schema, load_plan, profiles
-from stepload.plan.plan_section import PlanSection
+from stepload.plan.model import Plan
 from stepload.plan.reference import missing_tables, with_tables
+from stepload.plan.sections import sections_below, written_entries
 
 ROOT = Path(__file__).parents[3]
 DOCS = ROOT / "docs" / "plan.md"
@@ -26,9 +27,9 @@ def test_the_reference_is_up_to_date() -> None:
 
 
 def test_every_key_has_a_meaning() -> None:
-    for model in sections_below(PlanSection):
-        for name, field in model.model_fields.items():
-            assert field.description or name == "shape", f"{model.__name__}.{name}"
+    for kind in (*sections_below(Plan), CalibrationRecord):
+        for entry in written_entries(kind):
+            assert entry.key.meaning, f"{kind.__name__}.{entry.name}"
 
 
 def test_the_first_plan_of_the_reference_is_good(tmp_path: Path) -> None:
@@ -61,7 +62,7 @@ def test_the_schema_is_whole() -> None:
 
 def test_schema_defaults_are_written_as_a_plan_would() -> None:
     definitions = json_schema()["$defs"]
-    procedure = definitions["ProcedureSection"]["properties"]
+    procedure = definitions["Procedure"]["properties"]
     assert (procedure["hold"]["default"], procedure["touches"]["default"]) == ("3 s", 3)
     assert procedure["unload_fraction"]["default"] == "5 %"
     for node in _nodes(definitions):
@@ -71,7 +72,9 @@ def test_schema_defaults_are_written_as_a_plan_would() -> None:
 
 @pytest.mark.parametrize("key", ["radius: 3", 'radius: "3"'])
 def test_the_schema_refuses_a_number_without_unit(key: str) -> None:
-    radius = json_schema()["$defs"]["SphereSection"]["properties"]["radius"]
+    shapes = json_schema()["$defs"]["Payload"]["properties"]["geometry"]["oneOf"]
+    sphere = next(s for s in shapes if s["properties"]["shape"] == {"const": "sphere"})
+    radius = sphere["properties"]["radius"]
     value = key.partition(": ")[2].strip('"')
     assert radius["type"] == "string"
     assert not re.search(radius["pattern"], value)

@@ -66,6 +66,7 @@ def test_good_options_arrive_in_si_with_the_defaults(read) -> None:  # type: ign
         ("count: 1.5", "1.5 is not a whole number", "how many"),
         ("count: true", "True is not a whole number", "how many"),
         ("gain: 50", "50 is not a plain number from 100", "servo gain"),
+        ("gain: .inf", "inf is not a plain number from 100", "servo gain"),
         ("gain: .nan", "nan is not a plain number", "servo gain"),
         ("fast: yes", "yes is not true or false", "whether"),
         ("lookahead: 0.05", "0.05 has no unit", "a time"),
@@ -73,20 +74,22 @@ def test_good_options_arrive_in_si_with_the_defaults(read) -> None:  # type: ign
         ("lookahead: 1 s", "1 s is not a quantity in s from 0.03 to 0.2 s", "look-ahead"),
         ("approach: [0, 0]", "is not a list of three plain numbers", "direction"),
         ("approach: [0, 0, .inf]", "is not a list of three plain numbers", "direction"),
+        ("approach: [0, 0, down]", "is not a list of three plain numbers", "direction"),
+        ("approach: [0, 0, -1, 0]", "is not a list of three plain numbers", "direction"),
         ("approach: down", "down is not a list of three", "direction"),
     ],
 )
-def test_bad_options_are_told_at_their_place(  # type: ignore[no-untyped-def]
+def test_bad_options_are_reported_at_their_place(  # type: ignore[no-untyped-def]
     read, text: str, message: str, hint: str
 ) -> None:
     _, problems = read(f"gain: 200\n{text}" if not text.startswith("gain") else f"\n{text}")
-    told = [p for p in problems if message in p.message]
-    assert told, problems
-    assert told[0].line == 2
-    assert hint in told[0].hint
+    reported = [p for p in problems if message in p.message]
+    assert reported, problems
+    assert reported[0].line == 2
+    assert hint in reported[0].hint
 
 
-def test_a_missing_required_option_is_told_with_its_meaning(read) -> None:  # type: ignore[no-untyped-def]
+def test_a_missing_required_option_is_reported_with_its_meaning(read) -> None:  # type: ignore[no-untyped-def]
     _, problems = read("gain: 200")
     assert [(p.message, p.hint) for p in problems] == [
         ("driver 'fake' needs the option 'host'", "address; a text")

@@ -120,7 +120,9 @@ def test_a_procedure_may_be_a_file(write_plan: WritePlan, tmp_path: Path) -> Non
     assert plan.procedure.levels_n == (10.0, 20.0)
 
 
-def test_a_problem_in_a_file_is_told_with_that_file(write_plan: WritePlan, tmp_path: Path) -> None:
+def test_a_problem_in_a_file_is_reported_with_that_file(
+    write_plan: WritePlan, tmp_path: Path
+) -> None:
     path = write_plan()
     (tmp_path / "ball.yaml").write_text("name: ball\ngeometry: {shape: sphere, radius: 3}\n")
     with pytest.raises(PlanError) as caught:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from stepload.plan.problems import PlanError, Problem
 from stepload.plan.source import Source
-from stepload.plan.tree import Mapping, Scalar, Sequence, parse_tree, resolve
+from stepload.plan.tree import MAX_DEPTH, MAX_NODES, Mapping, Scalar, Sequence, parse_tree, resolve
 
 
 @pytest.mark.parametrize(
@@ -50,3 +51,51 @@ def test_nodes_know_their_places() -> None:
     empty = root.entries["d"]
     assert isinstance(empty, Scalar)
     assert (empty.value, empty.place.line, empty.place.column) == (None, 5, 3)
+
+
+def problems(text: str) -> list[Problem]:
+    try:
+        return parse_tree(Source("f.yaml", Path("f.yaml"), text, text.encode()))[1]
+    except PlanError as error:
+        return list(error.problems)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "column", "message", "hint"),
+    [
+        ("a: 1\na: 2", 2, 1, "duplicate key 'a'", "given already in line 1"),
+        ("a: *b", 1, 4, "alias *b", "write the value where it is used"),
+        ("a: &b 1", 1, 4, "anchor &b", "write the value where it is used"),
+        ("<<: {a: 1}", 1, 1, "merge key <<", "write the value where it is used"),
+        ("a: !x 1", 1, 4, "tag !x", "plans are plain data"),
+        ("[a]: 1", 1, 1, "a key that is not a word", "write key: value"),
+        ("a: 1\n---\nb: 1", 2, 1, "a second document", "one plan per file"),
+        ("%YAML 1.1\n---\na: 1", 2, 1, "a YAML directive", "without directives"),
+        ("%TAG ! x\n---\na: 1", 2, 1, "a YAML directive", "without directives"),
+        ("a: \0", 1, 4, "a NUL character", "plans are text"),
+        ("a: \x07", 1, 4, "character U+0007 is not allowed", "remove it"),
+        ("a:\n\tb: 1", 2, 1, "a tab", "indent with spaces"),
+        ("a: [1", 1, 6, "not YAML: expected ',' or ']'", "flow sequence"),
+        ("", 1, 1, "the file is empty", "docs/plan.md"),
+    ],
+)
+def test_what_is_no_plain_yaml_is_reported_at_its_place(
+    text: str, line: int, column: int, message: str, hint: str
+) -> None:
+    (problem,) = problems(text)
+    assert (problem.line, problem.column) == (line, column)
+    assert message in problem.message
+    assert hint in problem.hint
+
+
+def test_a_plan_may_name_its_version_of_yaml() -> None:
+    assert problems("%YAML 1.2\n---\na: 1") == []
+
+
+def test_depth_and_number_of_values_are_bounded() -> None:
+    deep = MAX_DEPTH - 1
+    assert problems("[" * deep + "1" + "]" * deep) == []
+    assert "nested deeper than 16" in problems("[" * 16 + "1" + "]" * 16)[0].message
+    many = MAX_NODES - 1
+    assert problems("[" + "1," * many + "]") == []
+    assert "more than 20000 values" in problems("[" + "1," * (many + 1) + "]")[0].message

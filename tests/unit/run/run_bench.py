@@ -6,12 +6,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from run_plans import envelope_for
+
+from stepload.envelope.envelope import envelope_of
+from stepload.envelope.limits import RunLimits
 from stepload.plan.model import Plan
 from stepload.record.rows import Phase, TickRow
-from stepload.rehearse import world_for
 from stepload.rig.world import SimulatedRig, WorldFault, WorldSpec, load_world
-from stepload.run.limits import RunLimits, derive_limits
 from stepload.run.operator import Operator
+from stepload.run.rehearse import world_for
 from stepload.run.tick import Engine
 
 
@@ -32,16 +35,16 @@ class Bench:
 def spec_for(
     plan: Plan, seed: int = 1, faults: Iterable[WorldFault] = (), **changes: Any
 ) -> WorldSpec:
-    return replace(world_for(plan, seed=seed, faults=faults), **changes)
+    return replace(world_for(envelope_of(plan), seed=seed, faults=faults), **changes)
 
 
 def bench_for(
     plan: Plan, elastic_limit_n: float = 727.0, spec: WorldSpec | None = None, **engine: Any
 ) -> Bench:
-    limits = derive_limits(plan, elastic_limit_n=elastic_limit_n)
     operator = Operator()
     rig = load_world()(spec or spec_for(plan))
-    return Bench(plan, limits, rig, Engine(plan, limits, operator, **engine), operator)
+    envelope = envelope_for(plan, elastic_limit_n)
+    return Bench(plan, envelope.run_limits, rig, Engine(envelope, operator, **engine), operator)
 
 
 def run(bench: Bench, until_s: float = 600.0, rows: list[TickRow] | None = None) -> Engine:
@@ -71,7 +74,7 @@ def run(bench: Bench, until_s: float = 600.0, rows: list[TickRow] | None = None)
 
 def run_to(bench: Bench, phase: Phase, step: int) -> float:
     """Run to the first tick of a phase and step; the time there."""
-    course = bench.engine.procedure
+    course = bench.engine.course
     rows: list[TickRow] = []
     while (course.phase, course.step_number) != (phase, step):
         run(bench, 0.05, rows)

@@ -9,16 +9,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from run_bench import bench_for, run, spec_for
-from run_plans import STEEL, stvf_plan, ur_plan
+from run_plans import STEEL, envelope_for, limits_for, stvf_plan, ur_plan
 
+from stepload.envelope.limits import SECOND_IDENTICAL_COUNTS
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
+from stepload.record.outcome import RunStatus
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.rig.world import WorldFault
 from stepload.run.follow import Lead
-from stepload.run.limits import SECOND_IDENTICAL_COUNTS, derive_limits
-from stepload.run.loop import RunStatus, run_loop
+from stepload.run.loop import run_loop
 from stepload.run.supervisor import Supervisor
+from stepload.run.tick import Engine
 
 QUICK = {"touches": 1, "tare_s": 0.2, "hold_s": 0.2, "settle_timeout_s": 0.3, "top_force_n": 100.0}
 
@@ -35,24 +37,22 @@ def test_a_second_sensor_quieter_than_its_resolution_is_not_called_frozen() -> N
     assert run(bench, 30.0).cause is None
     assert bench.limits.second_identical_counts > SECOND_IDENTICAL_COUNTS
     quiet = with_second_sensor(plan, resolution_n=0.3, noise_n=0.01)
-    assert derive_limits(quiet, elastic_limit_n=727.0).second_identical_counts == 0
+    assert limits_for(quiet, 727.0).second_identical_counts == 0
     fine = with_second_sensor(plan, resolution_n=0.0, noise_n=0.05)
-    assert derive_limits(fine, elastic_limit_n=727.0).second_identical_counts == (
-        SECOND_IDENTICAL_COUNTS
-    )
+    assert limits_for(fine, 727.0).second_identical_counts == (SECOND_IDENTICAL_COUNTS)
 
 
 def test_an_approach_too_slow_to_see_between_two_looks_is_progress() -> None:
     plan = ur_plan(**QUICK, touch_force_n=2.0)
     arm = replace(plan.rig.arm, position_resolution_m=30e-6)
-    limits = derive_limits(replace(plan, rig=replace(plan.rig, arm=arm)), elastic_limit_n=727.0)
     plan = replace(plan, rig=replace(plan.rig, arm=arm))
+    envelope = envelope_for(plan)
     bench = bench_for(plan, 727.0, spec_for(plan, 3))
-    slow = replace(limits, guarded_speed_m_s=40e-6)
-    bench.engine = type(bench.engine)(plan, slow, bench.operator)
+    slow = replace(envelope.run_limits, guarded_speed_m_s=40e-6)
+    bench.engine = Engine(replace(envelope, limits=slow), bench.operator)
     engine = run(bench, 40.0)
     assert engine.cause is None
-    assert engine.procedure.touches
+    assert engine.course.touches
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit, MemoryError])
@@ -95,7 +95,7 @@ def test_commands_held_back_and_delivered_at_once_do_not_ram_the_surface(share: 
     elastic_limit_n = 95.0
     spec = spec_for(plan, 4)
     bench = bench_for(plan, elastic_limit_n, spec)
-    touch_s = run(bench, 60.0).procedure.touches[0].time_s
+    touch_s = run(bench, 60.0).course.touches[0].time_s
     held_s = 0.2
     fault = WorldFault("command_latency", touch_s - share * held_s, 0.002, held_s)
     bench = bench_for(plan, elastic_limit_n, replace(spec, faults=(fault,)))
@@ -107,7 +107,7 @@ def test_an_arm_that_does_not_follow_is_waited_for() -> None:
     plan = heavy_plan()
     spec = spec_for(plan, 4)
     bench = bench_for(plan, 95.0, spec)
-    touch_s = run(bench, 60.0).procedure.touches[0].time_s
+    touch_s = run(bench, 60.0).course.touches[0].time_s
     fault = WorldFault("command_latency", touch_s - 0.3, 0.002, 0.25)
     bench = bench_for(plan, 95.0, replace(spec, faults=(fault,)))
     rows: list[TickRow] = []
@@ -146,7 +146,7 @@ def test_a_target_is_never_further_ahead_than_allowed(steps: list[float]) -> Non
 
 def slow_start_after_a_fast_move(fast_ms: int, frozen: bool) -> Supervisor:
     """20 mm/s back, a rest, 0.7 mm/s on; the arm lags 5 ms more than it is believed to."""
-    supervisor = Supervisor(derive_limits(stvf_plan(), elastic_limit_n=727.0), "-fz")
+    supervisor = Supervisor(limits_for(stvf_plan(), 727.0), "-fz")
     target = position = 0.0
     rows = [(fast_ms, -20e-6), (500, 0.0), (200, 0.7e-6)]
     speeds = [speed for count, speed in rows for _ in range(count)]

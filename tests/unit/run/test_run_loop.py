@@ -15,13 +15,14 @@ import pytest
 from run_bench import Bench, bench_for, spec_for
 from run_plans import stvf_plan
 
+from stepload.record.outcome import RunOutcome, RunStatus
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.device import Identity
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 from stepload.rig.world import WorldFault
 from stepload.run import loop
-from stepload.run.loop import RunOutcome, RunStatus, run_loop
+from stepload.run.loop import run_loop
 from stepload.run.operator import Operator, StopLevel
 from stepload.run.replay import group_by_tick, replay
 from stepload.run.safing import Action, make_safe
@@ -328,7 +329,7 @@ def test_why_it_stopped_names_the_device_by_role_and_driver(
 
 def test_a_bug_in_the_tick_itself_ends_with_the_force_off(monkeypatch: pytest.MonkeyPatch) -> None:
     bench, tape = _bench(), Tape()
-    procedure = bench.engine.procedure
+    procedure = bench.engine.course
     step = procedure.step
 
     def broken(now_s: float, step_s: float) -> float:

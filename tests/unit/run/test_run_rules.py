@@ -8,15 +8,15 @@ from typing import Any
 
 import pytest
 from run_bench import Bench, bench_for, run, run_to, spec_for
-from run_plans import stvf_plan, ur_plan
+from run_plans import limits_for, stvf_plan, ur_plan
 
-from stepload.campaign.incidents import NullRecorder
+from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.rig.world import WorldFault
-from stepload.run.limits import derive_limits
-from stepload.run.loop import RunOutcome, run_loop
+from stepload.run.loop import run_loop
 from stepload.run.supervisor import Supervisor
+from stepload_verify.campaign.incidents import NullRecorder
 
 F_C = 727.0
 TARED_S = 1.5
@@ -170,7 +170,7 @@ def test_force_that_does_not_fall_does_not_lead_the_arm_back_for_ever(make: Any)
     engine = run(bench, 60.0, rows)
     assert engine.cause is not None
     assert engine.cause.rule == "not_open"
-    touched_m = engine.procedure.surface_m
+    touched_m = engine.course.surface_m
     furthest_m = min(row.target_m for row in rows if row.phase == Phase.UNLOAD)
     assert 0.9 < (touched_m - furthest_m) / plan.procedure.retract_m < 1.1
 
@@ -187,7 +187,7 @@ def test_a_frozen_position_on_a_stiff_rig_is_seen_within_two_steps(softness: flo
     assert engine.cause is not None
     assert engine.cause.rule == "R7"
     assert "frozen, or it does not follow" in engine.cause.message
-    assert engine.procedure.levels_done in (2, 3)
+    assert engine.course.levels_done in (2, 3)
 
 
 @pytest.mark.parametrize("make", [stvf_plan, ur_plan])
@@ -222,12 +222,12 @@ def test_healthy_plants_do_not_trip(make: object) -> None:
         bench = bench_for(plan, F_C, spec)
         engine = run(bench, 60.0)
         assert engine.cause is None
-        assert engine.procedure.levels_done == 3
+        assert engine.course.levels_done == 3
         assert bench.peak_n < 151.0
 
 
 def _supervisor() -> Supervisor:
-    limits = derive_limits(stvf_plan(), elastic_limit_n=F_C)
+    limits = limits_for(stvf_plan(), F_C)
     supervisor = Supervisor(limits, "-fz")
     supervisor.check(0.0, [_force(0, 0.01)], [_arm(0, 0.02)], (), 0.0, 1e-6, Phase.HOLD)
     supervisor.tare(0.0, 0.0)
@@ -269,7 +269,7 @@ def test_a_slow_rise_above_the_limit_is_seen_by_prediction_or_limit() -> None:
 
 def test_the_force_limit_itself_trips() -> None:
     supervisor = _supervisor()
-    limits = replace(derive_limits(stvf_plan(), elastic_limit_n=F_C), jump_n=1e6)
+    limits = replace(limits_for(stvf_plan(), F_C), jump_n=1e6)
     supervisor._limits = limits
     _feed(supervisor, 1, 376.0)
     assert supervisor.cause is not None
@@ -302,7 +302,7 @@ def test_small_disagreement_of_the_channels_passes_and_large_does_not() -> None:
 
 
 def test_nothing_at_all_at_arming_is_a_trip() -> None:
-    limits = derive_limits(stvf_plan(), elastic_limit_n=F_C)
+    limits = limits_for(stvf_plan(), F_C)
     supervisor = Supervisor(limits, "-fz")
     for index in range(20):
         supervisor.check(index * 1e-3, [], [], (), math.nan, 1e-6, Phase.WARM_UP)

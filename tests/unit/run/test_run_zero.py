@@ -84,11 +84,11 @@ def test_contact_that_came_during_a_pause_is_found_on_the_way_back() -> None:
     bench = _bench(stvf_plan(**QUICK))
     plant: Any = bench.rig.world.plant  # type: ignore[attr-defined]
     engine = bench.engine
-    real_step = engine.procedure.step
+    real_step = engine.course.step
     moved = [0]
 
     def step(now_s: float, step_s: float) -> float:
-        phase = engine.procedure.phase
+        phase = engine.course.phase
         bench.operator.paused = phase in (Phase.LOAD, Phase.HOLD, Phase.RETRACT, Phase.PAUSED)
         if phase == Phase.PAUSED:
             if plant.force_n < 6.0:
@@ -101,7 +101,7 @@ def test_contact_that_came_during_a_pause_is_found_on_the_way_back() -> None:
                 bench.operator.paused = moved[0] < 500
         return real_step(now_s, step_s)
 
-    engine.procedure.step = step  # type: ignore[method-assign]
+    engine.course.step = step  # type: ignore[method-assign]
     run(bench, 30.0)
     assert _phases(engine)[-2:] == ["PAUSED", "FREE_AIR"]
     assert engine.cause is not None
@@ -114,12 +114,12 @@ def test_more_noise_than_planned_moves_every_threshold() -> None:
     engine = run(bench, 30.0)
     planned, found = bench.limits, engine.limits
     assert engine.cause is None
-    assert engine.procedure.levels_done == 2
+    assert engine.course.levels_done == 2
     assert found.noise_n == pytest.approx(0.6, rel=0.15)
     assert found.jump_n == pytest.approx(10.0 * found.noise_n + 0.1)
     assert found.largest_top_n < planned.largest_top_n
     assert found.guarded_speed_m_s < planned.guarded_speed_m_s
-    assert engine.procedure.limits is found is engine.supervisor._limits
+    assert engine.course.limits is found is engine.supervisor._limits
     assert engine.steps.controller._limits is found
     assert _last(engine, "limits")["noise_n"] == found.noise_n
 
@@ -158,7 +158,7 @@ def test_between_cycles_the_new_zero_counts() -> None:
     bench = _bench(stvf_plan(**QUICK, cycles=2, max_drift_n=2.0), force_drift_n_per_s=0.25)
     engine = run(bench, 30.0)
     assert engine.cause is None
-    tares = engine.procedure.tares
+    tares = engine.course.tares
     assert len(tares) == 3
     assert engine.supervisor.zero_n == tares[1].mean_n > tares[0].mean_n + 0.5
 
@@ -169,17 +169,17 @@ def test_a_zero_that_moves_too_far_within_a_cycle_ends_the_run() -> None:
     assert engine.cause is not None
     assert engine.cause.rule == "drift"
     assert "within one cycle" in engine.cause.message
-    assert engine.procedure.cycle == 1
+    assert engine.course.cycle == 1
 
 
 def test_a_stop_before_the_approach_backs_off_as_well() -> None:
     for phase in (Phase.WARM_UP, Phase.FREE_AIR, Phase.TARE):
         bench = _bench(stvf_plan(**QUICK))
-        course = bench.engine.procedure
+        course = bench.engine.course
         while course.phase != phase or course.target_m != course.target_m:
             run(bench, 0.01)
         bench.operator.request_stop(StopLevel.AFTER_STEP)
-        assert run(bench, 5.0).procedure.done
+        assert run(bench, 5.0).course.done
         assert course.interrupted
         assert bench.engine.cause is None
         assert _phases(bench.engine)[-2:] == ["RETRACT", "DONE"]

@@ -7,14 +7,14 @@ import random
 from collections import deque
 
 import pytest
-from run_plans import stvf_plan, ur_plan
+from run_plans import limits_for, stvf_plan, ur_plan
 
+from stepload.envelope.limits import RunLimits
 from stepload.run.controller import StepController
-from stepload.run.limits import RunLimits, derive_limits
 
 LIMITS = {
-    "stvf": derive_limits(stvf_plan(), elastic_limit_n=727.0),
-    "ur": derive_limits(ur_plan(), elastic_limit_n=727.0),
+    "stvf": limits_for(stvf_plan(), 727.0),
+    "ur": limits_for(ur_plan(), 727.0),
 }
 
 

@@ -8,14 +8,14 @@ from types import SimpleNamespace
 
 import pytest
 
-from stepload_drivers.emulators.ur_axis import AxisState
-from stepload_drivers.emulators.ur_program import UserScript
-from stepload_drivers.emulators.ur_robot import Robot
 from stepload_drivers.ur import loop as loop_module
 from stepload_drivers.ur import procedures
 from stepload_drivers.ur.rescue import retract_script
 from stepload_drivers.ur.settings import settings_from
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, UrState, travel_m
+from stepload_verify.emulators.ur_axis import AxisState
+from stepload_verify.emulators.ur_program import UserScript
+from stepload_verify.emulators.ur_robot import Robot
 
 Lie = Callable[[float, float], float]
 """(true position, seconds since the lie began) to measured position, all in m and s."""

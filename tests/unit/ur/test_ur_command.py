@@ -7,12 +7,12 @@ import typer
 from typer.testing import CliRunner
 
 from stepload.errors import BadInputError
-from stepload_drivers.emulators.ur_axis import FreeAirAxis
-from stepload_drivers.emulators.ur_command import register
-from stepload_drivers.emulators.ur_controller import UrController
-from stepload_drivers.emulators.ur_emulator import parse_version, run_ur_emulator
-from stepload_drivers.emulators.ur_faults import HELP, SWITCHES, Faults
-from stepload_drivers.emulators.ur_robot import Robot
+from stepload_verify.emulators.ur_axis import FreeAirAxis
+from stepload_verify.emulators.ur_command import register
+from stepload_verify.emulators.ur_controller import UrController
+from stepload_verify.emulators.ur_emulator import parse_version, run_ur_emulator
+from stepload_verify.emulators.ur_faults import HELP, SWITCHES, Faults
+from stepload_verify.emulators.ur_robot import Robot
 
 
 @pytest.fixture

@@ -12,10 +12,11 @@ from typing import Any
 
 import pytest
 
+from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import DriverChoice, Plan
-from stepload.rehearse import world_for
-from stepload_drivers.emulators.rig_process import RigProcess
+from stepload.run.rehearse import world_for
+from stepload_verify.emulators.rig_process import RigProcess
 
 sys.path.insert(0, str(Path(__file__).parent))  # for fault_table
 
@@ -88,7 +89,7 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
             rig=replace(plan.rig, arm=arm, force=force),
         )
         surface_m = plan.procedure.surface_distance_m
-        spec = replace(world_for(plan), **{"surface_m": surface_m, **(world or {})})
+        spec = replace(world_for(envelope_of(plan)), **{"surface_m": surface_m, **(world or {})})
         rig = RigProcess(
             spec,
             ur=_host(),

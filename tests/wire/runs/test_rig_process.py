@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from stepload.errors import RefusedError
-from stepload_drivers.emulators.rig_process import RigProcess
 from stepload_drivers.sim.live import DEFAULT_SPEC
+from stepload_verify.emulators.rig_process import RigProcess
 
 
 def test_busy_ports_and_names_are_refused_with_the_reason(emulated_run, tmp_path):

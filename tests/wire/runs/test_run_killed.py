@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
-from stepload.rehearse import world_for
-from stepload_drivers.emulators.rig_process import RigProcess
+from stepload.run.rehearse import world_for
+from stepload_verify.emulators.rig_process import RigProcess
 
 DEMO = Path(__file__).parents[3] / "procedures" / "demo-wire.yaml"
 QUICK = {
@@ -45,7 +46,7 @@ def test_a_killed_run_leaves_no_force_and_no_process(tmp_path, free_host):
     path = tmp_path / "plan.yaml"
     path.write_text(text)
     plan = load_plan(path)
-    spec = replace(world_for(plan), surface_m=plan.procedure.surface_distance_m)
+    spec = replace(world_for(envelope_of(plan)), surface_m=plan.procedure.surface_distance_m)
     port = tmp_path / "sensor.tty"
     with RigProcess(spec, ur=free_host, links={"bota_serial": port}) as rig:
         host = rig.options["ur"]["host"]

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from stepload.rig.samples import ArmSample
-from stepload_drivers.emulators.ur_process import UrEmulatorProcess
 from stepload_drivers.ur.arm import UrArm
+from stepload_verify.emulators.ur_process import UrEmulatorProcess
 
 _COUNT = itertools.count()
 

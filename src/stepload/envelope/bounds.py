@@ -1,0 +1,119 @@
+"""What a rig's numbers mean for pressing: largest stiffness, delays, ages, speeds; upper bounds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stepload.envelope.press import PressRig, Term
+from stepload.plan.model import (
+    ArmSpec,
+    ForceSpec,
+    Procedure,
+    Provenance,
+    Rig,
+    SecondForceSource,
+    SystemStiffness,
+)
+
+CROSS_CHECK_FILTER_S = 0.005
+"""Time constant of the filter on the difference of the two force channels."""
+LEAST_STIFFNESS_DOUBT = {
+    Provenance.MEASURED: 0.0,
+    Provenance.DECLARED: 0.1,
+    Provenance.INDICATIVE: 0.3,
+}
+"""Smallest relative doubt about K_s by where it comes from; 3 sigma where that is more."""
+AGE_S = 0.012
+"""Age at which data stop a run where the plan does not say."""
+AGE_PERIODS = 4.0
+FASTEST_RETRACT_M_S = 0.02
+LOAD_TIMEOUTS = 20.0
+"""Settle timeouts after which a load step is given up."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """What the run itself has found out about its force sensor: noise (sd) and drift since tare."""
+
+    noise_n: float
+    bias_n: float
+
+
+def largest_stiffness(system: SystemStiffness) -> float:
+    """The largest K_s in N/m that is believed possible: K_s + 3 sigma, more where it is a guess."""
+    doubt = LEAST_STIFFNESS_DOUBT[system.provenance] * system.stiffness_n_per_m
+    return system.stiffness_n_per_m + max(3.0 * system.sigma_n_per_m, doubt)
+
+
+def age_limit_s(stream: ForceSpec | ArmSpec) -> float:
+    """Age in s at which data of a stream stop the run (R3): the plan's, at least 4 periods."""
+    return max(stream.max_age_s or AGE_S, AGE_PERIODS / stream.rate_hz)
+
+
+def comparison_period_s(rig: Rig) -> float:
+    """Time in s from one comparison of the force channels to the next: the slower one's period."""
+    second = rig.second_force.sensor
+    return max(1.0 / rig.force.rate_hz, 1.0 / (second.rate_hz if second else rig.arm.rate_hz))
+
+
+def channel_skew_s(rig: Rig) -> float:
+    """Bound on how much older what one force channel tells may be than what the other tells, in s.
+
+    Where they are compared one of them may have waited for the other for as long as a period.
+    """
+    second = rig.second_force.sensor
+    delay_s = max(rig.force.delay_s, second.delay_s if second else 0.0)
+    return delay_s + comparison_period_s(rig) + 2.0 / rig.arm.rate_hz
+
+
+def follow_travel(arm: ArmSpec) -> float:
+    """Travel in m that an arm must be given before it can be seen whether it follows."""
+    return 2.0 * arm.position_resolution_m + 4.0 * arm.position_noise_m + arm.lost_motion_m
+
+
+def step_rate_per_s(loop_s: float) -> float:
+    """λ = 0.25/T of the step controller, from the loop delay T in s."""
+    return 0.25 / loop_s
+
+
+def retract_speed_m_s(rig: Rig) -> float:
+    """Half the arm's largest speed, at most 20 mm/s."""
+    return min(0.5 * rig.arm.max_speed_m_s, FASTEST_RETRACT_M_S)
+
+
+def step_patience_s(procedure: Procedure) -> float:
+    """Time in s after which a load step that does not reach its level is given up."""
+    return LOAD_TIMEOUTS * procedure.settle_timeout_s
+
+
+def press_rig(rig: Rig, noise_n: float) -> PressRig:
+    """Upper bounds of a rig's stiffness, delays and inertia, from the plan."""
+    arm, force = rig.arm, rig.force
+    parts = (
+        Term("force sensor delay", force.delay_s, "s", "rig: force.delay"),
+        Term("force sensor period", 1.0 / force.rate_hz, "s", "rig: 1 / force.rate"),
+        Term("tick", 1.0 / arm.rate_hz, "s", "rig: 1 / arm.rate"),
+        Term("computing and jitter", 1.0 / arm.rate_hz, "s", "one tick"),
+        Term("command delay", arm.command_delay_s, "s", "rig: arm.command_delay"),
+        Term("arm lag", arm.lag_s, "s", "rig: arm.lag"),
+    )
+    total_s = sum(part.value for part in parts)
+    loop_s = rig.loop_delay_s if rig.loop_delay_s is not None else total_s
+    second = rig.second_force
+    has_second = second.source is not SecondForceSource.NONE
+    return PressRig(
+        stiffness_n_per_m=largest_stiffness(rig.system_stiffness),
+        damping_n_s_per_m=rig.system_stiffness.damping_n_s_per_m,
+        mass_kg=arm.effective_mass_kg,
+        acceleration_m_s2=arm.max_acceleration_m_s2,
+        lag_s=arm.lag_s,
+        noise_n=noise_n,
+        reaction=parts,
+        reaction_s=max(total_s, loop_s),
+        loop_s=loop_s,
+        cross_check_s=(
+            second.time_s + CROSS_CHECK_FILTER_S + channel_skew_s(rig) + comparison_period_s(rig)
+            if has_second
+            else 0.0
+        ),
+    )

@@ -1,0 +1,183 @@
+"""Everything that is known before motion, derived once from a plan and handed down.
+
+Commands print an envelope, the run obeys it, the record keeps it and the report shows it. Only the
+tare asks for it again, with the noise and the drift that the force sensor really has.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from stepload.envelope.bounds import Measured, press_rig, retract_speed_m_s, step_rate_per_s
+from stepload.envelope.hazards import hazards
+from stepload.envelope.limits import RunLimits, limits_of
+from stepload.envelope.press import PressRig, Term
+from stepload.envelope.pressing import Pressing, largest_top_force, pressing_for
+from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
+from stepload.envelope.reasons import age_reasons, force_reasons, identifiable_reasons, rig_reasons
+from stepload.envelope.schedule import Stage, schedule
+from stepload.envelope.softness import softness
+from stepload.envelope.theory import Theory, theory_of
+from stepload.errors import DomainError, RefusedError
+from stepload.identify.identifiability import Identifiability, identifiability
+from stepload.plan.model import Plan
+
+ALMOST = 0.999
+"""Share of the largest safe force at which the figures of a refused plan are shown."""
+
+
+@dataclass(frozen=True, slots=True)
+class Envelope:
+    """What a plan means: theory, forces, limits, speeds, schedule, and whether it may run.
+
+    `limits` are the thresholds of the run; None where the plan may not be pressed as it stands,
+    `refusal` says why. Speeds and force budget are then those at the largest safe force; where no
+    force is safe the speeds are 0 and the budget is empty. `bounds` are the rig's delays and
+    inertia. Secants and deformation are theory's, `top_force_n` is the plan's.
+    """
+
+    plan: Plan
+    verdict: PlanVerdict
+    reasons: tuple[Reason, ...]
+    theory: Theory
+    bounds: PressRig
+    limits: RunLimits | None
+    refusal: RefusedError | DomainError | None
+    largest_safe_force_n: float
+    force_limit_n: float
+    deformation_m: float
+    secant_n_per_m: float
+    secant_at_top_n_per_m: float
+    identifiability: Identifiability | None
+    guarded_speed_m_s: float
+    fast_speed_m_s: float
+    force_budget: tuple[Term, ...]
+    stages: tuple[Stage, ...]
+
+    @property
+    def top_force_n(self) -> float:
+        """The highest load level of the plan."""
+        return self.plan.procedure.top_force_n
+
+    @property
+    def secant_force_n(self) -> float:
+        """The force at which `secant_n_per_m` is taken."""
+        return self.plan.identify.secant_force_n
+
+    @property
+    def duration_s(self) -> float:
+        """Expected duration of the whole run; 0 where it may not start."""
+        return sum(stage.total_s for stage in self.stages)
+
+    @property
+    def run_limits(self) -> RunLimits:
+        """The thresholds of a plan that may be pressed.
+
+        Raises:
+            RefusedError: it may not.
+        """
+        if self.limits is None:
+            assert self.refusal is not None
+            raise RefusedError(self.refusal.message, hint=self.refusal.hint)
+        return self.limits
+
+
+def envelope_of(plan: Plan, measured: Measured | None = None) -> Envelope:
+    """Derive everything that is known about a plan before it moves anything.
+
+    Args:
+        measured: noise and drift that the run itself has found, where they are worse than planned.
+
+    Raises:
+        RefusedError: no elastic limit is known, so nothing can be judged.
+        DomainError: a number outside the domain of contact theory.
+    """
+    theory = theory_of(plan.payload)
+    limit_n = theory.elastic_limit_n
+    safe_n = largest_top_force(plan, limit_n)
+    pressing, limits, refusal = _pressed(plan, theory, safe_n, measured)
+    secant_at_top = theory.law.secant(plan.procedure.top_force_n)
+    found = None if plan.identify.kind == "system" else _identifiability_of(plan)
+    reasons = [*force_reasons(plan, safe_n, refusal), *rig_reasons(plan), *age_reasons(plan)]
+    if found is not None:
+        reasons += identifiable_reasons(plan, secant_at_top, found)
+    if pressing is not None:
+        reasons += hazards(plan, pressing)
+        if refusal is None:
+            reasons += softness(plan, pressing, theory)
+    return Envelope(
+        plan=plan,
+        verdict=verdict_of(reasons),
+        reasons=tuple(reasons),
+        theory=theory,
+        bounds=press_rig(plan.rig, plan.rig.force.noise_n),
+        limits=limits,
+        refusal=refusal,
+        largest_safe_force_n=safe_n,
+        force_limit_n=pressing.forces.limit_n if pressing else 0.0,
+        deformation_m=plan.procedure.top_force_n / secant_at_top,
+        secant_n_per_m=theory.law.secant(plan.identify.secant_force_n),
+        secant_at_top_n_per_m=secant_at_top,
+        identifiability=found,
+        guarded_speed_m_s=pressing.guarded_speed_m_s if pressing else 0.0,
+        fast_speed_m_s=pressing.fast_speed_m_s if pressing else 0.0,
+        force_budget=pressing.guarded_budget(plan.procedure.touch_force_n) if pressing else (),
+        stages=_stages(plan, pressing) if pressing else (),
+    )
+
+
+def refusal_of(envelope: Envelope) -> RefusedError:
+    """The error of a plan that may not run: every refusing reason with its way out."""
+    lines = [
+        f"{reason.message}\n  -> {reason.remedy}"
+        for reason in envelope.reasons
+        if reason.severity is Severity.REFUSE
+    ]
+    return RefusedError("preflight refused the plan:\n" + "\n".join(lines))
+
+
+def _pressed(
+    plan: Plan, theory: Theory, safe_n: float, measured: Measured | None
+) -> tuple[Pressing | None, RunLimits | None, RefusedError | DomainError | None]:
+    """How this plan may press, with which limits, or why not as planned.
+
+    A refused plan is shown at the largest force that is safe, if there is any.
+    """
+    try:
+        pressing = pressing_for(plan, theory.law, theory.elastic_limit_n, measured)
+        return pressing, limits_of(plan, pressing), None
+    except (RefusedError, DomainError) as error:
+        refusal = error
+    try:
+        lower = _with_top(plan, min(plan.procedure.top_force_n, ALMOST * safe_n))
+        return pressing_for(lower, theory.law, theory.elastic_limit_n, measured), None, refusal
+    except (RefusedError, DomainError):
+        return None, None, refusal
+
+
+def _with_top(plan: Plan, top_n: float) -> Plan:
+    step_n = min(plan.procedure.step_n, top_n)
+    procedure = replace(plan.procedure, top_force_n=top_n, step_n=step_n, levels_n=(top_n,))
+    return replace(plan, procedure=procedure)
+
+
+def _identifiability_of(plan: Plan) -> Identifiability:
+    gauge = plan.rig.displacement
+    return identifiability(
+        plan.procedure.top_force_n,
+        gauge.resolution_m if gauge else plan.rig.arm.position_resolution_m,
+        None if gauge else plan.rig.system_stiffness.stiffness_n_per_m,
+        p=plan.identify.resolution_multiple_p,
+        s=plan.identify.compensation_quality_s,
+        t=plan.identify.accuracy_t,
+    )
+
+
+def _stages(plan: Plan, pressing: Pressing) -> tuple[Stage, ...]:
+    return schedule(
+        plan.procedure,
+        fast_speed_m_s=pressing.fast_speed_m_s,
+        guarded_speed_m_s=pressing.guarded_speed_m_s,
+        retract_speed_m_s=retract_speed_m_s(plan.rig),
+        step_rate_per_s=step_rate_per_s(pressing.rig.loop_s),
+    )

@@ -1,0 +1,76 @@
+"""The ladder of forces below F_c: how far a rung must stay below the one above it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from stepload.contact.checks import require_not_negative, require_positive
+from stepload.errors import RefusedError
+
+
+@dataclass(frozen=True, slots=True)
+class ForceLimits:
+    """The ladder of forces below F_c; each lower rung leaves room for what the upper cannot see.
+
+    `allowed_n` is the largest reading at which the true force is surely below F_c, `limit_n` is
+    F_lim, at which the run is stopped, `largest_top_n` the highest top force a plan may ask for.
+    """
+
+    elastic_limit_n: float
+    allowed_n: float
+    limit_n: float
+    headroom_n: float
+    largest_top_n: float
+
+
+def force_limits(
+    elastic_limit_n: float,
+    *,
+    top_force_n: float,
+    step_n: float,
+    noise_n: float,
+    tolerance_n: float,
+    tolerance_relative: float,
+    bias_n: float,
+    capacity_n: float,
+) -> ForceLimits:
+    """F_lim and the largest safe top force.
+
+    A force error within the cross-check tolerance cannot be seen, hence
+    F_allowed = (F_c − tol_abs − |bias|)/(1 + tol_rel). F_lim lies a quarter above the top force,
+    never above F_allowed nor above `capacity_n`, what sensor and arm can bear.
+
+    Raises:
+        DomainError: a number is not finite and positive (or zero where that has a meaning).
+        RefusedError: the elastic limit leaves no room, or the top force is above the largest safe.
+    """
+    require_positive(elastic_limit_n, "elastic limit F_c", "N")
+    require_positive(top_force_n, "top force", "N")
+    require_positive(step_n, "load step", "N")
+    require_positive(noise_n, "force noise", "N")
+    require_positive(capacity_n, "force capacity of arm and sensor", "N")
+    require_not_negative(tolerance_n, "cross-check tolerance", "N")
+    require_not_negative(tolerance_relative, "relative cross-check tolerance", "")
+    require_not_negative(bias_n, "allowed drift", "N")
+    headroom_n = 8.0 * noise_n + max(0.5, 0.02 * step_n)
+    allowed_n = (elastic_limit_n - tolerance_n - bias_n) / (1.0 + tolerance_relative)
+    allowed_n = min(allowed_n, capacity_n)
+    largest_top_n = allowed_n - headroom_n
+    arithmetic = (
+        f"(F_c {elastic_limit_n:.4g} N - {tolerance_n:.3g} N tolerance - {bias_n:.3g} N drift)"
+        f" / (1 + {tolerance_relative:.3g}), at most {capacity_n:.4g} N capacity,"
+        f" less {headroom_n:.3g} N headroom = {largest_top_n:.4g} N"
+    )
+    if largest_top_n <= 0.0:
+        raise RefusedError(
+            f"the elastic limit leaves no room to press: {arithmetic}",
+            hint="use a more precise second force channel, or a mechanical fuse",
+        )
+    if top_force_n > largest_top_n:
+        raise RefusedError(
+            f"top force {top_force_n:.4g} N is above the largest safe top force: {arithmetic}",
+            hint=f"reduce the top force to {math.floor(largest_top_n * 100.0) / 100.0:g} N",
+        )
+    limit_n = min(allowed_n, max(1.25 * top_force_n, top_force_n + headroom_n))
+    return ForceLimits(elastic_limit_n, allowed_n, limit_n, headroom_n, largest_top_n)

@@ -1,0 +1,237 @@
+"""Every threshold of a run: what it is, its unit, the rule that stops at it, its origin."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import Field, dataclass, field, fields
+from typing import Any
+
+from stepload.envelope.bounds import (
+    CROSS_CHECK_FILTER_S,
+    age_limit_s,
+    channel_skew_s,
+    retract_speed_m_s,
+    step_rate_per_s,
+)
+from stepload.envelope.press import Term
+from stepload.envelope.pressing import Pressing
+from stepload.errors import DomainError
+from stepload.plan.model import ForceSpec, Plan, SecondForceSource
+
+CLOCK_S = 0.015
+IDENTICAL_COUNTS = 25
+SECOND_IDENTICAL_COUNTS = 100
+"""The second channel may be slower than the stream it comes in."""
+MODEL_LAG_S = 0.07
+STILL_BLURS = 2.0
+"""Commanded travel over what may hide it in the measured position, before R7 asks for an answer."""
+LEASH_TIME_S = 1.5
+FALSE_FREEZE_ODDS = 1e-11
+"""Chance per sample that a sound, quantised sensor repeats itself for long enough to trip R4."""
+
+_AGE = "the plan, or 12 ms, at least 4 periods"
+_EQUAL = "equal samples in a row; 0: off"
+_FOLLOW = "twice the position resolution + 4 sigma + lost motion"
+
+
+def _limit(unit: str, source: str, rule: str = "", *, zero: bool = False) -> Any:
+    """A threshold: its unit, what it is made of, the rule that stops at it, whether it may be 0."""
+    return field(metadata={"unit": unit, "source": source, "rule": rule, "zero": zero})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunLimits:
+    """Thresholds of a run in SI units; all are finite, and positive unless 0 has a meaning.
+
+    The rules are those of `stepload.run.supervisor`. `identical_counts` 0 switches the frozen-value
+    rule off: the sensor's noise is so far below its resolution that a sound sensor repeats itself
+    as well; the same for the second channel. `cross_check` names the second force channel: "arm",
+    "sensor", or "" where there is none.
+
+    Raises:
+        DomainError: a threshold that would never trip.
+    """
+
+    cross_check: str
+    elastic_limit_n: float = _limit("N", "F_c of the payload")
+    force_limit_n: float = _limit("N", "F_lim, 1.25 F_top, at most F_allowed", "R1, R2")
+    allowed_n: float = _limit("N", "(F_c - tol_abs - drift)/(1 + tol_rel)")
+    largest_top_n: float = _limit("N", "F_allowed - headroom")
+    top_force_n: float = _limit("N", "plan")
+    noise_n: float = _limit("N", "noise and resolution of the force sensor")
+    stiffness_n_per_m: float = _limit("N/m", "K_s + 3 sigma, more for a guess")
+    tangent_n_per_m: float = _limit("N/m", "k_t of the payload at F_lim")
+    period_s: float = _limit("s", "1 / arm rate")
+    loop_s: float = _limit("s", "T: measured, or the sum of the delays")
+    reaction_s: float = _limit("s", "T_react: the sum of the delays, at least T")
+    force_delay_s: float = _limit("s", "rig: force.delay", zero=True)
+    stale_force_s: float = _limit("s", _AGE, "R3")
+    stale_arm_s: float = _limit("s", _AGE, "R3")
+    stale_second_s: float = _limit("s", _AGE, "R3")
+    identical_counts: int = _limit("samples", _EQUAL, "R4", zero=True)
+    second_identical_counts: int = _limit("samples", _EQUAL, "R4", zero=True)
+    full_scale_n: float = _limit("N", "rated range", "R4")
+    cross_tolerance_n: float = _limit("N", "plan", "R5", zero=True)
+    cross_relative: float = _limit("", "plan", "R5", zero=True)
+    cross_time_s: float = _limit("s", "plan", "R5", zero=True)
+    cross_filter_s: float = _limit("s", "filter on the difference", "R5")
+    channel_skew_s: float = _limit("s", "longer delay and period of the channels + 2 ticks", "R5")
+    leash_time_s: float = _limit("s", "time at the end of the leash without an answer", "R6")
+    model_tolerance_m: float = _limit("m", "rig: arm.model_tolerance", "R7")
+    model_lag_s: float = _limit("s", "tolerance in proportion to speed", "R7")
+    still_m: float = _limit("m", "2 (resolution + 6 sigma + lost motion) of position", "R7")
+    command_delay_s: float = _limit("s", "rig: arm.command_delay", zero=True)
+    arm_lag_s: float = _limit("s", "rig: arm.lag", zero=True)
+    search_end_m: float = _limit("m", "plan", "R8")
+    jump_n: float = _limit("N", "10 sigma + 2 quanta", "R9")
+    clock_s: float = _limit("s", "15 ms, 5 periods or the longest age limit", "R10")
+    contact_n_s_per_m: float = _limit("N s/m", "a hidden hard stop of 1e9 N/m", "speed cap")
+    guarded_speed_m_s: float = _limit("m/s", "force budget")
+    fast_speed_m_s: float = _limit("m/s", "force budget with all of F_lim, and the leash")
+    retract_speed_m_s: float = _limit("m/s", "half the arm's, 20 mm/s")
+    acceleration_m_s2: float = _limit("m/s^2", "half of the arm's")
+    ahead_m: float = _limit("m", f"the arm catching up, or {_FOLLOW}")
+    follow_m: float = _limit("m", _FOLLOW)
+    damping_n_s_per_m: float = _limit("N s/m", "C_s of the rig", zero=True)
+    arm_acceleration_m_s2: float = _limit("m/s^2", "rig: arm.max_acceleration")
+    leash_free_m: float = _limit("m", "(F_lim - F_th - 6 sigma) / K_s,max")
+    step_rate_per_s: float = _limit("1/s", "lambda = 0.25 / T")
+    band_n: float = _limit("N", "0.25 N, 2 sigma")
+    load_rate_n_per_s: float = _limit("N/s", "plan")
+    touch_force_n: float = _limit("N", "plan")
+    lost_motion_m: float = _limit("m", "rig: arm.lost_motion", zero=True)
+    position_resolution_m: float = _limit("m", "rig: arm.position_resolution")
+    second_noise_n: float = _limit("N", "rig: second_force.noise", zero=True)
+
+    def __post_init__(self) -> None:
+        for each in _thresholds():
+            value = getattr(self, each.name)
+            low_enough = value >= 0.0 if each.metadata["zero"] else value > 0.0
+            if not (math.isfinite(value) and low_enough):
+                raise DomainError(
+                    f"run limit {each.name} is {value}; it must be finite and positive",
+                    hint="a limit that is not a number would never trip: check the plan",
+                )
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every threshold by its name."""
+        return {each.name: getattr(self, each.name) for each in _thresholds()}
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Every threshold with its value, unit and source; the rule stands before its source."""
+        return tuple(
+            Term(
+                each.name,
+                getattr(self, each.name),
+                each.metadata["unit"],
+                ": ".join(filter(None, (each.metadata["rule"], each.metadata["source"]))),
+            )
+            for each in _thresholds()
+        )
+
+    @property
+    def judged(self) -> tuple[tuple[str, Term], ...]:
+        """(rule, threshold) of those that a rule of the supervisor stops at on this rig."""
+        rows = []
+        for each in _thresholds():
+            rule, value = each.metadata["rule"], getattr(self, each.name)
+            if rule and (rule != "R5" or value):
+                rows.append(
+                    (rule, Term(each.name, value, each.metadata["unit"], each.metadata["source"]))
+                )
+        return tuple(rows)
+
+
+def _thresholds() -> list[Field[Any]]:
+    return [each for each in fields(RunLimits) if each.metadata]
+
+
+def identical_counts(force: ForceSpec, noise_n: float, least: int = IDENTICAL_COUNTS) -> int:
+    """How many equal samples in a row are too many for a sound sensor (R4).
+
+    A value in the middle of a quantum q stays there with p = erf(q/(2√2 σ)); the count is the run
+    length whose odds are `FALSE_FREEZE_ODDS`, never below `least`. 0 where no count separates
+    frozen from sound.
+    """
+    if force.resolution_n <= 0.0:
+        return least
+    stays = math.erf(force.resolution_n / (2.0 * math.sqrt(2.0) * noise_n))
+    if stays >= 1.0 - 1e-6:
+        return 0
+    counts = math.log(FALSE_FREEZE_ODDS) / math.log(stays) if stays > 0.0 else 0.0
+    return max(least, math.ceil(counts))
+
+
+def limits_of(plan: Plan, pressing: Pressing) -> RunLimits:
+    """All thresholds of a run from its plan and from how it may press.
+
+    Raises:
+        DomainError: a threshold would not be finite and positive.
+    """
+    rig, procedure = plan.rig, plan.procedure
+    arm, force, second = rig.arm, rig.force, rig.second_force
+    press, forces, noise_n = pressing.rig, pressing.forces, pressing.reading_noise_n
+    has_second = second.source is not SecondForceSource.NONE
+    fast_m_s = min(pressing.fast_speed_m_s, 0.7 * pressing.leash_free_m / press.reaction_s)
+    clock_s = max(CLOCK_S, 5.0 / force.rate_hz, force.max_age_s or 0.0, arm.max_age_s or 0.0)
+    blur_m = arm.position_resolution_m + 6.0 * arm.position_noise_m + arm.lost_motion_m
+    near_edge_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
+    return RunLimits(
+        cross_check=second.source.value if has_second else "",
+        elastic_limit_n=forces.elastic_limit_n,
+        force_limit_n=forces.limit_n,
+        allowed_n=forces.allowed_n,
+        largest_top_n=forces.largest_top_n,
+        top_force_n=procedure.top_force_n,
+        noise_n=noise_n,
+        stiffness_n_per_m=press.stiffness_n_per_m,
+        tangent_n_per_m=pressing.tangent_n_per_m,
+        period_s=1.0 / arm.rate_hz,
+        loop_s=press.loop_s,
+        reaction_s=press.reaction_s,
+        force_delay_s=force.delay_s,
+        stale_force_s=age_limit_s(force),
+        stale_arm_s=age_limit_s(arm),
+        stale_second_s=age_limit_s(second.sensor or arm),
+        # Noise that was measured holds the resolution too, and would have a sound sensor freeze.
+        identical_counts=identical_counts(force, min(press.noise_n, force.noise_n)),
+        second_identical_counts=(
+            identical_counts(second.sensor, second.noise_n, SECOND_IDENTICAL_COUNTS)
+            if second.sensor
+            else SECOND_IDENTICAL_COUNTS
+        ),
+        full_scale_n=force.range_n,
+        cross_tolerance_n=second.tolerance_n if has_second else 0.0,
+        cross_relative=second.tolerance_relative if has_second else 0.0,
+        cross_time_s=second.time_s if has_second else 0.0,
+        cross_filter_s=CROSS_CHECK_FILTER_S,
+        channel_skew_s=channel_skew_s(rig),
+        leash_time_s=LEASH_TIME_S,
+        model_tolerance_m=arm.model_tolerance_m,
+        model_lag_s=MODEL_LAG_S,
+        still_m=STILL_BLURS * blur_m,
+        command_delay_s=arm.command_delay_s,
+        arm_lag_s=arm.lag_s,
+        search_end_m=near_edge_m + procedure.search_distance_m,
+        jump_n=10.0 * noise_n + 2.0 * force.resolution_n,
+        clock_s=clock_s,
+        contact_n_s_per_m=pressing.contact_n_s_per_m,
+        guarded_speed_m_s=min(pressing.guarded_speed_m_s, fast_m_s),
+        fast_speed_m_s=fast_m_s,
+        retract_speed_m_s=retract_speed_m_s(rig),
+        acceleration_m_s2=0.5 * arm.max_acceleration_m_s2,
+        ahead_m=min(pressing.ahead_m, pressing.leash_free_m),
+        follow_m=pressing.follow_m,
+        damping_n_s_per_m=press.damping_n_s_per_m,
+        arm_acceleration_m_s2=press.acceleration_m_s2,
+        leash_free_m=pressing.leash_free_m,
+        step_rate_per_s=step_rate_per_s(press.loop_s),
+        band_n=max(0.25, 2.0 * press.noise_n),
+        load_rate_n_per_s=procedure.load_rate_n_per_s,
+        touch_force_n=procedure.touch_force_n,
+        lost_motion_m=arm.lost_motion_m,
+        position_resolution_m=arm.position_resolution_m,
+        second_noise_n=second.noise_n if has_second else 0.0,
+    )

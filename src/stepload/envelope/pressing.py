@@ -1,0 +1,221 @@
+"""How a plan may press: the ladder of forces, and the speeds that keep it, whatever is met."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from stepload.contact.power_law import ContactLaw
+from stepload.envelope.bounds import Measured, follow_travel, press_rig
+from stepload.envelope.catch_up import largest_catch_up
+from stepload.envelope.ladder import ForceLimits, force_limits
+from stepload.envelope.leash import check_leash, leash_travel
+from stepload.envelope.press import (
+    IMPACT_FACTOR,
+    NOISE_MULTIPLE,
+    PressRig,
+    Term,
+    force_budget,
+    largest_speed,
+)
+from stepload.errors import RefusedError
+from stepload.plan.checks import LEAST_TOUCH_SIGMAS, least_touch_force
+from stepload.plan.model import Plan, SecondForceSource
+
+GUARDED_SHARE = 0.4
+"""Share of F_lim that a guarded approach may reach."""
+LONGEST_STALL_S = 0.2
+"""A command link may hold commands back for so long, and then deliver them at once."""
+LEAST_UNCHECKED_N = 15.0
+"""Smallest elastic limit that may be pressed with one force channel and no mechanical fuse."""
+HARD_STOP_N_PER_M = 1e9
+"""Stiffness of a hidden hard stop: metal on metal over some square millimetres."""
+HARD_STOP_IMPACT_FACTOR = 1.5
+"""On v sqrt(m k) in contact, which is exact for a linear stop without damping. An approach needs
+`IMPACT_FACTOR`: an arm that bounces off the payload comes back faster than its target moves."""
+TOP_SPEED_SHARE = 0.8
+"""Share of the arm's largest speed that is ever commanded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pressing:
+    """Forces and speeds of a plan.
+
+    `reading_noise_n` is the noise (sd) of one reading, quantisation included; `leash_free_m` the
+    travel that a rigid surface at the contact threshold could bear; `contact_n_s_per_m` divides the
+    force that is left into the speed allowed in contact: it holds even if a hidden hard stop takes
+    over from the payload. `ahead_m` is how far the target of a guarded approach may run ahead of an
+    arm that does not follow, `follow_m` the travel it takes to see that.
+    """
+
+    rig: PressRig
+    forces: ForceLimits
+    tangent_n_per_m: float
+    reading_noise_n: float
+    leash_free_m: float
+    guarded_speed_m_s: float
+    fast_speed_m_s: float
+    contact_n_s_per_m: float
+    ahead_m: float
+    follow_m: float
+
+    def guarded_budget(self, threshold_n: float) -> tuple[Term, ...]:
+        """The force budget of the guarded approach, term by term, in N."""
+        return force_budget(
+            self.rig,
+            speed_m_s=self.guarded_speed_m_s,
+            threshold_n=threshold_n,
+            tangent_n_per_m=self.tangent_n_per_m,
+            delay_s=self.rig.reaction_s,
+        )
+
+
+def largest_top_force(plan: Plan, elastic_limit_n: float) -> float:
+    """The highest top force in N that this rig and payload allow; 0 where none is."""
+    noise_n, bias_n = plan.rig.force.noise_n, plan.procedure.max_drift_n
+    try:
+        return _forces(plan, elastic_limit_n, math.ulp(1.0), noise_n, bias_n).largest_top_n
+    except RefusedError:
+        return 0.0
+
+
+def pressing_for(
+    plan: Plan, law: ContactLaw, elastic_limit_n: float, measured: Measured | None = None
+) -> Pressing:
+    """Forces and speeds of a plan against a payload of this law and elastic limit.
+
+    Without `measured` the noise is the rig file's and the drift is the largest that the plan lets
+    pass; with it each is the larger of the two.
+
+    Raises:
+        RefusedError: no room below the elastic limit, the top force is too high, no speed above
+            zero keeps the force budget, or the payload is too soft for the rig.
+        DomainError: a number is not finite and positive.
+    """
+    rig, procedure = plan.rig, plan.procedure
+    noise_n = max(rig.force.noise_n, measured.noise_n if measured else 0.0)
+    bias_n = max(procedure.max_drift_n, measured.bias_n if measured else 0.0)
+    _check_touch(procedure.touch_force_n, noise_n)
+    _check_channels(plan, elastic_limit_n)
+    forces = _forces(plan, elastic_limit_n, procedure.top_force_n, noise_n, bias_n)
+    press = press_rig(rig, noise_n)
+    tangent = law.tangent(forces.limit_n)
+    guarded, fast = _budgeted_speeds(plan, press, forces, tangent)
+    reading_n = math.hypot(noise_n, rig.force.resolution_n / math.sqrt(12.0))
+    leash_m = leash_travel(
+        forces.limit_n, procedure.touch_force_n, reading_n, press.stiffness_n_per_m
+    )
+    check_leash(
+        leash_m,
+        law,
+        touch_force_n=procedure.touch_force_n,
+        noise_n=reading_n,
+        period_s=max(1.0 / rig.arm.rate_hz, 1.0 / rig.force.rate_hz),
+        position_resolution_m=rig.arm.position_resolution_m,
+    )
+    room_n = forces.allowed_n - procedure.touch_force_n - NOISE_MULTIPLE * noise_n
+    rigid = room_n / _rigid_coefficient(press, forces.limit_n, IMPACT_FACTOR)
+    guarded, fast = min(guarded, rigid), min(fast, rigid)
+    catch_up_m = largest_catch_up(press, forces.allowed_n, tangent)
+    follow_m = follow_travel(rig.arm)
+    if catch_up_m < follow_m:
+        guarded = min(guarded, catch_up_m / LONGEST_STALL_S)
+    top_speed = TOP_SPEED_SHARE * rig.arm.max_speed_m_s
+    return Pressing(
+        rig=press,
+        forces=forces,
+        tangent_n_per_m=tangent,
+        reading_noise_n=reading_n,
+        leash_free_m=leash_m,
+        guarded_speed_m_s=min(guarded, top_speed),
+        fast_speed_m_s=min(fast, top_speed),
+        contact_n_s_per_m=_rigid_coefficient(press, forces.limit_n, HARD_STOP_IMPACT_FACTOR),
+        ahead_m=max(catch_up_m, follow_m),
+        follow_m=follow_m,
+    )
+
+
+def _forces(
+    plan: Plan, elastic_limit_n: float, top_force_n: float, noise_n: float, bias_n: float
+) -> ForceLimits:
+    """The ladder; with one force channel nothing checks the gain, so three times its uncertainty
+    stands in for the tolerance of the cross-check."""
+    rig, second = plan.rig, plan.rig.second_force
+    has_second = second.source is not SecondForceSource.NONE
+    return force_limits(
+        elastic_limit_n,
+        top_force_n=top_force_n,
+        step_n=plan.procedure.step_n,
+        noise_n=noise_n,
+        tolerance_n=second.tolerance_n if has_second else 0.0,
+        tolerance_relative=(
+            second.tolerance_relative if has_second else 3.0 * rig.force.gain_uncertainty
+        ),
+        bias_n=bias_n,
+        capacity_n=min(rig.arm.max_push_n, 0.95 * rig.force.range_n),
+    )
+
+
+def _check_touch(touch_force_n: float, noise_n: float) -> None:
+    least_n = least_touch_force(noise_n)
+    if touch_force_n < least_n:
+        raise RefusedError(
+            f"touch force {touch_force_n:.3g} N is below {LEAST_TOUCH_SIGMAS:g} times the force"
+            f" noise of {noise_n:.3g} N: noise would be taken for a touch",
+            hint=f"raise the touch force to {math.ceil(least_n * 100.0) / 100.0:g} N",
+        )
+
+
+def _check_channels(plan: Plan, elastic_limit_n: float) -> None:
+    alone = plan.rig.second_force.source is SecondForceSource.NONE
+    if alone and plan.rig.mechanical_fuse_n is None and elastic_limit_n < LEAST_UNCHECKED_N:
+        raise RefusedError(
+            f"elastic limit {elastic_limit_n:.3g} N is below {LEAST_UNCHECKED_N:g} N, and nothing"
+            " checks the only force channel",
+            hint="declare a second force channel or a mechanical fuse",
+        )
+
+
+def _budgeted_speeds(
+    plan: Plan, press: PressRig, forces: ForceLimits, tangent_n_per_m: float
+) -> tuple[float, float]:
+    """(guarded, fast) approach speeds in m/s at which the force budget is used up.
+
+    Raises:
+        RefusedError: there is none above zero.
+    """
+    touch_n, second = plan.procedure.touch_force_n, plan.rig.second_force
+
+    def speed(force_n: float, threshold_n: float, delay_s: float) -> float:
+        return largest_speed(
+            press,
+            force_n=force_n,
+            threshold_n=threshold_n,
+            tangent_n_per_m=tangent_n_per_m,
+            delay_s=delay_s,
+        )
+
+    guarded = speed(GUARDED_SHARE * forces.limit_n, touch_n, press.reaction_s)
+    fast = speed(forces.limit_n, touch_n, press.reaction_s)
+    if second.source is not SecondForceSource.NONE:
+        # A main channel that is dead is seen by the second one only, and later.
+        late_s = press.reaction_s + press.cross_check_s
+        late = speed(forces.elastic_limit_n, second.tolerance_n, late_s)
+        guarded, fast = min(guarded, late), min(fast, late)
+    if not (math.isfinite(guarded) and guarded > 0.0):
+        raise RefusedError(
+            f"no approach speed keeps the force budget: touch force {touch_n:.3g} N"
+            f" and noise {press.noise_n:.3g} N against {GUARDED_SHARE:g} of the force limit"
+            f" {forces.limit_n:.4g} N",
+            hint="lower the touch force, raise the top force or use a quieter force sensor",
+        )
+    return guarded, fast
+
+
+def _rigid_coefficient(rig: PressRig, limit_n: float, impact_factor: float) -> float:
+    """Force per speed, in N s/m, where a hidden hard stop is met."""
+    travel = rig.stiffness_n_per_m * (rig.reaction_s + rig.cross_check_s)
+    impact = impact_factor * math.sqrt(rig.mass_kg * HARD_STOP_N_PER_M)
+    linear = 1.1 * travel + rig.damping_n_s_per_m + impact
+    braking = rig.stiffness_n_per_m * (limit_n / linear) / (2.0 * rig.acceleration_m_s2)
+    return linear + braking

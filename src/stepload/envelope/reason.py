@@ -1,0 +1,52 @@
+"""Verdicts, and reasons that carry value, limit, unit and a way out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class PlanVerdict(StrEnum):
+    """May this plan run."""
+
+    GO = "go"
+    WARN = "warn"
+    REFUSED = "refused"
+
+
+class Severity(StrEnum):
+    """How much a reason weighs; a note does not change the verdict."""
+
+    REFUSE = "refuse"
+    WARN = "warn"
+    NOTE = "note"
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """One reason for a verdict.
+
+    Attributes:
+        code: stable name; programs branch on it.
+        severity: how much it weighs.
+        message: what is so, with the numbers in words.
+        remedy: what would change it; "" where nothing would.
+        value, limit, unit: the numbers (NaN where there is none).
+    """
+
+    code: str
+    severity: Severity
+    message: str
+    remedy: str = ""
+    value: float = float("nan")
+    limit: float = float("nan")
+    unit: str = ""
+
+
+def verdict_of(reasons: Iterable[Reason]) -> PlanVerdict:
+    """The weightiest severity decides."""
+    severities = {reason.severity for reason in reasons}
+    if Severity.REFUSE in severities:
+        return PlanVerdict.REFUSED
+    return PlanVerdict.WARN if Severity.WARN in severities else PlanVerdict.GO

@@ -1,0 +1,187 @@
+"""Reasons for and against a plan, each with its numbers and a way out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from stepload.envelope.bounds import AGE_S
+from stepload.envelope.reason import Reason, Severity
+from stepload.errors import DomainError, RefusedError
+from stepload.identify.identifiability import Identifiability, gauge_resolution_for, top_force_for
+from stepload.plan.model import Plan, Provenance, SecondForceSource
+from stepload.units import format_quantity
+
+
+def force_reasons(
+    plan: Plan, safe_n: float, refusal: RefusedError | DomainError | None
+) -> Iterator[Reason]:
+    """Why the forces asked for may not be pressed."""
+    top_n = plan.procedure.top_force_n
+    if refusal:
+        useful = safe_n > 3.0 * plan.procedure.touch_force_n
+        yield Reason(
+            "top_force_above_safe_limit" if top_n > safe_n else "no_safe_way_to_press",
+            Severity.REFUSE,
+            f"{refusal.message}. This cannot be overridden",
+            f"reduce top_force to {math.floor(safe_n * 10.0) / 10.0:g} N"
+            if useful and top_n > safe_n
+            else refusal.hint,
+            top_n,
+            safe_n,
+            "N",
+        )
+    push_n = plan.rig.arm.max_push_n
+    if top_n > push_n:
+        yield Reason(
+            "arm_too_weak",
+            Severity.REFUSE,
+            f"the arm pushes at most {format_quantity(push_n, 'N')}, top force is "
+            f"{format_quantity(top_n, 'N')}",
+            f"reduce top_force to {format_quantity(0.9 * push_n, 'N')} or use a stronger arm",
+            top_n,
+            push_n,
+            "N",
+        )
+    range_n = plan.rig.force.range_n
+    if top_n > range_n:
+        yield Reason(
+            "sensor_range",
+            Severity.REFUSE,
+            f"top force {format_quantity(top_n, 'N')} is beyond the force sensor's range "
+            f"{format_quantity(range_n, 'N')}",
+            "reduce top_force or use a sensor with a larger range",
+            top_n,
+            range_n,
+            "N",
+        )
+
+
+def _way_out(plan: Plan, secant_n_per_m: float) -> str:
+    """What would make a payload of this secant identifiable."""
+    top_n = plan.procedure.top_force_n
+    p, t = plan.identify.resolution_multiple_p, plan.identify.accuracy_t
+    gauge_m = gauge_resolution_for(secant_n_per_m, top_n, p=p, t=t)
+    ways = [
+        f"a displacement gauge of {format_quantity(gauge_m, 'm')} across the contact raises "
+        f"K_max to {format_quantity(secant_n_per_m, 'N/m')}"
+    ]
+    if plan.rig.displacement is None:
+        force_n = top_force_for(
+            secant_n_per_m,
+            plan.rig.arm.position_resolution_m,
+            plan.rig.system_stiffness.stiffness_n_per_m,
+            p=p,
+            s=plan.identify.compensation_quality_s,
+            t=t,
+        )
+        if force_n is None:
+            ways.append("no top force would: the system stiffness rules")
+        else:
+            ways.append(f"so would a top force of {format_quantity(force_n, 'N')}")
+    return "; ".join(ways)
+
+
+def identifiable_reasons(
+    plan: Plan, secant_n_per_m: float, found: Identifiability
+) -> Iterator[Reason]:
+    """Why the payload cannot, or can hardly, be told on this rig (34)."""
+    k_max = found.k_max_n_per_m
+    if math.isnan(secant_n_per_m) or secant_n_per_m <= 0.8 * k_max:
+        return
+    figures = (
+        f"predicted secant {format_quantity(secant_n_per_m, 'N/m')} is "
+        f"{secant_n_per_m / k_max:.2g} of K_max {format_quantity(k_max, 'N/m')} (34); "
+        f"{found.binding} binds"
+    )
+    if secant_n_per_m <= k_max:
+        yield Reason(
+            "close_to_k_max", Severity.WARN, figures, _way_out(plan, secant_n_per_m),
+            secant_n_per_m, k_max, "N/m",
+        )  # fmt: skip
+    elif plan.identify.accept_unidentifiable:
+        yield Reason(
+            "unidentifiable_accepted", Severity.WARN,
+            f"not identifiable on this rig: {figures}; accepted in the plan: "
+            f"“{plan.identify.accept_unidentifiable}”",
+            _way_out(plan, secant_n_per_m), secant_n_per_m, k_max, "N/m",
+        )  # fmt: skip
+    else:
+        yield Reason(
+            "unidentifiable", Severity.REFUSE, f"not identifiable on this rig: {figures}",
+            _way_out(plan, secant_n_per_m)
+            + "; or accept it in writing with identify.accept_unidentifiable",
+            secant_n_per_m, k_max, "N/m",
+        )  # fmt: skip
+
+
+def rig_reasons(plan: Plan) -> Iterator[Reason]:
+    """What is doubtful about the rig: its system stiffness, its only force channel."""
+    stiffness = plan.rig.system_stiffness
+    relative = stiffness.sigma_n_per_m / stiffness.stiffness_n_per_m
+    quality = plan.identify.compensation_quality_s
+    if plan.rig.displacement is None and plan.identify.kind != "system":
+        if stiffness.provenance is Provenance.INDICATIVE:
+            yield Reason(
+                "stiffness_indicative",
+                Severity.WARN,
+                f"K_s = {format_quantity(stiffness.stiffness_n_per_m, 'N/m')} is an indicative "
+                "figure for this class of arm, not a measurement",
+                "run a system-stiffness calibration (stepload calibrate) in this pose",
+            )
+        elif relative * quality > 1.0:
+            yield Reason(
+                "stiffness_uncertain",
+                Severity.WARN,
+                f"K_s is known to {relative:.1%}, the compensation quality s = {quality:g} "
+                f"asks for {1.0 / quality:.1%}",
+                "calibrate K_s again, with force above 40 % of the range",
+                relative,
+                1.0 / quality,
+            )
+        if stiffness.validity_problem:
+            yield Reason(
+                "calibration_record",
+                Severity.WARN,
+                f"calibration record: {stiffness.validity_problem}",
+                "calibrate again, or state the policy in rig.system_stiffness.policy",
+            )
+    if stiffness.simulated:
+        yield Reason(
+            "calibration_simulated",
+            Severity.WARN,
+            f"the calibration record {stiffness.record} was made in a dry run: good for dry runs "
+            "only, a run on the rig will be refused",
+            "measure K_s on the rig: stepload calibrate PLAN --record FILE",
+        )
+    if plan.rig.second_force.source is SecondForceSource.NONE:
+        yield Reason(
+            "one_force_channel",
+            Severity.WARN,
+            "one force channel: a wrong gain, a bias or a stuck mean under live noise cannot be "
+            "seen, and would press on through F_c",
+            "declare a second force channel (the arm's own, or a second sensor)",
+        )
+
+
+def age_reasons(plan: Plan) -> Iterator[Reason]:
+    """Streams whose data may be older than usual before R3 stops the run."""
+    rig, second = plan.rig, plan.rig.second_force.sensor
+    limits = {
+        "arm": rig.arm.max_age_s,
+        "force": rig.force.max_age_s,
+        "second_force.sensor": second.max_age_s if second else None,
+    }
+    for name, limit_s in limits.items():
+        if limit_s is None or limit_s <= AGE_S:
+            continue
+        yield Reason(
+            "patient",
+            Severity.WARN,
+            f"rig.{name}.max_age lets a run go on for {limit_s * 1e3:.0f} ms without new data "
+            f"({AGE_S * 1e3:.0f} ms otherwise): until then only the leash bounds the force",
+            "for emulators on a busy machine; leave it out on a real rig",
+            limit_s,
+            AGE_S,
+            "s",
+        )

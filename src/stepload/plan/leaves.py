@@ -1,0 +1,272 @@
+"""What may be written at one key: how it is read, described and put into the JSON Schema."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import Annotated, Any
+
+from stepload.plan.problems import printable
+from stepload.units import QuantityError, describe_unit, format_quantity, parse_quantity
+
+_LONGEST_PATH = 400
+_SUFFIXES = {"degC": "c", "%": "", "m/s": "m_s", "m/s^2": "m_s2", "1/K": "per_k"}
+
+
+class LeafError(Exception):
+    """A value that may not stand where it does; `hint` says what was expected."""
+
+    def __init__(self, message: str, hint: str) -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A number with its unit, between `low` and `high` in SI; `above`: `low` itself excluded."""
+
+    unit: str
+    low: float
+    high: float
+    above: bool = False
+
+    @property
+    def suffix(self) -> str:
+        """How the name of an attribute in this unit ends: "_n_per_m" for N/m, "" for a share."""
+        rule = self.unit.lower().replace(" ", "_").replace("/", "_per_")
+        suffix = _SUFFIXES.get(self.unit, rule)
+        return f"_{suffix}" if suffix else ""
+
+    def read(self, value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            name, example = describe_unit(self.unit)
+            hint = f'expected {name} with its unit, for example "{example}"'
+            raise LeafError(f"{_shown(value)} is not {name}", hint)
+        try:
+            number = parse_quantity(value, self.unit)
+        except QuantityError as error:
+            raise LeafError(error.message, error.hint) from None
+        if number > self.high or number < self.low or (self.above and number <= self.low):
+            shown = printable(str(value))
+            raise LeafError(f"{shown} is out of range", f"expected {self.expected()}")
+        return number
+
+    def expected(self) -> str:
+        name, _ = describe_unit(self.unit)
+        low, high = (self._limit(limit) for limit in (self.low, self.high))
+        return f"{name} above {low} up to {high}" if self.above else f"{name} from {low} to {high}"
+
+    def _limit(self, limit: float) -> str:
+        if self.unit == "rad":
+            return f"{math.degrees(limit):g} deg"
+        return format_quantity(limit, self.unit, digits=6)
+
+    def json_schema(self) -> dict[str, Any]:
+        _, example = describe_unit(self.unit)
+        return {
+            "type": "string",
+            "pattern": r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*(1/)?[A-Za-zµμ°%].*$",
+            "examples": [example],
+            "description": f"{self.expected()}, with its unit",
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A plain number without a unit, between `low` and `high`; `above`: `low` itself excluded."""
+
+    low: float
+    high: float
+    above: bool = False
+    integer: bool = False
+
+    def read(self, value: Any) -> float | int:
+        wanted = int if self.integer else (int, float)
+        if isinstance(value, bool) or not isinstance(value, wanted) or not math.isfinite(value):
+            raise LeafError(f"{_shown(value)} is not {self._noun()}", f"expected {self.expected()}")
+        if value > self.high or value < self.low or (self.above and value <= self.low):
+            raise LeafError(f"{value:.12g} is out of range", f"expected {self.expected()}")
+        return value if self.integer else float(value)
+
+    def _noun(self) -> str:
+        return "a whole number" if self.integer else "a plain number"
+
+    def expected(self) -> str:
+        low = f"above {self.low:g} up" if self.above else f"from {self.low:g}"
+        return f"{self._noun()} {low} to {self.high:g}"
+
+    def json_schema(self) -> dict[str, Any]:
+        low = "exclusiveMinimum" if self.above else "minimum"
+        return {
+            "type": "integer" if self.integer else "number",
+            low: self.low,
+            "maximum": self.high,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """Printable text of at most `limit` characters; `lines`: line breaks are allowed."""
+
+    limit: int
+    empty: bool = False
+    lines: bool = False
+
+    def read(self, value: Any) -> str:
+        return _text(value, self.limit, self.expected(), empty=self.empty, lines=self.lines).strip()
+
+    def expected(self) -> str:
+        noun = "a text" if self.lines else "a text of one line"
+        return f"{noun} of at most {self.limit} characters"
+
+    def json_schema(self) -> dict[str, Any]:
+        schema: dict[str, Any] = {"type": "string", "maxLength": self.limit}
+        return schema if self.empty else schema | {"minLength": 1}
+
+
+@dataclass(frozen=True, slots=True)
+class FileName:
+    """The path of a file or directory, as written."""
+
+    def read(self, value: Any) -> Path:
+        return Path(_text(value, _LONGEST_PATH, self.expected()))
+
+    def expected(self) -> str:
+        return f"a path of at most {_LONGEST_PATH} characters"
+
+    def json_schema(self) -> dict[str, Any]:
+        return {"type": "string", "maxLength": _LONGEST_PATH, "minLength": 1}
+
+
+def _text(
+    value: Any, limit: int, expected: str, *, empty: bool = False, lines: bool = False
+) -> str:
+    hint = f"expected {expected}"
+    if not isinstance(value, str):
+        if isinstance(value, (bool, int, float)):
+            hint += f'; put it in quotes: "{printable(str(value))}"'
+        raise LeafError(f"{_shown(value)} is not a text", hint)
+    if not value.strip() and not empty:
+        raise LeafError("an empty text", hint)
+    if len(value) > limit:
+        raise LeafError(f"a text of {len(value)} characters", hint)
+    allowed = "\n" if lines else ""
+    if bad := next((c for c in value if not c.isprintable() and c not in allowed), None):
+        shown = f"{printable(value)!r} holds the control character U+{ord(bad):04X}"
+        raise LeafError(shown, hint)
+    return value
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One of a few words; read as the element of `words` that it equals."""
+
+    words: tuple[str, ...]
+
+    def read(self, value: Any) -> str:
+        for word in self.words:
+            if value == word:
+                return word
+        raise LeafError(f"{_shown(value)} is not a choice here", f"expected {self.expected()}")
+
+    def expected(self) -> str:
+        return "one of " + ", ".join(self.words)
+
+    def json_schema(self) -> dict[str, Any]:
+        return {"enum": [str(word) for word in self.words]}
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """true or false."""
+
+    def read(self, value: Any) -> bool:
+        if not isinstance(value, bool):
+            raise LeafError(f"{_shown(value)} is neither true nor false", "write true or false")
+        return value
+
+    def expected(self) -> str:
+        return "true or false"
+
+    def json_schema(self) -> dict[str, Any]:
+        return {"type": "boolean"}
+
+
+@dataclass(frozen=True, slots=True)
+class Day:
+    """A calendar date."""
+
+    def read(self, value: Any) -> date:
+        try:
+            return date.fromisoformat(value if isinstance(value, str) and len(value) == 10 else "")
+        except ValueError:
+            raise LeafError(
+                f"{_shown(value)} is not a date", "expected year-month-day, for example 2025-03-31"
+            ) from None
+
+    def expected(self) -> str:
+        return "a date, year-month-day"
+
+    def json_schema(self) -> dict[str, Any]:
+        return {"type": "string", "format": "date"}
+
+
+@dataclass(frozen=True, slots=True)
+class Version:
+    """The version of a file format: this number and no other."""
+
+    number: int
+
+    def read(self, value: Any) -> int:
+        if value != self.number:
+            shown = _shown(value) if value in (None, {}, []) else repr(printable(str(value)))
+            raise LeafError(f"{shown} is not accepted here", f"expected {self.number}")
+        return self.number
+
+    def expected(self) -> str:
+        return f"`{self.number}`"
+
+    def json_schema(self) -> dict[str, Any]:
+        return {"const": self.number, "type": "integer"}
+
+
+Leaf = Quantity | Number | Text | FileName | Choice | Switch | Day | Version
+
+
+def _shown(value: object) -> str:
+    if value is None:
+        return "nothing"
+    if isinstance(value, (dict, list)):
+        return "a mapping" if isinstance(value, dict) else "a list"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(printable(value)) if isinstance(value, str) else printable(f"{value}")
+
+
+Name = Annotated[str, Text(100)]
+Note = Annotated[str, Text(10_000, empty=True, lines=True)]
+Remark = Annotated[str, Text(1_000, empty=True)]
+FilePath = Annotated[Path, FileName()]
+Calendar = Annotated[date, Day()]
+Flag = Annotated[bool, Switch()]
+Share = Annotated[float, Quantity("%", 0.0, 1.0)]
+Force = Annotated[float, Quantity("N", 0.0, 1e6, above=True)]
+ForceOrZero = Annotated[float, Quantity("N", 0.0, 1e6)]
+ForceRate = Annotated[float, Quantity("N/s", 0.0, 1e6, above=True)]
+Length = Annotated[float, Quantity("m", 0.0, 10.0, above=True)]
+LengthOrZero = Annotated[float, Quantity("m", 0.0, 10.0)]
+Pressure = Annotated[float, Quantity("Pa", 1e3, 2e12)]
+Duration = Annotated[float, Quantity("s", 0.0, 86_400.0, above=True)]
+Delay = Annotated[float, Quantity("s", 0.0, 10.0)]
+DurationOrZero = Annotated[float, Quantity("s", 0.0, 86_400.0)]
+Rate = Annotated[float, Quantity("Hz", 1.0, 100_000.0)]
+Stiffness = Annotated[float, Quantity("N/m", 1.0, 1e12)]
+StiffnessError = Annotated[float, Quantity("N/m", 0.0, 1e12, above=True)]
+Damping = Annotated[float, Quantity("N s/m", 0.0, 1e9)]
+Temperature = Annotated[float, Quantity("degC", -50.0, 150.0)]
+Expansion = Annotated[float, Quantity("1/K", 0.0, 1e-3)]
+Degrees = Annotated[float, Number(1.0, 1e6)]
+Axis = Annotated[str, Choice(("+fx", "-fx", "+fy", "-fy", "+fz", "-fz"))]

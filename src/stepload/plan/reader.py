@@ -1,0 +1,165 @@
+"""Reads a position tree into drafts of sections: every key by itself, every problem kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from difflib import get_close_matches
+from typing import Any, TypeVar, cast
+
+from stepload.plan.draft import Draft, UnknownError, kind_of, leave_out, put
+from stepload.plan.leaves import Leaf, LeafError
+from stepload.plan.problems import Problem, printable
+from stepload.plan.sections import (
+    SHAPE,
+    Each,
+    Entry,
+    Nested,
+    OneOf,
+    Options,
+    entries,
+    written_entries,
+)
+from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence
+
+T = TypeVar("T")
+
+
+def read_section(
+    kind: Callable[..., T], node: Node, at: Place, problems: list[Problem], *, shaped: bool = False
+) -> T:
+    """The draft of the section in `node`; what is wrong with it is added to `problems`.
+
+    Args:
+        at: where a missing key is reported.
+        shaped: whether the mapping also holds the key that names its shape.
+    """
+    draft = cast(T, Draft(kind))
+    known = [SHAPE] * shaped + [entry.name for entry in written_entries(kind)]
+    if isinstance(node, Mapping):
+        for key, place in node.keys.items():
+            if key not in known:
+                problems.append(unknown_key(place, key, known))
+        _read_entries(draft, node, at, problems)
+    elif not isinstance(node, Broken):
+        message = f"{_shown(node)} where a mapping belongs"
+        problems.append(node.place.problem(message, f"keys: {', '.join(known)}"))
+    return draft
+
+
+def unknown_key(place: Place, key: str, known: list[str]) -> Problem:
+    """The problem of a key that means nothing here, with the nearest one that does."""
+    near = get_close_matches(key[:60], known, n=1)
+    hint = f"did you mean {near[0]!r}?" if near else "known keys: " + (", ".join(known) or "none")
+    return place.problem(f"unknown key {printable(key)!r}", hint)
+
+
+def _read_entries(draft: object, node: Mapping, at: Place, problems: list[Problem]) -> None:
+    for entry in entries(kind_of(draft)):
+        nested = entry.content.kind if isinstance(entry.content, Nested) else None
+        if nested and entry.key.inline:
+            inner = Draft(nested)
+            _read_entries(inner, node, at, problems)
+            put(draft, entry.field, inner)
+        elif entry.name in node.entries:
+            with suppress(UnknownError):
+                _read_entry(draft, entry, node.entries[entry.name], node.keys[entry.name], problems)
+        elif nested and entry.key.derived:
+            put(draft, entry.field, read_section(nested, Mapping(at), at, problems))
+        elif entry.key.derived:
+            leave_out(draft, entry.field)
+        elif entry.required:
+            problems.append(at.problem(f"missing key {entry.name!r}", expected(entry)))
+        elif entry.kept:
+            put(draft, entry.field, entry.default)
+
+
+def _read_entry(
+    draft: object, entry: Entry, node: Node, at: Place, problems: list[Problem]
+) -> None:
+    null = isinstance(node, Scalar) and node.value is None and entry.nullable
+    if null and entry.key.derived:
+        leave_out(draft, entry.field)
+        return
+    value = None if null else _value(entry, node, at, problems)
+    if entry.kept:
+        put(draft, entry.field, value)
+
+
+def _value(entry: Entry, node: Node, at: Place, problems: list[Problem]) -> Any:
+    """What stands at an entry, `at` the place of its key; UnknownError where it is bad."""
+    content = entry.content
+    if isinstance(node, Broken):
+        raise UnknownError
+    if isinstance(content, Nested):
+        return read_section(content.kind, node, at, problems)
+    if isinstance(content, OneOf):
+        return _shaped(content, node, at, problems)
+    if isinstance(content, Options):
+        if not isinstance(node, Mapping):
+            raise _refused(problems, node, f"{_shown(node)} where a mapping belongs")
+        return node
+    if isinstance(content, Each):
+        if not isinstance(node, Sequence):
+            message = f"{_shown(node)} where a list belongs"
+            raise _refused(problems, node, message, expected(entry))
+        return _list(entry.name, content.leaf, node, problems)
+    if isinstance(node, Sequence):
+        raise _refused(problems, node, "a list where one value belongs", expected(entry))
+    return _leaf(entry.name, content, node, problems)
+
+
+def _shaped(content: OneOf, node: Node, at: Place, problems: list[Problem]) -> object:
+    kinds = {kind.__name__: kind for kind in content.kinds}
+    hint = "shapes: " + ", ".join(kinds)
+    if not isinstance(node, Mapping):
+        raise _refused(problems, node, f"{_shown(node)} where a mapping belongs", hint)
+    tag = node.entries.get(SHAPE)
+    if tag is None:
+        problems.append(at.problem(f"missing key {SHAPE!r}", hint))
+        raise UnknownError
+    if isinstance(tag, Broken):
+        raise UnknownError
+    shape = tag.value if isinstance(tag, Scalar) else None
+    if shape not in kinds:
+        near = get_close_matches(str(shape or "")[:60], kinds, n=1)
+        hint = f"did you mean {near[0]!r}? {hint}" if near else hint
+        raise _refused(problems, tag, f"{_shown(tag)} is not a shape", hint)
+    return read_section(kinds[str(shape)], node, at, problems, shaped=True)
+
+
+def _list(name: str, leaf: Leaf, node: Sequence, problems: list[Problem]) -> tuple[object, ...]:
+    items = []
+    for index, item in enumerate(node.items):
+        with suppress(UnknownError):
+            items.append(_leaf(f"{name}[{index}]", leaf, item, problems))
+    if len(items) < len(node.items):
+        raise UnknownError
+    return tuple(items)
+
+
+def _leaf(name: str, leaf: Leaf, node: Node, problems: list[Problem]) -> object:
+    if isinstance(node, Broken):
+        raise UnknownError
+    value: Any = node.value if isinstance(node, Scalar) else {} if isinstance(node, Mapping) else []
+    try:
+        return leaf.read(value)
+    except LeafError as error:
+        raise _refused(problems, node, f"{name}: {error.message}", error.hint) from None
+
+
+def _refused(problems: list[Problem], node: Node, message: str, hint: str = "") -> UnknownError:
+    problems.append(node.place.problem(message, hint))
+    return UnknownError()
+
+
+def expected(entry: Entry) -> str:
+    """What a key means and what may be written there."""
+    meaning = entry.key.meaning
+    return f"{meaning} Expected {entry.leaf.expected()}" if entry.leaf else meaning
+
+
+def _shown(node: Node) -> str:
+    if isinstance(node, Scalar):
+        return "nothing" if node.value is None else repr(printable(str(node.value)))
+    return "a list" if isinstance(node, Sequence) else "a mapping"

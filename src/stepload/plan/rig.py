@@ -1,0 +1,277 @@
+"""The declaration of a rig: arm, sensors, system stiffness and the simulated rig."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Annotated, ClassVar
+
+from stepload.plan.leaves import (
+    Axis,
+    Calendar,
+    Choice,
+    Damping,
+    Degrees,
+    Delay,
+    Duration,
+    Expansion,
+    FilePath,
+    Force,
+    ForceOrZero,
+    Length,
+    LengthOrZero,
+    Name,
+    Number,
+    Quantity,
+    Rate,
+    Remark,
+    Share,
+    Stiffness,
+    StiffnessError,
+    Temperature,
+)
+from stepload.plan.sections import Key, Options
+
+_Age = Annotated[float, Quantity("s", 0.002, 2.0)]
+_Drift = Annotated[float, Quantity("N/s", 0.0, 100.0)]
+_Factor = Annotated[float, Number(0.01, 100.0)]
+_OLDER = "Older data stop the run (rule R3); default: 12 ms, or four samples if longer."
+
+
+class Provenance(StrEnum):
+    """Where a rig's system stiffness comes from."""
+
+    MEASURED = "measured"
+    """From a calibration record of this rig."""
+    DECLARED = "declared"
+    """Written into the plan by a person who answers for it."""
+    INDICATIVE = "indicative"
+    """A figure for this class of machine; not good enough for a result."""
+
+
+class RecordPolicy(StrEnum):
+    """What to do when the calibration record is missing, expired or for another pose."""
+
+    WARN = "warn"
+    REFUSE = "refuse"
+
+
+class SecondForceSource(StrEnum):
+    """What checks the force sensor."""
+
+    NONE = "none"
+    ARM = "arm"
+    """The arm's own estimate (`ArmSample.force_n`)."""
+    SENSOR = "sensor"
+    """A second force sensor of its own."""
+
+
+@dataclass(frozen=True, slots=True)
+class DriverChoice:
+    """A driver by entry-point name with its checked options (quantities in SI)."""
+
+    name: Annotated[
+        Name, Key("Name of an installed driver; `stepload drivers` lists them.", name="driver")
+    ]
+    options: Annotated[
+        Mapping[str, object],
+        Options(),
+        Key("Options of the driver, checked against what the driver declares.", derived=True),
+    ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArmSpec:
+    """The arm, or the driven axis of a testing machine."""
+
+    driver: Annotated[DriverChoice, Key(inline=True)]
+    rate_hz: Annotated[Rate, Key("Samples per second.")]
+    max_speed_m_s: Annotated[
+        float, Quantity("m/s", 0.0, 2.0, above=True), Key("Speed never to be exceeded.")
+    ]
+    max_acceleration_m_s2: Annotated[
+        float,
+        Quantity("m/s^2", 0.0, 100.0, above=True),
+        Key("Deceleration that the arm reaches when it stops."),
+    ]
+    max_push_n: Annotated[Force, Key("Largest force the arm can exert along the axis.")]
+    effective_mass_kg: Annotated[
+        float, Quantity("kg", 0.0, 1e4, above=True), Key("Moving mass felt at the contact.")
+    ]
+    command_delay_s: Annotated[Delay, Key("From a command to the start of motion.")]
+    lag_s: Annotated[Delay, Key("First-order lag of the servo.")]
+    lost_motion_m: Annotated[LengthOrZero, Key("Backlash and stiction, as travel.")] = 0.0
+    position_resolution_m: Annotated[Length, Key("Resolution δ_Δ of the measured travel (29).")]
+    position_noise_m: Annotated[
+        LengthOrZero, Key("Standard deviation of the measured travel at rest.")
+    ] = 0.0
+    model_tolerance_m: Annotated[
+        Length, Key("How far the arm may be from where its commands put it (rule R7).")
+    ] = 5e-5
+    max_age_s: Annotated[_Age | None, Key(_OLDER)] = None
+    pose: Annotated[Remark, Key("Name of the pose; compared with the calibration record.")] = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ForceSpec:
+    """The force sensor that the run is controlled and identified with."""
+
+    driver: Annotated[DriverChoice, Key(inline=True)]
+    rate_hz: Annotated[Rate, Key("Samples per second.")]
+    axis: Annotated[
+        Axis, Key("Wrench component, with the sign that is positive when pressing.")
+    ] = "+fz"
+    range_n: Annotated[Force, Key("Rated force.")]
+    resolution_n: Annotated[Force, Key("Smallest step of the reading.")]
+    noise_n: Annotated[Force, Key("Standard deviation of the reading at rest.")]
+    delay_s: Annotated[Delay, Key("From force to sample on the host.")]
+    gain_uncertainty: Annotated[Share, Key("Relative standard uncertainty of the gain.")] = 0.01
+    drift_n_per_s: Annotated[_Drift, Key("Largest drift of the zero.")] = 0.0
+    max_age_s: Annotated[_Age | None, Key(_OLDER)] = None
+
+
+@dataclass(frozen=True, slots=True)
+class DisplacementSpec:
+    """A gauge across the contact: takes the system stiffness out of the chain."""
+
+    driver: Annotated[DriverChoice, Key(inline=True)]
+    rate_hz: Annotated[Rate, Key("Samples per second.")]
+    resolution_m: Annotated[Length, Key("Smallest step of the reading.")]
+    noise_m: Annotated[LengthOrZero, Key("Standard deviation of the reading at rest.")] = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class SecondForce:
+    """The second force channel and how far it may differ (rule R5).
+
+    R5 allows |F − F2| ≤ tolerance_n + tolerance_relative · F, and more for `time_s` at the most.
+    """
+
+    source: Annotated[
+        SecondForceSource,
+        Choice(tuple(SecondForceSource)),
+        Key("none, the arm's own estimate, or a second force sensor."),
+    ] = SecondForceSource.NONE
+    tolerance_n: Annotated[ForceOrZero, Key("Allowed difference, absolute part.")] = 0.0
+    tolerance_relative: Annotated[Share, Key("Allowed difference, share of the force.")] = 0.0
+    time_s: Annotated[Duration, Key("How long the difference may last.")] = 0.02
+    noise_n: Annotated[ForceOrZero, Key("Standard deviation of the second channel.")] = 0.0
+    sensor: Annotated[ForceSpec | None, Key("The second sensor, for source sensor.")] = None
+
+
+@dataclass(frozen=True, slots=True)
+class SystemStiffness:
+    """System stiffness K_s of the whole load path (26): a value with its error, or a record.
+
+    With a record, its values have replaced those of the plan, and `record` is the path of its file.
+    `simulated` says whether it was made in a dry run, `validity_problem` why the stiffness may not
+    be used as it stands ("" where it may).
+    """
+
+    stiffness_n_per_m: Annotated[Stiffness, Key("K_s; with `sigma`.", name="value", derived=True)]
+    sigma_n_per_m: Annotated[StiffnessError, Key("Standard uncertainty of `value`.", derived=True)]
+    msde_m: Annotated[LengthOrZero, Key("Rms deformation misfit of the linear fit (26).")] = 0.0
+    damping_n_s_per_m: Annotated[Damping, Key("Damping C_s, a lower bound.")] = 0.0
+    provenance: Annotated[
+        Provenance,
+        Choice(tuple(Provenance)),
+        Key("Where `value` comes from; indicative: a figure for this class of machine."),
+    ] = Provenance.DECLARED
+    smooth_error_m: Annotated[
+        LengthOrZero | None,
+        Key(
+            "Smooth position error that leaves this misfit, with the part that the line absorbs; "
+            "none: `msde` stands in."
+        ),
+    ] = None
+    smooth_degrees: Annotated[
+        Degrees | None,
+        Key("Degrees of freedom `smooth_error` was estimated with; none: it is taken as known."),
+    ] = None
+    measured_on: Annotated[Calendar | None, Key("Day of the measurement.")] = None
+    valid_until: Annotated[Calendar | None, Key("Last day on which it may be used.")] = None
+    pose: Annotated[Remark, Key("Pose it was measured in; empty: any.")] = ""
+    direction: Annotated[
+        str,
+        Choice(("", "+fx", "-fx", "+fy", "-fy", "+fz", "-fz")),
+        Key("Force axis it was measured along; empty: any."),
+    ] = ""
+    temperature_c: Annotated[Temperature | None, Key("Temperature it was measured at.")] = None
+    record: Annotated[
+        FilePath | None,
+        Key(
+            "Calibration record written by `stepload calibrate`; its values replace the ones "
+            "above, which then only stand in while it is missing."
+        ),
+    ] = None
+    policy: Annotated[
+        RecordPolicy,
+        Choice(tuple(RecordPolicy)),
+        Key(
+            "What to do when the record is missing, expired, or for another rig, pose, direction "
+            "or temperature."
+        ),
+    ] = RecordPolicy.WARN
+    simulated: bool = False
+    validity_problem: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Simulation:
+    """How the simulated rig differs from what the plan believes; only dry runs use it."""
+
+    seed: Annotated[int, Number(0, 2**31 - 1, integer=True), Key("Seed of everything random.")] = 1
+    law: Annotated[
+        str,
+        Choice(("smooth", "rough", "elastic_plastic")),
+        Key("Contact law of the simulated payload."),
+    ] = "smooth"
+    payload_factor: Annotated[_Factor, Key("True payload stiffness K over believed K.")] = 1.0
+    stiffness_factor: Annotated[_Factor, Key("True system stiffness over believed K_s.")] = 1.0
+    surface_error_m: Annotated[
+        float,
+        Quantity("m", -0.1, 0.1),
+        Key("True surface minus expected surface; negative: nearer."),
+    ] = 0.0
+    hysteresis: Annotated[
+        float, Quantity("%", 0.0, 0.9), Key("Share of the loading work lost in a cycle.")
+    ] = 0.0
+    kinematic_error_m: Annotated[
+        LengthOrZero, Key("Standard deviation of the smooth error of the measured travel.")
+    ] = 0.0
+    kinematic_length_n: Annotated[Force, Key("Force over which that error stays correlated.")] = (
+        50.0
+    )
+    force_drift_n_per_s: Annotated[
+        float, Quantity("N/s", -10.0, 10.0), Key("True drift of the force zero.")
+    ] = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rig:
+    """The rig. A profile's name, a path, or a mapping; `profile` with overrides is a mapping."""
+
+    profile: ClassVar[
+        Annotated[Name | None, Key("Profile that gives every key which is not written here.")]
+    ] = None
+    name: Annotated[Name, Key("What the rig is called in records.")]
+    arm: Annotated[ArmSpec, Key("The arm.")]
+    force: Annotated[ForceSpec, Key("The force sensor.")]
+    displacement: Annotated[DisplacementSpec | None, Key("A displacement gauge.")] = None
+    second_force: Annotated[SecondForce, Key("The second force channel.")] = SecondForce()
+    system_stiffness: Annotated[SystemStiffness, Key("Stiffness of the load path.")]
+    loop_delay_s: Annotated[
+        Delay | None, Key("Measured delay of the whole control loop; none: sum of its parts.")
+    ] = None
+    mechanical_fuse_n: Annotated[
+        Force | None, Key("Force at which a mechanical fuse in the load path opens.")
+    ] = None
+    load_path_m: Annotated[
+        LengthOrZero,
+        Key("Length between where the arm measures its travel and the plate; grows when heated."),
+    ] = 0.0
+    thermal_expansion_per_k: Annotated[
+        Expansion, Key("Coefficient of thermal expansion of the load path.")
+    ] = 0.0
+    simulation: Annotated[Simulation, Key("The simulated rig.")] = Simulation()

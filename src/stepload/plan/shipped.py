@@ -1,0 +1,66 @@
+"""The plans that come with stepload: which there are, and copies of them to begin with."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from stepload.errors import BadInputError
+from stepload.plan.load import load_plan
+
+PACKAGED = Path(__file__).parents[1] / "procedures"
+CHECKOUT = Path(__file__).parents[3] / "procedures"
+"""In a wheel the plans are part of the package; a checkout has them at its top."""
+
+
+@dataclass(frozen=True, slots=True)
+class ShippedPlan:
+    """One plan that comes with stepload; `about` is what its own comment says of it."""
+
+    name: str
+    path: Path
+    about: str
+
+
+def shipped_plans() -> list[ShippedPlan]:
+    """All of them, by name."""
+    folder = PACKAGED if PACKAGED.is_dir() else CHECKOUT
+    return [ShippedPlan(path.stem, path, _about(path)) for path in sorted(folder.glob("*.yaml"))]
+
+
+def copy_plan(name: str, directory: Path) -> list[Path]:
+    """Copy a plan, and the files it names, into a directory; the files that were written.
+
+    Raises:
+        BadInputError: no such plan, or a file of that name is there already; nothing was written.
+    """
+    plans = {plan.name: plan for plan in shipped_plans()}
+    if name not in plans:
+        raise BadInputError(
+            f"no plan {name!r} comes with stepload", hint=f"there are {', '.join(plans)}"
+        )
+    plan = plans[name].path
+    needed = [plan, *_named_by(plan)]
+    texts = {directory / path.relative_to(plan.parent): path.read_bytes() for path in needed}
+    for path, text in texts.items():
+        if path.exists() and path.read_bytes() != text:
+            raise BadInputError(
+                f"{path} is there already, and is another file",
+                hint="name another directory",
+            )
+    for path, text in texts.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(text)
+    return list(texts)
+
+
+def _named_by(plan: Path) -> list[Path]:
+    """The files that a plan is made of beside itself."""
+    names = (Path(source.name) for source in load_plan(plan).sources[1:])
+    return [path for path in names if path.is_file()]
+
+
+def _about(path: Path) -> str:
+    comment = re.match(r"(?:#[^\n]*\n)+", path.read_text(encoding="utf-8"))
+    return re.sub(r"\n?# ?", " ", comment[0]).strip() if comment else ""

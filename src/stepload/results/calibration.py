@@ -1,0 +1,197 @@
+"""From system runs to a calibration record: K_s, how far to trust it, and where it holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import timedelta
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import stepload
+from stepload.errors import BadInputError
+from stepload.identify.pool import PooledStiffness, pool
+from stepload.identify.system import SystemStiffnessFit
+from stepload.identify.two_spheres import TwoSphereFit, two_sphere_difference
+from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
+from stepload.results.analyse import identify_system, series_contact
+from stepload.results.data import system_data
+from stepload.results.press_data import LOADING
+from stepload.results.saved import SavedRun
+
+FloatArray = NDArray[np.float64]
+
+VALID_DAYS = 180
+_LEVELS = 200
+"""Common forces of the two runs of the difference method."""
+_LEAST_SHARE = 0.05
+"""Forces below this share of the top are left out there: the touch is noise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """A calibration record and what it was made from."""
+
+    record: CalibrationRecord
+    runs: tuple[SavedRun, ...]
+    fits: tuple[SystemStiffnessFit, ...] = ()
+    pooled: PooledStiffness | None = None
+    spheres: TwoSphereFit | None = None
+
+
+def from_system_runs(runs: Sequence[SavedRun], *, valid_days: int = VALID_DAYS) -> Calibration:
+    """Pool runs against a stiff flat contact (26).
+
+    Raises:
+        BadInputError: a run that is not made for it, or runs of different rigs or poses.
+    """
+    origin = _origin(runs, valid_days)
+    for run in runs:
+        if run.conditions.kind != "system":
+            raise BadInputError(
+                f"{run.path}: a payload run; K_s and the payload's law share its data",
+                hint="press a stiff flat contact with a plan that has `identify: {kind: system}`",
+            )
+    fits = tuple(identify_system(run.data, run.conditions) for run in runs)
+    pooled = pool(fits)
+    record = CalibrationRecord(
+        **origin,
+        stiffness_n_per_m=pooled.stiffness_n_per_m,
+        sigma_n_per_m=pooled.sigma_n_per_m,
+        msde_m=pooled.msde_m,
+        smooth_error_m=pooled.smooth_error_m,
+        smooth_degrees=_at_least_one(pooled.smooth_degrees),
+        damping_n_s_per_m=pooled.damping_lower_bound_n_s_per_m,
+        force_from_n=pooled.force_range_n[0],
+        force_to_n=pooled.force_range_n[1],
+    )
+    return Calibration(record, tuple(runs), fits, pooled)
+
+
+def from_two_spheres(
+    first: SavedRun, second: SavedRun, *, valid_days: int = VALID_DAYS
+) -> Calibration:
+    """K_s from two reference spheres of known radii and materials: the difference method.
+
+    Raises:
+        BadInputError: runs that do not tell their contact, have too little force in common, or
+            spheres too much alike.
+    """
+    origin = _origin((first, second), valid_days)
+    contacts = []
+    for run in (first, second):
+        contact = series_contact(run.conditions)
+        if contact is None or run.data.gauge:
+            what = "measured across the contact" if run.data.gauge else "without a contact law"
+            raise BadInputError(f"{run.path}: a run {what}: the difference method needs both")
+        contacts.append(contact)
+    branches = [_loading(run) for run in (first, second)]
+    top_n = min(float(force.max()) for force, _ in branches)
+    low_n = max(_LEAST_SHARE * top_n, *(float(force.min()) for force, _ in branches))
+    grid = np.linspace(low_n, 0.99 * top_n, _LEVELS)
+    one, other = (_at(force, travel, grid) for force, travel in branches)
+    fit = two_sphere_difference(
+        one, other, grid, first_contact=contacts[0], second_contact=contacts[1]
+    )
+    record = CalibrationRecord(
+        **origin,
+        stiffness_n_per_m=fit.stiffness_n_per_m,
+        sigma_n_per_m=fit.sigma_n_per_m,
+        msde_m=fit.msde_m,
+        smooth_error_m=fit.smooth_error_m,
+        smooth_degrees=_at_least_one(fit.smooth_degrees),
+        damping_n_s_per_m=0.0,
+        force_from_n=float(grid[0]),
+        force_to_n=float(grid[-1]),
+    )
+    return Calibration(record, (first, second), spheres=fit)
+
+
+def calibration_data(found: Calibration) -> dict[str, Any]:
+    """The JSON object of a calibration."""
+    return {
+        "calibration": found.record,
+        "runs": [
+            {"path": run.path, "run_id": run.metadata.get("run_id"), **system_data(fit)}
+            for run, fit in zip(found.runs, found.fits, strict=False)
+        ],
+        "pooled": found.pooled,
+        "two_spheres": found.spheres,
+    }
+
+
+def _at_least_one(degrees: float | None) -> float | None:
+    return None if degrees is None else max(degrees, 1.0)
+
+
+def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
+    """What a record says beside its figures: where, when and from what it was made.
+
+    Raises:
+        BadInputError: they do not belong together.
+    """
+    if not runs:
+        raise BadInputError("there is no run to calibrate from")
+    if valid_days < 1:
+        raise BadInputError(f"a validity of {valid_days} days; it must be at least 1 day")
+    names: Mapping[str, Callable[[SavedRun], str]] = {
+        "rig": lambda run: run.metadata.get("rig", ""),
+        "pose": lambda run: run.conditions.pose,
+        "direction": lambda run: run.metadata.get("force_axis", ""),
+        "dry run": lambda run: str(run.simulated),
+    }
+    common = {}
+    for what, of in names.items():
+        found = sorted({of(run) for run in runs})
+        if len(found) > 1:
+            raise BadInputError(
+                f"the runs differ in their {what}: {', '.join(map(repr, found))}",
+                hint="one record is for one rig in one pose; calibrate each by itself",
+            )
+        common[what] = found[0]
+    ids = [run.metadata.get("run_id", run.path.name) for run in runs]
+    if len(set(ids)) < len(ids):
+        raise BadInputError("one run is given twice; it would count as two")
+    temperatures = [t for run in runs if (t := run.conditions.temperature_c) is not None]
+    if temperatures and max(temperatures) - min(temperatures) > TEMPERATURE_BAND_K:
+        raise BadInputError(
+            f"the runs were made at {min(temperatures):g} to {max(temperatures):g} °C, more than "
+            f"{TEMPERATURE_BAND_K:g} K apart"
+        )
+    days = [run.day for run in runs]
+    return {
+        "rig": common["rig"],
+        "pose": common["pose"],
+        "direction": common["direction"],
+        "temperature_c": float(np.mean(temperatures)) if temperatures else None,
+        "measured_on": max(days),
+        "valid_until": min(days) + timedelta(days=valid_days),
+        "run": ", ".join(ids),
+        "software": f"stepload {stepload.__version__}",
+        "simulated": runs[0].simulated,
+    }
+
+
+def _loading(run: SavedRun) -> tuple[FloatArray, FloatArray]:
+    """Force and travel of the first loading."""
+    loading = run.data.branch(LOADING)
+    if not loading.any():
+        raise BadInputError(f"{run.path}: the run ended before its first load step")
+    loading = run.data.branch(LOADING, cycle=int(run.data.cycle[loading].min()))
+    return run.data.force_n[loading], run.data.travel_m[loading]
+
+
+def _at(force_n: FloatArray, travel_m: FloatArray, grid_n: FloatArray) -> FloatArray:
+    """Travel on a grid of forces, means over a grid step; a hold counts as one place."""
+    step = float(grid_n[1] - grid_n[0])
+    index = np.round((force_n - grid_n[0]) / step).astype(np.intp)
+    inside = (index >= 0) & (index < grid_n.size)
+    count = np.bincount(index[inside], minlength=grid_n.size)
+    used = count > 0
+    if np.count_nonzero(used) < 10:
+        raise BadInputError("the two runs have fewer than 10 forces in common")
+    force = np.bincount(index[inside], force_n[inside], grid_n.size)[used] / count[used]
+    travel = np.bincount(index[inside], travel_m[inside], grid_n.size)[used] / count[used]
+    return np.asarray(np.interp(grid_n, force, travel))

@@ -1,0 +1,78 @@
+"""A run that is over, from its record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import date, datetime
+from pathlib import Path
+
+from stepload.errors import BadInputError
+from stepload.identify.conditions import Conditions
+from stepload.record.reader import read_recording
+from stepload.record.untrusted import untrusted
+from stepload.results.conditions import from_attachments, measured
+from stepload.results.press_data import PressData, press_data
+
+RECORD = "run.mcap"
+
+
+@dataclass(frozen=True, slots=True)
+class SavedRun:
+    """What a record tells; `partial`: it was not finished."""
+
+    path: Path
+    data: PressData
+    conditions: Conditions
+    metadata: Mapping[str, str]
+    partial: bool
+
+    @property
+    def name(self) -> str:
+        """What people call it: its plan and id."""
+        plan, run_id = self.metadata.get("plan", ""), self.metadata.get("run_id", "")
+        return f"{plan or self.path.stem} {run_id}".strip()
+
+    @property
+    def simulated(self) -> bool:
+        """Whether it was a dry run."""
+        return self.metadata.get("dry_run") == "true"
+
+    @property
+    def day(self) -> date:
+        """The day it was started on.
+
+        Raises:
+            BadInputError: the record does not tell.
+        """
+        text = self.metadata.get("started", "")
+        try:
+            return datetime.fromisoformat(text).date()
+        except ValueError:
+            raise BadInputError(
+                f"{self.path}: the record says it was started at {text!r}, which is no time"
+            ) from None
+
+
+def saved_run(path: Path) -> SavedRun:
+    """Read a record, or the directory of a run.
+
+    Raises:
+        BadInputError: it is no record of ours, or ended before there was a contact.
+    """
+    file = path / RECORD if path.is_dir() else path
+    if path.is_dir() and not file.exists():
+        raise BadInputError(
+            f"{path} holds no {RECORD}",
+            hint=f"repair an unfinished record first: stepload recover {path / RECORD}.part",
+        )
+    with untrusted(file):
+        recording = read_recording(file)
+        data = press_data(recording)
+        return SavedRun(
+            path=file,
+            data=data,
+            conditions=measured(from_attachments(recording.attachments), data),
+            metadata=recording.metadata,
+            partial=recording.partial,
+        )

@@ -1,0 +1,79 @@
+"""Do the two force channels agree? The difference that rule R5 judges.
+
+The channels have delays and periods of their own: while the force moves, what they read in one tick
+is not of one moment. But over the last `skew_s`, which covers delays and periods, both have read
+the same stretch of time, so the ranges of their readings overlap unless one of them errs. The gap
+between the ranges is the difference: motion makes none, a frozen or wrong channel does.
+"""
+
+from __future__ import annotations
+
+import math
+
+
+class _Range:
+    """Lowest and highest of the last filtered readings of one channel, without their noise."""
+
+    __slots__ = ("_alpha", "_at", "_n", "_noise_n", "_readings")
+
+    def __init__(self, ticks: int, alpha: float, noise_n: float) -> None:
+        self._alpha = alpha
+        self._noise_n = noise_n * math.sqrt(alpha / (2.0 - alpha))
+        self._readings = [math.nan] * ticks
+        self._at = 0
+        self._n = math.nan
+
+    def restart(self) -> None:
+        self._n = math.nan
+
+    def add(self, reading_n: float) -> tuple[float, float]:
+        """Take a reading in; (lowest, highest), one of which noise alone would make is narrowed."""
+        readings, at = self._readings, self._at
+        if self._n != self._n:
+            self._n = reading_n
+            readings[:] = [reading_n] * len(readings)
+        readings[at] = self._n = self._n + self._alpha * (reading_n - self._n)
+        self._at = at + 1 if at + 1 < len(readings) else 0
+        low, high = min(readings) + self._noise_n, max(readings) - self._noise_n
+        if low < high:
+            return low, high
+        middle = 0.5 * (low + high)
+        return middle, middle
+
+
+class CrossCheck:
+    """Ranges of both channels over the last while; `difference_n` is the gap between them.
+
+    Args:
+        period_s: of the tick.
+        skew_s: bound on how much older what one channel tells may be than what the other tells.
+        filter_s: time constant of the filter on each channel.
+        noise_n: noise (sd) of one reading of the main and of the second channel.
+    """
+
+    __slots__ = ("_main", "_second", "difference_n")
+
+    def __init__(
+        self, period_s: float, skew_s: float, filter_s: float, noise_n: tuple[float, float]
+    ) -> None:
+        alpha = min(1.0, period_s / filter_s)
+        ticks = 1 + math.ceil(skew_s / period_s - 1e-9)
+        self._main, self._second = (_Range(ticks, alpha, each) for each in noise_n)
+        self.difference_n = 0.0
+
+    def restart(self) -> None:
+        """Forget what was read: the zeros have changed."""
+        self._main.restart()
+        self._second.restart()
+        self.difference_n = 0.0
+
+    def add(self, main_n: float, second_n: float) -> None:
+        """Take in what both channels read in this tick, tared."""
+        low_n, high_n = self._main.add(main_n)
+        second_low_n, second_high_n = self._second.add(second_n)
+        if second_low_n > high_n:
+            self.difference_n = second_low_n - high_n
+        elif second_high_n < low_n:
+            self.difference_n = second_high_n - low_n
+        else:
+            self.difference_n = 0.0

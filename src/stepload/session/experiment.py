@@ -1,0 +1,307 @@
+"""The story of one experiment: prepare, press, make safe, record, evaluate, report.
+
+The arm is safe before a file is closed: `_press` returns when the rig has been made safe and its
+devices are closed; only then is the record finished and anything evaluated.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import secrets
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from stepload.envelope.envelope import Envelope, refusal_of
+from stepload.envelope.reason import PlanVerdict
+from stepload.errors import LeftEarlyError, RefusedError
+from stepload.record.outcome import RunOutcome
+from stepload.record.reader import read_recording
+from stepload.record.recorder import Recorder, RecordingFailedError
+from stepload.record.rows import Phase
+from stepload.results.analyse import evaluate
+from stepload.results.data import outcome_data, run_data
+from stepload.results.evaluation import Evaluation
+from stepload.results.html import render
+from stepload.results.plain import plain
+from stepload.results.run_page import compose, headline
+from stepload.run.loop import PROGRESS_S, run_loop
+from stepload.run.open_rig import OpenRig, opened
+from stepload.run.operator import Operator
+from stepload.run.tick import Engine
+from stepload.session import control, files
+from stepload.session.resume import Resumed, resumable
+
+WHOLE_TICKS, MEAN_TICKS = 250_000, 80_000
+"""A run longer than the first is evaluated as so many means, to bound the memory it takes."""
+
+Progress = Callable[[Engine, Envelope], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """What a run left behind; `problems` are what went wrong after it.
+
+    `left_early` is the signal that cut its evaluation short, 0 for none.
+    """
+
+    directory: Path
+    outcome: RunOutcome
+    data: Mapping[str, Any]
+    evaluation: Evaluation | None
+    headline: str
+    problems: tuple[str, ...]
+    left_early: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Session:
+    """What a run goes by from its preparation on."""
+
+    envelope: Envelope
+    engine: Engine
+    operator: Operator
+    directory: Path
+    run_id: str
+    resumed: Resumed | None
+    dry_run: bool
+    seed: int | None
+    on_progress: Progress | None
+
+    @property
+    def metadata(self) -> dict[str, str]:
+        """What the record begins with, beside what the rig says of itself."""
+        told = files.metadata(self.envelope.plan, dry_run=self.dry_run, seed=self.seed)
+        return {"run_id": self.run_id, **told, **(self.resumed.metadata if self.resumed else {})}
+
+    def status(self) -> dict[str, object]:
+        """Where the run is, for who asks from another terminal."""
+        row = self.engine.row
+        if row is None:
+            return {"run_id": self.run_id}
+        return {
+            "run_id": self.run_id, "phase": Phase(row.phase).name, "cycle": row.cycle,
+            "step": row.step, "level_n": row.level_n, "force_n": row.force_n,
+        }  # fmt: skip
+
+    def progress(self, engine: Engine) -> None:
+        """Show how far the run is; virtual time waits with whoever paused it."""
+        if self.on_progress is not None:
+            self.on_progress(engine, self.envelope)
+        if self.dry_run and engine.course.phase == Phase.PAUSED:
+            time.sleep(PROGRESS_S)
+
+
+def run_plan(
+    envelope: Envelope,
+    *,
+    dry_run: bool,
+    out: Path | None = None,
+    seed: int | None = None,
+    resume: Path | None = None,
+    operator: Operator | None = None,
+    on_progress: Progress | None = None,
+) -> Finished:
+    """Run a plan and keep everything that it leaves.
+
+    Args:
+        envelope: of the plan.
+        dry_run: on the simulated rig in virtual time instead of the plan's devices.
+        out: directory for the run's files; made where missing.
+        seed: of the simulated rig; the plan's own when None.
+        resume: directory of an interrupted run of this plan, to go on after its last step.
+        operator: where stop and pause requests come in.
+        on_progress: called ten times a second of run time.
+
+    Raises:
+        RefusedError: the plan may not run; nothing was opened or written.
+        BadInputError: the directory cannot be used, or there is nothing to resume.
+        DeviceError: a device did not open; nothing moved.
+        RecordingFailedError: the record could not be kept; the arm was made safe first.
+    """
+    _check_that_it_may_run(envelope, dry_run)
+    plan, operator = envelope.plan, operator or Operator()
+    resumed = resumable(resume, plan, dry_run=dry_run) if resume else None
+    session = _Session(
+        envelope=envelope,
+        engine=Engine(
+            envelope,
+            operator,
+            start_cycle=resumed.start_cycle if resumed else 1,
+            start_level=resumed.start_level if resumed else 0,
+        ),
+        operator=operator,
+        directory=files.run_directory(plan, dry_run=dry_run, out=out),
+        run_id=secrets.token_hex(6),
+        resumed=resumed,
+        dry_run=dry_run,
+        seed=seed,
+        on_progress=on_progress,
+    )
+    with _own_directory(session.directory):
+        outcome, recorder = _press(session)
+    return _keep(session, outcome, recorder)
+
+
+def _check_that_it_may_run(envelope: Envelope, dry_run: bool) -> None:
+    if envelope.verdict is PlanVerdict.REFUSED:
+        raise refusal_of(envelope)
+    stiffness = envelope.plan.rig.system_stiffness
+    if stiffness.simulated and not dry_run:
+        raise RefusedError(
+            f"the calibration record {stiffness.record} was made in a dry run",
+            hint="measure K_s on the rig: stepload calibrate PLAN --record FILE",
+        )
+
+
+@contextlib.contextmanager
+def _own_directory(directory: Path) -> Iterator[None]:
+    """Make a run's directory; take it away again where nothing came to be written into it."""
+    files.make_directory(directory)
+    try:
+        yield
+    except BaseException:
+        with contextlib.suppress(OSError):
+            directory.rmdir()
+        raise
+
+
+def _press(session: _Session) -> tuple[RunOutcome, Recorder]:
+    """Run the engine on the open rig; when this returns the arm is safe and the devices closed."""
+    with opened(session.envelope, dry_run=session.dry_run, seed=session.seed) as rig:
+        session.operator.moving = True
+        with (
+            _recording(session, rig) as recorder,
+            control.listening(session.directory, session.operator, session.status) as missing,
+        ):
+            outcome = run_loop(
+                session.engine,
+                rig,
+                recorder,
+                on_progress=session.progress,
+                identities=rig.identities,
+            )
+    errors = (*outcome.errors, *rig.close_errors, *([missing] if missing else []))
+    return replace(outcome, errors=errors), recorder
+
+
+@contextlib.contextmanager
+def _recording(session: _Session, rig: OpenRig) -> Iterator[Recorder]:
+    """The run's record; it is given up where something unforeseen happens before its end."""
+    recorder = Recorder(
+        session.directory,
+        rates_hz=rig.rates_hz,
+        clock=rig.clock,
+        metadata=session.metadata | files.device_metadata(rig.identities),
+        attachments=files.attachments(session.envelope),
+        lossless=rig.clock.virtual,
+    )
+    try:
+        yield recorder
+    except BaseException:
+        recorder.abandon()
+        raise
+
+
+@dataclass(slots=True)
+class _Result:
+    """What becomes of a run that is over; `data` is there whatever happens to its evaluation."""
+
+    data: dict[str, Any]
+    evaluation: Evaluation | None = None
+    headline: str = "no result"
+    problems: tuple[str, ...] = ()
+    left_early: int = 0
+
+
+def _keep(session: _Session, outcome: RunOutcome, recorder: Recorder) -> Finished:
+    """Evaluate a run that is over, and finish its files whatever the evaluation comes to."""
+    result = _Result(plain(outcome_data(outcome, session.envelope)))
+    try:
+        recorder.sync()
+        _evaluate(session, outcome, recorder.part_path, result)
+        recorder.finish(result.data, str(result.data["verdict"]))
+    except Exception as error:  # the recorder's own; what got to the disk stays there
+        raise _given_up(session, outcome, result.data, recorder, error) from error
+    return Finished(
+        directory=session.directory,
+        outcome=outcome,
+        data=result.data,
+        evaluation=result.evaluation,
+        headline=result.headline,
+        problems=(*result.problems, *_write_files(session.directory, result)),
+        left_early=result.left_early,
+    )
+
+
+def _evaluate(session: _Session, outcome: RunOutcome, record: Path, result: _Result) -> None:
+    """Read the record back and evaluate it; never raises, for the record must be finished."""
+    try:
+        ticks = outcome.lateness.ticks
+        mean_of = 1 if ticks <= WHOLE_TICKS else -(-ticks // MEAN_TICKS)
+        recording = read_recording(record, mean_of)
+        bare = Evaluation(session.envelope, outcome, recording, session.dry_run)
+        result.evaluation = _identified(session.operator, bare, result)
+        result.data = plain(run_data(result.evaluation))
+        result.headline = headline(result.evaluation)[2]
+    except Exception as error:  # a bug here must not cost the record
+        result.problems = (*result.problems, f"the evaluation failed: {_named(error)}")
+        result.data["reasons"] = list(result.problems)
+
+
+def _identified(operator: Operator, bare: Evaluation, result: _Result) -> Evaluation:
+    """The evaluation with what the data say; without it, and why, where that breaks or is left."""
+    try:
+        operator.moving = False  # nothing moves any more: a signal ends the evaluation
+        return evaluate(bare)
+    except LeftEarlyError as error:
+        result.left_early = error.signal_number
+        problem = "the evaluation was left out on request: `stepload identify` does it"
+    except Exception as error:  # a bug there must not cost the report
+        problem = f"the evaluation failed: {_named(error)}"
+    finally:
+        operator.moving = True
+    result.problems = (problem,)
+    return replace(bare, problem=problem)
+
+
+def _given_up(
+    session: _Session,
+    outcome: RunOutcome,
+    data: dict[str, Any],
+    recorder: Recorder,
+    error: Exception,
+) -> RecordingFailedError:
+    """The error of a record that could not be finished; what is known is still written down."""
+    reason = error.message if isinstance(error, RecordingFailedError) else _named(error)
+    data["reasons"] = [reason]
+    with contextlib.suppress(Exception):
+        recorder.abandon()
+    with contextlib.suppress(OSError):
+        _write_results(session.directory, data)
+    return RecordingFailedError(
+        f"{outcome.why}\n{reason}",
+        hint="free disk space if it is full; the next run, or `stepload recover`, repairs it",
+    )
+
+
+def _write_files(directory: Path, result: _Result) -> list[str]:
+    """Write results and report beside the record, which is whole already; what went wrong."""
+    try:
+        _write_results(directory, result.data)
+        if result.evaluation is not None:
+            files.write_file(directory / files.REPORT, render(compose(result.evaluation)))
+    except Exception as error:
+        return [f"report or results not written: {_named(error)}"]
+    return []
+
+
+def _write_results(directory: Path, data: Mapping[str, Any]) -> None:
+    files.write_file(directory / files.RESULTS, json.dumps(data, indent=1, allow_nan=False) + "\n")
+
+
+def _named(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"

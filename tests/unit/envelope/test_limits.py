@@ -1,0 +1,174 @@
+"""Limits are finite, below F_c, and refuse what leaves no room."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from run_plans import limits_for, stvf_plan, ur_plan
+
+from stepload.envelope.bounds import Measured, largest_stiffness, press_rig
+from stepload.envelope.ladder import force_limits
+from stepload.envelope.limits import identical_counts
+from stepload.envelope.press import force_budget, largest_speed
+from stepload.errors import DomainError, RefusedError
+from stepload.plan.model import Provenance, SecondForce, SecondForceSource
+
+
+@settings(deadline=None, max_examples=150)
+@given(
+    elastic=st.floats(5.0, 5000.0),
+    top=st.floats(1.0, 2000.0),
+    step=st.floats(0.5, 100.0),
+    noise=st.floats(0.001, 2.0),
+    tolerance=st.floats(0.0, 20.0),
+    relative=st.floats(0.0, 0.3),
+    bias=st.floats(0.0, 3.0),
+    capacity=st.floats(5.0, 5000.0),
+)
+def test_an_unseen_error_at_the_force_limit_stays_below_the_elastic_limit(
+    elastic: float,
+    top: float,
+    step: float,
+    noise: float,
+    tolerance: float,
+    relative: float,
+    bias: float,
+    capacity: float,
+) -> None:
+    try:
+        limits = force_limits(
+            elastic,
+            top_force_n=top,
+            step_n=step,
+            noise_n=noise,
+            tolerance_n=tolerance,
+            tolerance_relative=relative,
+            bias_n=bias,
+            capacity_n=capacity,
+        )
+    except RefusedError:
+        return
+    worst_true_n = limits.limit_n * (1.0 + relative) + tolerance + bias
+    assert worst_true_n <= elastic * (1.0 + 1e-12)
+    assert top + 8.0 * noise < limits.limit_n <= capacity
+    assert top <= limits.largest_top_n
+
+
+@settings(deadline=None, max_examples=100)
+@given(
+    tangent=st.floats(1e3, 1e9),
+    force=st.floats(5.0, 1000.0),
+    share=st.floats(0.01, 0.9),
+    stvf=st.booleans(),
+)
+def test_the_largest_speed_spends_the_whole_force_budget(
+    tangent: float, force: float, share: float, stvf: bool
+) -> None:
+    plan = stvf_plan() if stvf else ur_plan()
+    rig = press_rig(plan.rig, plan.rig.force.noise_n)
+    threshold = share * force
+    speed = largest_speed(
+        rig, force_n=force, threshold_n=threshold, tangent_n_per_m=tangent, delay_s=0.02
+    )
+    if speed == 0.0:
+        assert threshold + 6.0 * rig.noise_n >= force
+        return
+    terms = force_budget(
+        rig, speed_m_s=speed, threshold_n=threshold, tangent_n_per_m=tangent, delay_s=0.02
+    )
+    assert sum(t.value for t in terms) == pytest.approx(force, rel=1e-9)
+
+
+def test_plastic_sphere_on_the_paper_machine_leaves_room() -> None:
+    limits = limits_for(stvf_plan(), 727.0)
+    assert limits.force_limit_n == pytest.approx(375.0)
+    assert limits.allowed_n == pytest.approx((727.0 - 11.0 - 1.0) / 1.05)
+    named = {term.name: term for term in limits.terms}
+    for field in fields(limits):
+        if field.name not in ("terms", "cross_check") and "identical" not in field.name:
+            assert named[field.name].value == getattr(limits, field.name)
+            assert named[field.name].source
+
+
+@pytest.mark.parametrize("elastic_limit", [9.6, 1.2, 20.0, math.nan, math.inf, -1.0, 0.0])
+def test_no_room_or_no_number_is_refused(elastic_limit: float) -> None:
+    with pytest.raises((RefusedError, DomainError)):
+        limits_for(stvf_plan(), elastic_limit)
+
+
+def test_the_refusal_says_what_top_force_would_do() -> None:
+    with pytest.raises(RefusedError, match="reduce the top force to 233"):
+        limits_for(stvf_plan(), 261.0)
+
+
+@pytest.mark.parametrize("field", ["force_limit_n", "reaction_s", "stale_force_s", "jump_n"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, 0.0, -1.0])
+def test_a_limit_that_could_never_trip_is_refused(field: str, value: float) -> None:
+    limits = limits_for(stvf_plan(), 727.0)
+    with pytest.raises(DomainError, match=field):
+        replace(limits, **{field: value})
+
+
+def test_measured_noise_and_bias_only_tighten() -> None:
+    planned = limits_for(stvf_plan(), 727.0)
+    noisy = limits_for(stvf_plan(), 727.0, measured=Measured(0.7, 5.0))
+    quiet = limits_for(stvf_plan(), 727.0, measured=Measured(0.01, 0.0))
+    assert noisy.allowed_n < planned.allowed_n
+    assert noisy.largest_top_n < planned.largest_top_n
+    assert quiet.allowed_n == planned.allowed_n
+    assert quiet.largest_top_n == planned.largest_top_n
+
+
+def test_guessed_stiffness_is_doubted() -> None:
+    system = stvf_plan().rig.system_stiffness
+    assert largest_stiffness(system) == pytest.approx(3.49e6 + 3.0 * 3.5e4)
+    guess = replace(system, provenance=Provenance.INDICATIVE)
+    assert largest_stiffness(guess) == pytest.approx(1.3 * 3.49e6)
+
+
+def test_one_channel_pays_for_its_gain_with_margin() -> None:
+    plan = stvf_plan()
+    alone = replace(
+        plan, rig=replace(plan.rig, second_force=SecondForce(SecondForceSource.NONE, 0, 0, 0, 0))
+    )
+    limits = limits_for(alone, 727.0)
+    assert limits.cross_check == ""
+    assert limits.allowed_n == pytest.approx((727.0 - 1.0) / (1.0 + 3.0 * 0.005))
+
+
+def test_frozen_value_rule_knows_quantised_sensors() -> None:
+    force = stvf_plan().rig.force
+    assert identical_counts(force, 0.3) == 25
+    coarse = identical_counts(replace(force, resolution_n=1.5), 0.3)
+    assert 1000 < coarse < 4000
+    assert identical_counts(replace(force, resolution_n=1.5), 0.01) == 0
+
+
+def test_small_limits_need_a_second_channel_or_a_fuse() -> None:
+    plan = ur_plan(top_force_n=5.0, step_n=2.5, max_drift_n=0.1, touch_force_n=1.5)
+    alone = SecondForce(SecondForceSource.NONE, 0, 0, 0, 0)
+    quiet = replace(plan.rig.force, noise_n=0.05)
+    rig = replace(plan.rig, second_force=alone, force=quiet)
+    with pytest.raises(RefusedError, match="nothing checks"):
+        limits_for(replace(plan, rig=rig), 14.9)
+    fused = replace(plan, rig=replace(rig, mechanical_fuse_n=12.0))
+    assert limits_for(fused, 14.9).force_limit_n < 14.9
+
+
+def test_a_touch_force_in_the_noise_is_refused() -> None:
+    with pytest.raises(RefusedError, match=r"raise the touch force to 1\.2 N"):
+        limits_for(stvf_plan(touch_force_n=1.0), 727.0)
+
+
+def test_age_limits_of_the_plan_replace_the_supervisors_own() -> None:
+    plan = ur_plan()
+    own = limits_for(plan, 727.0)
+    assert (own.stale_force_s, own.stale_arm_s, own.clock_s) == (0.012, 0.012, 0.015)
+    arm, force = replace(plan.rig.arm, max_age_s=0.25), replace(plan.rig.force, max_age_s=0.3)
+    patient = limits_for(replace(plan, rig=replace(plan.rig, arm=arm, force=force)), 727.0)
+    assert (patient.stale_force_s, patient.stale_arm_s, patient.clock_s) == (0.3, 0.25, 0.3)
+    assert patient.force_limit_n == own.force_limit_n

@@ -1,0 +1,104 @@
+"""Verdicts of plans: who goes, who is refused, and with which numbers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from stepload.contact.materials import FlatPunch
+from stepload.envelope.envelope import envelope_of
+from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
+from stepload.errors import RefusedError
+from stepload.plan.load import load_plan
+from stepload.plan.model import Plan, SecondForce, SecondForceSource
+
+PROCEDURES = Path(__file__).resolve().parents[3] / "procedures"
+
+
+@pytest.fixture(scope="module")
+def sphere() -> Plan:
+    return load_plan(PROCEDURES / "plastic-sphere.yaml")
+
+
+def with_top(plan: Plan, top_n: float) -> Plan:
+    levels = tuple(top_n * i / 6 for i in range(1, 7))
+    return replace(
+        plan,
+        procedure=replace(plan.procedure, top_force_n=top_n, step_n=levels[0], levels_n=levels),
+    )
+
+
+def codes(plan: Plan, severity: str) -> set[str]:
+    return {r.code for r in envelope_of(plan).reasons if r.severity == severity}
+
+
+def test_plastic_sphere_goes(sphere: Plan) -> None:
+    check = envelope_of(sphere)
+    assert check.verdict is PlanVerdict.GO
+    assert check.theory.elastic_limit_n == pytest.approx(727.0, abs=0.5)
+    assert check.identifiability is not None
+    assert check.identifiability.k_max_n_per_m == pytest.approx(7.23e6, rel=1e-3)
+    assert check.top_force_n < check.force_limit_n < check.theory.elastic_limit_n
+
+
+def test_the_largest_safe_force_is_the_edge(sphere: Plan) -> None:
+    safe_n = envelope_of(sphere).largest_safe_force_n
+    assert "top_force_above_safe_limit" not in codes(with_top(sphere, 0.99 * safe_n), "refuse")
+    assert "top_force_above_safe_limit" in codes(with_top(sphere, 1.01 * safe_n), "refuse")
+
+
+@pytest.mark.parametrize("name", ["plastic-cone", "plastic-pyramid"])
+def test_tips_at_300_n_are_refused_whatever_the_plan_accepts(name: str) -> None:
+    plan = load_plan(PROCEDURES / f"{name}.yaml")
+    accepting = replace(plan, identify=replace(plan.identify, accept_unidentifiable="yes, really"))
+    check = envelope_of(accepting)
+    assert check.verdict is PlanVerdict.REFUSED
+    assert check.largest_safe_force_n < check.theory.elastic_limit_n < 300.0
+
+
+def test_an_unidentifiable_payload_goes_only_in_writing() -> None:
+    plan = load_plan(PROCEDURES / "aluminium-sphere.yaml")
+    low = with_top(plan, 0.9 * envelope_of(plan).largest_safe_force_n)
+    assert "unidentifiable" in codes(low, Severity.REFUSE)
+    identify = replace(low.identify, accept_unidentifiable="to show that it cannot be done")
+    accepted = envelope_of(replace(low, identify=identify))
+    assert accepted.verdict is PlanVerdict.WARN
+
+
+def test_each_way_out_is_one() -> None:
+    plan = load_plan(PROCEDURES / "aluminium-sphere.yaml")
+    reason = next(r for r in envelope_of(plan).reasons if r.code == "unidentifiable")
+    assert "gauge" in reason.remedy
+    assert reason.value > reason.limit
+
+
+def test_one_force_channel_is_named(sphere: Plan) -> None:
+    alone = SecondForce(SecondForceSource.NONE, 0.0, 0.0, 0.0, 0.0)
+    assert "one_force_channel" in codes(
+        replace(sphere, rig=replace(sphere.rig, second_force=alone)), Severity.WARN
+    )
+
+
+def test_no_limit_no_run(sphere: Plan) -> None:
+    payload = replace(sphere.payload, geometry=FlatPunch(5e-3), declared_force_limit_n=None)
+    with pytest.raises(RefusedError, match="no elastic limit"):
+        envelope_of(replace(sphere, payload=payload))
+
+
+def test_the_lower_limit_wins(sphere: Plan) -> None:
+    payload = replace(sphere.payload, declared_force_limit_n=400.0)
+    assert envelope_of(replace(sphere, payload=payload)).theory.elastic_limit_n == 400.0
+    payload = replace(sphere.payload, declared_force_limit_n=4000.0)
+    assert envelope_of(replace(sphere, payload=payload)).theory.elastic_limit_n < 728.0
+
+
+def test_the_weightiest_reason_decides() -> None:
+    def reason(severity: Severity) -> Reason:
+        return Reason("x", severity, "")
+
+    assert verdict_of([]) is PlanVerdict.GO
+    assert verdict_of([reason(Severity.NOTE)]) is PlanVerdict.GO
+    assert verdict_of([reason(Severity.NOTE), reason(Severity.WARN)]) is PlanVerdict.WARN
+    assert verdict_of([reason(Severity.WARN), reason(Severity.REFUSE)]) is PlanVerdict.REFUSED

@@ -1,0 +1,233 @@
+"""Any good values are read exactly; any bad ones are all reported, each in its line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from stepload.plan.leaves import Choice, Leaf, Number, Quantity, Switch
+from stepload.plan.load import load_plan
+from stepload.plan.model import Plan
+from stepload.plan.problems import PlanError
+from stepload.plan.reader import read_section
+from stepload.plan.sections import Kind, sections_below, written_entries
+from stepload.plan.source import Source
+from stepload.plan.tree import Place, parse_tree
+
+FULL = """\
+stepload: 1
+name: all
+payload:
+  name: ball
+  geometry:
+    shape: sphere
+    radius: 28.7 mm
+    counter_radius: 1 m
+  material:
+    name: acetal
+    youngs_modulus: 2.75 GPa
+    poisson_ratio: 0.3
+    yield_strength: 70 MPa
+  plate:
+    name: aluminium
+    youngs_modulus: 70 GPa
+    poisson_ratio: 0.33
+  roughness: 3 µm
+  micro_hardness: 700 MPa
+  force_limit: 700 N
+  height: 57.4 mm
+  thermal_expansion: 110e-6 1/K
+  modulus_change: 0.4 %/K
+rig:
+  profile: stvf
+  name: STVF
+  arm:
+    driver: sim
+    options: {seed: 3}
+    rate: 1 kHz
+    max_speed: 50 mm/s
+    max_acceleration: 2 m/s^2
+    max_push: 2 kN
+    effective_mass: 20 kg
+    command_delay: 3 ms
+    lag: 4 ms
+    lost_motion: 1 µm
+    position_resolution: 2 µm
+    position_noise: 0.3 µm
+    model_tolerance: 50 µm
+    max_age: 12 ms
+    pose: down
+  force:
+    driver: sim
+    rate: 1 kHz
+    axis: "+fz"
+    range: 1 kN
+    resolution: 1.5 N
+    noise: 0.5 N
+    delay: 1 ms
+    gain_uncertainty: 1 %
+    drift: 0.01 N/s
+    max_age: 20 ms
+  displacement:
+    driver: sim
+    rate: 100 Hz
+    resolution: 1 µm
+    noise: 1 µm
+  second_force:
+    source: sensor
+    tolerance: 10 N
+    tolerance_relative: 2 %
+    time: 20 ms
+    noise: 1 N
+    sensor:
+      driver: sim
+      rate: 1 kHz
+      range: 500 N
+      resolution: 1 N
+      noise: 0.5 N
+      delay: 1 ms
+  system_stiffness:
+    value: 3.4 MN/m
+    sigma: 34 kN/m
+    damping: 1000 N s/m
+    msde: 1 µm
+    smooth_error: 1 µm
+    smooth_degrees: 4
+    provenance: measured
+    measured_on: 2025-01-01
+    valid_until: 2999-01-01
+    pose: down
+    direction: "+fz"
+    temperature: 21 degC
+    policy: warn
+  loop_delay: 20 ms
+  mechanical_fuse: 800 N
+  load_path: 0.6 m
+  thermal_expansion: 11.7e-6 1/K
+  simulation:
+    seed: 4
+    law: rough
+    payload_factor: 1.1
+    stiffness_factor: 0.9
+    surface_error: -0.1 mm
+    hysteresis: 2 %
+    kinematic_error: 1 µm
+    kinematic_length: 40 N
+    force_drift: 0.001 N/s
+procedure:
+  step: 50 N
+  top_force: 300 N
+  load_rate: 40 N/s
+  hold: 3 s
+  unload: true
+  cycles: 2
+  lift_off: false
+  unload_fraction: 6 %
+  surface_distance: 5 mm
+  surface_uncertainty: 1 mm
+  search_distance: 4 mm
+  touch_force: 5 N
+  touches: 3
+  retract: 1 mm
+  tare: 10 s
+  warm_up: 2 s
+  max_drift: 4 N
+  settle_timeout: 10 s
+identify:
+  kind: payload
+  secant_force: 200 N
+  p: 2
+  s: 20
+  t: 5
+  accept_unidentifiable: yes it is
+  temperature: 22 degC
+  temperature_uncertainty: 0.5 K
+record:
+  directory: runs
+  notes: hello
+  operator: me
+"""
+"""A plan that gives every key but `levels` and `record`."""
+
+LINES = FULL.splitlines()
+GIVEN = [
+    number
+    for number, line in enumerate(LINES, 1)
+    if line[-1] != ":" and line.split()[0] not in ("profile:", "shape:")
+]
+"""Lines that hold one value, but for those which say what the lines after them mean."""
+
+
+def test_the_full_plan_is_good_and_has_every_key(tmp_path: Path) -> None:
+    path = tmp_path / "plan.yaml"
+    path.write_text(FULL, encoding="utf-8")
+    assert load_plan(path).name == "all"
+    given = {line.split(":")[0].strip() for line in LINES}
+    for kind in sections_below(Plan):
+        if kind.__name__ in ("cone_tip", "pyramid_tip", "sharp_cone", "flat_punch", "power"):
+            continue
+        missing = {entry.name for entry in written_entries(kind)} - given
+        assert missing <= {"levels", "record"}, kind.__name__
+
+
+@settings(
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(st.sets(st.sampled_from(GIVEN), min_size=1))
+def test_every_bad_value_is_reported_in_its_line_and_nothing_else_is(
+    tmp_path: Path, bad: set[int]
+) -> None:
+    lines = [
+        f"{line.split(':')[0]}: [x]" if number in bad else line
+        for number, line in enumerate(LINES, 1)
+    ]
+    path = tmp_path / "plan.yaml"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(PlanError) as caught:
+        load_plan(path)
+    assert [p.line for p in caught.value.problems] == sorted(bad)
+
+
+def _written(leaf: Leaf) -> st.SearchStrategy[tuple[str, object]]:
+    """Good values of a leaf: as written, and as they must be read."""
+    if isinstance(leaf, Quantity):
+        scale = 100.0 if leaf.unit == "%" else 1.0
+        numbers = st.floats(leaf.low, leaf.high, exclude_min=leaf.above, allow_subnormal=False)
+        return numbers.map(lambda x: (f"{x * scale!r} {leaf.unit}", x)).filter(
+            lambda pair: leaf.low <= float(pair[0].split()[0]) / scale <= leaf.high
+        )
+    if isinstance(leaf, Number):
+        numbers = (
+            st.integers(int(leaf.low), int(leaf.high))
+            if leaf.integer
+            else st.floats(leaf.low, leaf.high, exclude_min=leaf.above, allow_subnormal=False)
+        )
+        return numbers.map(lambda x: (repr(x), x))
+    if isinstance(leaf, Choice):
+        return st.sampled_from(leaf.words).map(lambda word: (f'"{word}"', word))
+    if isinstance(leaf, Switch):
+        return st.booleans().map(lambda x: (str(x).lower(), x))
+    return st.nothing()
+
+
+@pytest.mark.parametrize("kind", sections_below(Plan), ids=lambda kind: kind.__name__)
+@settings(max_examples=20, deadline=None)
+@given(data=st.data())
+def test_good_values_are_read_exactly(kind: Kind, data: st.DataObject) -> None:
+    wanted: dict[str, Any] = {}
+    lines = []
+    for entry in written_entries(kind):
+        if isinstance(entry.content, Quantity | Number | Choice | Switch):
+            text, wanted[entry.field] = data.draw(_written(entry.content), label=entry.name)
+            lines.append(f"{entry.name}: {text}")
+    source = Source("x.yaml", None, "\n".join(["{", ",\n".join(lines), "}"]), b"")
+    root, _ = parse_tree(source)
+    draft: Any = read_section(kind, root, Place(source, 1, 1), [])
+    for field, value in wanted.items():
+        read = getattr(draft, field)
+        assert type(read) is type(value) or isinstance(value, str)
+        assert read == value or read == pytest.approx(value, rel=1e-15), field

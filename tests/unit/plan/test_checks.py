@@ -1,0 +1,364 @@
+"""Every impossibility of a plan: just possible, just not, and said at its place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from stepload.plan.checks import least_touch_force
+from stepload.plan.load import load_payload, load_plan
+from stepload.plan.problems import PlanError, Problem
+
+SECTIONS = {
+    "payload": "{name: ball, geometry: {shape: sphere, radius: 20 mm}, "
+    "material: {name: a, youngs_modulus: 3 GPa, poisson_ratio: 0.3, yield_strength: 70 MPa}, "
+    "plate: {name: b, youngs_modulus: 70 GPa, poisson_ratio: 0.3}}",
+    "rig": "stvf",
+    "procedure": "{step: 50 N, top_force: 300 N, surface_distance: 5 mm}",
+}
+BALL = SECTIONS["payload"]
+PUNCH = BALL.replace("{shape: sphere, radius: 20 mm}", "{shape: flat_punch, radius: 20 mm}")
+LIMITED = PUNCH.replace("{name: ball", "{name: ball, force_limit: 400 N")
+POWER = LIMITED.replace("{shape: flat_punch, radius: 20 mm}", "{shape: power, %s}")
+SENSOR = "driver: sim, rate: 1 kHz, resolution: 1 N, noise: 1 N, delay: 1 ms"
+
+
+def payload(old: str, new: str, base: str = BALL) -> dict[str, str]:
+    assert old in base
+    return {"payload": base.replace(old, new, 1)}
+
+
+def rig(text: str) -> dict[str, str]:
+    return {"rig": f"{{profile: stvf, {text}}}"}
+
+
+def procedure(text: str, steps: str = "step: 50 N", **sections: str) -> dict[str, str]:
+    more = f", {text}" if text else ""
+    given = f"{{{steps}, top_force: 300 N, surface_distance: 5 mm{more}}}"
+    return {"procedure": given, **sections}
+
+
+def _rising(count: int) -> str:
+    return ", ".join(f"{300.0 - 0.2 * n:.1f} N" for n in reversed(range(count)))
+
+
+QUIET = rig("force: {noise: 1 mN, resolution: 1 mN}")
+
+
+class Case(NamedTuple):
+    """Sections that can just be, others that just cannot, and what is said where about those."""
+
+    name: str
+    possible: dict[str, str]
+    impossible: dict[str, str]
+    message: str
+    at: str
+    hint: str
+
+
+CASES = [
+    Case(
+        "yield strength of the payload",
+        payload("70 MPa", "2.99 GPa"), payload("70 MPa", "3 GPa"),
+        "yield strength 3 GPa is not below Young's modulus 3 GPa", "3 GPa}, plate", "prefix",
+    ),
+    Case(
+        "yield strength of the plate",
+        payload("70 GPa,", "70 GPa, yield_strength: 69.9 GPa,"),
+        payload("70 GPa,", "70 GPa, yield_strength: 70 GPa,"),
+        "yield strength 70 GPa is not below Young's modulus 70 GPa", "70 GPa, poisson", "prefix",
+    ),
+    Case(
+        "roughness of a sphere",
+        payload("{name: ball", "{name: ball, roughness: 19.9 mm"),
+        payload("{name: ball", "{name: ball, roughness: 20 mm"),
+        "roughness 20 mm is not below the radius 20 mm", "20 mm, geometry", "rms height",
+    ),
+    Case(
+        "roughness of a punch",
+        payload("{name: ball", "{name: ball, roughness: 19.9 mm", LIMITED),
+        payload("{name: ball", "{name: ball, roughness: 21 mm", LIMITED),
+        "roughness 21 mm is not below the radius 20 mm", "21 mm, force_limit", "rms height",
+    ),
+    Case(
+        "hardness without roughness",
+        payload("{name: ball", "{name: ball, roughness: 1 µm, micro_hardness: 1 GPa"),
+        payload("{name: ball", "{name: ball, micro_hardness: 1 GPa"),
+        "micro-hardness without roughness", "1 GPa, geometry", "give `roughness` too",
+    ),
+    Case(
+        "no elastic limit for this shape",
+        {"payload": LIMITED}, {"payload": PUNCH},
+        "missing key 'force_limit': theory gives no elastic limit", "payload:", "declare the force",
+    ),
+    Case(
+        "no elastic limit without yield strength",
+        payload("yield_strength: 70 MPa", "yield_strength: 70 MPa"),
+        payload(", yield_strength: 70 MPa", ""),
+        "missing key 'force_limit': the yield strength of 'a'", "payload:", "declare the force",
+    ),
+    Case(
+        "a profile that is too steep to compute",
+        {"payload": POWER % "exponent: 50, gap: 1 mm, at_radius: 10 mm"},
+        {"payload": POWER % "exponent: 50, gap: 1 mm, at_radius: 0.1 µm"},
+        "the contact law of this geometry is beyond what can be computed", "geometry:", "units",
+    ),
+    Case(
+        "a profile of no number",
+        {"payload": POWER % "exponent: 2, gap: 1 mm, at_radius: 10 mm"},
+        {"payload": POWER % "exponent: 40, gap: 10 m, at_radius: 0.016 µm"},
+        "profile coefficient b is inf", "geometry:", "positive number",
+    ),
+    Case(
+        "a payload too soft to say how far to retract",
+        {"payload": LIMITED}, {"payload": LIMITED.replace("radius: 20 mm", "radius: 1e-320 m")},
+        "missing key 'retract'", "procedure:", "does not follow from the other keys here. Distance",
+    ),
+    Case(
+        "resolution of the force sensor",
+        rig("force: {range: 60 N, resolution: 5.99 N}"),
+        rig("force: {range: 60 N, resolution: 6 N}"),
+        "resolution 6 N is more than a tenth of the range 60 N", "6 N}", "cannot measure",
+    ),
+    Case(
+        "noise of the force sensor",
+        rig("force: {range: 60 N, noise: 5.99 N}"), rig("force: {range: 60 N, noise: 6 N}"),
+        "noise 6 N is more than a tenth of the range 60 N", "6 N}", "cannot measure",
+    ),
+    Case(
+        "resolution of the second sensor",
+        rig(f"second_force: {{source: sensor, sensor: {{{SENSOR}, range: 10.1 N}}}}"),
+        rig(f"second_force: {{source: sensor, sensor: {{{SENSOR}, range: 10 N}}}}"),
+        "resolution 1 N is more than a tenth of the range 10 N", "1 N, noise", "cannot measure",
+    ),
+    Case(
+        "source sensor without sensor",
+        rig(f"second_force: {{source: sensor, sensor: {{{SENSOR}, range: 1 kN}}}}"),
+        rig("second_force: {source: sensor}"),
+        "source is sensor, but there is no `sensor`", "second_force:", "describe it there",
+    ),
+    Case(
+        "sensor with another source",
+        rig("second_force: {source: none}"),
+        rig(f"second_force: {{source: arm, sensor: {{{SENSOR}, range: 1 kN}}}}"),
+        "a sensor, but source is arm", "sensor: {driver", "write source: sensor",
+    ),
+    Case(
+        "second channel without tolerance",
+        rig("second_force: {source: none, tolerance: 0 N}"),
+        rig("second_force: {source: arm, tolerance: 0 N}"),
+        "a tolerance of 0 N would stop every run", "0 N}", "noise and gain error",
+    ),
+    Case(
+        "no stiffness",
+        rig("system_stiffness: {value: 3 MN/m, sigma: 1 kN/m}"),
+        rig("system_stiffness: {value: ~, sigma: ~}"),
+        "neither `value` nor `record`", "system_stiffness:", "or the record of a calibration",
+    ),
+    Case(
+        "stiffness without its error",
+        rig("system_stiffness: {value: 3 MN/m, sigma: 1 kN/m}"),
+        rig("system_stiffness: {value: 3 MN/m}"),
+        "`value` and `sigma` belong together", "system_stiffness:", "without its uncertainty",
+    ),
+    Case(
+        "error without its stiffness",
+        rig("system_stiffness: {sigma: 1 kN/m}"),
+        rig("system_stiffness: {value: ~, sigma: 1 kN/m, record: none.json}"),
+        "`value` and `sigma` belong together", "system_stiffness:", "without its uncertainty",
+    ),
+    Case(
+        "stiffness not known at all",
+        rig("system_stiffness: {value: 1 MN/m, sigma: 0.99 MN/m}"),
+        rig("system_stiffness: {value: 1 MN/m, sigma: 1 MN/m}"),
+        "uncertainty 1 MN/m is not below the stiffness 1 MN/m", "1 MN/m}}", "calibrate it",
+    ),
+    Case(
+        "validity",
+        rig("system_stiffness: {measured_on: 2025-03-02, valid_until: 2025-03-02}"),
+        rig("system_stiffness: {measured_on: 2025-03-02, valid_until: 2025-03-01}"),
+        "2025-03-01 is before measured_on 2025-03-02", "2025-03-01}", "two dates",
+    ),
+    Case(
+        "no steps",
+        procedure(""), procedure("", "touches: 3"),
+        "missing key 'step'", "procedure:", "every level in `levels`",
+    ),
+    Case(
+        "steps and levels",
+        procedure("levels: ~"), procedure("levels: [300 N]"),
+        "both `step` and `levels`", "[300 N]", "one of the two",
+    ),
+    Case(
+        "no level",
+        procedure("", "levels: [300 N]"), procedure("", "levels: []"),
+        "0 levels", "[]", "1 to 1000",
+    ),
+    Case(
+        "too many levels",
+        procedure("touch_force: 0.1 N", f"levels: [{_rising(1000)}]", **QUIET),
+        procedure("touch_force: 0.1 N", f"levels: [{_rising(1001)}]", **QUIET),
+        "1001 levels", "[100.0 N", "1 to 1000",
+    ),
+    Case(
+        "levels that stand",
+        procedure("", "levels: [100 N, 100.1 N, 300 N]"),
+        procedure("", "levels: [100 N, 100 N, 300 N]"),
+        "100 N after 100 N", "[100 N", "must rise",
+    ),
+    Case(
+        "levels that fall",
+        procedure("", "levels: [100 N, 300 N]"), procedure("", "levels: [301 N, 300 N]"),
+        "300 N after 301 N", "[301 N", "must rise",
+    ),
+    Case(
+        "levels that end elsewhere",
+        procedure("", "levels: [100 N, 0.3 kN]"), procedure("", "levels: [100 N, 299 N]"),
+        "the last level 299 N is not the top force 300 N", "[100 N", "with top_force",
+    ),
+    Case(
+        "a step above the top",
+        procedure("", "step: 300 N"), procedure("", "step: 300.1 N"),
+        "top force 300 N is below one step of 300.1 N", "300 N, surface", "lower step",
+    ),
+    Case(
+        "too many steps",
+        procedure("touch_force: 0.1 N", "step: 0.3 N", **QUIET),
+        procedure("touch_force: 0.1 N", "step: 0.2997 N", **QUIET),
+        "1001 load levels", "0.2997 N", "at most 1000",
+    ),
+    Case(
+        "uncertain start",
+        procedure("surface_uncertainty: 5 mm"), procedure("surface_uncertainty: 5.01 mm"),
+        "5.01 mm is more than the surface_distance 5 mm", "5.01 mm", "farther away",
+    ),
+    Case(
+        "short search",
+        procedure("surface_uncertainty: 2 mm, search_distance: 4 mm"),
+        procedure("surface_uncertainty: 2 mm, search_distance: 3.99 mm"),
+        "the search ends after 3.99 mm, within the uncertain band of 2 x 2 mm", "3.99 mm",
+        "at least 4 mm",
+    ),
+    Case(
+        "touch above the first level",
+        procedure("touch_force: 49.9 N"), procedure("touch_force: 50 N"),
+        "contact threshold 50 N is not below the first level 50 N", "50 N}", "lower touch_force",
+    ),
+    Case(
+        "touch in the noise",
+        procedure("touch_force: 2 N"), procedure("touch_force: 1.99 N"),
+        "contact threshold 1.99 N is within 4 sigma of the noise 500 mN", "1.99 N", "at least 3 N",
+    ),
+    Case(
+        "retract within the elastic travel",
+        procedure("retract: 0.1503 mm"), procedure("retract: 0.1502 mm"),
+        "does not part the contact: arm and payload give way by 150.231 µm at the top force",
+        "0.1502 mm", "at least 300 µm",
+    ),
+    Case(
+        "mechanical fuse",
+        rig("mechanical_fuse: 300.1 N"), rig("mechanical_fuse: 300 N"),
+        "the mechanical fuse opens at 300 N, before the top force 300 N", "300 N, surface",
+        "stronger fuse",
+    ),
+    Case(
+        "secant beyond the data",
+        {"identify": "{secant_force: 300 N}"}, {"identify": "{secant_force: 300.1 N}"},
+        "the secant at 300.1 N is beyond the top force 300 N", "300.1 N", "not extrapolated",
+    ),
+    Case(
+        "a run that is too long",
+        procedure("hold: 2 h"), procedure("hold: 7201 s"),
+        "12 holds of 7201 s last 24.0 h", "7201 s", "at most 24 h",
+    ),
+    Case(
+        "a run that is too long upwards",
+        procedure("hold: 4 h, unload: false"), procedure("hold: 14401 s, unload: false"),
+        "6 holds of 14401 s last 24.0 h", "14401 s", "at most 24 h",
+    ),
+    Case(
+        "too many cycles",
+        procedure("hold: 1 h, cycles: 2"), procedure("hold: 3601 s, cycles: 2"),
+        "24 holds of 3601 s last 24.0 h", "3601 s", "at most 24 h",
+    ),
+    Case(
+        "a directory above",
+        {"record": "{directory: runs/x..y}"}, {"record": "{directory: runs/../y}"},
+        "a directory with `..` in it", "runs/../y", "from the working directory down",
+    ),
+]  # fmt: skip
+
+
+def problems(directory: Path, sections: dict[str, str]) -> list[Problem]:
+    """What is wrong with a plan of these sections."""
+    path = directory / "plan.yaml"
+    lines = [f"{name}: {text}" for name, text in {**SECTIONS, **sections}.items()]
+    path.write_text("\n".join(["stepload: 1", *lines]), encoding="utf-8")
+    try:
+        load_plan(path)
+    except PlanError as error:
+        return list(error.problems)
+    return []
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_what_cannot_be_is_refused_at_its_place(case: Case, tmp_path: Path) -> None:
+    found = problems(tmp_path, case.impossible)
+    (problem,) = [p for p in found if case.message in p.message] or found
+    assert case.message in problem.message
+    assert problem.source_line[problem.column - 1 :].startswith(case.at)
+    assert case.hint in problem.hint
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_what_can_just_be_is_not(case: Case, tmp_path: Path) -> None:
+    assert problems(tmp_path, case.possible) == []
+
+
+def test_the_plan_they_are_made_from_is_good(tmp_path: Path) -> None:
+    assert problems(tmp_path, {}) == []
+
+
+def test_the_least_touch_force_is_four_standard_deviations() -> None:
+    assert least_touch_force(0.5) == 2.0
+
+
+def test_a_payload_by_itself_is_checked_too(tmp_path: Path) -> None:
+    path = tmp_path / "payload.yaml"
+    path.write_text(PUNCH)
+    with pytest.raises(PlanError, match="missing key 'force_limit'"):
+        load_payload(path)
+
+
+def test_a_bad_value_hides_neither_its_neighbours_nor_what_does_not_need_it(
+    tmp_path: Path,
+) -> None:
+    bad = {
+        "payload": BALL.replace("70 GPa", "70 GP").replace("70 MPa", "3 GPa"),
+        "rig": "{profile: stvf, force: {noise: 5, resolution: 1 kN}, mechanical_fuse: 200 N, "
+        "system_stiffness: {value: ~, sigma: 1}}",
+        "procedure": "{step: 50 N, top_force: 300 N, surface_distance: 5, hold: 20 h, "
+        "touch_force: 60 N, search_distance: 1 mm}",
+        "identify": "{secant_force: 1 kN, p: 0}",
+        "record": "{directory: ../x, notes: 7}",
+    }
+    expected = [
+        "youngs_modulus: '70 GP'", "yield strength 3 GPa", "noise: 5 has no unit",
+        "resolution 1 kN is more than", "sigma: 1 has no unit", "the mechanical fuse opens at",
+        "surface_distance: 5 has no unit", "holds of 72000 s", "contact threshold 60 N",
+        "the search ends after 1 mm", "the secant at 1 kN", "p: 0 is out of range",
+        "a directory with", "notes: 7 is not a text",
+    ]  # fmt: skip
+    said = " | ".join(p.message for p in problems(tmp_path, bad))
+    assert [text for text in expected if text not in said] == []
+    assert len(problems(tmp_path, bad)) == len(expected)
+
+
+@pytest.mark.parametrize(("hold_s", "too_long"), [(7201, []), (14401, ["6 holds of 14401 s"])])
+def test_where_unloading_is_not_known_only_the_way_up_counts(
+    tmp_path: Path, hold_s: int, too_long: list[str]
+) -> None:
+    said = [p.message for p in problems(tmp_path, procedure(f"unload: 3, hold: {hold_s} s"))]
+    assert [text[:18] for text in said] == ["unload: 3 is neith", *too_long]

@@ -1,0 +1,238 @@
+"""Both ends of every range of a plan, and what the other leaves take."""
+
+from __future__ import annotations
+
+from datetime import date
+from decimal import Decimal
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stepload.plan.calibration import CalibrationRecord
+from stepload.plan.leaves import (
+    Choice,
+    Day,
+    FileName,
+    Leaf,
+    LeafError,
+    Number,
+    Quantity,
+    Switch,
+    Text,
+    Version,
+)
+from stepload.plan.model import Plan
+from stepload.plan.sections import Kind, OneOf, nested_kinds, written_entries
+
+RANGES = {
+    "above 0 to 10 m": """
+        payload.geometry.sphere.radius payload.geometry.sphere.counter_radius
+        payload.geometry.cone_tip.radius payload.geometry.pyramid_tip.radius
+        payload.geometry.flat_punch.radius payload.geometry.power.gap
+        payload.geometry.power.at_radius payload.roughness rig.arm.position_resolution
+        rig.arm.model_tolerance rig.displacement.resolution procedure.surface_distance
+        procedure.surface_uncertainty procedure.search_distance procedure.retract
+    """,
+    "0.1 to 89 deg": "payload.geometry.sharp_cone.slope",
+    "0.1 to 50": "payload.geometry.power.exponent",
+    "1000 to 2e12 Pa": """
+        payload.material.youngs_modulus payload.material.yield_strength
+        payload.plate.youngs_modulus payload.plate.yield_strength payload.micro_hardness
+    """,
+    "above -1 to 0.5": "payload.material.poisson_ratio payload.plate.poisson_ratio",
+    "above 0 to 1e6 N": """
+        payload.force_limit rig.arm.max_push rig.force.range rig.force.resolution
+        rig.force.noise rig.second_force.sensor.range rig.second_force.sensor.resolution
+        rig.second_force.sensor.noise rig.mechanical_fuse rig.simulation.kinematic_length
+        procedure.top_force procedure.step procedure.levels procedure.touch_force
+        procedure.max_drift identify.secant_force calibration.force_from calibration.force_to
+    """,
+    "0 to 10 m": """
+        payload.height rig.arm.lost_motion rig.arm.position_noise rig.displacement.noise
+        rig.system_stiffness.msde rig.system_stiffness.smooth_error rig.load_path
+        rig.simulation.kinematic_error calibration.msde calibration.smooth_error
+    """,
+    "0 to 0.001 1/K": "payload.thermal_expansion rig.thermal_expansion",
+    "0 to 0.1 1/K": "payload.modulus_change",
+    "1 to 100000 Hz": """
+        rig.arm.rate rig.force.rate rig.displacement.rate rig.second_force.sensor.rate
+    """,
+    "above 0 to 2 m/s": "rig.arm.max_speed",
+    "above 0 to 100 m/s^2": "rig.arm.max_acceleration",
+    "above 0 to 10000 kg": "rig.arm.effective_mass",
+    "0 to 10 s": """
+        rig.arm.command_delay rig.arm.lag rig.force.delay rig.second_force.sensor.delay
+        rig.loop_delay
+    """,
+    "0.002 to 2 s": "rig.arm.max_age rig.force.max_age rig.second_force.sensor.max_age",
+    "0 to 100 %": """
+        rig.force.gain_uncertainty rig.second_force.tolerance_relative
+        rig.second_force.sensor.gain_uncertainty
+    """,
+    "0 to 100 N/s": "rig.force.drift rig.second_force.sensor.drift",
+    "0 to 1e6 N": "rig.second_force.tolerance rig.second_force.noise",
+    "above 0 to 86400 s": """
+        rig.second_force.time procedure.hold procedure.tare procedure.settle_timeout
+    """,
+    "1 to 1e12 N/m": "rig.system_stiffness.value calibration.stiffness",
+    "above 0 to 1e12 N/m": "rig.system_stiffness.sigma calibration.sigma",
+    "0 to 1e9 N s/m": "rig.system_stiffness.damping calibration.damping",
+    "1 to 1e6": "rig.system_stiffness.smooth_degrees calibration.smooth_degrees",
+    "-50 to 150 degC": """
+        rig.system_stiffness.temperature identify.temperature calibration.temperature
+    """,
+    "0 to 2147483647 count": "rig.simulation.seed",
+    "0.01 to 100": "rig.simulation.payload_factor rig.simulation.stiffness_factor",
+    "-0.1 to 0.1 m": "rig.simulation.surface_error",
+    "0 to 90 %": "rig.simulation.hysteresis",
+    "-10 to 10 N/s": "rig.simulation.force_drift",
+    "above 0 to 1e6 N/s": "procedure.load_rate",
+    "1 to 1000 count": "procedure.cycles",
+    "1 to 50 %": "procedure.unload_fraction",
+    "1 to 100 count": "procedure.touches",
+    "0 to 86400 s": "procedure.warm_up",
+    "1 to 100": "identify.p",
+    "1 to 1000": "identify.s identify.t",
+    "0 to 20 K": "identify.temperature_uncertainty",
+}
+"""Range, as written in a plan: the keys that have it. "count" is a plain whole number."""
+
+
+def ranged(kind: Kind, path: str) -> dict[str, Quantity | Number]:
+    """Every key below a section that has a range."""
+    found: dict[str, Quantity | Number] = {}
+    for entry in written_entries(kind):
+        name = path + entry.name
+        if isinstance(entry.leaf, Quantity | Number):
+            found[name] = entry.leaf
+        for inner in nested_kinds(entry):
+            shape = f".{inner.__name__}." if isinstance(entry.content, OneOf) else "."
+            found |= ranged(inner, name + shape)
+    return found
+
+
+LEAVES = ranged(Plan, "") | ranged(CalibrationRecord, "calibration.")
+EXPECTED = {key: text for text, keys in RANGES.items() for key in keys.split()}
+
+
+def takes(leaf: Leaf, value: object) -> bool:
+    try:
+        leaf.read(value)
+    except LeafError:
+        return False
+    return True
+
+
+def test_the_table_has_every_key_with_a_range() -> None:
+    assert set(EXPECTED) == set(LEAVES)
+
+
+@pytest.mark.parametrize("key", EXPECTED)
+def test_both_ends_of_every_range(key: str) -> None:
+    words = EXPECTED[key].split()
+    above = words[0] == "above"
+    low, _, high, *rest = words[above:]
+    unit = " ".join(rest)
+    count = unit == "count"
+    tiny = Decimal(1) if count else (Decimal(high) - Decimal(low)) * Decimal("1e-9")
+
+    def read(number: Decimal) -> bool:
+        value = int(number) if count else f"{number} {unit}" if unit else float(number)
+        return takes(LEAVES[key], value)
+
+    assert [read(Decimal(high)), read(Decimal(high) + tiny)] == [True, False]
+    assert [read(Decimal(low)), read(Decimal(low) - tiny)] == [not above, False]
+    assert read(Decimal(low) + tiny)
+
+
+def test_what_is_out_of_range_is_said_with_the_range() -> None:
+    with pytest.raises(LeafError) as caught:
+        Quantity("N", 0.0, 1e6, above=True).read("0 N")
+    assert (caught.value.message, caught.value.hint) == (
+        "0 N is out of range", "expected a force above 0 N up to 1 MN",
+    )  # fmt: skip
+    with pytest.raises(LeafError, match=r"^0\.5 is out of range$"):
+        Number(1.0, 2.0).read(0.5)
+
+
+@pytest.mark.parametrize(
+    ("leaf", "good", "read"),
+    [
+        (Quantity("m", 0.0, 1.0), "28.7 mm", 0.0287),
+        (Number(0.0, 9.0), 3, 3.0),
+        (Number(0, 9, integer=True), 3, 3),
+        (Text(5), " a b ", "a b"),
+        (Text(3, empty=True), "", ""),
+        (Text(9, lines=True), "a\nb\n", "a\nb"),
+        (FileName(), "a/b.yaml", Path("a/b.yaml")),
+        (FileName(), " a", Path(" a")),
+        (Choice(("a", "b")), "b", "b"),
+        (Switch(), False, False),
+        (Day(), "2025-03-31", date(2025, 3, 31)),
+        (Version(1), 1, 1),
+    ],
+)
+def test_a_leaf_reads_what_is_good(leaf: Leaf, good: object, read: object) -> None:
+    found = leaf.read(good)
+    assert found == read
+    assert type(found) is type(read)
+
+
+def test_a_choice_is_read_as_the_element_it_equals() -> None:
+    class Colour(StrEnum):
+        RED = "red"
+
+    assert Choice(tuple(Colour)).read("red") is Colour.RED
+
+
+@pytest.mark.parametrize(
+    ("leaf", "bad", "message", "hint"),
+    [
+        (Quantity("m", 0.0, 1.0), None, "nothing is not a length", '"28.7 mm"'),
+        (Quantity("m", 0.0, 1.0), True, "true is not a length", '"28.7 mm"'),
+        (Quantity("m", 0.0, 1.0), {}, "a mapping is not a length", '"28.7 mm"'),
+        (Quantity("m", 0.0, 1.0), 3, "3 has no unit", '"28.7 mm"'),
+        (Number(0.0, 9.0), "3", "'3' is not a plain number", "from 0 to 9"),
+        (Number(0.0, 9.0), True, "true is not a plain number", "from 0 to 9"),
+        (Number(0.0, 9.0, above=True), float("nan"), "nan is not a plain", "above 0 up to 9"),
+        (Number(0, 9, integer=True), 3.0, "3.0 is not a whole number", "from 0 to 9"),
+        (Number(0, 9, integer=True), False, "false is not a whole number", "from 0 to 9"),
+        (Text(5), 7, "7 is not a text", 'put it in quotes: "7"'),
+        (Text(5), [], "a list is not a text", "one line of at most 5"),
+        (Text(5), "  ", "an empty text", "one line of at most 5"),
+        (Text(5), "123456", "a text of 6 characters", "at most 5 characters"),
+        (Text(5), "a\nb", "the control character U+000A", "one line"),
+        (Text(5, lines=True), "a\x1bb", "the control character U+001B", "a text of at most 5"),
+        (FileName(), "", "an empty text", "a path of at most 400"),
+        (FileName(), "x" * 401, "a text of 401 characters", "a path of at most 400"),
+        (FileName(), "a\0", "the control character U+0000", "a path"),
+        (Choice(("a", "b")), "c", "'c' is not a choice here", "one of a, b"),
+        (Switch(), "yes", "'yes' is neither true nor false", "write true or false"),
+        (Switch(), 1, "1 is neither true nor false", "write true or false"),
+        (Day(), "2025-02-30", "'2025-02-30' is not a date", "year-month-day"),
+        (Day(), "20250228", "'20250228' is not a date", "year-month-day"),
+        (Day(), 2025, "2025 is not a date", "year-month-day"),
+        (Version(1), 2, "'2' is not accepted here", "expected 1"),
+        (Version(1), None, "nothing is not accepted here", "expected 1"),
+        (Version(1), "1", "'1' is not accepted here", "expected 1"),
+    ],
+)
+def test_a_leaf_says_what_it_expected(leaf: Leaf, bad: Any, message: str, hint: str) -> None:
+    with pytest.raises(LeafError) as caught:
+        leaf.read(bad)
+    assert message in caught.value.message
+    assert hint in caught.value.hint
+
+
+@pytest.mark.parametrize(
+    ("unit", "suffix"),
+    [
+        ("m", "_m"), ("N/m", "_n_per_m"), ("N s/m", "_n_s_per_m"), ("m/s^2", "_m_s2"),
+        ("m/s", "_m_s"), ("N/s", "_n_per_s"), ("degC", "_c"), ("K", "_k"), ("1/K", "_per_k"),
+        ("Pa", "_pa"), ("rad", "_rad"), ("%", ""),
+    ],
+)  # fmt: skip
+def test_the_suffix_of_a_unit(unit: str, suffix: str) -> None:
+    assert Quantity(unit, 0.0, 1.0).suffix == suffix

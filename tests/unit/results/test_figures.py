@@ -1,0 +1,56 @@
+"""Thinning keeps extremes; every figure is drawn, also from awkward data."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stepload.record.rows import Phase
+from stepload.results import figures
+
+
+@given(st.integers(1, 20_000), st.integers(0, 2**32 - 1))
+def test_thinning_keeps_first_last_and_extremes(size: int, seed: int) -> None:
+    value = np.random.default_rng(seed).normal(size=size)
+    index = figures.thin(500, value)
+    assert len(index) <= 700
+    assert np.all(np.diff(index) > 0)
+    assert {0, size - 1} <= set(index.tolist())
+    whole = value[: size // max(1, size) * size]
+    if size <= 500:
+        assert value[index].max() == whole.max()
+    else:
+        width = int(np.ceil(2.0 * size / 500))
+        covered = value[: size // width * width]
+        assert covered.max() in value[index]
+        assert covered.min() in value[index]
+
+
+def trace(count: int) -> figures.Trace:
+    time_s = np.linspace(0.0, 10.0, count)
+    phase = np.full(count, int(Phase.LOAD))
+    phase[: count // 2] = int(Phase.TARE)
+    return figures.Trace(time_s, 30.0 * time_s, 1e-5 * time_s, phase)
+
+
+@pytest.mark.parametrize("count", [2, 10, 10_000])
+def test_every_figure_is_an_svg(count: int) -> None:
+    data = trace(count)
+    law = {"joint": lambda x: 3e6 * np.maximum(x, 0.0)}
+    for svg in (
+        figures.over_time(data),
+        figures.against_limit(data, data.force_n, data.time_s, {"F_c": 400.0, "F_lim": 350.0}),
+        figures.force_deformation(data.displacement_m, data.force_n, law, "joint"),
+        figures.residuals(data.force_n, {"joint": data.force_n * 0.0}, "joint"),
+        figures.ellipse(
+            np.array([1e8, 2e8, 1e8]), np.array([1.4, 1.5, 1.4]), [("joint", 1e8, 1.4)]
+        ),
+    ):
+        assert svg.lstrip().startswith("<?xml")
+        assert "</svg>" in svg
+
+
+def test_the_same_data_give_the_same_picture() -> None:
+    assert figures.over_time(trace(50)) == figures.over_time(trace(50))

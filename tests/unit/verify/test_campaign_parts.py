@@ -1,0 +1,280 @@
+"""Parts of the fault campaign: draws, mishaps, ablations, results, the bound, resuming."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from stepload.contact.elastic import law_for
+from stepload.contact.materials import Material
+from stepload.errors import BadInputError, RefusedError
+from stepload.plan.load import load_plan
+from stepload.rig.world import WorldFault, load_world
+from stepload_verify.campaign import campaign as campaigns
+from stepload_verify.campaign import mishaps
+from stepload_verify.campaign.ablation import LAYERS, Ablation
+from stepload_verify.campaign.campaign import NOT_DECIDING, fingerprint, jobs_for
+from stepload_verify.campaign.mishaps import COMPONENTS, ERRORS, INCIDENTS, Incident, Times
+from stepload_verify.campaign.plants import geometry_for
+from stepload_verify.campaign.pool import Work, run_chunk
+from stepload_verify.campaign.replay import replay, timeline, wrong_rows
+from stepload_verify.campaign.result import KILLED, Result
+from stepload_verify.campaign.scenario import PLANTS, Scenario, draw, kinds_from
+from stepload_verify.campaign.single import run_scenario
+from stepload_verify.campaign.store import HEADER, LINES, Store
+from stepload_verify.campaign.summary import groups, quantile, rate_bound, summary
+from stepload_verify.campaign.truth import ANOMALIES
+
+TEMPLATE = load_plan(Path(__file__).parents[3] / "procedures" / "campaign.yaml")
+ALL = kinds_from("all")
+
+
+def healthy(series: str = "two", start: int = 0) -> Scenario:
+    scenarios = (draw(TEMPLATE, 1, series, index, ALL) for index in range(start, start + 100))
+    return next(s for s in scenarios if s.healthy and s.limits.guarded_speed_m_s > 2e-4)
+
+
+def result(**changes: object) -> Result:
+    values: dict[str, object] = {
+        "series": "two", "index": 0, "arm_class": "UR", "healthy": False, "wrong": ("force_nan",),
+        "hazard": "", "rule": "R4", "message": "", "phase": "LOAD", "status": "stopped",
+        "stop_s": 1.0, "detection_s": 0.01, "end_s": 2.0, "peak_n": 50.0, "elastic_limit_n": 100.0,
+    }  # fmt: skip
+    return Result(**(values | changes))  # type: ignore[arg-type]
+
+
+def test_a_run_depends_on_seed_series_and_index_alone() -> None:
+    assert draw(TEMPLATE, 3, "two", 17, ALL) == draw(TEMPLATE, 3, "two", 17, ALL)
+    others = [
+        draw(TEMPLATE, 4, "two", 17, ALL), draw(TEMPLATE, 3, "one", 17, ALL),
+        draw(TEMPLATE, 3, "two", 18, ALL),
+    ]  # fmt: skip
+    assert draw(TEMPLATE, 3, "two", 17, ALL) not in others
+    first, again = (run_chunk(Work(TEMPLATE, 3, ALL), jobs_for(4)[2:4]) for _ in range(2))
+    assert first == again
+
+
+def test_every_kind_of_mishap_and_every_anomaly_is_drawn() -> None:
+    assert set(ALL) == {*load_world().faults, *INCIDENTS, PLANTS}
+    seen: set[str] = set()
+    for kind in ALL:
+        wanted = set(ANOMALIES) if kind == PLANTS else {kind}
+        for index in range(400):
+            scenario = draw(TEMPLATE, 9, "two", index, (kind,))
+            happens = (*scenario.faults, *scenario.incidents, *scenario.anomalies)
+            drawn = {mishap.kind for mishap in happens}
+            assert drawn <= wanted
+            seen |= drawn
+            if wanted <= seen:
+                break
+    assert seen == {*load_world().faults, *INCIDENTS, *ANOMALIES}
+
+
+def test_a_healthy_run_has_nothing_wrong_and_completes() -> None:
+    scenario = healthy()
+    assert (scenario.faults, scenario.incidents, scenario.anomalies) == ((), (), ())
+    found, outcome = run_scenario(scenario)
+    assert outcome is not None
+    assert (found.status, found.rule, found.false_trip) == ("completed", "", False)
+    assert 0.2 * scenario.plan.procedure.top_force_n < found.peak_n < found.elastic_limit_n
+
+
+@pytest.mark.parametrize(("k", "n"), [(1e6, 1.0), (3e9, 1.5), (1e12, 2.0), (2e17, 3.0), (5e6, 1.1)])
+def test_the_geometry_has_the_law_that_was_asked_for(k: float, n: float) -> None:
+    law = law_for(geometry_for(k, n), Material("p", 70e9, 0.33), Material("q", 200e9, 0.29))
+    assert (law.k, law.n) == pytest.approx((k, n), rel=1e-9)
+
+
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_an_exception_in_any_component_leaves_the_arm_safe(component: str) -> None:
+    error = random.Random(component).choice(sorted(ERRORS))
+    scenario = healthy()
+    times = mishaps.Times(0.5, 1.5)
+    incident = Incident("exception", times.touch_s, f"{component} {error}")
+    found, outcome = run_scenario(replace(scenario, healthy=False, incidents=(incident,)))
+    assert outcome is not None
+    assert found.peak_ratio < 1.0
+    arm = [action for action in outcome.safing if action.name == "arm stop"]
+    assert [action.sent for action in arm] == [True]
+
+
+def test_a_killed_program_sends_nothing_more() -> None:
+    scenario = healthy()
+    killed = Incident("killed", 0.4, "")
+    found, outcome = run_scenario(replace(scenario, healthy=False, incidents=(killed,)))
+    assert outcome is not None
+    assert found.status == KILLED
+    assert found.stop_s == pytest.approx(2.4, abs=0.01)
+    assert found.peak_n == 0.0
+
+
+def test_signals_end_a_run_by_how_often_they_come() -> None:
+    scenario = replace(healthy(), healthy=False)
+    once = run_scenario(replace(scenario, incidents=(Incident("signal_int", 1.0, ""),)))[0]
+    term = run_scenario(replace(scenario, incidents=(Incident("signal_term", 1.0, ""),)))[0]
+    assert (once.status, term.status) == ("interrupted", "interrupted")
+    assert term.end_s <= once.end_s
+
+
+def test_a_full_disk_stops_the_run() -> None:
+    scenario = replace(healthy(), healthy=False, incidents=(Incident("recorder_full", 1.0, ""),))
+    assert run_scenario(scenario)[0].rule == "recorder"
+
+
+def test_each_fault_that_says_its_size_gets_one() -> None:
+    chance = random.Random(1)
+    for kind, text in load_world().faults.items():
+        size = mishaps.magnitude_of(kind, chance, 100.0)
+        assert (size != 0.0) == ("`magnitude`" in text), kind
+
+
+def test_faults_come_while_something_can_happen() -> None:
+    chance = random.Random(2)
+    times = [mishaps.draw_time(chance, Times(2.0, 5.0)) for _ in range(3000)]
+    assert 0.0 <= min(times) < 0.2
+    assert max(times) <= 5.0
+    assert sum(time_s > 1.7 for time_s in times) > 2000
+
+
+def test_two_lying_channels_are_a_hazard_and_one_is_none() -> None:
+    plan = next(
+        s.plan for s in (draw(TEMPLATE, 1, "two", i, ALL) for i in range(50))
+        if s.plan.rig.second_force.source.value == "arm"
+    )  # fmt: skip
+    low, stuck = WorldFault("force_gain", 1.0, 9.0, 0.5), WorldFault("arm_force_bias", 1.0, 9.0, -5)
+    assert mishaps.both_channels_blind([low, stuck], plan)
+    assert not mishaps.both_channels_blind([low], plan)
+    high = WorldFault("arm_force_gain", 1.0, 9.0, 1.5)
+    assert not mishaps.both_channels_blind([low, high], plan)
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+def test_a_healthy_rig_completes_without_any_layer(layer: str) -> None:
+    assert run_scenario(healthy(), Ablation(layer))[0].status == "completed"
+
+
+@pytest.mark.parametrize(
+    ("layer", "fault"),
+    [("R3", "force_lost"), ("R4", "force_freeze"), ("R10", "force_sequence_repeat")],
+)
+def test_a_rule_that_is_switched_off_finds_nothing(layer: str, fault: str) -> None:
+    scenario = healthy()
+    truth = replace(scenario.truth, faults=(WorldFault(fault, 1.0, 60.0, 0.0),))
+    faulted = replace(scenario, truth=truth, healthy=False)
+    assert run_scenario(faulted)[0].rule == layer
+    assert run_scenario(faulted, Ablation(layer))[0].rule != layer
+
+
+def test_an_unknown_layer_or_fault_is_refused() -> None:
+    for name in ("R11", "R1+R11", "R1+leash", "R1+", "+", ""):
+        with pytest.raises(BadInputError, match="R1, R2"):
+            Ablation(name)
+    assert Ablation("R1+R2").rules == {"R1", "R2"}
+    with pytest.raises(BadInputError, match="force_freeze"):
+        kinds_from("force_freez")
+
+
+def test_only_named_kinds_are_drawn() -> None:
+    kinds = kinds_from("force_nan, signal_term")
+    for index in range(60):
+        scenario = draw(TEMPLATE, 1, "two", index, kinds)
+        assert not scenario.anomalies
+        assert {fault.kind for fault in scenario.faults} <= {"force_nan"}
+        assert {incident.kind for incident in scenario.incidents} <= {"signal_term"}
+    for index in range(60):
+        scenario = draw(TEMPLATE, 1, "two", index, kinds_from("plants"))
+        assert (scenario.faults, scenario.incidents) == ((), ())
+        assert scenario.healthy != bool(scenario.anomalies)
+
+
+def test_the_bound_is_the_rule_of_three_and_clopper_pearson() -> None:
+    assert rate_bound(0, 100_000) == pytest.approx(2.9957e-5, rel=1e-3)
+    bound = rate_bound(2, 50)
+    tail = sum(math.comb(50, i) * bound**i * (1.0 - bound) ** (50 - i) for i in range(3))
+    assert tail == pytest.approx(0.05, rel=1e-6)
+    assert rate_bound(3, 3) == rate_bound(0, 0) == 1.0
+
+
+def test_quantile_is_a_value_that_occurred() -> None:
+    assert quantile([3.0, 1.0, 2.0], 0.5) == 2.0
+    assert quantile([3.0, 1.0, 2.0], 0.999) == 3.0
+    assert math.isnan(quantile([], 0.5))
+
+
+def test_the_summary_counts_what_is_claimed_and_the_rest_apart() -> None:
+    rows = [
+        result(index=0), result(index=1, peak_n=120.0),
+        result(index=2, healthy=True, wrong=(), rule="R6"),
+        result(index=3, healthy=True, wrong=(), rule="", status="completed", peak_n=80.0),
+        result(index=4, peak_n=300.0, hazard="both_channels_alike"),
+        result(index=0, series="one", peak_n=200.0),
+    ]  # fmt: skip
+    found = summary(rows)
+    assert (found["runs"], found["above_elastic_limit"]) == (4, 1)
+    assert found["max_peak_ratio"] == pytest.approx(1.2)
+    assert found["false_trip_rate"] == pytest.approx(0.5)
+    assert (found["violations"], found["false_trip_runs"]) == (["two-1"], ["two-2"])
+    apart = {g.name: g.above_elastic_limit for g in groups(rows) if g.name.startswith("apart")}
+    assert apart == {"apart: both channels lie": 1, "apart: one force channel": 1}
+
+
+def test_a_line_comes_back_and_nonsense_is_refused() -> None:
+    row = result()
+    assert Result.from_line(row.to_line()) == row
+    for line in ("", "[]", "{}", '{"series":"two"}'):
+        with pytest.raises(ValueError, match=r"\w"):
+            Result.from_line(line)
+
+
+def test_a_store_goes_on_only_with_its_own_campaign(tmp_path: Path) -> None:
+    header: dict[str, object] = {"seed": 1}
+    with Store(tmp_path, header) as store:
+        store.add([result(index=0), result(index=1)])
+    with (tmp_path / LINES).open("a") as file:
+        file.write('{"series"')
+    with Store(tmp_path, header) as store:
+        assert [row.index for row in store.results] == [0, 1]
+        store.add([result(index=2)])
+    with Store(tmp_path, header) as store:
+        assert [row.index for row in store.results] == [0, 1, 2]
+    with pytest.raises(RefusedError, match="seed"):
+        Store(tmp_path, {"seed": 2})
+    (tmp_path / HEADER).write_text("{")
+    with pytest.raises(BadInputError):
+        Store(tmp_path, header)
+
+
+def test_results_belong_to_the_code_that_decided_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    room = Path(campaigns.__file__).parent
+    assert all((room / name).is_file() for name in NOT_DECIDING)
+    now = fingerprint()
+    read = Path.read_bytes
+
+    def changed(name: str) -> str:
+        def changed_bytes(path: Path) -> bytes:
+            return read(path) + (b"#" if path.name == name else b"")
+
+        monkeypatch.setattr(Path, "read_bytes", changed_bytes)
+        return fingerprint()
+
+    assert changed("summary.py") == now
+    assert len({now, changed("plants.py"), changed("supervisor.py"), changed("world.py")}) == 4
+
+
+def test_a_replay_is_the_run_itself(tmp_path: Path) -> None:
+    work = Work(TEMPLATE, 3, ALL)
+    [row] = run_chunk(work, jobs_for(3)[2:3])
+    found = replay(work, "2")
+    assert found.result == row
+    assert replay(work, "one-0").result.series == "one"
+    assert list(wrong_rows(found.scenario))
+    stamps = [float(cells[0]) for cells in timeline(found)]
+    assert stamps == sorted(stamps)
+    json.loads(row.to_line())
+    with pytest.raises(BadInputError):
+        replay(work, "three-1")

@@ -1,0 +1,70 @@
+"""The simulated experiment has the errors it says, and no others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stepload_verify.paper.step_load import (
+    SCENARIO_A,
+    SCENARIO_B,
+    SCENARIO_C,
+    STVF,
+    Errors,
+    press,
+    smooth_error,
+)
+
+K = 6.57e8
+IDEAL = replace(
+    STVF,
+    rate_hz=100.0,
+    damping_n_s_per_m=0.0,
+    position_resolution_m=0.0,
+    force_resolution_n=0.0,
+    force_noise_n=0.0,
+)
+
+
+def law(force_n):
+    return (force_n / K) ** (2 / 3)
+
+
+def test_an_ideal_rig_gives_the_law_back():
+    run = press(law, IDEAL, SCENARIO_A, np.random.default_rng(0))
+    assert run.deformation_m() == pytest.approx(law(run.loaded_n()), abs=1e-12)
+    assert run.force_n.max() == pytest.approx(300.0)
+
+
+def test_a_touch_threshold_finds_the_zero_late():
+    run = press(law, IDEAL, SCENARIO_B, np.random.default_rng(0))
+    at_touch = run.loaded_n()[0]
+    assert at_touch >= 3.0
+    late = law(run.loaded_n()[-1]) - run.deformation_m()[-1]
+    assert late == pytest.approx(law(at_touch) + at_touch / STVF.stiffness_n_per_m, rel=1e-6)
+
+
+def test_readings_lie_on_their_quanta():
+    run = press(law, replace(STVF, rate_hz=100.0), SCENARIO_C, np.random.default_rng(1))
+    assert np.allclose(run.force_n / 1.5, np.round(run.force_n / 1.5))
+    steps = np.diff(run.travel_m) / 2e-6
+    assert np.allclose(steps, np.round(steps), atol=1e-6)
+
+
+def test_equal_seeds_give_equal_runs():
+    first, second = (press(law, IDEAL, SCENARIO_C, np.random.default_rng(7)) for _ in range(2))
+    other = press(law, IDEAL, SCENARIO_C, np.random.default_rng(8))
+    assert np.array_equal(first.travel_m, second.travel_m)
+    assert first.stiffness_n_per_m != other.stiffness_n_per_m
+
+
+@pytest.mark.parametrize(("kernel", "at_length"), [("squared", 0.607), ("exponential", 0.368)])
+def test_smooth_error_has_its_size_and_length(kernel, at_length):
+    rng = np.random.default_rng(3)
+    errors = Errors(smooth_m=1e-6, kernel=kernel)
+    force = np.array([100.0, 150.0, 300.0])
+    draws = np.array([smooth_error(force, errors, rng) for _ in range(3000)])
+    assert draws.std(axis=0) == pytest.approx(np.full(3, 1e-6), rel=0.05)
+    assert np.corrcoef(draws.T)[0, 1] == pytest.approx(at_length, abs=0.05)

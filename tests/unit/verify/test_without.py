@@ -1,0 +1,62 @@
+"""The table of ablations: which runs are done again, and what is said of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from stepload.plan.load import load_plan
+from stepload_verify.campaign.campaign import jobs_for, run_campaign
+from stepload_verify.campaign.pool import Job, Work, run_chunk
+from stepload_verify.campaign.result import KILLED, Result
+from stepload_verify.campaign.scenario import kinds_from
+from stepload_verify.campaign.without import jobs_without, without
+
+TEMPLATE = load_plan(Path(__file__).parents[3] / "procedures" / "campaign.yaml")
+STOPPED = Result(
+    series="two", index=0, arm_class="UR", healthy=False, wrong=("force_nan",), hazard="",
+    rule="R4", message="", phase="LOAD", status="stopped", stop_s=1.0, detection_s=0.01,
+    end_s=2.0, peak_n=50.0, elastic_limit_n=100.0,
+)  # fmt: skip
+RESULTS = [
+    STOPPED,
+    replace(STOPPED, index=1, rule="R3"),
+    replace(STOPPED, index=2, rule="", status="completed"),
+    replace(STOPPED, index=3, healthy=True, wrong=()),
+    replace(STOPPED, index=4, hazard="both_channels_alike"),
+    replace(STOPPED, series="one"),
+    replace(STOPPED, index=5),
+]
+
+
+def test_a_rule_is_taken_away_where_it_spoke_and_a_layer_everywhere() -> None:
+    assert jobs_without("R4", RESULTS) == [Job("two", 0), Job("two", 3), Job("two", 5)]
+    assert jobs_without("R8", RESULTS) == []
+    assert jobs_without("R3+R4", RESULTS) == [Job("two", index) for index in (0, 1, 3, 5)]
+    assert jobs_without("cap", RESULTS) == [Job("two", index) for index in (0, 1, 2, 3, 5)]
+
+
+def test_what_a_rule_had_stopped_goes_on_or_is_stopped_by_another() -> None:
+    again = [
+        replace(STOPPED, rule="", status="completed", peak_n=130.0),
+        replace(RESULTS[3], rule="", status="completed"),
+        replace(STOPPED, index=5, rule="R7"),
+    ]
+    found = without("R4", RESULTS, again)
+    assert (found.done_again, found.not_stopped, found.instead) == (3, 1, {"R7": 1})
+    assert (found.figures.runs, found.figures.above_elastic_limit) == (5, 1)
+    assert found.figures.max_peak_ratio == pytest.approx(1.3)
+    assert found.figures.false_trips == 0
+
+
+@pytest.mark.parametrize("rule", ["R3", "R7+R10"])
+def test_a_rule_changes_only_the_runs_it_stopped(rule: str) -> None:
+    work = Work(TEMPLATE, 5, kinds_from("force_lost, arm_lost, arm_freeze, second_gain"))
+    jobs = jobs_for(14)[:14]
+    results = run_campaign(work, jobs, processes=1)
+    changed = set(jobs_without(rule, results))
+    assert 0 < len(changed) < len(jobs)
+    for before, after in zip(results, run_chunk(work._replace(ablation=rule), jobs), strict=True):
+        assert after.status == KILLED or (before == after) != (Job("two", before.index) in changed)

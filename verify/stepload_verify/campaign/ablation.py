@@ -1,0 +1,102 @@
+"""What breaks when a layer is taken away: the campaign without one rule, leash or speed.
+
+The product has no switch for that. The engine of a simulated run is handed other parts: something
+that makes no breach of a rule, a controller without a layer, or other limits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from stepload.envelope.limits import RunLimits
+from stepload.errors import BadInputError
+from stepload.run.controller import ANCHOR_SIGMAS, StepController
+from stepload.run.operator import StopLevel
+from stepload.run.tick import Engine
+from stepload.run.watch import Breach
+
+RULES = tuple(f"R{number}" for number in range(1, 11))
+LAYERS = {
+    "R1": "no stop at the force limit",
+    "R2": "no stop at the predicted peak force",
+    "R3": "no stop when samples are missing",
+    "R4": "no stop at samples that are frozen, not finite, out of range or flagged",
+    "R5": "no cross-check: the second force channel is not looked at",
+    "R6": "no stop at travel without an answer in force",
+    "R7": "no stop when the arm is not where its commands should put it",
+    "R8": "no end of the search",
+    "R9": "no stop at a force jump without motion",
+    "R10": "no stop at a sequence or clock out of order",
+    "leash": "the target is not bound to what the force has proved",
+    "cap": "no speed cap in contact against a hidden hard stop",
+    "approach": "no force budget: approach at 10 mm/s all the way",
+    "all-but-R1": "a bare threshold: R1 only, no leash, no cap, approach at 10 mm/s",
+}
+"""What can be switched off, each with one line of help."""
+FIXED_SPEED_M_S = 0.01
+LONGEST_S = 30.0
+"""Without a layer a run may never end: the operator ends it then."""
+_NEVER = -1e12
+
+
+def named_rules(name: str) -> frozenset[str]:
+    """The rules of "R1" or "R1+R2"; none where the name is that of another layer, or of nothing."""
+    names = frozenset(name.split("+"))
+    return names if names <= frozenset(RULES) else frozenset()
+
+
+def told(name: str) -> str:
+    """What is missing, in words."""
+    return LAYERS.get(name) or "; ".join(LAYERS[rule] for rule in name.split("+"))
+
+
+@dataclass(frozen=True, slots=True)
+class Ablation:
+    """A campaign without this layer of `LAYERS`, or without several rules, as in "R1+R2"."""
+
+    name: str
+
+    def __post_init__(self) -> None:
+        if self.name not in LAYERS and not named_rules(self.name):
+            raise BadInputError(
+                f"unknown rule or layer {self.name!r}",
+                hint=f"one of {', '.join(LAYERS)}, or several rules as in R1+R2",
+            )
+
+    @property
+    def rules(self) -> frozenset[str]:
+        """The rules that never find anything."""
+        if names := named_rules(self.name):
+            return names
+        if self.name == "all-but-R1":
+            return frozenset({*RULES, "CAP"} - {"R1"})
+        return frozenset({"CAP"} if self.name == "cap" else ())
+
+    def limits(self, limits: RunLimits) -> RunLimits:
+        """The limits of a run without the layer."""
+        if self.name in ("approach", "all-but-R1"):
+            limits = replace(
+                limits, guarded_speed_m_s=FIXED_SPEED_M_S, fast_speed_m_s=FIXED_SPEED_M_S
+            )
+        if self.name in ("leash", "all-but-R1"):
+            limits = replace(limits, leash_free_m=1.0)
+        return limits
+
+    def found(self, rule: str, *rest: Any) -> Breach | None:
+        """A breach, unless its rule is left out; handed to the engine in place of `Breach`."""
+        return None if rule in self.rules else Breach(rule, *rest)
+
+    def controller(self, limits: RunLimits) -> StepController:
+        """A step controller without the layer; handed to the engine in place of the product's."""
+        if self.name in ("cap", "all-but-R1"):
+            limits = replace(limits, contact_n_s_per_m=1e-6)
+        sigmas = _NEVER if self.name in ("leash", "all-but-R1") else ANCHOR_SIGMAS
+        return StepController(limits, leash_sigmas=sigmas)
+
+
+def ends_in_time(engine: Engine, longest_s: float = LONGEST_S) -> None:
+    """End a run as the operator would once it has gone on for so long; called as progress."""
+    row = engine.row
+    if row is not None and row.time_s > longest_s:
+        engine.operator.request_stop(StopLevel.NOW)

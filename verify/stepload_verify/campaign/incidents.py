@@ -1,0 +1,148 @@
+"""Carries out what goes wrong on the program's side of a rig: signals, exceptions, a full disk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from stepload.record.rows import TickRow
+from stepload.rig.clock import Clock
+from stepload.rig.world import SimulatedRig
+from stepload.run.operator import Operator, StopLevel
+from stepload.run.tick import Engine
+from stepload_verify.campaign.mishaps import ERRORS, Incident
+
+
+class Killed(BaseException):
+    """The program is gone; nothing that it would have done happens any more."""
+
+
+def _nothing(_sample: object) -> None:
+    """Recorded nowhere."""
+
+
+class NullRecorder:
+    """A recorder that keeps nothing, and whose disk can be full."""
+
+    def __init__(self, on_tick: Callable[[TickRow], None] = _nothing) -> None:
+        self.force = self.second_force = self.arm = self.displacement = _nothing
+        self.tick = on_tick
+        self.full = False
+
+    def event(self, time_s: float, kind: str, data: Mapping[str, object]) -> None:
+        """Recorded nowhere."""
+
+    def problem(self) -> str:
+        return "no space left on device" if self.full else ""
+
+
+class WatchedClock:
+    """The rig's clock, which lets incidents happen when their time has come."""
+
+    virtual = True
+
+    def __init__(self, inner: Clock) -> None:
+        self._inner = inner
+        self._due: list[tuple[float, Callable[[], None]]] = []
+        self.now_s = inner.now_s
+
+    def at(self, time_s: float, happens: Callable[[], None]) -> None:
+        """Call `happens` as soon as this time has passed."""
+        self._due.append((time_s, happens))
+        self._due.sort(key=lambda row: row[0])
+
+    def sleep_until(self, time_s: float) -> None:
+        self._inner.sleep_until(time_s)
+        while self._due and self._due[0][0] <= self.now_s():
+            self._due.pop(0)[1]()
+
+
+class Failing:
+    """Stands in for an object whose `method` raises from `start_s` on."""
+
+    def __init__(
+        self, inner: Any, method: str, now_s: Callable[[], float], start_s: float, error: str
+    ) -> None:
+        self._inner = inner
+
+        def fails(*args: Any, **kwargs: Any) -> Any:
+            if now_s() >= start_s:
+                raise ERRORS[error](f"simulated {error} in {method}")
+            return getattr(inner, method)(*args, **kwargs)
+
+        setattr(self, method, fails)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._inner, name)
+
+
+def install(
+    incidents: Sequence[Incident],
+    rig: SimulatedRig,
+    engine: Engine,
+    operator: Operator,
+    recorder: NullRecorder,
+) -> Any:
+    """Prepare the incidents; the recorder to run with is returned."""
+    if not incidents:
+        return recorder
+    rig.clock = clock = WatchedClock(rig.clock)
+    wrapped: Any = recorder
+    for incident in incidents:
+        if incident.kind == "signal_int":
+            clock.at(incident.start_s, operator.press)
+        elif incident.kind == "signal_term":
+            clock.at(incident.start_s, lambda: operator.request_stop(StopLevel.NOW))
+        elif incident.kind == "killed":
+            clock.at(incident.start_s, lambda: _kill(rig))
+        elif incident.kind == "recorder_full":
+            clock.at(incident.start_s, lambda: setattr(recorder, "full", True))
+        else:
+            wrapped = _break(incident, rig, engine, clock, wrapped)
+    return wrapped
+
+
+class _Unreached:
+    """The arm of a program that is gone: nothing is sent to it."""
+
+    def __init__(self, period_s: float) -> None:
+        self.period_s = period_s
+
+    def retract(self, distance_m: float, speed_m_s: float, timeout_s: float) -> None:
+        """Not sent."""
+
+    def safe(self, timeout_s: float) -> None:
+        """Not sent."""
+
+
+def _kill(rig: Any) -> None:
+    rig.arm = _Unreached(rig.arm.period_s)
+    raise Killed
+
+
+def _break(incident: Incident, rig: Any, engine: Any, clock: WatchedClock, recorder: Any) -> Any:
+    component, error = incident.detail.split()
+    name, method = component.split(".")
+
+    def failing(inner: Any) -> Any:
+        return Failing(inner, method, clock.now_s, incident.start_s, error)
+
+    if name == "clock":
+        clock.at(incident.start_s, lambda: _raise(error))
+    elif name == "engine":
+        engine.tick = failing(engine.tick.__self__).tick
+    elif name == "supervisor":
+        engine.supervisor = failing(engine.supervisor)
+    elif name == "procedure":
+        engine.course = failing(engine.course)
+    elif name == "recorder":
+        return failing(recorder)
+    elif name == "arm":
+        rig.arm = failing(rig.arm)
+    else:
+        rig.force = failing(rig.force)
+    return recorder
+
+
+def _raise(error: str) -> None:
+    raise ERRORS[error](f"simulated {error} in the clock")

@@ -1,0 +1,159 @@
+"""What goes wrong in a run, and when: faults of devices, of the host, of people and of programs.
+
+A mishap is a `WorldFault` that the simulated rig carries out, or an `Incident` on the program's
+side of the rig (`stepload_verify.campaign.incidents`). Times are world times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from random import Random
+
+from stepload.plan.model import Plan, SecondForceSource
+from stepload.rig.world import WorldFault
+from stepload_verify.campaign.plants import log_uniform
+
+FOR_GOOD_S = 600.0
+FOR_GOOD_SHARE = 0.4
+"""Share of faults that last to the end of the run; the others last 10 ms to 10 s."""
+
+COMPONENTS = (
+    "clock.sleep_until", "engine.tick", "supervisor.check", "procedure.step", "recorder.tick",
+    "recorder.event", "recorder.problem", "arm.fault", "arm.retract", "arm.safe", "force.fault",
+    "force.safe",
+)  # fmt: skip
+"""Calls that can be made to raise; drains and commands are faults of the simulated rig."""
+ERRORS: dict[str, type[BaseException]] = {
+    "RuntimeError": RuntimeError, "MemoryError": MemoryError, "OSError": OSError,
+    "KeyboardInterrupt": KeyboardInterrupt, "SystemExit": SystemExit,
+}  # fmt: skip
+
+INCIDENTS: dict[str, str] = {
+    "signal_int": "program: Ctrl+C, 1 to 3 times within a second",
+    "signal_term": "program: SIGTERM",
+    "killed": "program: it is gone from one tick to the next, and safes nothing (kill -9)",
+    "recorder_full": "record: the disk is full",
+    "exception": "program: an exception in one of its components, from then on",
+}
+"""Every kind of incident with one line of help."""
+
+
+@dataclass(frozen=True, slots=True)
+class Incident:
+    """Something on the program's side, from `start_s` on; `detail` is a count or a component."""
+
+    kind: str
+    start_s: float
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class Times:
+    """When the run is expected to touch and to be done, in world time."""
+
+    touch_s: float
+    end_s: float
+
+
+def draw_time(chance: Random, times: Times) -> float:
+    """A third anywhere in the run, a third about the touch, a third while in contact."""
+    which = chance.randrange(3)
+    if which == 0:
+        return chance.uniform(0.0, times.end_s)
+    if which == 1:
+        return max(0.0, times.touch_s + chance.uniform(-0.2, 0.6))
+    return chance.uniform(times.touch_s, times.end_s)
+
+
+_Draw = Callable[[Random, float], float]
+
+
+def _sign(chance: Random) -> float:
+    return chance.choice((-1.0, 1.0))
+
+
+_MAGNITUDES: dict[str, _Draw] = {
+    "delay": lambda c, _: log_uniform(c, 0.02, 0.3),
+    "gain": lambda c, _: c.uniform(0.3, 0.95) if c.random() < 0.8 else c.uniform(1.05, 2.0),
+    "bias": lambda c, f_c: -f_c * c.uniform(0.01, 0.5) * (1.0 if c.random() < 0.8 else -1.0),
+    "clock_step": lambda c, _: _sign(c) * log_uniform(c, 0.005, 10.0),
+    "position_drift": lambda c, _: _sign(c) * log_uniform(c, 1e-5, 0.02),
+    "position_jump": lambda c, _: _sign(c) * log_uniform(c, 1e-5, 0.02),
+    "command_latency": lambda c, _: log_uniform(c, 0.02, 0.2),
+    "host_stall": lambda c, _: log_uniform(c, 0.005, 0.5),
+}
+"""Magnitude by the end of a fault's name; others have none."""
+_PREFIXES = ("force_", "second_", "gauge_", "arm_force_", "arm_")
+
+
+def magnitude_of(kind: str, chance: Random, elastic_limit_n: float) -> float:
+    """A magnitude for a world fault of this kind; 0 where it has none."""
+    bare = kind
+    for prefix in _PREFIXES:
+        bare = bare.removeprefix(prefix)
+    draw = _MAGNITUDES.get(kind) or _MAGNITUDES.get(bare)
+    if draw is None:
+        return 0.0
+    if kind.startswith("gauge_") and bare == "bias":
+        return _sign(chance) * log_uniform(chance, 1e-6, 1e-3)
+    return draw(chance, elastic_limit_n)
+
+
+def applicable(kinds: Iterable[str], plan: Plan) -> list[str]:
+    """The world faults that have something to act on in this rig."""
+    source = plan.rig.second_force.source
+    missing = [
+        prefix
+        for prefix, there in (
+            ("gauge_", plan.rig.displacement is not None),
+            ("second_", source is SecondForceSource.SENSOR),
+            ("arm_force_", source is SecondForceSource.ARM),
+        )
+        if not there
+    ]
+    return sorted(kind for kind in kinds if not kind.startswith(tuple(missing)))
+
+
+def draw_fault(
+    chance: Random, kinds: list[str], times: Times, elastic_limit_n: float
+) -> WorldFault:
+    """One fault of the simulated rig."""
+    kind = chance.choice(kinds)
+    lasts_s = FOR_GOOD_S if chance.random() < FOR_GOOD_SHARE else log_uniform(chance, 0.01, 10.0)
+    return WorldFault(
+        kind, draw_time(chance, times), lasts_s, magnitude_of(kind, chance, elastic_limit_n)
+    )
+
+
+def draw_incidents(chance: Random, kinds: list[str], times: Times) -> tuple[Incident, ...]:
+    """One incident; one to three when it is Ctrl+C."""
+    kind = chance.choice(kinds)
+    start_s = draw_time(chance, times)
+    if kind == "signal_int":
+        later = sorted(chance.uniform(0.0, 1.0) for _ in range(chance.randrange(3)))
+        return tuple(Incident(kind, start_s + after_s, "") for after_s in (0.0, *later))
+    if kind == "exception":
+        component = chance.choice(COMPONENTS)
+        return (Incident(kind, start_s, f"{component} {chance.choice(sorted(ERRORS))}"),)
+    return (Incident(kind, start_s, ""),)
+
+
+def both_channels_blind(faults: Iterable[WorldFault], plan: Plan) -> bool:
+    """Whether both force channels lie without a sign of it: the named hazard `both_channels_alike`.
+
+    Neither says that it does not work, and nothing is left to compare them with.
+    """
+    source = plan.rig.second_force.source
+    second = "second_" if source is SecondForceSource.SENSOR else "arm_force_"
+    silent = ("stuck_mean", "gain", "bias")
+    kinds = {fault.kind for fault in faults if not _harmless(fault)}
+    first_lies = any(f"force_{kind}" in kinds for kind in silent)
+    second_lies = any(f"{second}{kind}" in kinds for kind in silent)
+    return first_lies and second_lies
+
+
+def _harmless(fault: WorldFault) -> bool:
+    """Reading too much only stops a run early."""
+    too_much = fault.kind.endswith("gain") and fault.magnitude >= 1.0
+    return too_much or (fault.kind.endswith("_bias") and fault.magnitude >= 0.0)

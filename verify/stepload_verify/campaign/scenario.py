@@ -1,0 +1,171 @@
+"""One run of the campaign before it is run; everything follows from (seed, series, index)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from random import Random
+
+from stepload.envelope.envelope import Envelope
+from stepload.envelope.limits import RunLimits
+from stepload.errors import BadInputError
+from stepload.plan.model import Plan
+from stepload.rig.world import WorldFault, WorldSpec, load_world
+from stepload_verify.campaign.mishaps import (
+    INCIDENTS,
+    Incident,
+    Times,
+    applicable,
+    both_channels_blind,
+    draw_fault,
+    draw_incidents,
+)
+from stepload_verify.campaign.plants import ARM_CLASSES, draw_plan
+from stepload_verify.campaign.truth import Anomaly, draw_anomaly, draw_truth
+
+TWO_CHANNELS, ONE_CHANNEL = "two", "one"
+"""The two series of a campaign: the claim is made for the first, the second is reported apart."""
+HEALTHY_SHARE = 0.15
+PLANTS = "plants"
+"""Name of the anomalies of plants among the kinds."""
+INCIDENT_SHARE = 0.2
+LONGEST_RUN_S = 8.0
+"""Draws that would take longer are drawn again, a few times."""
+_SHORT_DRAWS = 20
+_STEP_RATES = 5.0
+_LOOKS_S = 0.6
+"""Looks at the force before and after backing off, and rest between them."""
+_DRIFT_CHECK_S = 0.5
+_SETTLE_S = 0.4
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """A run: what is believed, what is true, what goes wrong and when."""
+
+    series: str
+    index: int
+    envelope: Envelope
+    truth: WorldSpec
+    healthy: bool
+    anomalies: tuple[Anomaly, ...]
+    incidents: tuple[Incident, ...]
+    hazard: str
+
+    @property
+    def plan(self) -> Plan:
+        """What is believed."""
+        return self.envelope.plan
+
+    @property
+    def limits(self) -> RunLimits:
+        """The thresholds of the run."""
+        return self.envelope.run_limits
+
+    @property
+    def faults(self) -> tuple[WorldFault, ...]:
+        """The faults of the simulated rig."""
+        return self.truth.faults
+
+
+def kinds_from(text: str) -> tuple[str, ...]:
+    """The kinds named in `--faults`: "all", or names separated by commas.
+
+    Raises:
+        BadInputError: a name that is none.
+    """
+    known = (*load_world().faults, *INCIDENTS, PLANTS)
+    names = [name.strip() for name in text.split(",")]
+    if names == ["all"]:
+        return known
+    for name in names:
+        if name not in known:
+            raise BadInputError(
+                f"unknown fault {name!r}", hint=f"all, or some of {', '.join(known)}"
+            )
+    return tuple(dict.fromkeys(names))
+
+
+def draw(template: Plan, seed: int, series: str, index: int, kinds: tuple[str, ...]) -> Scenario:
+    """The run `index` of a series."""
+    chance = Random(f"stepload {seed} {series} {index}")
+    arm_class = ARM_CLASSES[index % len(ARM_CLASSES)]
+    envelope = _draw_short(chance, template, arm_class, series == TWO_CHANNELS)
+    plan, limits = envelope.plan, envelope.run_limits
+    healthy = chance.random() < HEALTHY_SHARE
+    anomalies: tuple[Anomaly, ...] = ()
+    mishaps = 0
+    if not healthy:
+        anomalies, mishaps = _draw_amounts(chance, plan, kinds)
+    truth = draw_truth(chance, envelope, anomalies, chance.getrandbits(32))
+    times = expected_times(plan, limits, truth.surface_m)
+    world_kinds = applicable((k for k in kinds if k not in (*INCIDENTS, PLANTS)), plan)
+    incident_kinds = [kind for kind in kinds if kind in INCIDENTS]
+    faults: list[WorldFault] = []
+    incidents: tuple[Incident, ...] = ()
+    for _ in range(mishaps):
+        if incident_kinds and (not world_kinds or chance.random() < INCIDENT_SHARE):
+            incidents += draw_incidents(chance, incident_kinds, times)
+        elif world_kinds:
+            faults.append(draw_fault(chance, world_kinds, times, limits.elastic_limit_n))
+    return Scenario(
+        series=series,
+        index=index,
+        envelope=envelope,
+        truth=replace(truth, faults=tuple(faults)),
+        healthy=not (faults or incidents or anomalies),
+        anomalies=anomalies,
+        incidents=tuple(sorted(incidents, key=lambda incident: incident.start_s)),
+        hazard="both_channels_alike" if both_channels_blind(faults, plan) else "",
+    )
+
+
+def _draw_short(chance: Random, template: Plan, arm_class: str, two_channels: bool) -> Envelope:
+    """A plan that does not take long, if the template allows: slow rigs are safe, and use up time.
+
+    Raises:
+        RefusedError: no plan was found.
+    """
+    for _ in range(_SHORT_DRAWS):
+        envelope = draw_plan(chance, template, arm_class, two_channels)
+        plan, limits = envelope.plan, envelope.run_limits
+        if expected_times(plan, limits, plan.procedure.surface_distance_m).end_s <= LONGEST_RUN_S:
+            break
+    return envelope
+
+
+def _draw_amounts(
+    chance: Random, plan: Plan, kinds: tuple[str, ...]
+) -> tuple[tuple[Anomaly, ...], int]:
+    """How the plant is wrong, and how many mishaps there are besides."""
+    only_plants = kinds == (PLANTS,)
+    wrong = chance.choices((0, 1, 2), (0.6, 0.34, 0.06))[0] if PLANTS in kinds else 0
+    wrong = max(wrong, 1) if only_plants else wrong
+    found = {a.kind: a for a in (draw_anomaly(chance, plan) for _ in range(wrong))}
+    if only_plants:
+        return tuple(found.values()), 0
+    weights = (0.3, 0.5, 0.2) if found else (0.0, 0.7, 0.3)
+    return tuple(found.values()), chance.choices((0, 1, 2), weights)[0]
+
+
+def expected_times(plan: Plan, limits: RunLimits, surface_m: float) -> Times:
+    """When the run will touch and end, if nothing goes wrong; good to some tenths of a second."""
+    procedure = plan.procedure
+    near_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
+    fast_m = near_m - 2.0 * limits.fast_speed_m_s * limits.reaction_s
+    fast_m = procedure.retract_m + max(0.0, min(fast_m, surface_m))
+    touch_s = (
+        procedure.warm_up_s
+        + _LOOKS_S
+        + procedure.retract_m / limits.retract_speed_m_s
+        + procedure.tare_s
+        + _DRIFT_CHECK_S
+        + fast_m / limits.fast_speed_m_s
+        + (procedure.retract_m + surface_m - fast_m) / limits.guarded_speed_m_s
+    )
+    step_s = (
+        procedure.step_n / procedure.load_rate_n_per_s
+        + _STEP_RATES / limits.step_rate_per_s
+        + procedure.hold_s
+        + _SETTLE_S
+    )
+    return Times(touch_s, touch_s + step_s * len(procedure.levels_n))

@@ -1,0 +1,113 @@
+"""Runs one scenario through the same loop as every run, and looks at the true force."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+from stepload.errors import DeviceError
+from stepload.record.outcome import RunOutcome
+from stepload.record.rows import Phase, TickRow
+from stepload.rig.world import SimulatedRig, load_world
+from stepload.run.loop import run_loop
+from stepload.run.operator import Operator
+from stepload.run.tick import Engine
+from stepload_verify.campaign.ablation import Ablation, ends_in_time
+from stepload_verify.campaign.incidents import Killed, NullRecorder, install
+from stepload_verify.campaign.result import KILLED, NOT_OPENED, Result
+from stepload_verify.campaign.scenario import Scenario
+
+AFTERWARDS_S = 0.5
+"""How long the rig is watched after the program has done with it."""
+KILLED_AFTERWARDS_S = 2.0
+OPEN_TIMEOUT_S = 2.0
+_world = cache(load_world)
+
+
+def run_scenario(
+    scenario: Scenario,
+    ablation: Ablation | None = None,
+    on_tick: Callable[[TickRow], None] | None = None,
+) -> tuple[Result, RunOutcome | None]:
+    """Run it to its end; the outcome is None where the devices did not open.
+
+    The true peak force is that of the whole time, also while and after the rig is made safe.
+    """
+    rig = _world()(scenario.truth)
+    clock = rig.clock
+    try:
+        _open(rig)
+    except DeviceError as error:
+        return _result(scenario, rig, None, "open", error.message), None
+    operator = Operator()
+    engine, on_progress = _engine(scenario, ablation, operator)
+    course = engine.course
+    recorder = NullRecorder(on_tick) if on_tick else NullRecorder()
+    used = install(scenario.incidents, rig, engine, operator, recorder)
+    gc.freeze()  # what is there now will be there for the next run: no use looking through it
+    outcome = run_loop(engine, rig, used, on_progress=on_progress)
+    killed = any(error.startswith(Killed.__name__) for error in outcome.errors)
+    clock.sleep_until(clock.now_s() + (KILLED_AFTERWARDS_S if killed else AFTERWARDS_S))
+    phase = Phase(course.phase).name
+    if killed:
+        return _result(scenario, rig, None, KILLED, "", phase), outcome
+    return _result(scenario, rig, outcome, "", "", phase), outcome
+
+
+def _engine(
+    scenario: Scenario, ablation: Ablation | None, operator: Operator
+) -> tuple[Engine, Callable[[Engine], None] | None]:
+    """The engine of a run, without the layer that is left out; a run without one is ended."""
+    envelope = scenario.envelope
+    if ablation is None:
+        return Engine(envelope, operator), None
+    reduced = replace(envelope, limits=ablation.limits(scenario.limits))
+    engine = Engine(reduced, operator, found=ablation.found, controller=ablation.controller)
+    return engine, ends_in_time
+
+
+def _open(rig: SimulatedRig) -> None:
+    for device in (rig.force, rig.second_force, rig.displacement, rig.arm):
+        if device is not None:
+            device.open(OPEN_TIMEOUT_S)
+
+
+def _result(
+    scenario: Scenario,
+    rig: SimulatedRig,
+    outcome: RunOutcome | None,
+    rule: str,
+    message: str,
+    phase: str = "",
+) -> Result:
+    status = {"open": NOT_OPENED, KILLED: KILLED}.get(rule, "")
+    stop_s = end_s = rig.clock.now_s()
+    if outcome is not None:
+        status, end_s = outcome.status.value, outcome.end_s
+        if (cause := outcome.cause) is not None:
+            rule, message, stop_s = cause.rule, cause.message, cause.time_s
+    wrong = [fault.kind for fault in scenario.faults]
+    wrong += [f"{i.kind} {i.detail}".strip() for i in scenario.incidents]
+    wrong += [anomaly.kind for anomaly in scenario.anomalies]
+    detection_s = None
+    if len(wrong) == 1 and scenario.faults and rule:
+        detection_s = stop_s - scenario.faults[0].start_s
+    return Result(
+        series=scenario.series,
+        index=scenario.index,
+        arm_class=scenario.plan.rig.name,
+        healthy=scenario.healthy,
+        wrong=tuple(wrong),
+        hazard=scenario.hazard,
+        rule=rule,
+        message=message,
+        phase=phase,
+        status=status,
+        stop_s=round(stop_s, 6),
+        detection_s=None if detection_s is None else round(detection_s, 6),
+        end_s=round(end_s, 6),
+        peak_n=rig.world.true_peak_force_n,
+        elastic_limit_n=scenario.limits.elastic_limit_n,
+    )

@@ -1,0 +1,203 @@
+"""What a campaign says: counts, peaks, detection times, and the bound that follows."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from stepload_verify.campaign.result import Result
+from stepload_verify.campaign.scenario import ONE_CHANNEL, TWO_CHANNELS
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Runs that are reported together."""
+
+    name: str
+    runs: int
+    faulted: int
+    healthy: int
+    above_elastic_limit: int
+    max_peak_ratio: float
+    p999_peak_ratio: float
+    false_trips: int
+    false_trip_rate: float
+    rate_bound: float
+    """Upper 95 % bound of the share of runs above F_c."""
+
+
+@dataclass(frozen=True, slots=True)
+class RuleRow:
+    """Runs stopped by one rule; detection times of those with one fault and nothing else wrong."""
+
+    rule: str
+    trips: int
+    detection_median_s: float
+    detection_p99_s: float
+    max_peak_ratio: float
+
+
+@dataclass(frozen=True, slots=True)
+class FaultRow:
+    """Runs with one kind of thing wrong, alone or among others."""
+
+    kind: str
+    runs: int
+    stopped: int
+    above_elastic_limit: int
+    max_peak_ratio: float
+
+
+def rate_bound(events: int, runs: int) -> float:
+    """Upper 95 % bound of a rate after `events` in `runs` independent runs (Clopper–Pearson).
+
+    With no event it is 1 − 0.05^(1/n), about 3/n.
+    """
+    if runs == 0 or events >= runs:
+        return 1.0
+    if events == 0:
+        return -math.expm1(math.log1p(-CONFIDENCE) / runs)
+    low, high = events / runs, 1.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if _at_most(events, runs, middle) > 1.0 - CONFIDENCE:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _at_most(events: int, runs: int, rate: float) -> float:
+    """Probability of so many events or fewer."""
+    return sum(
+        math.exp(
+            math.lgamma(runs + 1)
+            - math.lgamma(i + 1)
+            - math.lgamma(runs - i + 1)
+            + i * math.log(rate)
+            + (runs - i) * math.log1p(-rate)
+        )
+        for i in range(events + 1)
+    )
+
+
+def quantile(values: Sequence[float], share: float) -> float:
+    """The smallest value that at least this share of the values does not exceed; NaN for none."""
+    if not values:
+        return math.nan
+    ordered = sorted(values)
+    return ordered[max(0, math.ceil(share * len(ordered)) - 1)]
+
+
+def group(name: str, results: Iterable[Result]) -> Group:
+    """The figures of some runs; peaks are those of the runs with something wrong."""
+    rows = list(results)
+    healthy = [row for row in rows if row.healthy]
+    above = sum(row.peak_ratio > 1.0 for row in rows)
+    ratios = [row.peak_ratio for row in rows]
+    false = sum(row.false_trip for row in healthy)
+    return Group(
+        name=name,
+        runs=len(rows),
+        faulted=len(rows) - len(healthy),
+        healthy=len(healthy),
+        above_elastic_limit=above,
+        max_peak_ratio=max(ratios, default=math.nan),
+        p999_peak_ratio=quantile(ratios, 0.999),
+        false_trips=false,
+        false_trip_rate=false / len(healthy) if healthy else math.nan,
+        rate_bound=rate_bound(above, len(rows)),
+    )
+
+
+def claimed(results: Iterable[Result]) -> list[Result]:
+    """The runs that the claim is made for: two force channels, no named hazard."""
+    return [row for row in results if row.series == TWO_CHANNELS and not row.hazard]
+
+
+def groups(results: Sequence[Result]) -> list[Group]:
+    """The claim, its two arm classes, and what is reported apart."""
+    claim = claimed(results)
+    rows = [group("two force channels", claim)]
+    rows += [
+        group(f"  {arm_class} class", [row for row in claim if row.arm_class == arm_class])
+        for arm_class in sorted({row.arm_class for row in claim})
+    ]
+    hazards = [row for row in results if row.series == TWO_CHANNELS and row.hazard]
+    if hazards:
+        rows.append(group("apart: both channels lie", hazards))
+    single = [row for row in results if row.series == ONE_CHANNEL]
+    if single:
+        rows.append(group("apart: one force channel", single))
+    return rows
+
+
+def by_rule(results: Iterable[Result]) -> list[RuleRow]:
+    """How runs ended, most frequent first."""
+    found: dict[str, list[Result]] = defaultdict(list)
+    for row in results:
+        found[row.rule or row.status].append(row)
+    table = []
+    for rule, rows in sorted(found.items(), key=lambda item: -len(item[1])):
+        times = [row.detection_s for row in rows if row.detection_s is not None]
+        times = [time_s for time_s in times if time_s >= 0.0]
+        table.append(
+            RuleRow(
+                rule,
+                len(rows),
+                quantile(times, 0.5),
+                quantile(times, 0.99),
+                max(row.peak_ratio for row in rows),
+            )
+        )
+    return table
+
+
+def by_fault(results: Iterable[Result]) -> list[FaultRow]:
+    """What the runs came to for each thing that was wrong."""
+    found: dict[str, list[Result]] = defaultdict(list)
+    for row in results:
+        for kind in dict.fromkeys(text.split()[0] if "." in text else text for text in row.wrong):
+            found[kind].append(row)
+    return [
+        FaultRow(
+            kind,
+            len(rows),
+            sum(row.status == "stopped" for row in rows),
+            sum(row.peak_ratio > 1.0 for row in rows),
+            max(row.peak_ratio for row in rows),
+        )
+        for kind, rows in sorted(found.items())
+    ]
+
+
+def summary(results: Sequence[Result]) -> Mapping[str, Any]:
+    """The JSON object of a campaign; its first figures are those of the claim."""
+    table = groups(results)
+    claim = table[0]
+    rows = claimed(results)
+    worst = sorted(rows, key=lambda row: -row.peak_ratio)[:10]
+    return {
+        "runs": claim.runs,
+        "above_elastic_limit": claim.above_elastic_limit,
+        "max_peak_ratio": claim.max_peak_ratio,
+        "p999_peak_ratio": claim.p999_peak_ratio,
+        "false_trip_rate": claim.false_trip_rate,
+        "rate_bound_95": claim.rate_bound,
+        "groups": table,
+        "rules": by_rule(rows),
+        "faults": by_fault(rows),
+        "false_trips": dict(Counter(row.rule or row.status for row in rows if row.false_trip)),
+        "violations": [_name(row) for row in rows if row.peak_ratio > 1.0],
+        "false_trip_runs": [_name(row) for row in rows if row.false_trip],
+        "worst": [{"run": _name(row), "peak_ratio": row.peak_ratio} for row in worst],
+    }
+
+
+def _name(row: Result) -> str:
+    return f"{row.series}-{row.index}"

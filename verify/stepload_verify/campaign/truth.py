@@ -1,0 +1,89 @@
+"""How a simulated rig really is: as its plan says, within what is honest, or wrong on purpose."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from random import Random
+
+from stepload.envelope.envelope import Envelope
+from stepload.plan.model import Plan
+from stepload.rig.world import WorldSpec
+from stepload.run.rehearse import world_for
+from stepload_verify.campaign.plants import log_uniform
+
+ANOMALIES = ("K x 10", "K / 10", "surface too near", "hidden hard stop", "K_s wrong by 30 %")
+"""Ways in which a plant may not be what its plan says."""
+NEAREST_SHARE = 0.05
+"""A surface that is too near lies between this share of its stated distance and the near edge."""
+PLASTIC_SHARE = 0.3
+PAYLOAD_SPREAD = 0.3
+"""Standard deviation of ln K of a sound plant about its plan: a payload is measured, not known."""
+
+
+@dataclass(frozen=True, slots=True)
+class Anomaly:
+    """One of `ANOMALIES`; `value` is a factor, a surface error in m, or a share of the depth."""
+
+    kind: str
+    value: float
+
+
+def draw_anomaly(chance: Random, plan: Plan) -> Anomaly:
+    """One way in which the plant differs from the plan."""
+    kind = chance.choice(ANOMALIES)
+    procedure = plan.procedure
+    if kind == "K x 10":
+        return Anomaly(kind, 10.0)
+    if kind == "K / 10":
+        return Anomaly(kind, 0.1)
+    if kind == "K_s wrong by 30 %":
+        return Anomaly(kind, chance.choice((0.7, 1.3)))
+    if kind == "surface too near":
+        surface_m = chance.uniform(
+            NEAREST_SHARE * procedure.surface_distance_m,
+            procedure.surface_distance_m - procedure.surface_uncertainty_m,
+        )
+        return Anomaly(kind, surface_m - procedure.surface_distance_m)
+    return Anomaly(kind, chance.uniform(0.02, 1.0))
+
+
+def draw_truth(
+    chance: Random, envelope: Envelope, anomalies: tuple[Anomaly, ...], seed: int
+) -> WorldSpec:
+    """The hidden truth of a plant, without faults.
+
+    A sound plant has its K_s within two standard uncertainties, its K within a factor of two, its
+    surface within its uncertainty; and hysteresis, plastic flow below F_c, position errors, drift.
+    """
+    plan = envelope.plan
+    arm, stiffness = plan.rig.arm, plan.rig.system_stiffness
+    sigma = stiffness.sigma_n_per_m / stiffness.stiffness_n_per_m
+    values = {anomaly.kind: anomaly.value for anomaly in anomalies}
+    payload_factor = math.exp(_clipped(chance, PAYLOAD_SPREAD))
+    stiffness_factor = 1.0 + _clipped(chance, sigma)
+    simulation = replace(
+        plan.rig.simulation,
+        payload_factor=payload_factor * values.get("K x 10", 1.0) * values.get("K / 10", 1.0),
+        stiffness_factor=values.get("K_s wrong by 30 %", stiffness_factor),
+        surface_error_m=values.get("surface too near", 0.0),
+        hysteresis=chance.uniform(0.0, 0.1),
+        kinematic_error_m=chance.uniform(0.0, 0.5 * arm.position_resolution_m),
+        kinematic_length_n=log_uniform(chance, 10.0, 50.0),
+        force_drift_n_per_s=chance.uniform(-0.005, 0.005),
+    )
+    believed = replace(plan, rig=replace(plan.rig, simulation=simulation))
+    spec = world_for(replace(envelope, plan=believed), seed=seed)
+    payload = spec.payload
+    if payload.n == 1.5 and chance.random() < PLASTIC_SHARE:
+        onset_n = payload.elastic_limit_n * chance.uniform(0.2, 1.0)
+        payload = replace(payload, law="elastic_plastic", elastic_limit_n=onset_n)
+    if "hidden hard stop" in values:
+        top_m = (plan.procedure.top_force_n / payload.k) ** (1.0 / payload.n)
+        payload = replace(payload, hard_stop_m=values["hidden hard stop"] * top_m)
+    return replace(spec, payload=payload)
+
+
+def _clipped(chance: Random, sigma: float) -> float:
+    """A normal deviate within two standard deviations."""
+    return max(-2.0, min(2.0, chance.gauss(0.0, 1.0))) * sigma

@@ -1,0 +1,252 @@
+"""The verb that tries to break everything: the fault campaign on simulated rigs."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stepload.cli.output import Output
+from stepload.cli.plans import AsJson, PlanFile
+from stepload.errors import BadInputError, ExitCode
+
+if TYPE_CHECKING:
+    from stepload_verify.campaign.campaign import Progress
+    from stepload_verify.campaign.pool import Job, Work
+    from stepload_verify.campaign.result import Result
+    from stepload_verify.campaign.summary import Group
+    from stepload_verify.campaign.without import Without
+
+PLAIN_EVERY_S = 30.0
+MOST = 3
+"""How many of the things that stopped the runs instead are named."""
+
+
+def campaign(
+    plan: PlanFile,
+    runs: Annotated[int, typer.Option("--runs", min=1, help="Runs on rigs with two channels.")],
+    faults: Annotated[
+        str, typer.Option("--faults", help="all, or kinds separated by commas.")
+    ] = "all",
+    seed: Annotated[int, typer.Option("--seed", help="Decides every run.")] = 1,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Directory of results; the campaign goes on there.")
+    ] = None,
+    processes: Annotated[
+        int | None, typer.Option("--processes", min=1, help="Processes; all cores by default.")
+    ] = None,
+    ablate: Annotated[
+        list[str] | None,
+        typer.Option("--ablate", help="Without this rule (or R1+R2) or layer; repeatable."),
+    ] = None,
+    ablation: Annotated[
+        bool, typer.Option("--ablation", help="Without each rule and layer in turn: a table.")
+    ] = False,
+    replay: Annotated[
+        str | None, typer.Option("--replay", help="Show this run in full, such as 17 or one-17.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Random rigs, random faults, true peak force: exit 0 if it never passed F_c, else 4."""
+    from stepload.plan.load import load_plan
+    from stepload_verify.campaign.ablation import LAYERS, Ablation
+    from stepload_verify.campaign.campaign import jobs_for
+    from stepload_verify.campaign.pool import Work, cores
+    from stepload_verify.campaign.scenario import kinds_from
+
+    output = Output(as_json=as_json)
+    work = Work(load_plan(plan), seed, kinds_from(faults))
+    count = processes or cores()
+    layers = list(LAYERS) if ablation else [Ablation(name).name for name in ablate or ()]
+    if replay is not None:
+        if len(layers) > 1:
+            raise BadInputError("--replay shows one run", hint="give --ablate once")
+        _replay(work._replace(ablation="".join(layers)), replay, output)
+        return
+    begun_s = time.monotonic()
+    results = _campaign("campaign", work, jobs_for(runs), count, out)
+    if layers:
+        _ablations(work, results, layers, count, out, output)
+    else:
+        _report(results, time.monotonic() - begun_s, output)
+
+
+def _campaign(
+    title: str, work: Work, jobs: Sequence[Job], processes: int, out: Path | None
+) -> list[Result]:
+    from stepload_verify.campaign.campaign import run_campaign
+
+    try:
+        with _bar(title) as show:
+            return run_campaign(work, jobs, processes=processes, directory=out, on_progress=show)
+    except KeyboardInterrupt:
+        kept = f"the finished runs are in {out}; the same command goes on there"
+        print(kept if out else "interrupted; with --out it could go on", file=sys.stderr)
+        raise typer.Exit(ExitCode.INTERRUPTED) from None
+
+
+def _report(results: Sequence[Result], elapsed_s: float, output: Output) -> None:
+    from stepload_verify.campaign.summary import by_fault, by_rule, claimed, groups, summary
+
+    table = groups(results)
+    claim = table[0]
+    output.table(
+        "true peak force against F_c",
+        ("runs on", "runs", "above F_c", "95 % bound", "max F/F_c", "p99.9", "healthy", "false"),
+        [
+            (g.name, str(g.runs), str(g.above_elastic_limit), f"{g.rate_bound:.2g}",
+             f"{g.max_peak_ratio:.3f}", f"{g.p999_peak_ratio:.3f}", str(g.healthy),
+             f"{g.false_trips} ({g.false_trip_rate:.2%})" if g.healthy else "-")
+            for g in table
+        ],
+    )  # fmt: skip
+    rows = claimed(results)
+    output.table(
+        "how the runs of the claim ended",
+        ("by", "runs", "detected after (median)", "(99 %)", "max F/F_c"),
+        [
+            (r.rule, str(r.trips), _milliseconds(r.detection_median_s),
+             _milliseconds(r.detection_p99_s), f"{r.max_peak_ratio:.3f}")
+            for r in by_rule(rows)
+        ],
+    )  # fmt: skip
+    output.table(
+        "what was wrong (one run may stand in several rows)",
+        ("kind", "runs", "stopped", "above F_c", "max F/F_c"),
+        [
+            (f.kind, str(f.runs), str(f.stopped), str(f.above_elastic_limit),
+             f"{f.max_peak_ratio:.3f}")
+            for f in by_fault(rows)
+        ],
+    )  # fmt: skip
+    data = dict(summary(results))
+    for title, name in (("above F_c", "violations"), ("false trips", "false_trip_runs")):
+        if data[name]:
+            output.line(f"{title}, for --replay: {', '.join(data[name][:20])}")
+    output.line(
+        f"{claim.above_elastic_limit} of {claim.runs} runs above F_c: with 95 % confidence fewer"
+        f" than {claim.rate_bound:.2g} of such runs; {len(results)} results in {elapsed_s:.0f} s"
+    )
+    output.result(data | {"elapsed_s": elapsed_s})
+    raise typer.Exit(ExitCode.STOPPED if claim.above_elastic_limit else ExitCode.OK)
+
+
+def _ablations(
+    work: Work,
+    results: Sequence[Result],
+    layers: Sequence[str],
+    processes: int,
+    out: Path | None,
+    output: Output,
+) -> None:
+    from stepload_verify.campaign.ablation import told
+    from stepload_verify.campaign.summary import claimed, group
+    from stepload_verify.campaign.without import jobs_without, without
+
+    base = group("nothing", claimed(results))
+    found: list[Without] = []
+    for name in layers:
+        title = f"without {name}"
+        directory = out / title.replace(" ", "-") if out else None
+        jobs = jobs_without(name, results)
+        again = _campaign(title, work._replace(ablation=name), jobs, processes, directory)
+        found.append(without(name, results, again))
+    output.table(
+        f"{base.runs} runs with everything, and without one layer",
+        ("without", "done again", "above F_c", "max F/F_c", "p99.9", "not stopped", "stopped by",
+         "what is missing"),
+        [("nothing", "", *_peaks(base), "", "", "")] + [
+            (row.name, str(row.done_again), *_peaks(row.figures), str(row.not_stopped),
+             _most(row.instead), told(row.name))
+            for row in found
+        ],
+    )  # fmt: skip
+    output.result({"everything": base, "without": {row.name: row for row in found}})
+    raise typer.Exit(ExitCode.STOPPED if base.above_elastic_limit else ExitCode.OK)
+
+
+def _peaks(figures: Group) -> tuple[str, str, str]:
+    return (
+        str(figures.above_elastic_limit),
+        f"{figures.max_peak_ratio:.3f}",
+        f"{figures.p999_peak_ratio:.3f}",
+    )
+
+
+def _most(counts: Mapping[str, int]) -> str:
+    return ", ".join(f"{name} {count}" for name, count in list(counts.items())[:MOST])
+
+
+def _replay(work: Work, name: str, output: Output) -> None:
+    from stepload_verify.campaign.replay import plant_rows, replay, timeline, wrong_rows
+
+    found = replay(work, name)
+    result = found.result
+    output.table("plant", ("figure", "value"), list(plant_rows(found.scenario)))
+    output.table(
+        "timeline",
+        ("time [s]", "phase", "level [N]", "target [um]", "F [N]", "F2 [N]", "predicted [N]"),
+        list(timeline(found)),
+    )
+    output.table("what goes wrong", ("when", "what"), list(wrong_rows(found.scenario)))
+    if found.outcome is not None:
+        output.line(found.outcome.why)
+        for error in found.outcome.errors:
+            output.line(f"error: {error}")
+    output.line(
+        f"run {result.series}-{result.index}: {result.status}, {result.rule or 'no rule'} in"
+        f" {result.phase}; true peak {result.peak_n:.4g} N ="
+        f" {result.peak_ratio:.4f} F_c ({result.elastic_limit_n:.4g} N)"
+    )
+    output.result({"result": result, "peak_ratio": result.peak_ratio})
+
+
+def _milliseconds(time_s: float) -> str:
+    return "-" if math.isnan(time_s) else f"{time_s * 1e3:.1f} ms"
+
+
+@contextmanager
+def _bar(title: str) -> Iterator[Callable[[Progress], None]]:
+    if not sys.stderr.isatty():
+        yield _plain_lines(title)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=30),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[found]}"),
+    )
+    with Bar(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task(title, total=None, found="")
+
+        def show(now: Progress) -> None:
+            found = f"{now.above_elastic_limit} above F_c, {now.false_trips} false trips"
+            bar.update(task, total=now.total, completed=now.done, found=found)
+
+        yield show
+
+
+def _plain_lines(title: str) -> Callable[[Progress], None]:
+    due_s = [time.monotonic() + PLAIN_EVERY_S]
+
+    def show(now: Progress) -> None:
+        if time.monotonic() >= due_s[0] or now.done == now.total:
+            due_s[0] = time.monotonic() + PLAIN_EVERY_S
+            print(
+                f"{title}: {now.done} of {now.total} runs, {now.above_elastic_limit} above F_c,"
+                f" {now.false_trips} false trips",
+                file=sys.stderr, flush=True,
+            )  # fmt: skip
+
+    return show

@@ -1,0 +1,223 @@
+"""`stepload emulate …`: one emulated device, or a rig of them around one contact world."""
+
+from __future__ import annotations
+
+import json
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from stepload.errors import BadInputError
+from stepload_drivers.priority import prefer_this_thread
+from stepload_verify.emulators import ur_command
+from stepload_verify.emulators.faults import FAULTS, FaultBoard, parse_fault
+
+app = typer.Typer(
+    help="Emulated devices: their wire protocol on loopback or a pseudo-terminal.\n\n"
+    "Each prints what a driver has to be given, then runs until Ctrl+C. Faults can be switched on "
+    "with --fault, or by the same text as a line on standard input; `clear` ends them, `quit` "
+    "ends the emulator.",
+    no_args_is_help=True,
+)
+
+FAULT_HELP = "NAME[:MAGNITUDE][@START][+DURATION] (s); NAME one of " + ", ".join(FAULTS)
+Fault = Annotated[list[str] | None, typer.Option("--fault", help=FAULT_HELP)]
+Peak = Annotated[float, typer.Option("--peak", help="Peak of the measured force, N.")]
+Axis = Annotated[str, typer.Option("--axis", help="Wrench component that grows when pressing.")]
+Serial = Annotated[str, typer.Option("--serial-number", help="Serial number that it tells.")]
+UntilEof = Annotated[bool, typer.Option("--until-eof", help="End when standard input closes.")]
+Transport = Annotated[str, typer.Option(help="slcan (on a pty) or socketcand (TCP).")]
+Port = Annotated[int, typer.Option(help="TCP port for socketcand; 0: any free one.")]
+
+
+def _run(
+    name: str, faults: list[str] | None, peak_n: float, axis: str, until_eof: bool, **options: Any
+) -> None:
+    from stepload_verify.emulators.catalog import EMULATORS, driver_options
+    from stepload_verify.emulators.physics import Sine, WrenchSource
+    from stepload_verify.emulators.service import serve
+
+    board = FaultBoard(tuple(parse_fault(text) for text in faults or ()))
+    source = WrenchSource(Sine(peak_n), axis)
+    prefer_this_thread()
+    with EMULATORS[name](source, board, **options) as emulator:
+        greeting = json.dumps({"driver": name, "options": driver_options(emulator)})
+        serve(board, [greeting], typer.echo, until_eof=until_eof)
+
+
+@app.command()
+def bota(
+    fault: Fault = None,
+    peak: Peak = 10.0,
+    axis: Axis = "+fz",
+    serial_number: Serial = "BOTA0001",
+    until_eof: UntilEof = False,
+) -> None:
+    """Bota SensONE on a pseudo-terminal."""
+    _run("bota_serial", fault, peak, axis, until_eof, serial_number=serial_number)
+
+
+@app.command("robotous-uart")
+def robotous_uart(
+    fault: Fault = None,
+    peak: Peak = 10.0,
+    axis: Axis = "+fz",
+    serial_number: Serial = "RFT0001",
+    model: Annotated[str, typer.Option(help="Model name.")] = "RFT64-SB01",
+    until_eof: UntilEof = False,
+) -> None:
+    """ROBOTOUS RFT on a pseudo-terminal."""
+    _run("robotous_uart", fault, peak, axis, until_eof, serial_number=serial_number,
+         model_name=model)  # fmt: skip
+
+
+@app.command("robotous-can")
+def robotous_can(
+    fault: Fault = None,
+    peak: Peak = 10.0,
+    axis: Axis = "+fz",
+    serial_number: Serial = "RFT0001",
+    model: Annotated[str, typer.Option(help="Model name.")] = "RFT64-SB01",
+    transport: Transport = "slcan",
+    port: Port = 0,
+    until_eof: UntilEof = False,
+) -> None:
+    """ROBOTOUS RFT on CAN."""
+    _run("robotous_can", fault, peak, axis, until_eof, serial_number=serial_number,
+         model_name=model, transport=transport, port=port)  # fmt: skip
+
+
+@app.command()
+def ati(
+    fault: Fault = None,
+    peak: Peak = 10.0,
+    axis: Axis = "+fz",
+    serial_number: Serial = "FT012345",
+    transport: Transport = "slcan",
+    port: Port = 0,
+    until_eof: UntilEof = False,
+) -> None:
+    """ATI NETCANOEM on CAN."""
+    _run("ati_can", fault, peak, axis, until_eof, serial_number=serial_number,
+         transport=transport, port=port)  # fmt: skip
+
+
+@app.command()
+def gauge(
+    fault: Fault = None,
+    peak: Peak = 10.0,
+    rate: Annotated[float, typer.Option(help="Readings per second.")] = 10.0,
+    request: Annotated[str, typer.Option(help="What asks for a reading; empty: streams.")] = "",
+    unit: Annotated[str, typer.Option(help="Unit of the number: mm, um, in, …")] = "mm",
+    until_eof: UntilEof = False,
+) -> None:
+    """Digital gauge on a pseudo-terminal; it feels 1 µm per newton."""
+    asked = request.replace("\\r", "\r").replace("\\n", "\n").encode("ascii")
+    _run("gauge_serial", fault, peak, "+fz", until_eof, rate_hz=rate, request=asked, unit=unit)
+
+
+@app.command()
+def rig(
+    world: Annotated[Path | None, typer.Option(help="World as JSON; default: a stiff rig.")] = None,
+    sensor: Annotated[
+        list[str] | None, typer.Option("--sensor", help="Driver name of a sensor to emulate.")
+    ] = None,
+    fault: Annotated[list[str] | None, typer.Option("--fault", help=f"DRIVER={FAULT_HELP}")] = None,
+    ur: Annotated[str, typer.Option(help="Loopback address of an emulated UR arm.")] = "",
+    approach: Annotated[
+        tuple[float, float, float], typer.Option(help="Approach direction of the arm, base frame.")
+    ] = (0.0, 0.0, -1.0),
+    link: Annotated[
+        list[str] | None,
+        typer.Option("--link", help="DRIVER=PATH: a name of its own for a sensor's port."),
+    ] = None,
+    transport: Transport = "slcan",
+    ur_version: Annotated[str, typer.Option(help="PolyScope version of the arm.")] = "5.12.6.0",
+    until_eof: UntilEof = False,
+) -> None:
+    """Sensors and a UR arm around one contact world, in real time.
+
+    With --ur, standard input takes the commands of `emulate ur`, and a sensor's faults as
+    DRIVER FAULT; `DRIVER clear` ends them. --fault ur=COMMAND gives the arm a command at the start.
+    """
+    from stepload_drivers.sim.live import DEFAULT_SPEC
+    from stepload_verify.emulators.catalog import driver_options
+    from stepload_verify.emulators.live_rig import LiveRig, load_spec
+    from stepload_verify.emulators.port_link import port_link
+    from stepload_verify.emulators.service import obey, serve
+
+    sensors = tuple(sensor or ("bota_serial",))
+    faults = _faults_by_driver(sensors, fault or [])
+    commands = faults.pop("ur")
+    if commands and not ur:
+        raise BadInputError(f"--fault ur={commands[0]}: no arm here", hint="add --ur ADDRESS")
+    boards = {
+        name: FaultBoard(tuple(parse_fault(text) for text in texts))
+        for name, texts in faults.items()
+    }
+    live = LiveRig(load_spec(world) if world else DEFAULT_SPEC, sensors, boards, transport)
+    links = [text.partition("=") for text in link or ()]
+    with ExitStack() as stack:
+        for name, _, path in links:
+            if name not in live.emulators or not path:
+                raise BadInputError(
+                    f"--link {name}={path}", hint=f"DRIVER=PATH, DRIVER one of {', '.join(sensors)}"
+                )
+            stack.enter_context(port_link(Path(path), live.emulators[name].address))
+        prefer_this_thread()
+        live.start()
+        stack.callback(live.stop)
+        greeting = [
+            json.dumps({"driver": name, "options": driver_options(emulator)})
+            for name, emulator in live.emulators.items()
+        ]
+        if ur:
+            from stepload_verify.emulators.ur_emulator import parse_version, run_ur_emulator
+
+            typer.echo("\n".join(greeting))
+            others = {name: partial(obey, board) for name, board in boards.items()}
+            try:
+                run_ur_emulator(
+                    ur,
+                    version=parse_version(ur_version),
+                    direction=approach,
+                    axis=live.axis,
+                    commands=commands,
+                    until_eof=until_eof,
+                    others=others,
+                )
+            except (ValueError, OSError) as error:
+                raise BadInputError(
+                    f"emulate rig --ur {ur}: {error}",
+                    hint="the UR protocol fixes the ports: take an address of 127.0.0.0/8 that no "
+                    "other emulator uses",
+                ) from error
+            except KeyboardInterrupt:
+                return
+        else:
+            serve(boards[sensors[0]], greeting, typer.echo, until_eof=until_eof)
+
+
+def _faults_by_driver(sensors: tuple[str, ...], faults: list[str]) -> dict[str, list[str]]:
+    """Texts of `DRIVER=FAULT` by driver, "ur" among them; no driver: the first sensor.
+
+    Raises:
+        BadInputError: a driver that is not emulated.
+    """
+    found: dict[str, list[str]] = {name: [] for name in (*sensors, "ur")}
+    for text in faults:
+        driver, equals, rest = text.partition("=")
+        if not equals:
+            driver, rest = sensors[0], text
+        if driver not in found:
+            raise BadInputError(
+                f"--fault {text}: no {driver!r} here", hint=f"one of {', '.join(found)}"
+            )
+        found[driver].append(rest)
+    return found
+
+
+ur_command.register(app)

@@ -1,0 +1,150 @@
+"""The emulated robot: modes, safety, motion of the TCP. Kinematics are deliberately crude.
+
+Motion along the approach direction goes through an `Axis` (lag, contact); everything across it and
+all rotation follows its command at once. Joints show the travel on joint 1 and nothing else.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from stepload_verify.emulators.ur_axis import Axis
+
+Vector = tuple[float, ...]
+
+STOPPED, PLAYING, PAUSED = 1, 2, 4
+POWER_OFF, IDLE, RUNNING = 3, 5, 7
+NORMAL, PROTECTIVE, SAFEGUARD, ROBOT_EMERGENCY = 1, 3, 5, 7
+
+HOME: Vector = (0.4, -0.13, 0.3, 0.0, math.pi, 0.0)
+
+_SAFETY_BITS = {
+    NORMAL: 1 << 0,
+    PROTECTIVE: 1 << 2 | 1 << 10,
+    SAFEGUARD: 1 << 4 | 1 << 10,
+    ROBOT_EMERGENCY: 1 << 6 | 1 << 7 | 1 << 10,
+}
+
+
+def unit(direction: Vector) -> Vector:
+    """`direction` at length 1."""
+    length = math.hypot(*direction)
+    return tuple(component / length for component in direction)
+
+
+class Robot:
+    """State of the arm; `tick` lets one control period pass.
+
+    Args:
+        axis: physics along `direction`.
+        direction: approach direction in the base frame; any length.
+        period_s: control period.
+    """
+
+    def __init__(self, axis: Axis, direction: Vector, period_s: float) -> None:
+        self.axis = axis
+        self.direction = unit(direction)
+        self.period_s = period_s
+        self.time_s = 0.0
+        self.runtime_state = STOPPED
+        self.robot_mode = RUNNING
+        self.safety_mode = NORMAL
+        self.target: Vector = HOME
+        self.speed_m_s = 0.0
+        self.tcp_offset: Vector = (0.0,) * 6
+        self.payload_kg = 0.0
+        self.payload_cog: Vector = (0.0,) * 3
+        self._motion: Callable[[], bool] | None = None
+        self._position_m = 0.0
+
+    @property
+    def can_move(self) -> bool:
+        return self.safety_mode == NORMAL and self.robot_mode == RUNNING
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion still wants to go somewhere."""
+        return self._motion is not None
+
+    @property
+    def safety_bits(self) -> int:
+        return _SAFETY_BITS[self.safety_mode]
+
+    @property
+    def status_bits(self) -> int:
+        on = self.robot_mode in (IDLE, RUNNING)
+        return int(on) | int(self.runtime_state == PLAYING) << 1
+
+    @property
+    def position_m(self) -> float:
+        return self._position_m
+
+    @property
+    def pose(self) -> Vector:
+        """Measured TCP pose: the target with its travel replaced by the axis's."""
+        missing_m = self._position_m - self.travel_of(self.target)
+        xyz = (t + missing_m * d for t, d in zip(self.target, self.direction, strict=False))
+        return (*xyz, *self.target[3:])
+
+    @property
+    def wrench(self) -> Vector:
+        """Force the environment exerts on the tool, base frame (the sign is an assumption)."""
+        force_n = self.axis.state().force_n
+        return (*(-force_n * d for d in self.direction), 0.0, 0.0, 0.0)
+
+    def travel_of(self, pose: Vector) -> float:
+        return sum((p - h) * d for p, h, d in zip(pose, HOME, self.direction, strict=False))
+
+    def servo(self, pose: Vector) -> None:
+        """Follow one target for ever."""
+
+        def follow() -> bool:
+            self.target = pose
+            return False
+
+        self._motion = follow
+
+    def speed(self, twist: Vector) -> None:
+        """Move at a constant twist for ever."""
+
+        def go_on() -> bool:
+            self.target = tuple(
+                t + v * self.period_s for t, v in zip(self.target, twist, strict=True)
+            )
+            return False
+
+        self._motion = go_on
+
+    def move(self, pose: Vector, speed_m_s: float) -> None:
+        """Straight line to `pose` at `speed_m_s`; ends by itself."""
+
+        def approach() -> bool:
+            left = [goal - t for goal, t in zip(pose[:3], self.target, strict=False)]
+            distance_m = math.hypot(*left)
+            step_m = speed_m_s * self.period_s
+            if distance_m <= step_m:
+                self.target = pose
+                return abs(self.travel_of(pose) - self._position_m) < 2e-5
+            share = step_m / distance_m
+            moved = (t + share * gap for t, gap in zip(self.target, left, strict=False))
+            self.target = (*moved, *self.target[3:])
+            return False
+
+        self._motion = approach
+
+    def halt(self) -> None:
+        """Stop where the arm is and hold."""
+        self.target = self.pose
+        self._motion = None
+        self.axis.command(self._position_m)
+
+    def tick(self) -> None:
+        """One control period."""
+        if self._motion is not None and self.can_move and self._motion():
+            self._motion = None
+        self.axis.command(self.travel_of(self.target))
+        self.time_s += self.period_s
+        self.axis.advance_to(self.time_s)
+        before_m, self._position_m = self._position_m, self.axis.state().position_m
+        self.speed_m_s = (self._position_m - before_m) / self.period_s

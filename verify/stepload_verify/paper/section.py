@@ -1,0 +1,23 @@
+"""A section of the document: text, the comparisons it makes, and its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from stepload_verify.paper.rows import Row
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """`lines` are Markdown with the tables in place, `rows` the comparisons in them, `figures` SVG
+    text by file name."""
+
+    title: str
+    lines: tuple[str, ...]
+    rows: tuple[Row, ...] = ()
+    figures: Mapping[str, str] = field(default_factory=dict)
+
+    def text(self) -> str:
+        """The section as Markdown."""
+        return "\n".join([f"## {self.title}", "", *self.lines, ""])
