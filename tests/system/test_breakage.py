@@ -17,7 +17,7 @@ from stepload.record.reader import read_recording
 from stepload.record.recorder import RecordingFailedError
 from stepload.record.recovery import recover
 from stepload.record.rows import Phase
-from stepload.run import loop
+from stepload.run import safe_end
 from stepload.run.open_rig import OpenRig
 from stepload.run.tick import Engine
 from stepload.session import experiment
@@ -37,7 +37,7 @@ class Breaking:
 
     def run(self, *parts: str) -> Finished:
         patch = self._monkeypatch.setattr
-        patch(loop, "SAFE_DEADLINE_S", 0.5)
+        patch(safe_end, "SAFE_DEADLINE_S", 0.5)
         leave_out_judgement(patch)
         for part in parts:
             owner, name = PARTS[part]

@@ -36,7 +36,7 @@ def _forget(_: object) -> None:
 
 
 class Memory:
-    """A recorder that keeps what the measurement needs (`stepload.run.loop.Recorder`)."""
+    """Keeps of a run what the measurement needs (a `stepload.run.interfaces.RecordSink`)."""
 
     def __init__(self) -> None:
         self.forces: list[ForceSample] = []

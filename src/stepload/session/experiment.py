@@ -28,7 +28,8 @@ from stepload.results.evaluation import Evaluation
 from stepload.results.html import render
 from stepload.results.plain import plain
 from stepload.results.run_page import compose, headline
-from stepload.run.loop import PROGRESS_S, run_loop
+from stepload.run.cadence import PROGRESS_S
+from stepload.run.loop import run_loop
 from stepload.run.open_rig import OpenRig, opened
 from stepload.run.operator import Operator
 from stepload.run.tick import Engine

@@ -1,0 +1,80 @@
+"""What is sent to make a rig safe: retract where the loop did not get there, then stop each device.
+
+Should the safing itself be broken, the arm alone is sent a retract and a stop, directly.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from stepload.record.outcome import ActionResult
+from stepload.rig.device import Arm, Device
+from stepload.run.interfaces import RigDevices, by_role
+from stepload.run.safing import Action, make_safe
+from stepload.run.tick import Engine
+
+SAFE_DEADLINE_S = 3.0
+RETRACT_EXTRA_S = 2.0
+DEADLINE_SLACK_S = 1.0
+"""A device is given its own timeout; its thread a little more."""
+BLIND_RETRACT_M, BLIND_SPEED_M_S, BLIND_TIMEOUT_S = 1e-3, 1e-3, 4.0
+"""The retract of last resort, where nothing can be asked for the plan's."""
+
+
+def make_rig_safe(engine: Engine, rig: RigDevices, errors: list[str]) -> tuple[ActionResult, ...]:
+    """Make the rig safe after its loop has ended, however it ended; never raises.
+
+    Where safing itself breaks, `errors` says how, and the arm is sent a retract and a stop anyway.
+    """
+    try:
+        return make_safe(_actions(engine, rig), engine.operator)
+    except BaseException as error:
+        errors.append(f"safing: {type(error).__name__}: {error}")
+    return _last_resort(rig.arm)
+
+
+def _actions(engine: Engine, rig: RigDevices) -> list[Action]:
+    stops = [_stop(role, device) for role, device in by_role(rig)]
+    if engine.safe_reached or engine.course.done:
+        return stops
+    return [_retract(engine, rig.arm), *stops]
+
+
+def _retract(engine: Engine, arm: Arm) -> Action:
+    distance_m, speed_m_s = engine.retract_distance_m, engine.limits.retract_speed_m_s
+    timeout_s = 2.0 * distance_m / speed_m_s + RETRACT_EXTRA_S
+    return Action(
+        "arm retract",
+        lambda: arm.retract(distance_m, speed_m_s, timeout_s),
+        timeout_s + DEADLINE_SLACK_S,
+        arm=True,
+    )
+
+
+def _stop(role: str, device: Device) -> Action:
+    is_arm = role == "arm"
+    return Action(
+        "arm stop" if is_arm else role,
+        lambda: device.safe(SAFE_DEADLINE_S),
+        SAFE_DEADLINE_S + DEADLINE_SLACK_S,
+        arm=is_arm,
+    )
+
+
+def _last_resort(arm: Arm) -> tuple[ActionResult, ...]:
+    return (
+        _sent(
+            "arm retract", lambda: arm.retract(BLIND_RETRACT_M, BLIND_SPEED_M_S, BLIND_TIMEOUT_S)
+        ),
+        _sent("arm stop", lambda: arm.safe(SAFE_DEADLINE_S)),
+    )
+
+
+def _sent(name: str, call: Callable[[], None]) -> ActionResult:
+    begin_s, error_text = time.monotonic(), ""
+    try:
+        call()
+    except BaseException as error:  # what comes after it must be sent as well
+        error_text = f"{type(error).__name__}: {error}"
+    return ActionResult(name, True, error_text, begin_s, time.monotonic() - begin_s)
