@@ -24,7 +24,7 @@ demo: $(READY) ## The paper's plastic sphere on the simulated rig; ends with a r
 	$(BIN)/stepload run procedures/plastic-sphere.yaml --dry-run
 
 demo-wire: $(READY) ## A whole plan with real drivers against emulated devices, in real time
-	$(BIN)/python bench/demo_wire.py
+	$(BIN)/python -m stepload_verify.trials.demo_wire
 
 test: $(READY) ## Everything CI runs
 	@$(MAKE) --no-print-directory --jobs=2 lint types imports unit
@@ -52,7 +52,7 @@ campaign: $(READY) ## The fault campaign, 100,000 runs (hours; resumable)
 	$(BIN)/stepload campaign procedures/campaign.yaml --runs 100000 --faults all --seed 1 --out campaign
 
 bench: $(READY) ## Ratios against named baselines, measured side by side
-	@for script in bench/*.py; do case $$script in */_*|*/demo_wire.py|*/fuzz_*|*/soak.py|*/kill_*) continue;; esac; \
+	@for script in bench/*.py; do case $$script in */_*|*/fuzz_*) continue;; esac; \
 	  echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
 fuzz: $(READY) ## Property tests on new examples; random frames into every decoder, 10 million each

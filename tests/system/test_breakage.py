@@ -18,9 +18,8 @@ from stepload.record.recorder import RecordingFailedError
 from stepload.record.recovery import recover
 from stepload.record.rows import Phase
 from stepload.run import safe_end
-from stepload.run.open_rig import OpenRig
+from stepload.run.open_rig import OpenRig, opened
 from stepload.run.tick import Engine
-from stepload.session import experiment
 from stepload.session.experiment import Finished, run_plan
 
 OPEN_N = 1.0
@@ -42,9 +41,13 @@ class Breaking:
         for part in parts:
             owner, name = PARTS[part]
             patch(owner, name, self._breaking(getattr(owner, name)))
-        patch(experiment, "opened", self._watched(experiment.opened))
-        envelope = envelope_of(self._plan)
-        return run_plan(envelope, dry_run=True, out=self.out, on_progress=self._look)
+        return run_plan(
+            envelope_of(self._plan),
+            dry_run=True,
+            out=self.out,
+            on_progress=self._look,
+            open_rig=self._watched,
+        )
 
     def _breaking(self, original: Callable[..., Any]) -> Callable[..., Any]:
         def call(*args: Any, **kwargs: Any) -> Any:
@@ -58,15 +61,13 @@ class Breaking:
         if engine.row and (engine.row.phase, engine.row.step) == (Phase.HOLD, 2):
             self._broken = True
 
-    def _watched(self, original: Callable[..., Any]) -> Callable[..., Any]:
-        @contextmanager
-        def watched(*args: Any, **kwargs: Any) -> Iterator[OpenRig]:
-            with original(*args, **kwargs) as rig:
-                yield rig
-                self.force_left_n = rig.world.true_force_n
-                self.peak_n = rig.world.true_peak_force_n
-
-        return watched
+    @contextmanager
+    def _watched(self, *args: Any, **kwargs: Any) -> Iterator[OpenRig]:
+        with opened(*args, **kwargs) as rig:
+            yield rig
+            assert rig.world is not None
+            self.force_left_n = rig.world.true_force_n
+            self.peak_n = rig.world.true_peak_force_n
 
 
 @pytest.fixture

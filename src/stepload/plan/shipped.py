@@ -25,8 +25,12 @@ class ShippedPlan:
 
 def shipped_plans() -> list[ShippedPlan]:
     """All of them, by name."""
-    folder = PACKAGED if PACKAGED.is_dir() else CHECKOUT
-    return [ShippedPlan(path.stem, path, _about(path)) for path in sorted(folder.glob("*.yaml"))]
+    return [ShippedPlan(path.stem, path, _about(path)) for path in sorted(_folder().glob("*.yaml"))]
+
+
+def plan_path(name: str) -> Path:
+    """Where the plan of that name lies."""
+    return _folder() / f"{name}.yaml"
 
 
 def copy_plan(name: str, directory: Path) -> list[Path]:
@@ -53,6 +57,10 @@ def copy_plan(name: str, directory: Path) -> list[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(text)
     return list(texts)
+
+
+def _folder() -> Path:
+    return PACKAGED if PACKAGED.is_dir() else CHECKOUT
 
 
 def _named_by(plan: Path) -> list[Path]:

@@ -40,6 +40,7 @@ WHOLE_TICKS, MEAN_TICKS = 250_000, 80_000
 """A run longer than the first is evaluated as so many means, to bound the memory it takes."""
 
 Progress = Callable[[Engine, Envelope], None]
+RigOpener = Callable[..., contextlib.AbstractContextManager[OpenRig]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +72,7 @@ class _Session:
     dry_run: bool
     seed: int | None
     on_progress: Progress | None
+    open_rig: RigOpener
 
     @property
     def metadata(self) -> dict[str, str]:
@@ -105,6 +107,7 @@ def run_plan(
     resume: Path | None = None,
     operator: Operator | None = None,
     on_progress: Progress | None = None,
+    open_rig: RigOpener | None = None,
 ) -> Finished:
     """Run a plan and keep everything that it leaves.
 
@@ -116,6 +119,7 @@ def run_plan(
         resume: directory of an interrupted run of this plan, to go on after its last step.
         operator: where stop and pause requests come in.
         on_progress: called ten times a second of run time.
+        open_rig: opens the devices, in place of `stepload.run.open_rig.opened`.
 
     Raises:
         RefusedError: the plan may not run; nothing was opened or written.
@@ -141,6 +145,7 @@ def run_plan(
         dry_run=dry_run,
         seed=seed,
         on_progress=on_progress,
+        open_rig=open_rig or opened,
     )
     with _own_directory(session.directory):
         outcome, recorder = _press(session)
@@ -172,7 +177,7 @@ def _own_directory(directory: Path) -> Iterator[None]:
 
 def _press(session: _Session) -> tuple[RunOutcome, Recorder]:
     """Run the engine on the open rig; when this returns the arm is safe and the devices closed."""
-    with opened(session.envelope, dry_run=session.dry_run, seed=session.seed) as rig:
+    with session.open_rig(session.envelope, dry_run=session.dry_run, seed=session.seed) as rig:
         session.operator.moving = True
         with (
             _recording(session, rig) as recorder,

@@ -7,6 +7,7 @@ from typing import Any
 
 from stepload.record.rows import TickRow
 from stepload.rig.clock import Clock
+from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 from stepload.rig.world import SimulatedRig
 from stepload.run.operator import Operator, StopLevel
 from stepload.run.tick import Engine
@@ -25,7 +26,10 @@ class NullRecorder:
     """A recorder that keeps nothing, and whose disk can be full."""
 
     def __init__(self, on_tick: Callable[[TickRow], None] = _nothing) -> None:
-        self.force = self.second_force = self.arm = self.displacement = _nothing
+        self.force: Callable[[ForceSample], None] = _nothing
+        self.second_force: Callable[[ForceSample], None] = _nothing
+        self.arm: Callable[[ArmSample], None] = _nothing
+        self.displacement: Callable[[DisplacementSample], None] = _nothing
         self.tick = on_tick
         self.full = False
 

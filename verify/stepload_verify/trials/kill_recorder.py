@@ -1,6 +1,6 @@
 """Kills a recording runner at random times and counts what is lost.
 
-python bench/kill_recorder.py --kills 200
+python -m stepload_verify.trials.kill_recorder --kills 200
 
 Half of the kills hit the runner alone, half its whole process group with the writer. After each,
 the record is repaired and compared with what the runner had pushed, and with what the recorder had

@@ -5,7 +5,7 @@ smooth kinematic error of 0.54 µm. The exponential kernel is one the budget doe
 rig "fine" resolves 0.1 µm and 0.1 N: no quantum hides the smooth error there. "Required" is 93 to
 97 % for the budget of the joint fit with known sources, and at least 93 % where K_s and the size of
 the smooth error come from an own K_s run, or from three of them pooled.
-Run: python bench/coverage.py [runs]
+Run: python -m stepload_verify.trials.coverage [runs]
 """
 
 from __future__ import annotations
@@ -96,8 +96,8 @@ class Tally:
         half_n = 1.96 * np.sqrt(covariance[1, 1])
         half_s = 1.96 * np.sqrt(gradient @ covariance @ gradient)
         off = abs(np.log(fit.secant_n_per_m / secant))
-        self.hits.append((abs(fit.n - N) < half_n, off < half_s))
-        self.half.append((half_n, half_s))
+        self.hits.append((abs(fit.n - N) < half_n, bool(off < half_s)))
+        self.half.append((float(half_n), float(half_s)))
 
     def row(self, name: str) -> str:
         n, s = np.mean(self.hits, axis=0)

@@ -1,6 +1,6 @@
 """Kills whole runs of `stepload` at random times and counts what is lost.
 
-python bench/kill_runs.py --kills 200 --wire 20
+python -m stepload_verify.trials.kill_runs --kills 200 --wire 20
 
 Dry runs of the plastic sphere (virtual time), and runs of the demo on the wire (real drivers and
 emulators, real time), both with short holds. Half of the kills hit the runner alone, half its whole
@@ -19,6 +19,7 @@ import json
 import mmap
 import os
 import random
+import runpy
 import signal
 import statistics
 import struct
@@ -35,15 +36,16 @@ from typing import Any
 import numpy as np
 from ruamel.yaml import YAML
 
+from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
+from stepload.plan.shipped import plan_path
 from stepload.record.reader import read_recording
 from stepload.record.recovery import is_being_written
 from stepload.run.rehearse import world_for
 from stepload.session.unfinished import repair_all
 from stepload_verify.emulators.rig_process import RigProcess
 
-PROCEDURES = Path(__file__).parents[1] / "procedures"
 BOUND_MS = 100.0
 MOST_REFUSED = 5
 LONGER = 1.1
@@ -79,7 +81,6 @@ class Kill:
 
 def victim(progress: str, arguments: Sequence[str]) -> None:
     """The `stepload` command that tells in a memory file when it pushed each sample."""
-    from stepload.cli.main import main
     from stepload.record.recorder import Recorder
 
     with open(progress, "r+b") as file:
@@ -102,12 +103,13 @@ def victim(progress: str, arguments: Sequence[str]) -> None:
 
     Recorder.__init__ = watched  # type: ignore[method-assign]
     sys.argv = ["stepload", *arguments]
-    main()
+    runpy.run_module("stepload", run_name="__main__")
 
 
 def _read(name: str, changes: dict[str, Any]) -> dict[str, Any]:
-    plan: dict[str, Any] = YAML(typ="safe").load(PROCEDURES / name)
-    plan["payload"] = str(PROCEDURES / plan["payload"])
+    path = plan_path(name)
+    plan: dict[str, Any] = YAML(typ="safe").load(path)
+    plan["payload"] = str(path.parent / plan["payload"])
     plan["procedure"] |= changes
     return plan
 
@@ -117,14 +119,14 @@ def planned(kind: str, place: Path) -> Iterator[Path]:
     """A plan; the one on the wire with its rig, emulated at addresses of its own."""
     path = place / "plan.yaml"
     if kind == "dry":
-        path.write_text(json.dumps(_read("plastic-sphere.yaml", DRY)))
+        path.write_text(json.dumps(_read("plastic-sphere", DRY)))
         yield path
         return
-    plan, port = _read("demo-wire.yaml", WIRE), place / "force.tty"
+    plan, port = _read("demo-wire", WIRE), place / "force.tty"
     plan["rig"]["arm"]["options"]["host"] = HOST
     plan["rig"]["force"]["options"]["port"] = str(port)
     path.write_text(json.dumps(plan))
-    world = world_for(load_plan(path))
+    world = world_for(envelope_of(load_plan(path)))
     with RigProcess(world, ur=HOST, sensors=(SENSOR,), links={SENSOR: port}):
         yield path
 

@@ -11,10 +11,10 @@ import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from pathlib import Path
 
 from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
+from stepload.plan.shipped import plan_path
 from stepload.rig.world import load_world
 from stepload.run.loop import run_loop
 from stepload.run.operator import Operator
@@ -28,7 +28,7 @@ SEEDS = 20
 
 def one(name: str, seed: int) -> tuple[str, float]:
     """How the run ended, and its true peak force over F_lim."""
-    plan = load_plan(Path("procedures") / f"{name}.yaml")
+    plan = load_plan(plan_path(name))
     envelope = envelope_of(plan)
     rig = load_world()(world_for(envelope, seed=seed))
     for device in (rig.force, rig.second_force, rig.displacement, rig.arm):

@@ -1,6 +1,6 @@
 """Ten minutes of a 1 kHz force sensor and a 500 Hz arm through the real drivers, on the emulator.
 
-    python bench/soak.py [--seconds 600] [--sensor bota_serial]
+    python -m stepload_verify.trials.soak [--seconds 600] [--sensor bota_serial]
 
 Force: nothing lost, nothing repeated (Bota: by its own clock, so exact). Arm: every gap counted
 from the controller's time stamps, since ur_rtde keeps only the newest waiting package; at least

@@ -1,6 +1,6 @@
 """Every 1 kHz sensor driver on its emulator in another process: lost, repeated, longest gap, CPU.
 
-python bench/sensor_link.py --seconds 600
+python -m stepload_verify.trials.sensor_link --seconds 600
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import time
 from stepload.rig.device import ForceSensor
 from stepload.rig.plugins import load_driver
 
-PROGRAM = "import sys; from stepload_verify.emulators.command import app; app(sys.argv[1:])"
 LINKS = {
     "bota": [],
     "robotous-uart": [],
@@ -27,7 +26,7 @@ LINKS = {
 def measure(name: str, arguments: list[str], seconds: float) -> bool:
     """Print one line; whether nothing was lost or repeated."""
     with subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, name.split()[0], *arguments, "--until-eof"],
+        [sys.executable, "-m", "stepload", "emulate", name.split()[0], *arguments, "--until-eof"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,

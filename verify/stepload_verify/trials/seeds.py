@@ -1,6 +1,6 @@
 """Dry runs of a plan over many seeds: secant of the believed fit against the simulated truth.
 
-python bench/seeds.py --seeds 20
+python -m stepload_verify.trials.seeds --seeds 20
 
 Also whether the stated interval holds the truth, and the true peak force against F_c.
 """
@@ -21,7 +21,9 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-PLAN = Path(__file__).parents[1] / "procedures" / "plastic-sphere.yaml"
+from stepload.plan.shipped import plan_path
+
+PLAN = plan_path("plastic-sphere")
 TOLERANCE = 0.03
 
 
@@ -43,27 +45,23 @@ def run_seed(seed: int, plan_file: Path = PLAN) -> Seeded:
     from stepload.envelope.envelope import envelope_of
     from stepload.envelope.theory import theory_of
     from stepload.plan.load import load_plan
+    from stepload.run.open_rig import OpenRig, opened
     from stepload.run.rehearse import payload_truth, true_secant
-    from stepload.session import experiment
+    from stepload.session.experiment import run_plan
 
     plan = load_plan(plan_file)
     peaks: list[float] = []
-    opened = experiment.opened
 
     @contextmanager
-    def watched(*args: Any, **kwargs: Any) -> Iterator[Any]:
+    def watched(*args: Any, **kwargs: Any) -> Iterator[OpenRig]:
         with opened(*args, **kwargs) as rig:
             yield rig
+            assert rig.world is not None
             peaks.append(rig.world.true_peak_force_n)
 
-    experiment.opened = watched
-    try:
-        with tempfile.TemporaryDirectory() as place:
-            done = experiment.run_plan(
-                envelope_of(plan), dry_run=True, out=Path(place) / "run", seed=seed
-            )
-    finally:
-        experiment.opened = opened
+    with tempfile.TemporaryDirectory() as place:
+        out = Path(place) / "run"
+        done = run_plan(envelope_of(plan), dry_run=True, out=out, seed=seed, open_rig=watched)
     data = done.data
     fits = data["fits"]
     believed = fits[data["believe"]]

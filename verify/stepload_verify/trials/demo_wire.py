@@ -1,6 +1,6 @@
 """A whole plan in real time: the real drivers, against emulators of their devices on this machine.
 
-    python bench/demo_wire.py [--out DIRECTORY | --serve]
+    python -m stepload_verify.trials.demo_wire [--out DIRECTORY | --serve]
 
 Emulates the rig of `procedures/demo-wire.yaml` and runs `stepload run` on that plan. Ends with a
 report, and with the exit code of the run. With --serve it only emulates, and takes faults as lines
@@ -18,12 +18,12 @@ from pathlib import Path
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import SteploadError
 from stepload.plan.load import load_plan
+from stepload.plan.shipped import plan_path
 from stepload.run.rehearse import world_for
 from stepload_verify.emulators.rig_process import RigProcess
 from stepload_verify.emulators.ur_faults import HELP
 
-PLAN = Path(__file__).parents[1] / "procedures" / "demo-wire.yaml"
-STEPLOAD = "from stepload.cli.main import main; main()"
+PLAN = plan_path("demo-wire")
 
 
 def _serve(rig: RigProcess) -> int:
@@ -65,7 +65,7 @@ def main() -> int:
         if options.serve:
             return _serve(rig)
         words = ["run", str(PLAN), *(["--out", options.out] if options.out else [])]
-        return subprocess.call([sys.executable, "-c", STEPLOAD, *words])
+        return subprocess.call([sys.executable, "-m", "stepload", *words])
 
 
 if __name__ == "__main__":

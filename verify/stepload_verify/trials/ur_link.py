@@ -1,6 +1,6 @@
 """How much of the arm's data arrives through the real driver, on the emulator.
 
-    python bench/ur_link.py [seconds]
+    python -m stepload_verify.trials.ur_link [seconds]
 
 Prints the share of the controller's periods received, the gaps as counted from its time stamps, and
 how long after a package's own time the next command has reached the arm.

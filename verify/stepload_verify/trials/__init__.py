@@ -1,0 +1,1 @@
+"""Trials that take long and are run by hand: links, kills, soaks, coverage, whole plans by seed."""
