@@ -98,7 +98,7 @@ class RunLimits:
     step_rate_per_s: float = _limit("1/s", "lambda = 0.25 / T")
     band_n: float = _limit("N", "0.25 N, 2 sigma")
     load_rate_n_per_s: float = _limit("N/s", "plan")
-    touch_force_n: float = _limit("N", "plan")
+    touch_force_n: float = _limit("N", "plan", "R11")
     lost_motion_m: float = _limit("m", "rig: arm.lost_motion", zero=True)
     position_resolution_m: float = _limit("m", "rig: arm.position_resolution")
     second_noise_n: float = _limit("N", "rig: second_force.noise", zero=True)

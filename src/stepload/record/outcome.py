@@ -62,7 +62,7 @@ class Touch(NamedTuple):
 class Cause(NamedTuple):
     """Why a run was stopped; the first one wins.
 
-    `rule` is "R1" … "R10", "CAP", or a word for causes outside the rules ("device", "drift" …).
+    `rule` is "R1" … "R11", "CAP", or a word for causes outside the rules ("device", "drift" …).
     `sample_age_s` is the age of the sample that it was judged by.
     """
 

@@ -138,7 +138,7 @@ class Approach:
         if not course.rest_at_goal(now_s, step_s, REST_S):
             return
         free_n = 0.5 * course.limits.touch_force_n
-        if course.sup.smooth_n > free_n:
+        if abs(course.sup.smooth_n) > free_n:
             furthest_m = course.surface_m - course.plan.retract_m
             if course.goal_m <= furthest_m:
                 not_open(course, free_n)

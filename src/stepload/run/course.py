@@ -59,7 +59,7 @@ class Course:
         self.cycle = cycle
         self.step_number = 0
         self.level_n = 0.0
-        self.target_m = math.nan
+        self.target_m = self.start_m = math.nan
         self.speed_m_s = 0.0
         self.goal_m = math.nan
         self._rest_from_s = math.nan

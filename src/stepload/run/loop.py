@@ -94,8 +94,8 @@ class _Run:
             status=status,
             cause=engine.cause,
             why=why_it_stopped(
-                status, engine.cause, retracted, self.safing, self.start_s, self.loop_end_s,
-                signal_number,
+                status, engine.cause, retracted, engine.still_closed, self.safing, self.start_s,
+                self.loop_end_s, signal_number,
             ),
             retracted=retracted,
             safing=self.safing,
@@ -138,7 +138,7 @@ class _Run:
         """Why the run stopped, where the main thread does not come back to say so."""
         self.engine.operator.on_lost()
         return why_it_stopped(
-            RunStatus.STOPPED, self.engine.cause, False, self.safing, self.start_s,
+            RunStatus.STOPPED, self.engine.cause, False, "", self.safing, self.start_s,
             self.rig.clock.now_s(),
         )  # fmt: skip
 

@@ -57,7 +57,7 @@ class RunOrder:
                 " stop whatever moves it, and start again",
             )  # fmt: skip
         elif now_s - self._standing_s >= START_REST_S:
-            course.target_m = position_m
+            course.target_m = course.start_m = position_m
             self._zeroing.warm_up(now_s, self._first_approach)
 
     def _first_approach(self, now_s: float) -> None:

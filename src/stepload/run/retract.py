@@ -37,7 +37,7 @@ class Retract:
         course = self._course
         if not course.rest_at_goal(now_s, step_s, REST_S + 4.0 * course.limits.loop_s):
             return
-        if course.sup.smooth_n > course.limits.touch_force_n:
+        if abs(course.sup.smooth_n) > course.limits.touch_force_n:
             not_open(course, course.limits.touch_force_n)
         else:
             self._then(now_s)

@@ -78,6 +78,7 @@ def why_it_stopped(
     status: str,
     cause: Cause | None,
     retracted: bool,
+    still_closed: str,
     outcomes: tuple[ActionResult, ...],
     start_s: float,
     loop_end_s: float,
@@ -85,7 +86,8 @@ def why_it_stopped(
 ) -> str:
     """One paragraph: what triggered, its value and limit, what safing did and when.
 
-    `start_s` is the time on the run's clock that counts as zero, `loop_end_s` when the loop ended,
+    `still_closed` says why the contact cannot be said to be open after the retract. `start_s` is
+    the time on the run's clock that counts as zero, `loop_end_s` when the loop ended,
     `signal_number` the first signal that asked for the end, 0 for none.
     """
     if cause is None:
@@ -100,12 +102,7 @@ def why_it_stopped(
         text += cause.message + cause.numbers
         text += "."
     if status != "completed":
-        text += (
-            f" The run itself retracted the arm along the approach axis, and was clear of the"
-            f" surface at {loop_end_s - start_s:.3f} s."
-            if retracted
-            else " The run could not confirm a retract of its own."
-        )
+        text += _retract_told(retracted, still_closed, loop_end_s - start_s)
     begun_s = outcomes[0].start_s if outcomes else 0.0
     for outcome in outcomes:
         verdict = outcome.error or "confirmed"
@@ -113,3 +110,12 @@ def why_it_stopped(
         text += f"({(outcome.start_s - begun_s) * 1e3:+.0f} ms, took"
         text += f" {outcome.duration_s * 1e3:.0f} ms)."
     return text
+
+
+def _retract_told(retracted: bool, still_closed: str, end_s: float) -> str:
+    if not retracted:
+        return " The run could not confirm a retract of its own."
+    told = " The run itself retracted the arm along the approach axis, and was"
+    if still_closed:
+        return f"{told} at its end at {end_s:.3f} s; {still_closed}."
+    return f"{told} clear of the surface at {end_s:.3f} s."

@@ -1,4 +1,4 @@
-"""Says stop, and nothing else: rules R1–R10 and the in-contact speed cap.
+"""Says stop, and nothing else: rules R1–R11 and the in-contact speed cap.
 
 A function of its own state, the samples and the limits; it reads no clock and touches no device, so
 the same code judges a dry run, hardware and a recording. It is asked at arming, in every tick, and
@@ -10,7 +10,9 @@ R3  no new sample in time                      R8  end of the search distance
 R4  sample not finite, frozen, out of range    R9  force jump without motion
     or flagged by the device                   R10 sequence or device clock out of order
 R5  the two force channels disagree                or stamps of the future
-                                               CAP faster than a hidden hard stop would allow
+R11 force grows the wrong way in an approach   CAP faster than a hidden hard stop would allow
+
+R1 and R2 judge the magnitude of the force: a sensor with the wrong sign must stop a run too.
 """
 
 from __future__ import annotations
@@ -35,6 +37,10 @@ REST_S = 0.1
 """An arm whose target rests for so long has come to rest where its commands put it."""
 STILL_SHARE = 0.25
 """Of its commanded travel an arm must be seen to go; less is none."""
+WRONG_WAY_SAMPLES = 2
+"""Fresh samples in a row that pull in an approach before R11 trips; as many make a touch."""
+ACROSS_SIGMAS = 8.0
+"""Two noisy components, less a zero that is one noisy sample of each."""
 ANSWER_FILTER_S = 0.3
 """Time constant of the force that R6 looks for an answer in."""
 
@@ -61,8 +67,9 @@ class Supervisor:
         "_delayed", "_delayed_at", "_found", "_last_n", "_last_target_m", "_least_progress_m",
         "_limits", "_mean_n", "_model_alpha", "_model_m", "_now_s", "_progress_m", "_progress_s",
         "_progress_time_s", "_recent_m_s", "_rest", "_rest_steps", "_second_is_arm",
-        "_slope_noise_n_per_s", "_slow_n", "_speed_decay", "_steps", "_still_blur_m", "_still_m",
-        "_still_model_m", "_tared", "_taut_s", "arm", "cause", "force", "force_n", "predicted_n",
+        "_slope_noise_n_per_s", "_slow_n", "_sound", "_speed_decay", "_steps",
+        "_still_blur_m", "_still_m", "_still_model_m", "_tared", "_taut_s", "_wrong_way", "arm",
+        "cause", "force", "force_n", "predicted_n",
         "second", "second_n", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n",
         "smooth_tau_s", "speed_m_s", "zero_n",
     )  # fmt: skip
@@ -111,7 +118,8 @@ class Supervisor:
         self._still_blur_m = 0.0
         self._rest, self._rest_steps = 0, math.ceil(REST_S / period_s)
         self._now_s = math.nan
-        self._tared = False
+        self._tared = self._sound = False
+        self._wrong_way = 0
         self._steps = 1
         self._least_progress_m = max(3.0 * limits.position_resolution_m, LEAST_PROGRESS_M)
         slowest_m_s = PROGRESS_SHARE * limits.guarded_speed_m_s
@@ -146,9 +154,25 @@ class Supervisor:
             return self.second.raw_n
         return self.arm.force_n if self._second_is_arm else math.nan
 
+    def still_closed(self, now_s: float) -> str:
+        """Why the contact cannot be said to be open; "" where every channel shows that it is."""
+        limits = self._limits
+        age_s = now_s - self.force.receive_s
+        if not (self._tared and self._sound and age_s <= limits.stale_force_s):
+            return "no sound force reading proves that the contact is open"
+        readings = [("force sensor", self.smooth_n, limits.touch_force_n)]
+        if limits.cross_check:
+            allowed_n = max(limits.touch_force_n, limits.cross_tolerance_n)
+            readings.append(("second force channel", self.second_n, allowed_n))
+        for name, read_n, allowed_n in readings:
+            if not -allowed_n <= read_n <= allowed_n:
+                return f"the {name} still reads {read_n:+.3g} N: the contact may not be open"
+        return ""
+
     def tare(self, zero_n: float, second_zero_n: float) -> None:
         """Take these readings for zero force from now on, and judge forces from now on."""
         self.zero_n, self.second_zero_n = zero_n, second_zero_n
+        self.force.tare_across()
         self._slow_n = self.smooth_n = self._last_n = self.force.raw_n - zero_n
         self._cross.restart()
         self._cross_s = 0.0
@@ -175,6 +199,7 @@ class Supervisor:
         in_second = None if self.second is None else self.second.take(second_samples, now_s)
         motion = self._judge_motion(now_s, target_m, phase)
         force = self._judge_force(target_m, compliance_m_per_n, phase) if self._tared else None
+        self._sound = in_force is None and in_arm is None and in_second is None
         self._now_s = now_s
         if self.cause is None:
             first = in_force or in_arm or in_second or force or motion
@@ -261,7 +286,7 @@ class Supervisor:
         return None
 
     def _judge_force(self, target_m: float, compliance_m_per_n: float, phase: int) -> Breach | None:
-        """R1, R2, R5, R6, R9 and the in-contact speed cap; keeps the filtered force."""
+        """R1, R2, R5, R6, R9, R11 and the in-contact speed cap; keeps the filtered force."""
         limits = self._limits
         limit_n, noise_n = limits.force_limit_n, limits.noise_n
         jump_n = 0.0
@@ -287,12 +312,16 @@ class Supervisor:
             rise = max(rise, stiffness * speed)
         if rise > 0.0:
             peak_n += rise * limits.reaction_s
+        if smooth_n < 0.0:  # what pulls, or presses on a sensor with the wrong sign
+            fall = max(0.0, -slope - self._slope_noise_n_per_s)
+            peak_n = max(peak_n, 4.0 * noise_n - smooth_n + fall * limits.reaction_s)
         self.predicted_n = peak_n
 
-        if force_n > limit_n:
+        if not -limit_n <= force_n <= limit_n:
             breach = self._found(
-                "R1", force_n, limit_n, "N", f"force {force_n:.4g} N is above {limit_n:.4g} N"
-            )
+                "R1", abs(force_n), limit_n, "N",
+                f"force {force_n:.4g} N is beyond {limit_n:.4g} N",
+            )  # fmt: skip
         if breach is None and peak_n > limit_n:
             breach = self._found(
                 "R2", peak_n, limit_n, "N",
@@ -309,12 +338,47 @@ class Supervisor:
             )  # fmt: skip
         if limits.cross_check:
             breach = self._judge_cross_check(force_n, smooth_n) or breach
+        side = self._judge_side(force_n, phase)
+        breach = breach or side
         if phase == _LOAD:
             breach = breach or self._judge_load(target_m, smooth_n, speed)
         else:
             self._answer_n = self._mean_n = smooth_n
             self._answer_m, self._taut_s = target_m, 0.0
         return breach
+
+    def _judge_side(self, force_n: float, phase: int) -> Breach | None:
+        """R1 for the force across the axis, and R11: in an approach a surface can only push."""
+        limits, across_n = self._limits, self.force.across_n
+        if across_n > limits.force_limit_n:
+            return self._found(
+                "R1", across_n, limits.force_limit_n, "N",
+                f"the force across the pressing axis is {across_n:.4g} N, beyond"
+                f" {limits.force_limit_n:.4g} N",
+            )  # fmt: skip
+        if phase not in _SEARCHING:
+            self._wrong_way = 0
+            return None
+        limit_n = limits.touch_force_n
+        across_limit_n = max(limit_n, ACROSS_SIGMAS * limits.noise_n)
+        pulls = force_n < -limit_n
+        across = across_n > across_limit_n and across_n > 2.0 * abs(force_n)
+        if self.force.fresh:
+            self._wrong_way = self._wrong_way + 1 if pulls or across else 0
+        if self._wrong_way < WRONG_WAY_SAMPLES:
+            return None
+        if pulls:
+            return self._found(
+                "R11", -force_n, limit_n, "N",
+                f"the force sensor reads {force_n:+.4g} N in the approach, where a surface can only"
+                " push: the sign of force.axis is wrong, or something pulls at the tool",
+            )  # fmt: skip
+        return self._found(
+            "R11", across_n, across_limit_n, "N",
+            f"in the approach the force grew by {across_n:.4g} N across the pressing axis and by"
+            f" {force_n:+.4g} N along it: force.axis names the wrong axis, or something pushes"
+            " the tool sideways",
+        )  # fmt: skip
 
     def _judge_cross_check(self, force_n: float, smooth_n: float) -> Breach | None:
         """R5: the channels differ by more than the plan allows, for longer than it allows.

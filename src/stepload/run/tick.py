@@ -34,7 +34,8 @@ class Engine:
 
     `course` says where the run is, `row` is the newest tick for the record, `events` what has
     happened since the loop last emptied it, as (time_s, kind, data). `safe_reached` says whether
-    the retract after a trip came to its end.
+    the retract after a trip came to its end, `still_closed` why the contact cannot be said to be
+    open there; "" where all force channels show that it is.
 
     Args:
         envelope: of the plan.
@@ -81,6 +82,7 @@ class Engine:
         self.row: TickRow | None = None
         self.safing = False
         self.safe_reached = False
+        self.still_closed = ""
         self._phase = int(Phase.WARM_UP)
         self._last_s = math.nan
         self._longest_step_s = 1.2 * limits.period_s  # a late tick moves less, never faster
@@ -140,8 +142,9 @@ class Engine:
                 age_s = max(0.0, now_s - sup.force.receive_s)
                 self.trip(Cause(reason, value, limit, unit, age_s, now_s, message))
                 done = False
-        if sup.force_n > self.peak_force_n:
-            self.peak_force_n = sup.force_n
+        force_n = abs(sup.force_n)
+        if force_n > self.peak_force_n:
+            self.peak_force_n = force_n
         self.row = TickRow(
             now_s, self.target_m, sup.force_n, sup.second_n, sup.predicted_n,
             self.limits.force_limit_n, self.steps.controller.c_m_per_n, course.level_n,
@@ -203,10 +206,23 @@ class Engine:
         self.target_m = self.course.target_m = target_m
         near_m = min(limits.model_tolerance_m, ARRIVAL_SHARE * self.course.retract_m)
         clear = self.supervisor.arm.position_m <= self._safe_m + near_m
-        if self.target_m <= self._safe_m and clear:
-            self.safe_reached = True
-            return True
-        return False
+        if not (self.target_m <= self._safe_m and clear):
+            return False
+        self.still_closed = self.supervisor.still_closed(now_s)
+        if self.still_closed and self._further_back():
+            return False
+        self.safe_reached = True
+        return True
+
+    def _further_back(self) -> bool:
+        """Whether there is known free way left behind: as far as the start pose; takes it."""
+        start_m = self.course.start_m
+        if not start_m < self._safe_m:
+            return False
+        step_m = min(self.course.retract_m, self._safe_m - start_m)
+        self._safe_m -= step_m
+        self._give_up_s += 2.0 * step_m / self.limits.retract_speed_m_s
+        return True
 
     def _emit(self, time_s: float, kind: str, data: dict[str, object]) -> None:
         self.events.append((time_s, kind, data))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -141,6 +142,8 @@ class ForceWatch(_StreamWatch):
     """Watches a force sensor; `raw_n` is its newest reading along the pressing axis, not tared."""
 
     __slots__ = (
+        "_across",
+        "_across_zero",
         "_full_scale_n",
         "_index",
         "_same",
@@ -163,11 +166,28 @@ class ForceWatch(_StreamWatch):
     ) -> None:
         super().__init__(name, stale_s=stale_s, clock_s=clock_s, found=found)
         self._index, self._sign = wrench_axis(axis)
+        self._across = tuple(index for index in AXES.values() if index != self._index)
+        self._across_zero = (0.0, 0.0)
         self._full_scale_n = full_scale_n
         self.identical_counts = identical_counts
         self._wrench: tuple[float, ...] = ()
         self._same = 0
         self.raw_n = float("nan")
+
+    @property
+    def across_n(self) -> float:
+        """Newest force across the pressing axis, in N since `tare_across`."""
+        if not self._wrench:
+            return 0.0
+        i, j = self._across
+        zero_i, zero_j = self._across_zero
+        return math.hypot(self._wrench[i] - zero_i, self._wrench[j] - zero_j)
+
+    def tare_across(self) -> None:
+        """Take the newest force across the pressing axis for zero."""
+        if self._wrench:
+            i, j = self._across
+            self._across_zero = self._wrench[i], self._wrench[j]
 
     def project(self, sample: ForceSample) -> float:
         """Force along the pressing axis, not tared."""

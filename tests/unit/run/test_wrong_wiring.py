@@ -1,0 +1,155 @@
+"""Wrong signs and axes: the run stops at the surface, says which, and never says clear unproven."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+from typing import Any
+
+import pytest
+from run_bench import Bench, bench_for, run, run_to, spec_for
+from run_plans import limits_for, stvf_plan, ur_plan
+
+from stepload.plan.model import Plan, SecondForce, SecondForceSource
+from stepload.record.outcome import RunOutcome
+from stepload.record.rows import Phase
+from stepload.rig.samples import ForceSample
+from stepload.rig.world import WorldFault
+from stepload.run.loop import run_loop
+from stepload.run.supervisor import Supervisor
+from stepload_verify.campaign.incidents import NullRecorder
+
+F_C = 727.0
+AXES = [sign + name for sign, name in product("+-", ("fx", "fy", "fz"))]
+ALONE = SecondForce(SecondForceSource.NONE, 0.0, 0.0, 0.0, 0.0)
+QUICK = {"touches": 1, "tare_s": 0.2, "hold_s": 0.2, "top_force_n": 150.0}
+
+
+def whole_run(
+    plan: Plan, axis: str, second_gain: float = 1.0, **world: Any
+) -> tuple[Bench, RunOutcome]:
+    """A run of a rig whose sensor is wired as the plan says, by an engine that believes `axis`."""
+    faults = [WorldFault("arm_force_gain", 0.0, 600.0, second_gain)] if second_gain != 1.0 else []
+    force = replace(plan.rig.force, axis=axis)
+    believed = replace(plan, rig=replace(plan.rig, force=force))
+    bench = bench_for(believed, F_C, spec_for(plan, 3, faults))
+    for device in (bench.rig.arm, bench.rig.force):
+        device.open(1.0)
+    return bench, run_loop(bench.engine, bench.rig, NullRecorder())
+
+
+@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+@pytest.mark.parametrize("second", ["right", "wrong sign", "none"])
+@pytest.mark.parametrize("axis", AXES)
+def test_every_wiring_but_the_right_one_stops_at_the_surface(
+    axis: str, second: str, make: Any
+) -> None:
+    plan = make(**QUICK)
+    if second == "none":
+        plan = replace(plan, rig=replace(plan.rig, second_force=ALONE))
+    bench, outcome = whole_run(plan, axis, -1.0 if second == "wrong sign" else 1.0)
+    if axis == plan.rig.force.axis and second != "wrong sign":
+        assert outcome.status == "completed"
+        return
+    assert outcome.cause is not None
+    assert outcome.cause.rule in ("R11", "R5")
+    assert bench.peak_n < 0.1 * bench.limits.force_limit_n
+    assert bench.rig.world.true_force_n == 0.0
+    if outcome.cause.rule == "R11":
+        assert ("sign" if axis == "+fz" else "axis") in outcome.cause.message
+        assert "force.axis" in outcome.cause.message
+    else:
+        assert second != "none"
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_the_force_limit_holds_for_every_direction(axis: int, direction: float) -> None:
+    plan = replace(stvf_plan(), rig=replace(stvf_plan().rig, second_force=ALONE))
+    limits = limits_for(plan, F_C)
+    for share, rule in ((0.5, None), (1.01, "R1")):
+        supervisor = Supervisor(limits, plan.rig.force.axis)
+        wrench = [0.0] * 6
+        supervisor.force.take([_sample(1, wrench)], 0.0)
+        supervisor.tare(0.0, 0.0)
+        wrench[axis] = direction * share * limits.force_limit_n
+        supervisor.force.take([_sample(2, wrench)], 0.001)
+        found = supervisor._judge_force(0.0, 0.0, int(Phase.HOLD))
+        assert (found.rule if found else None) in ((rule, "R9") if rule is None else (rule,))
+
+
+def test_an_offset_across_the_axis_is_tared_away() -> None:
+    limits = limits_for(stvf_plan(), F_C)
+    supervisor = Supervisor(limits, "-fz")
+    offset = [2.0 * limits.force_limit_n, -50.0, 0.0, 0.0, 0.0, 0.0]
+    supervisor.force.take([_sample(1, offset)], 0.0)
+    supervisor.tare(0.0, 0.0)
+    assert supervisor.force.across_n == 0.0
+    assert supervisor._judge_force(0.0, 0.0, int(Phase.GUARDED_APPROACH)) is None
+
+
+def test_a_pull_that_is_left_after_a_retract_is_not_open() -> None:
+    """A bias that comes with the last step: the force is gone, and the sensor says the opposite."""
+    plan = stvf_plan(**QUICK, max_drift_n=50.0)
+    plan = replace(plan, rig=replace(plan.rig, second_force=ALONE))
+    bench = bench_for(plan, F_C)
+    course = bench.engine.course
+    run_to(bench, Phase.RETRACT, len(plan.procedure.levels_n) if not plan.procedure.unload else 1)
+    bench.engine.supervisor.zero_n += 20.0
+    bench.engine.supervisor._last_n -= 20.0
+    run(bench, 5.0)
+    assert bench.engine.cause is not None
+    assert bench.engine.cause.rule == "not_open"
+    assert course.zero_shift_n != course.zero_shift_n
+
+
+def test_a_pull_that_grows_is_foreseen() -> None:
+    limits = limits_for(stvf_plan(), F_C)
+    supervisor = Supervisor(limits, "+fz")
+    supervisor.force.take([_sample(0, [0.0] * 6)], 0.0)
+    supervisor.tare(0.0, 0.0)
+    rate_n, tick = 0.001 * limits.force_limit_n, 0
+    while (found := supervisor._judge_force(0.0, 0.0, int(Phase.HOLD))) is None:
+        tick += 1
+        supervisor.force.take([_sample(tick, [0, 0, -rate_n * tick, 0, 0, 0])], 1e-3 * tick)
+    assert found.rule == "R2"
+    assert rate_n * tick < limits.force_limit_n
+
+
+def test_clear_is_said_only_where_every_channel_shows_it() -> None:
+    plan = stvf_plan(**QUICK)
+    limits = limits_for(plan, F_C)
+    supervisor = Supervisor(limits, "+fz")
+    assert "no sound force reading" in supervisor.still_closed(0.0)
+
+    def told(force_n: float, second_n: float, later_s: float = 0.0) -> str:
+        supervisor.force.take([_sample(1, [0, 0, force_n, 0, 0, 0])], 0.0)
+        supervisor.tare(0.0, 0.0)
+        supervisor.smooth_n, supervisor.second_n, supervisor._sound = force_n, second_n, True
+        return supervisor.still_closed(later_s)
+
+    assert told(0.0, 0.0) == ""
+    for force_n in (133.0, -133.0):
+        assert "force sensor still reads" in told(force_n, 0.0)
+        assert "second force channel still reads" in told(0.0, force_n)
+    assert "no sound" in told(0.0, 0.0, later_s=1.0)
+
+
+def test_force_that_stays_leads_back_to_the_start_pose_and_is_told() -> None:
+    plan = stvf_plan(**QUICK)
+    fault = WorldFault("force_bias", 4.1, 600.0, 100.0)
+    bench = bench_for(plan, F_C, spec_for(plan, 3, [fault]))
+    start_m: list[float] = []
+    for device in (bench.rig.arm, bench.rig.force):
+        device.open(1.0)
+    outcome = run_loop(
+        bench.engine, bench.rig, NullRecorder(),
+        on_progress=lambda engine: start_m.append(engine.course.start_m),
+    )  # fmt: skip
+    assert "still reads +" in outcome.why
+    assert "clear of the surface" not in outcome.why
+    assert bench.engine.target_m == pytest.approx(start_m[-1], abs=1e-6)
+
+
+def _sample(index: int, wrench: Any) -> ForceSample:
+    return ForceSample(index, 1e-3 * index, 1e-3 * index, 0, tuple(map(float, wrench)), 20.0)
