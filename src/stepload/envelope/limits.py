@@ -26,11 +26,15 @@ MODEL_LAG_S = 0.07
 STILL_BLURS = 2.0
 """Commanded travel over what may hide it in the measured position, before R7 asks for an answer."""
 LEASH_TIME_S = 1.5
+HIDDEN_SIGMAS, RANGE_SIGMAS = 4.0, 10.0
+"""Of a sensor that stands: how far its noise may hide a change; lowest to highest of filtered noise
+over a whole run."""
 FALSE_FREEZE_ODDS = 1e-11
 """Chance per sample that a sound, quantised sensor repeats itself for long enough to trip R4."""
 
 _AGE = "the plan, or 12 ms, at least 4 periods"
 _EQUAL = "equal samples in a row; 0: off"
+_STANDS = "quanta, noise and drift of both sensors, while the second stands; 0: no second sensor"
 _FOLLOW = "twice the position resolution + 4 sigma + lost motion"
 
 
@@ -75,6 +79,7 @@ class RunLimits:
     cross_relative: float = _limit("", "plan", "R5", zero=True)
     cross_time_s: float = _limit("s", "plan", "R5", zero=True)
     cross_filter_s: float = _limit("s", "filter on the difference", "R5")
+    second_stands_n: float = _limit("N", _STANDS, "R4", zero=True)
     channel_skew_s: float = _limit("s", "longer delay and period of the channels + 2 ticks", "R5")
     leash_time_s: float = _limit("s", "time at the end of the leash without an answer", "R6")
     model_tolerance_m: float = _limit("m", "rig: arm.model_tolerance", "R7")
@@ -164,6 +169,32 @@ def identical_counts(force: ForceSpec, noise_n: float, least: int = IDENTICAL_CO
     return max(least, math.ceil(counts))
 
 
+def second_stands_n(plan: Plan, noise_n: float) -> float:
+    """How far in N the main sensor may move while a sound second sensor reads the same (R4).
+
+    The force may move by the second sensor's quantum and what its noise hides of it; the main
+    sensor adds its own quantum, the range of its filtered noise, and the drift of both for as long
+    as a sound sensor may stand. 0 without a second sensor. `noise_n` is that of the main one.
+    """
+    rig, second = plan.rig, plan.rig.second_force
+    sensor, force = second.sensor, rig.force
+    if sensor is None:
+        return 0.0
+    alpha = min(1.0, 1.0 / (rig.arm.rate_hz * CROSS_CHECK_FILTER_S))
+    counts = identical_counts(sensor, second.noise_n, SECOND_IDENTICAL_COUNTS)
+    drift_n = plan.procedure.max_drift_n
+    if counts:
+        drift_n = min(
+            drift_n, (force.drift_n_per_s + sensor.drift_n_per_s) * counts / sensor.rate_hz
+        )
+    return (
+        (1.0 + second.tolerance_relative) * (sensor.resolution_n + HIDDEN_SIGMAS * second.noise_n)
+        + force.resolution_n
+        + RANGE_SIGMAS * noise_n * math.sqrt(alpha / (2.0 - alpha))
+        + drift_n
+    )
+
+
 def limits_of(plan: Plan, pressing: Pressing) -> RunLimits:
     """All thresholds of a run from its plan and from how it may press.
 
@@ -207,6 +238,7 @@ def limits_of(plan: Plan, pressing: Pressing) -> RunLimits:
         cross_relative=second.tolerance_relative if has_second else 0.0,
         cross_time_s=second.time_s if has_second else 0.0,
         cross_filter_s=CROSS_CHECK_FILTER_S,
+        second_stands_n=second_stands_n(plan, noise_n),
         channel_skew_s=channel_skew_s(rig),
         leash_time_s=LEASH_TIME_S,
         model_tolerance_m=arm.model_tolerance_m,

@@ -1,9 +1,12 @@
-"""Do the two force channels agree? The difference that rule R5 judges.
+"""Do the two force channels agree, and does one stand while the other moves? For R5 and R4.
 
 The channels have delays and periods of their own: while the force moves, what they read in one tick
 is not of one moment. But over the last `skew_s`, which covers delays and periods, both have read
 the same stretch of time, so the ranges of their readings overlap unless one of them errs. The gap
-between the ranges is the difference: motion makes none, a frozen or wrong channel does.
+between the ranges is the difference: motion makes none, a wrong channel does.
+
+A channel that repeats itself tells nothing new, however often it is sampled: its information is as
+old as its last change. How far the other one has moved since then shows whether it is frozen.
 """
 
 from __future__ import annotations
@@ -39,6 +42,50 @@ class _Range:
             return low, high
         middle = 0.5 * (low + high)
         return middle, middle
+
+
+class Standing:
+    """How far the main channel has moved while the second one has stood; `moved_n` says it.
+
+    What a channel reads is at most `skew_s` older than what the other one reads. So while the
+    second has read the same from t0 to t, the main one's readings from t0 + skew to t - skew are
+    of times in which the second saw no change.
+
+    Args:
+        period_s: of the tick.
+        skew_s, filter_s: as in `CrossCheck`.
+    """
+
+    __slots__ = ("_alpha", "_at", "_delayed", "_high_n", "_low_n", "_main_n", "moved_n",
+                 "second_n", "ticks")  # fmt: skip
+
+    def __init__(self, period_s: float, skew_s: float, filter_s: float) -> None:
+        self._alpha = min(1.0, period_s / filter_s)
+        self._delayed = [math.nan] * (1 + math.ceil(skew_s / period_s - 1e-9))
+        self.restart()
+
+    def restart(self) -> None:
+        self._at = self.ticks = 0
+        self._main_n = self.second_n = math.nan
+        self._low_n, self._high_n, self.moved_n = math.inf, -math.inf, 0.0
+
+    def add(self, main_n: float, second_n: float) -> None:
+        """Take in what both channels read in this tick."""
+        delayed, at = self._delayed, self._at
+        if self._main_n != self._main_n:
+            self._main_n = main_n
+            delayed[:] = [main_n] * len(delayed)
+        then_n = delayed[at]
+        delayed[at] = self._main_n = self._main_n + self._alpha * (main_n - self._main_n)
+        self._at = at + 1 if at + 1 < len(delayed) else 0
+        if second_n != self.second_n:
+            self.second_n, self.ticks = second_n, 0
+            self._low_n, self._high_n, self.moved_n = math.inf, -math.inf, 0.0
+            return
+        self.ticks += 1
+        if self.ticks >= 2 * len(delayed):
+            self._low_n, self._high_n = min(self._low_n, then_n), max(self._high_n, then_n)
+            self.moved_n = self._high_n - self._low_n
 
 
 class CrossCheck:

@@ -24,7 +24,7 @@ from stepload.envelope.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample
-from stepload.run.cross_check import CrossCheck
+from stepload.run.cross_check import CrossCheck, Standing
 from stepload.run.watch import ArmWatch, Breach, ForceWatch, Found
 
 SPEED_MEMORY_S = 0.15
@@ -67,7 +67,7 @@ class Supervisor:
         "_delayed", "_delayed_at", "_found", "_last_n", "_last_target_m", "_least_progress_m",
         "_limits", "_mean_n", "_model_alpha", "_model_m", "_now_s", "_progress_m", "_progress_s",
         "_progress_time_s", "_recent_m_s", "_rest", "_rest_steps", "_second_is_arm",
-        "_slope_noise_n_per_s", "_slow_n", "_sound", "_speed_decay", "_steps",
+        "_slope_noise_n_per_s", "_slow_n", "_sound", "_speed_decay", "_standing", "_steps",
         "_still_blur_m", "_still_m", "_still_model_m", "_tared", "_taut_s", "_wrong_way", "arm",
         "cause", "force", "force_n", "predicted_n",
         "second", "second_n", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n",
@@ -127,6 +127,7 @@ class Supervisor:
         self._progress_m = self._progress_s = math.nan
         noises_n = limits.noise_n, limits.second_noise_n
         self._cross = CrossCheck(period_s, limits.channel_skew_s, limits.cross_filter_s, noises_n)
+        self._standing = Standing(period_s, limits.channel_skew_s, limits.cross_filter_s)
         self._cross_s = self._taut_s = 0.0
         self._answer_n = self._answer_m = self._last_n = self._slow_n = 0.0
         self._answer_alpha = min(1.0, period_s / ANSWER_FILTER_S)
@@ -175,6 +176,7 @@ class Supervisor:
         self.force.tare_across()
         self._slow_n = self.smooth_n = self._last_n = self.force.raw_n - zero_n
         self._cross.restart()
+        self._standing.restart()
         self._cross_s = 0.0
         self._tared = True
 
@@ -383,11 +385,22 @@ class Supervisor:
     def _judge_cross_check(self, force_n: float, smooth_n: float) -> Breach | None:
         """R5: the channels differ by more than the plan allows, for longer than it allows.
 
-        While the target moves away, which is safe, nothing is counted.
+        While the target moves away, which is safe, nothing is counted. R4 where the second sensor
+        stands while the main one moves.
         """
         limits = self._limits
         raw_n = self.arm.force_n if self.second is None else self.second.raw_n
         self.second_n = second_n = raw_n - self.second_zero_n
+        if self.second is not None:
+            self._standing.add(force_n, raw_n)
+            if self._standing.moved_n > limits.second_stands_n:
+                standing = self._standing
+                return self._found(
+                    "R4", standing.moved_n, limits.second_stands_n, "N",
+                    f"the second force sensor has read {second_n:+.4g} N for"
+                    f" {standing.ticks * limits.period_s:.3g} s while the force sensor moved by"
+                    f" {standing.moved_n:.3g} N: it is frozen",
+                )  # fmt: skip
         self._cross.add(force_n, second_n)
         difference_n = self._cross.difference_n
         tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(smooth_n)

@@ -16,7 +16,7 @@ from stepload.run.operator import StopLevel
 from stepload.run.tick import Engine
 from stepload.run.watch import Breach
 
-RULES = tuple(f"R{number}" for number in range(1, 11))
+RULES = tuple(f"R{number}" for number in range(1, 12))
 LAYERS = {
     "R1": "no stop at the force limit",
     "R2": "no stop at the predicted peak force",
@@ -28,6 +28,7 @@ LAYERS = {
     "R8": "no end of the search",
     "R9": "no stop at a force jump without motion",
     "R10": "no stop at a sequence or clock out of order",
+    "R11": "no stop at a force that grows the wrong way in an approach",
     "leash": "the target is not bound to what the force has proved",
     "cap": "no speed cap in contact against a hidden hard stop",
     "approach": "no force budget: approach at 10 mm/s all the way",
