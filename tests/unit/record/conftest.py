@@ -11,9 +11,9 @@ from types import SimpleNamespace
 import pytest
 
 from stepload.record.container import Appender
-from stepload.record.ring import RINGS, Shared, capacities
+from stepload.record.ring import Shared, capacities
 from stepload.record.rows import Phase, TickRow
-from stepload.record.writer_process import TOPICS_OF, Writer
+from stepload.record.writer_process import Writer
 from stepload.rig.samples import ArmSample, ForceSample
 
 OFFSET_NS = 1_700_000_000_000_000_000
@@ -67,8 +67,6 @@ def write_record(tmp_path: Path) -> Callable[..., Path]:
             out.start()
             out.add_metadata("run", {"force_axis": "+fz"})
             out.add_attachment("plan.yaml", b"payload: {}\n", OFFSET_NS)
-            rings = [ring for ring in RINGS if shared.capacity[ring]]
-            out.add_topics([topic for ring in rings for topic in TOPICS_OF[ring]])
             writer = Writer(out, shared, OFFSET_NS)
             pushes = {n: shared.producer(n, lambda _: False) for n in rates_hz}
             event = shared.event_producer(lambda _: False)

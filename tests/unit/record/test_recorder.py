@@ -78,7 +78,7 @@ def test_everything_comes_back_exactly(start: Start, make: SimpleNamespace) -> N
     assert not got.damage
     samples = [make.force(i) for i in range(400)]
     np.testing.assert_array_equal(got.force.sequence, [s.sequence for s in samples])
-    np.testing.assert_array_equal(got.force.time_s, [s.receive_time_s for s in samples])
+    np.testing.assert_array_equal(got.force.receive_time_s, [s.receive_time_s for s in samples])
     np.testing.assert_array_equal(got.force.device_time_s, [s.device_time_s for s in samples])
     np.testing.assert_array_equal(got.force.status, [s.status for s in samples])
     np.testing.assert_array_equal(got.force.temperature_c, [s.temperature_c for s in samples])
@@ -114,11 +114,11 @@ def test_long_runs_are_read_as_means(start: Start, make: SimpleNamespace) -> Non
     np.testing.assert_allclose(
         mean.force.wrench, full.force.wrench[:400].reshape(80, 5, 6).mean(axis=1)
     )
-    np.testing.assert_allclose(mean.force.time_s, full.force.time_s[2:400:5])
+    np.testing.assert_allclose(mean.force.receive_time_s, full.force.receive_time_s[2:400:5])
     assert (mean.force.status == 3).all()
     np.testing.assert_array_equal(mean.force.sequence, full.force.sequence[4::5])
     np.testing.assert_array_equal(mean.ticks.step, full.ticks.step[4::5])
-    assert len(mean.arm.time_s) == 40
+    assert len(mean.arm.receive_time_s) == 40
 
 
 def test_opens_and_decodes_in_the_fields_readers(start: Start, make: SimpleNamespace) -> None:
