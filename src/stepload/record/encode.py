@@ -35,7 +35,7 @@ class _Encoder:
         self._template = topic.template()
         assert row.fields is not None
         starts = [(row.fields[name][1] // 8, kind.words) for name, kind in topic.fields.items()]
-        self._words = [start + i for start, words in starts for i in range(words)]
+        self._words = np.array([start + i for start, words in starts for i in range(words)])
 
     def encode(
         self,
@@ -52,7 +52,7 @@ class _Encoder:
         out["publish_ns"] = publish_ns
         if self._topic.frame is not None:
             out["stamp_s"], out["stamp_ns"] = np.divmod(publish_ns, 1_000_000_000)
-        out["words"] = rows.view("<u8").reshape(len(rows), -1)[:, self._words]
+        out["words"] = rows.view("<u8").reshape(len(rows), -1).take(self._words, axis=1)
         return self._topic.channel, _index(log_ns, self._dtype.itemsize), raw
 
 
