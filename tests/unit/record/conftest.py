@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -57,7 +58,12 @@ def virtual_clock() -> VirtualClock:
 def write_record(tmp_path: Path) -> Callable[..., Path]:
     """Write a record with `chunks` chunks of 50 ms each; unfinished ones have no summary."""
 
-    def write(name: str = "run.mcap", chunks: int = 8, finished: bool = True) -> Path:
+    def write(
+        name: str = "run.mcap",
+        chunks: int = 8,
+        finished: bool = True,
+        tick: Callable[[int], tuple[Any, ...]] = tick_row,
+    ) -> Path:
         path = tmp_path / name
         rates_hz = {"force": 1000.0, "arm": 500.0, "tick": 500.0}
         shared, memory_fd = Shared.create(capacities(rates_hz))
@@ -75,7 +81,7 @@ def write_record(tmp_path: Path) -> Callable[..., Path]:
                     pushes["force"](force_sample(i))
                 for i in range(chunk * 25, chunk * 25 + 25):
                     pushes["arm"](arm_sample(i))
-                    pushes["tick"](tick_row(i))
+                    pushes["tick"](tick(i))
                 event(100.0 + chunk * 0.05, b'{"time_s": 100.0, "kind": "note", "data": {}}')
                 writer.drain()
             if finished:
