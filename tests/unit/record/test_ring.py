@@ -165,6 +165,10 @@ def test_texts_that_do_not_fit_are_dropped_and_counted(shared: Shared) -> None:
     push(3.0, b"")
     assert shared.dropped("events") == 2
     assert shared.take_events() == [(2.0, b"b" * fits)]
+    push(4.0, b"c")
+    push(5.0, b"d" * (fits - EVENT_HEAD.size))  # one byte too many
+    assert shared.dropped("events") == 3
+    assert shared.take_events() == [(4.0, b"c")]
 
 
 def test_a_text_larger_than_its_ring_is_not_waited_for(shared: Shared) -> None:
