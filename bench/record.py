@@ -24,14 +24,14 @@ from mcap.reader import make_reader
 from mcap.writer import Writer as McapWriter
 from mcap_ros2.decoder import DecoderFactory
 
-from stepload.record import layout
 from stepload.record.container import Appender
+from stepload.record.layout import STREAMS
 from stepload.record.reader import read_recording
 from stepload.record.recorder import Recorder
 from stepload.record.recovery import recover
-from stepload.record.ring import RINGS, Shared, capacities
+from stepload.record.ring import Shared, capacities
 from stepload.record.rows import Phase, TickRow
-from stepload.record.writer_process import PERIOD_S, TOPICS_OF, Writer
+from stepload.record.writer_process import PERIOD_S, Writer
 from stepload.rig.clock import MonotonicClock
 from stepload.rig.samples import ArmSample, ForceSample
 
@@ -76,7 +76,6 @@ def write_bulk(path: Path, seconds: int, period_s: float = PERIOD_S) -> tuple[in
         out = Unsynced(file.fileno())
         out.start()
         out.add_metadata("run", {})
-        out.add_topics([t for r in RINGS if shared.capacity[r] for t in TOPICS_OF[r]])
         writer = Writer(out, shared, 10**18)
         per_chunk = round(1000 * period_s)
         for first in range(0, len(force), per_chunk):
@@ -170,7 +169,7 @@ def push_against_inline(directory: Path) -> tuple[list[float], list[float], floa
         writer = McapWriter(io.BytesIO())
         writer.start("ros2")
         channels = []
-        for topic in (layout.FORCE, layout.FORCE_SAMPLE):
+        for topic in STREAMS["force"].topics:
             schema = writer.register_schema(topic.schema, "ros2msg", topic.definition.encode())
             channels.append(writer.register_channel(topic.name, "cdr", schema))
 

@@ -18,10 +18,10 @@ import numpy as np
 
 from stepload.record.container import Appender
 from stepload.record.reader import read_recording
-from stepload.record.ring import RINGS, Shared, capacities
-from stepload.record.writer_process import TOPICS_OF, Writer
+from stepload.record.ring import Shared, capacities
+from stepload.record.rows import TickRow, rows_of
+from stepload.record.writer_process import Writer
 from stepload.rig.samples import ArmSample, ForceSample
-from stepload.run.replayed import _arm_samples, _force_samples, _tick_rows
 
 Choose = Callable[[int], int]
 """Gives a whole number from 0 to n - 1."""
@@ -55,10 +55,10 @@ def load(path: Path, keep_every: int) -> Record:
     """An honest record, thinned out so that it is quickly read."""
     found = read_recording(path)
     return Record(
-        force=_force_samples(found.force)[::keep_every],
-        second=_force_samples(found.second_force)[::keep_every],
-        arm=_arm_samples(found.arm)[::keep_every],
-        ticks=_tick_rows(found.ticks)[::keep_every],
+        force=rows_of(ForceSample, found.force)[::keep_every],
+        second=rows_of(ForceSample, found.second_force)[::keep_every],
+        arm=rows_of(ArmSample, found.arm)[::keep_every],
+        ticks=rows_of(TickRow, found.ticks)[::keep_every],
         events=[{"time_s": e.time_s, "kind": e.kind, "data": dict(e.data)} for e in found.events],
         metadata=dict(found.metadata),
         attachments=dict(found.attachments),
@@ -157,8 +157,6 @@ def write(record: Record, path: Path) -> Path:
         for name, data in record.attachments.items():
             if name != "results.json":
                 out.add_attachment(name, data, 0)
-        rings = [ring for ring in RINGS if shared.capacity[ring]]
-        out.add_topics([topic for ring in rings for topic in TOPICS_OF[ring]])
         writer = Writer(out, shared, 0)
         rows = {
             "force": record.force, "second_force": record.second, "arm": record.arm,

@@ -81,7 +81,7 @@ def test_a_trip_says_why(stage: Stage, quick: Path, tmp_path: Path) -> None:
         (recording.ticks.time_s > trip.time_s - 2.0) & (recording.ticks.time_s < trip.time_s)
     ]
     assert len(last) == pytest.approx(2000, abs=2)  # every tick of the last two seconds
-    force = recording.force.sequence[recording.force.time_s > trip.time_s - 2.0]
+    force = recording.force.sequence[recording.force.receive_time_s > trip.time_s - 2.0]
     assert len(force) > 1900
     np.testing.assert_array_equal(np.diff(force), 1)
     assert [e.data["why"] for e in recording.events if e.kind == "end"] == [why]

@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, TextIO
 
 from stepload.errors import SteploadError
-from stepload.results.plain import plain
+from stepload.record.plain import plain
 
 
 def visible(text: str) -> str:

@@ -199,11 +199,11 @@ def compare(
     import json
 
     from stepload.record.curves import read_curve
+    from stepload.record.plain import plain
     from stepload.results import comparison_page as page
     from stepload.results.comparison import CurveGiven, comparison_data
     from stepload.results.comparison import compare as compare_runs
     from stepload.results.html import render
-    from stepload.results.plain import plain
     from stepload.results.saved import saved_run
     from stepload.session.files import write_file
     from stepload.units import format_quantity, parse_quantity

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError, DomainError
-from stepload.record.reader import FloatArray, IntArray, Recording
+from stepload.record.reader import Recording
+from stepload.record.rows import (
+    ArmColumns,
+    DisplacementColumns,
+    FloatArray,
+    ForceColumns,
+    IntArray,
+)
 from stepload.rig.clockmap import MAX_SKEW, fit_clock
 from stepload.rig.samples import Status
 
@@ -17,15 +23,6 @@ BoolArray = NDArray[np.bool_]
 
 _USELESS = Status.SATURATED | Status.INVALID | Status.DEVICE_FAULT
 _MAX_GAP_PERIODS = 10.0
-
-
-class SampleColumns(Protocol):
-    """What every device channel has."""
-
-    @property
-    def time_s(self) -> FloatArray: ...
-    @property
-    def device_time_s(self) -> FloatArray: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +62,11 @@ class Aligned:
     left_out: int
 
 
-def sample_times(channel: str, columns: SampleColumns) -> tuple[FloatArray, ChannelClock]:
+def sample_times(
+    channel: str, columns: ForceColumns | ArmColumns | DisplacementColumns
+) -> tuple[FloatArray, ChannelClock]:
     """When each sample was taken, on the run's clock: never falling, shape (N,)."""
-    receive_s = columns.time_s
+    receive_s = columns.receive_time_s
     try:
         fit = fit_clock(columns.device_time_s, receive_s)
         if abs(fit.skew) >= MAX_SKEW:
@@ -121,8 +120,8 @@ def align(recording: Recording, axis: str | None = None, lag_s: float = 0.0) -> 
     """
     axis = axis or recording.metadata.get("force_axis", "")
     for name, time_s in (
-        ("force", recording.force.time_s),
-        ("arm", recording.arm.time_s),
+        ("force", recording.force.receive_time_s),
+        ("arm", recording.arm.receive_time_s),
         ("tick", recording.ticks.time_s),
     ):
         if len(time_s) < 2:
@@ -139,7 +138,7 @@ def align(recording: Recording, axis: str | None = None, lag_s: float = 0.0) -> 
     usable &= (recording.force.status & int(_USELESS)) == 0
     usable &= np.isfinite(force_n) & np.isfinite(position_m)
     displacement_m = None
-    if recording.displacement is not None and len(recording.displacement.time_s) >= 2:
+    if recording.displacement is not None and len(recording.displacement.receive_time_s) >= 2:
         gauge_s, gauge_clock = sample_times("displacement", recording.displacement)
         clocks.append(gauge_clock)
         displacement_m, known = _interpolate(at_s, gauge_s, recording.displacement.displacement_m)

@@ -10,6 +10,7 @@ import os
 import struct
 import zlib
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 import zstandard
@@ -40,6 +41,15 @@ def index_record(channel: int, entries: NDArray[np.void]) -> bytes:
     """The Message Index record of a channel; `entries` of type INDEX_ENTRY, sorted by time."""
     raw = entries.tobytes()
     return _INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + len(raw), channel, len(raw)) + raw
+
+
+def sync_directory(path: Path) -> None:
+    """Wait until names in a directory are on the disk."""
+    fd = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(fd)
+    finally:
+        os.close(fd)
 
 
 class Appender:

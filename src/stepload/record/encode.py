@@ -1,4 +1,4 @@
-"""Rows of a ring → MCAP message records of its channels, in bulk."""
+"""Rows of a stream → MCAP message records of its topics, in bulk."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.record import layout
 from stepload.record.container import INDEX_ENTRY
-from stepload.record.layout import Topic
+from stepload.record.layout import EVENTS, Stream, Topic, row_dtype, string_record
 from stepload.rig.clockmap import ClockMap
 
 Group = tuple[int, NDArray[np.void], bytes | bytearray]
@@ -27,15 +26,16 @@ def to_ns(time_s: NDArray[np.float64], offset_ns: int) -> NDArray[np.int64]:
 
 
 class _Encoder:
-    """Makes message records of one topic."""
+    """Makes message records of one topic from the rows of its stream."""
 
-    def __init__(self, topic: Topic) -> None:
+    def __init__(self, topic: Topic, row: np.dtype[np.void]) -> None:
         assert topic.dtype is not None
         self._topic = topic
         self._dtype = topic.dtype
         self._template = topic.template()
-        words = sum(count for _, _, count in topic.fields)
-        self._words = slice(topic.first_word, topic.first_word + words)
+        assert row.fields is not None
+        starts = [(row.fields[name][1] // 8, kind.words) for name, kind in topic.fields.items()]
+        self._words = np.array([start + i for start, words in starts for i in range(words)])
 
     def encode(
         self,
@@ -52,7 +52,7 @@ class _Encoder:
         out["publish_ns"] = publish_ns
         if self._topic.frame is not None:
             out["stamp_s"], out["stamp_ns"] = np.divmod(publish_ns, 1_000_000_000)
-        out["words"] = rows.view("<u8").reshape(len(rows), -1)[:, self._words]
+        out["words"] = rows.view("<u8").reshape(len(rows), -1).take(self._words, axis=1)
         return self._topic.channel, _index(log_ns, self._dtype.itemsize), raw
 
 
@@ -64,16 +64,17 @@ def _index(log_ns: NDArray[np.int64], stride: int) -> NDArray[np.void]:
 
 
 class Channel:
-    """Encodes the rows of one ring; remembers what must not go backwards.
+    """Encodes the rows of one stream, or the events; remembers what must not go backwards.
 
     Args:
-        topics: what is made of each row: its message types, in the order they are written.
+        stream: what the rows are and what is made of them; None for the events.
         offset_ns: from the run's clock to the record's time axis.
     """
 
-    def __init__(self, topics: Sequence[Topic], offset_ns: int) -> None:
-        self._topics = topics
-        self._encoders = [_Encoder(topic) for topic in topics if topic.fields]
+    def __init__(self, stream: Stream | None, offset_ns: int) -> None:
+        self._encoders = (
+            [_Encoder(topic, row_dtype(stream.row)) for topic in stream.topics] if stream else []
+        )
         self._offset_ns = offset_ns
         self._last_ns = 0
         self._count = 0
@@ -120,8 +121,8 @@ class Channel:
         offset = 0
         for i, (_, text) in enumerate(events):
             index["offset"][i] = offset
-            part = layout.string_record(self._topics[0], self._count + i, int(log_ns[i]), text)
+            part = string_record(EVENTS, self._count + i, int(log_ns[i]), text)
             parts.append(part)
             offset += len(part)
         self._count += len(events)
-        return [(self._topics[0].channel, index, b"".join(parts))]
+        return [(EVENTS.channel, index, b"".join(parts))]

@@ -8,9 +8,21 @@ counted from the end of the 4-byte encapsulation header.
 from __future__ import annotations
 
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple, get_type_hints
 
 import numpy as np
+
+from stepload.record.rows import TickRow
+from stepload.rig.samples import (
+    ArmSample,
+    DisplacementSample,
+    ForceSample,
+    Number,
+    Six,
+    Whole,
+)
 
 CDR_LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 MESSAGE_OPCODE = 5
@@ -36,86 +48,58 @@ _WRENCH = (
     + _SEPARATOR
     + "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
 )
-_SAMPLE = (
-    "# How the wrench with the same place in the stream was taken\n"
-    "int64 sequence\n"
-    "float64 device_time_s  # the device's own clock, NaN: none\n"
-    "float64 receive_time_s  # the host's monotonic clock\n"
-    "float64 temperature_c  # NaN: not told\n"
-    "int64 status  # bits: 1 overrange, 2 saturated, 4 invalid, 8 device fault\n"
-)
-_ARM = (
-    "int64 sequence\n"
-    "float64 device_time_s  # the controller's own clock\n"
-    "float64 receive_time_s  # the host's monotonic clock\n"
-    "int64 status  # bits as in ForceSample, 16: not able to follow commands\n"
-    "float64 position_m  # travel towards the plate\n"
-    "float64 force_n  # the arm's own force channel, NaN: none\n"
-    "float64[6] pose  # x, y, z in m, rotation vector in rad\n"
-)
-_DISPLACEMENT = (
-    "int64 sequence\n"
-    "float64 device_time_s\n"
-    "float64 receive_time_s\n"
-    "int64 status\n"
-    "float64 displacement_m  # positive when the gap closes\n"
-)
-_TICK = (
-    "float64 time_s  # the host's monotonic clock\n"
-    "float64 target_m  # commanded travel\n"
-    "float64 force_n  # tared, positive when pressing\n"
-    "float64 second_force_n\n"
-    "float64 predicted_peak_n\n"
-    "float64 limit_n\n"
-    "float64 compliance_m_per_n\n"
-    "float64 level_n\n"
-    "float64 late_s\n"
-    "int64 phase\n"
-    "int64 cycle\n"
-    "int64 step\n"
-)
 
-Fields = tuple[tuple[str, str, int], ...]
-"""(name, numpy kind of 8 bytes, count) of each number."""
 
-WRENCH_FIELDS: Fields = (("wrench", "<f8", 6),)
-SAMPLE_FIELDS: Fields = (
-    ("sequence", "<i8", 1),
-    ("device_time_s", "<f8", 1),
-    ("receive_time_s", "<f8", 1),
-    ("temperature_c", "<f8", 1),
-    ("status", "<i8", 1),
-)
-ARM_FIELDS: Fields = (
-    ("sequence", "<i8", 1),
-    ("device_time_s", "<f8", 1),
-    ("receive_time_s", "<f8", 1),
-    ("status", "<i8", 1),
-    ("position_m", "<f8", 1),
-    ("force_n", "<f8", 1),
-    ("pose", "<f8", 6),
-)
-DISPLACEMENT_FIELDS: Fields = (
-    ("sequence", "<i8", 1),
-    ("device_time_s", "<f8", 1),
-    ("receive_time_s", "<f8", 1),
-    ("status", "<i8", 1),
-    ("displacement_m", "<f8", 1),
-)
-TICK_FIELDS: Fields = (
-    ("time_s", "<f8", 1),
-    ("target_m", "<f8", 1),
-    ("force_n", "<f8", 1),
-    ("second_force_n", "<f8", 1),
-    ("predicted_peak_n", "<f8", 1),
-    ("limit_n", "<f8", 1),
-    ("compliance_m_per_n", "<f8", 1),
-    ("level_n", "<f8", 1),
-    ("late_s", "<f8", 1),
-    ("phase", "<i8", 1),
-    ("cycle", "<i8", 1),
-    ("step", "<i8", 1),
-)
+class Kind(NamedTuple):
+    """A type of field: its name in a message definition, its numpy format, its struct format."""
+
+    ros: str
+    numpy: str
+    packed: str
+
+    @property
+    def words(self) -> int:
+        """How many words of 8 bytes it takes."""
+        return np.dtype(self.numpy).itemsize // 8
+
+
+KINDS: Mapping[object, Kind] = {
+    Whole: Kind("int64", "<i8", "q"),
+    Number: Kind("float64", "<f8", "d"),
+    Six: Kind("float64[6]", "(6,)<f8", "6d"),
+}
+_KIND_NAMED = {kind.ros: kind for kind in KINDS.values()}
+_MOST_FIELDS = 256
+Fields = Mapping[str, Kind]
+"""Fields in the order of their bytes, by name."""
+
+
+def fields_of(row: type) -> Fields:
+    """The fields of a row type, in the order of its declaration."""
+    return {name: KINDS[declared] for name, declared in get_type_hints(row).items()}
+
+
+def row_dtype(row: type) -> np.dtype[np.void]:
+    """A row with its fields one after the other, as numpy sees it."""
+    return np.dtype([(name, kind.numpy) for name, kind in fields_of(row).items()])
+
+
+def read_definition(definition: str) -> Fields:
+    """The fields of a message definition that has no other types than a row's.
+
+    Raises:
+        ValueError: it has others, no fields, or more than any message of ours.
+    """
+    fields: dict[str, Kind] = {}
+    for line in definition.splitlines():
+        if declared := line.partition("#")[0].split():
+            kind, name = declared
+            if kind not in _KIND_NAMED or name in fields or len(fields) == _MOST_FIELDS:
+                raise ValueError(f"field {name[:80]!r} of type {kind[:80]!r}")
+            fields[name] = _KIND_NAMED[kind]
+    if not fields:
+        raise ValueError("no fields")
+    return fields
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +107,6 @@ class Topic:
     """One channel of a record: where its numbers lie in an MCAP message record.
 
     `frame` is the constant frame_id of types with a std_msgs/Header, None for those without.
-    `first_word` says where the fields begin in a ring row, both in words of 8 bytes.
     `dtype` covers the whole record including its head, its field "words" all numbers of the
     message at once; None for the text channel.
     """
@@ -134,7 +117,6 @@ class Topic:
     definition: str
     fields: Fields
     frame: str | None = None
-    first_word: int = 0
     dtype: np.dtype[np.void] | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
@@ -168,45 +150,77 @@ def _record_dtype(fields: Fields, frame: str | None) -> np.dtype[np.void]:
         at = 12 + len(frame) + 1
     at += -at % 8
     names.append("words")
-    formats.append(f"({sum(count for _, _, count in fields)},)<u8")
+    formats.append(f"({sum(kind.words for kind in fields.values())},)<u8")
     offsets.append(body + at)
-    for name, kind, count in fields:
+    for name, kind in fields.items():
         names.append(name)
-        formats.append(kind if count == 1 else f"({count},){kind}")
+        formats.append(kind.numpy)
         offsets.append(body + at)
-        at += 8 * count
+        at += 8 * kind.words
     return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": body + at})
 
 
-_WRENCH_AT = len(SAMPLE_FIELDS)
-FORCE = Topic(
-    1, "/force", "geometry_msgs/msg/WrenchStamped", _WRENCH, WRENCH_FIELDS, "force", _WRENCH_AT
-)
-FORCE_SAMPLE = Topic(2, "/force/sample", "stepload_msgs/msg/ForceSample", _SAMPLE, SAMPLE_FIELDS)
-SECOND = Topic(
-    3,
-    "/second_force",
-    "geometry_msgs/msg/WrenchStamped",
-    _WRENCH,
-    WRENCH_FIELDS,
-    "second_force",
-    _WRENCH_AT,
-)
-SECOND_SAMPLE = Topic(
-    4, "/second_force/sample", "stepload_msgs/msg/ForceSample", _SAMPLE, SAMPLE_FIELDS
-)
-ARM = Topic(5, "/arm", "stepload_msgs/msg/ArmSample", _ARM, ARM_FIELDS)
-DISPLACEMENT = Topic(
-    6,
-    "/displacement",
-    "stepload_msgs/msg/DisplacementSample",
-    _DISPLACEMENT,
-    DISPLACEMENT_FIELDS,
-)
-TICK = Topic(7, "/tick", "stepload_msgs/msg/Tick", _TICK, TICK_FIELDS)
-EVENTS = Topic(8, "/events", "std_msgs/msg/String", "string data\n", ())
+def _define(row: type, about: str = "", without: str = "", last: str = "") -> str:
+    """The message definition of a row type: one line a field, with its comment.
 
-TOPICS = (FORCE, FORCE_SAMPLE, SECOND, SECOND_SAMPLE, ARM, DISPLACEMENT, TICK, EVENTS)
+    Args:
+        about: a comment in front of all.
+        without: a field that is left out.
+        last: a field that stands behind those declared after it.
+    """
+    declared = get_type_hints(row, include_extras=True)
+    lines = [f"# {about}\n"] if about else []
+    for name, kind in sorted(fields_of(row).items(), key=lambda field: field[0] == last):
+        if name != without:
+            comment = "".join(f"  # {text}" for text in getattr(declared[name], "__metadata__", ()))
+            lines.append(f"{kind.ros} {name}{comment}\n")
+    return "".join(lines)
+
+
+def _rows(channel: int, name: str, schema: str, definition: str) -> Topic:
+    fields = read_definition(definition)
+    return Topic(channel, name, f"stepload_msgs/msg/{schema}", definition, fields)
+
+
+def _wrench(channel: int, name: str) -> Topic:
+    wrench = {"wrench": KINDS[Six]}
+    return Topic(channel, f"/{name}", "geometry_msgs/msg/WrenchStamped", _WRENCH, wrench, name)
+
+
+class Stream(NamedTuple):
+    """What the loop pushes rows of one type into, and the topics made of each row."""
+
+    row: type
+    topics: tuple[Topic, ...]
+
+
+_FORCE_SAMPLE = _define(
+    ForceSample,
+    about="How the wrench with the same place in the stream was taken",
+    without="wrench",
+    last="status",
+)
+STREAMS: Mapping[str, Stream] = {
+    "force": Stream(
+        ForceSample,
+        (_wrench(1, "force"), _rows(2, "/force/sample", "ForceSample", _FORCE_SAMPLE)),
+    ),
+    "second_force": Stream(
+        ForceSample,
+        (
+            _wrench(3, "second_force"),
+            _rows(4, "/second_force/sample", "ForceSample", _FORCE_SAMPLE),
+        ),
+    ),
+    "arm": Stream(ArmSample, (_rows(5, "/arm", "ArmSample", _define(ArmSample)),)),
+    "displacement": Stream(
+        DisplacementSample,
+        (_rows(6, "/displacement", "DisplacementSample", _define(DisplacementSample)),),
+    ),
+    "tick": Stream(TickRow, (_rows(7, "/tick", "Tick", _define(TickRow)),)),
+}
+EVENTS = Topic(8, "/events", "std_msgs/msg/String", "string data\n", {})
+TOPICS = {t.name: t for t in [t for stream in STREAMS.values() for t in stream.topics] + [EVENTS]}
 
 
 def string_record(topic: Topic, sequence: int, time_ns: int, text: bytes) -> bytes:

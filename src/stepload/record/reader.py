@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from mcap import records
@@ -14,72 +15,27 @@ from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
-from stepload.record import layout
-from stepload.record.layout import MESSAGE_HEAD, MESSAGE_OPCODE, RECORD_HEAD, Topic
+from stepload.record.layout import (
+    EVENTS,
+    MESSAGE_HEAD,
+    MESSAGE_OPCODE,
+    RECORD_HEAD,
+    STREAMS,
+    TOPICS,
+    Topic,
+    fields_of,
+    read_definition,
+)
+from stepload.record.rows import ArmColumns, DisplacementColumns, ForceColumns, TickColumns
 from stepload.record.scan import DamageError, RawRecord, Run, Scan, open_scan, parse, runs
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+Columns = TypeVar("Columns")
 
 BATCH_BYTES = 1 << 22
 """Message bytes gathered before they are turned into columns."""
 MOST_EVENTS = 200_000
 """A run has some ten events for each step; each takes memory of its own."""
 _TEXT_AT = RECORD_HEAD + MESSAGE_HEAD + 4
-
-
-@dataclass(frozen=True, slots=True)
-class ForceColumns:
-    """A force sensor's samples; `time_s` is the receive time, `wrench` (N, 6) in N and N·m."""
-
-    time_s: FloatArray
-    sequence: IntArray
-    device_time_s: FloatArray
-    status: IntArray
-    temperature_c: FloatArray
-    wrench: FloatArray
-
-
-@dataclass(frozen=True, slots=True)
-class ArmColumns:
-    """The arm's samples; `time_s` is the receive time, `pose` (N, 6) in m and rad."""
-
-    time_s: FloatArray
-    sequence: IntArray
-    device_time_s: FloatArray
-    status: IntArray
-    position_m: FloatArray
-    force_n: FloatArray
-    pose: FloatArray
-
-
-@dataclass(frozen=True, slots=True)
-class DisplacementColumns:
-    """A displacement gauge's samples; `time_s` is the receive time."""
-
-    time_s: FloatArray
-    sequence: IntArray
-    device_time_s: FloatArray
-    status: IntArray
-    displacement_m: FloatArray
-
-
-@dataclass(frozen=True, slots=True)
-class TickColumns:
-    """What the engine decided, one row a tick; columns as in `rows.TickRow`."""
-
-    time_s: FloatArray
-    target_m: FloatArray
-    force_n: FloatArray
-    second_force_n: FloatArray
-    predicted_peak_n: FloatArray
-    limit_n: FloatArray
-    compliance_m_per_n: FloatArray
-    level_n: FloatArray
-    late_s: FloatArray
-    phase: IntArray
-    cycle: IntArray
-    step: IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +81,7 @@ class _Columns:
         self._dtype = topic.dtype
         self._waiting: list[memoryview] = []
         self._waiting_bytes = 0
-        self._parts: dict[str, list[NDArray[np.generic]]] = {f: [] for f, _, _ in topic.fields}
+        self._parts: dict[str, list[NDArray[np.generic]]] = {f: [] for f in topic.fields}
 
     def take(self, raw: bytes, run: Run, at: int) -> None:
         if run.stride != self._dtype.itemsize:
@@ -156,7 +112,7 @@ class _Columns:
         blocks = values.reshape(-1, k, *values.shape[1:])
         if name == "status":
             return np.asarray(np.bitwise_or.reduce(blocks, axis=1))
-        if self._topic is layout.TICK or values.dtype.kind == "i":
+        if self._topic.name == "/tick" or values.dtype.kind == "i":
             return np.ascontiguousarray(blocks[:, -1])
         return np.asarray(blocks.mean(axis=1))
 
@@ -193,10 +149,10 @@ class _Reading:
 
     def __init__(self, scan: Scan, mean_of: int) -> None:
         self._scan = scan
-        self._schemas: dict[int, str] = {}
+        self._mean_of = mean_of
+        self._schemas: dict[int, tuple[str, bytes]] = {}
         self._topics: dict[int, Topic] = {}
-        self.columns = {t.name: _Columns(t, mean_of) for t in layout.TOPICS if t.fields}
-        self.present: set[str] = set()
+        self._columns: dict[str, _Columns] = {}
         self.texts: list[tuple[int, bytes]] = []
         self.metadata: dict[str, dict[str, str]] = {}
         self.attachments: dict[str, bytes] = {}
@@ -225,46 +181,71 @@ class _Reading:
     def _take_definition(self, record: RawRecord) -> None:
         if record.opcode == Opcode.SCHEMA:
             schema = parse(records.Schema, record)
-            self._schemas[schema.id] = schema.name
+            self._schemas[schema.id] = schema.name, schema.data
         elif record.opcode == Opcode.CHANNEL:
             channel = parse(records.Channel, record)
-            known = {t.name: t for t in layout.TOPICS}.get(channel.topic)
-            if known is None:
+            if (known := TOPICS.get(channel.topic)) is None:
                 return
-            schema_name = self._schemas.get(channel.schema_id, "")
-            if schema_name != known.schema or channel.message_encoding != "cdr":
+            name, definition = self._schemas.get(channel.schema_id, ("", b""))
+            if name != known.schema or channel.message_encoding != "cdr":
                 raise DamageError(
                     record.at,
-                    f"{channel.topic} is {schema_name!r} in {channel.message_encoding!r}, "
+                    f"{channel.topic} is {name!r} in {channel.message_encoding!r}, "
                     f"not {known.schema!r} in 'cdr'",
                 )
-            self._topics[channel.id] = known
-            self.present.add(known.name)
+            topic = self._topics[channel.id] = _as_defined(record.at, known, definition)
+            if topic.fields:
+                self._columns.setdefault(topic.name, _Columns(topic, self._mean_of))
 
     def _take_run(self, at: int, raw: bytes, run: Run) -> None:
         topic = self._topics.get(run.channel)
         if topic is None:
             return
-        if topic is layout.EVENTS:
+        if topic is EVENTS:
             if len(self.texts) + run.number > MOST_EVENTS:
                 raise DamageError(at, f"more than {MOST_EVENTS} events, which no run has")
             for i in range(run.number):
                 start = run.at + i * run.stride
                 self.texts.append((at, _text(memoryview(raw)[start : start + run.stride], at)))
         else:
-            self.columns[topic.name].take(raw, run, at)
+            self._columns[topic.name].take(raw, run, at)
 
-    def force(self, wrench: Topic, sample: Topic, path: Path) -> ForceColumns:
-        """Both channels of a force sensor, row by row together."""
-        values = self.columns[wrench.name].columns()["wrench"]
-        about = self.columns[sample.name].columns()
-        if len(values) != len(about["sequence"]):
+    def has(self, stream: str) -> bool:
+        """Whether the file has the stream's topics."""
+        return STREAMS[stream].topics[0].name in self._columns
+
+    def stream(self, name: str, columns: Callable[..., Columns], path: Path) -> Columns:
+        """The columns of a stream: all its topics, row by row together."""
+        found: dict[str, NDArray[np.generic]] = {}
+        numbers = {}
+        for topic in STREAMS[name].topics:
+            part = self._columns.get(topic.name, _Columns(topic, 1)).columns()
+            number = numbers[topic.name] = len(next(iter(part.values())))
+            found |= part
+        if len(set(numbers.values())) > 1:
+            told = ", ".join(f"{count} messages on {topic}" for topic, count in numbers.items())
             raise BadInputError(
-                f"{path}: {len(values)} messages on {wrench.name}, "
-                f"{len(about['sequence'])} on {sample.name}; they belong together",
+                f"{path}: {told}; they belong together",
                 hint="use the file as stepload wrote it, or `stepload recover` it",
             )
-        return ForceColumns(time_s=about.pop("receive_time_s"), wrench=values, **about)  # type: ignore[arg-type]
+        fields = fields_of(STREAMS[name].row)
+        for field in fields.keys() - found.keys():  # declared after the file was made
+            column = found[field] = np.empty(number, fields[field].numpy)
+            column[:] = np.nan if column.dtype.kind == "f" else 0
+        return columns(**{field: found[field] for field in fields})
+
+
+def _as_defined(at: int, known: Topic, definition: bytes) -> Topic:
+    """The topic with its fields as the file's own message definition has them."""
+    if known.frame is not None or not known.fields:  # of a standard type, which does not change
+        return known
+    try:
+        fields = read_definition(definition.decode())
+        if any(fields[name] != known.fields[name] for name in fields.keys() & known.fields.keys()):
+            raise ValueError("a field has another type than ours")
+        return replace(known, fields=fields)
+    except ValueError as error:
+        raise DamageError(at, f"the message definition of {known.name}: {error}") from error
 
 
 def read_recording(path: Path, mean_of: int = 1) -> Recording:
@@ -286,7 +267,7 @@ def read_recording(path: Path, mean_of: int = 1) -> Recording:
                 reading.take(record)
         except DamageError as error:
             damage = str(error)
-    if "run" not in reading.metadata or layout.TICK.name not in reading.present:
+    if "run" not in reading.metadata or not reading.has("tick"):
         raise BadInputError(
             f"{path}: no record of a run" + (f" ({damage})" if damage else ""),
             hint="`stepload run` writes such records; a CSV file must be named *.csv",
@@ -297,19 +278,15 @@ def read_recording(path: Path, mean_of: int = 1) -> Recording:
     except DamageError as error:
         raise BadInputError(f"{path}: {error}") from error
     outcome = reading.metadata.get("result", {})
-    arm, gauge = (reading.columns[t.name].columns() for t in (layout.ARM, layout.DISPLACEMENT))
-    has_second = layout.SECOND.name in reading.present
+    second = reading.stream("second_force", ForceColumns, path)
+    gauge = reading.stream("displacement", DisplacementColumns, path)
     return Recording(
         path=path,
-        force=reading.force(layout.FORCE, layout.FORCE_SAMPLE, path),
-        second_force=reading.force(layout.SECOND, layout.SECOND_SAMPLE, path)
-        if has_second
-        else None,
-        arm=ArmColumns(time_s=arm.pop("receive_time_s"), **arm),  # type: ignore[arg-type]
-        displacement=DisplacementColumns(time_s=gauge.pop("receive_time_s"), **gauge)  # type: ignore[arg-type]
-        if layout.DISPLACEMENT.name in reading.present
-        else None,
-        ticks=TickColumns(**reading.columns[layout.TICK.name].columns()),  # type: ignore[arg-type]
+        force=reading.stream("force", ForceColumns, path),
+        second_force=second if reading.has("second_force") else None,
+        arm=reading.stream("arm", ArmColumns, path),
+        displacement=gauge if reading.has("displacement") else None,
+        ticks=reading.stream("tick", TickColumns, path),
         events=events,
         metadata=reading.metadata["run"],
         outcome=outcome,

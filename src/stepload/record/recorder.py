@@ -6,7 +6,6 @@ import contextlib
 import fcntl
 import hashlib
 import json
-import math
 import os
 import signal
 import subprocess
@@ -17,11 +16,14 @@ from pathlib import Path
 from typing import NoReturn
 
 from stepload.errors import BadInputError, ExitCode, SteploadError
-from stepload.record.recovery import PART_SUFFIX, sync_directory
+from stepload.record.container import sync_directory
+from stepload.record.layout import EVENTS, STREAMS
+from stepload.record.plain import to_json
+from stepload.record.recovery import PART_SUFFIX
 from stepload.record.ring import RINGS, Shared, State, capacities
 from stepload.record.rows import TickRow
 from stepload.record.scan import count_messages
-from stepload.record.writer_process import FRAME, TOPICS_OF, Kind
+from stepload.record.writer_process import FRAME, Kind
 from stepload.rig.clock import Clock
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 
@@ -37,31 +39,6 @@ class RecordingFailedError(SteploadError):
     """The record could not be written to its end (exit code 4)."""
 
     exit_code = ExitCode.STOPPED
-
-
-def _finite(value: object) -> object:
-    """JSON has no NaN and infinity: they are written as text that `float` reads back."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return repr(float(value))
-    if isinstance(value, Mapping):
-        return {str(key): _finite(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(item) for item in value]
-    return value
-
-
-def _plain(value: object) -> object:
-    """What `json` does not know: numpy numbers and arrays as numbers, the rest as text."""
-    to_list = getattr(value, "tolist", None)
-    return _finite(to_list()) if callable(to_list) else str(value)
-
-
-def to_json(data: Mapping[str, object], indent: int | None = None) -> bytes:
-    """Strict JSON; non-finite numbers become the texts "nan", "inf" and "-inf"."""
-    try:
-        return json.dumps(data, allow_nan=False, default=_plain, indent=indent).encode()
-    except ValueError:
-        return json.dumps(_finite(data), allow_nan=False, default=_plain, indent=indent).encode()
 
 
 class Recorder:
@@ -142,7 +119,7 @@ class Recorder:
             os.close(file_fd)
             raise RecordingFailedError(f"cannot start the record writer: {error}") from error
         self._counters = self._shared.counters
-        for name in RINGS[:-1]:
+        for name in STREAMS:
             absent = f"the recorder was made without a rate for {name!r}"
             known = name in rates_hz
             push = self._shared.producer(name, self._wait_for_room) if known else _refuse(absent)
@@ -181,7 +158,7 @@ class Recorder:
             RecordingFailedError: it will not get there.
         """
         give_up_at = time.monotonic() + FINISH_TIMEOUT_S
-        rows = [name for name in RINGS[:-1] if self._shared.capacity[name]]
+        rows = [name for name in STREAMS if self._shared.capacity[name]]
 
         def behind() -> bool:
             events = self._shared.recorded("events") + self._shared.dropped("events")
@@ -228,7 +205,8 @@ class Recorder:
         found = count_messages(self.part_path)
         for name in RINGS:
             if self._shared.capacity[name]:
-                topic, written = TOPICS_OF[name][0].name, self._shared.recorded(name)
+                topics = STREAMS[name].topics if name in STREAMS else (EVENTS,)
+                topic, written = topics[0].name, self._shared.recorded(name)
                 if found.get(topic, 0) != written:
                     self._fail(f"{topic}: {written} written, {found.get(topic, 0)} read back")
         try:  # still locked: nobody must take it for unfinished in between
@@ -253,7 +231,7 @@ class Recorder:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        for name in RINGS[:-1]:
+        for name in STREAMS:
             setattr(self, name, _refuse("the recorder is closed"))
         self._push_event = _refuse("the recorder is closed")
         self._shared.close()
@@ -305,8 +283,8 @@ def _refuse(why: str) -> Callable[..., None]:
 
 def _check_rates(rates_hz: Mapping[str, float]) -> None:
     for name, rate_hz in rates_hz.items():
-        if name not in RINGS[:-1]:
-            raise BadInputError(f"no stream named {name!r} (known: {', '.join(RINGS[:-1])})")
+        if name not in STREAMS:
+            raise BadInputError(f"no stream named {name!r} (known: {', '.join(STREAMS)})")
         if not 0.0 < rate_hz <= MAX_RATE_HZ:
             raise BadInputError(f"rate of {name}: {rate_hz} Hz, must be within 0 … {MAX_RATE_HZ}")
 

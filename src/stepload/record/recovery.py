@@ -17,7 +17,7 @@ from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
-from stepload.record.container import INDEX_ENTRY, Appender, index_record
+from stepload.record.container import INDEX_ENTRY, Appender, index_record, sync_directory
 from stepload.record.layout import LOG_TIME_AT, MESSAGE_OPCODE, RECORD_HEAD
 from stepload.record.scan import (
     Chunk,
@@ -242,12 +242,3 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
         path.unlink()
     sync_directory(target.parent)
     return Recovered(target, counts, repair.cut_bytes, damage)
-
-
-def sync_directory(path: Path) -> None:
-    """Wait until names in a directory are on the disk."""
-    fd = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(fd)
-    finally:
-        os.close(fd)

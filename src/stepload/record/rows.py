@@ -1,9 +1,19 @@
-"""Rows that only the engine makes: what it decided in each tick, in the words of a record."""
+"""The rows of a record: what the engine decided in each tick, and columns of every row type."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Annotated, Any, Generic, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepload.rig.samples import ArmFields, DisplacementFields, ForceFields, Number, Whole
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Row = TypeVar("Row")
 
 
 class Phase(IntEnum):
@@ -28,7 +38,7 @@ class Phase(IntEnum):
     FREE_AIR = 16
 
 
-class TickRow(NamedTuple):
+class TickFields(NamedTuple, Generic[Whole, Number]):
     """One tick of the engine.
 
     `time_s` is the tick's time on the host's monotonic clock, `target_m` the commanded travel,
@@ -38,15 +48,51 @@ class TickRow(NamedTuple):
     `late_s` how late the tick began.
     """
 
-    time_s: float
-    target_m: float
-    force_n: float
-    second_force_n: float
-    predicted_peak_n: float
-    limit_n: float
-    compliance_m_per_n: float
-    level_n: float
-    late_s: float
-    phase: int
-    cycle: int
-    step: int
+    time_s: Annotated[Number, "the host's monotonic clock"]
+    target_m: Annotated[Number, "commanded travel"]
+    force_n: Annotated[Number, "tared, positive when pressing"]
+    second_force_n: Number
+    predicted_peak_n: Number
+    limit_n: Number
+    compliance_m_per_n: Number
+    level_n: Number
+    late_s: Number
+    phase: Whole
+    cycle: Whole
+    step: Whole
+
+
+class TickRow(TickFields[int, float]):
+    """One row of `TickFields`."""
+
+    __slots__ = ()
+
+
+class TickColumns(TickFields[IntArray, FloatArray]):
+    """What the engine decided in N ticks."""
+
+    __slots__ = ()
+
+
+class ForceColumns(ForceFields[IntArray, FloatArray, FloatArray]):
+    """N samples of a force sensor; `wrench` has the shape (N, 6)."""
+
+    __slots__ = ()
+
+
+class ArmColumns(ArmFields[IntArray, FloatArray, FloatArray]):
+    """N samples of the arm; `pose` has the shape (N, 6)."""
+
+    __slots__ = ()
+
+
+class DisplacementColumns(DisplacementFields[IntArray, FloatArray]):
+    """N samples of a displacement gauge."""
+
+    __slots__ = ()
+
+
+def rows_of(row: Callable[..., Row], columns: tuple[NDArray[Any], ...] | None) -> list[Row]:
+    """The rows that columns hold, oldest first; none without columns."""
+    lists = [[tuple(x) for x in c.tolist()] if c.ndim > 1 else c.tolist() for c in columns or ()]
+    return [row(*values) for values in zip(*lists, strict=True)]

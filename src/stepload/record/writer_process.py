@@ -16,22 +16,15 @@ import struct
 import sys
 import time
 from enum import IntEnum
+from pathlib import Path
 
-from stepload.record import layout
-from stepload.record.container import Appender
+from stepload.record.container import Appender, sync_directory
 from stepload.record.encode import Channel, Group
+from stepload.record.layout import EVENTS, STREAMS
 from stepload.record.ring import RINGS, Shared, State, capacities
 
 PERIOD_S = 0.05
 FRAME = struct.Struct("<BQ")
-TOPICS_OF = {
-    "force": (layout.FORCE, layout.FORCE_SAMPLE),
-    "second_force": (layout.SECOND, layout.SECOND_SAMPLE),
-    "arm": (layout.ARM,),
-    "displacement": (layout.DISPLACEMENT,),
-    "tick": (layout.TICK,),
-    "events": (layout.EVENTS,),
-}
 INTERRUPTED = "interrupted"
 """Verdict of a record whose runner went away without finishing it."""
 
@@ -76,13 +69,15 @@ class Control:
 
 
 class Writer:
-    """Drains the rings into the file."""
+    """Names the topics of the rings there are, then drains the rings into the file."""
 
     def __init__(self, out: Appender, shared: Shared, offset_ns: int) -> None:
         self._out = out
         self._shared = shared
         self._rings = [name for name in RINGS if shared.capacity[name]]
-        self._channels = {name: Channel(TOPICS_OF[name], offset_ns) for name in self._rings}
+        self._channels = {name: Channel(STREAMS.get(name), offset_ns) for name in self._rings}
+        streams = [STREAMS[name] for name in self._rings if name in STREAMS]
+        out.add_topics([*(topic for stream in streams for topic in stream.topics), EVENTS])
 
     def drain(self) -> None:
         """Everything that waits becomes one chunk on the disk."""
@@ -117,14 +112,6 @@ class Writer:
         self._out.finish()
 
 
-def _sync_directory(path: str) -> None:
-    fd = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(fd)
-    finally:
-        os.close(fd)
-
-
 def _record(control: Control, file_fd: int, memory_fd: int, shared: list[Shared]) -> None:
     def need(kind: Kind) -> bytes:
         frame = control.wait(30.0)
@@ -141,11 +128,9 @@ def _record(control: Control, file_fd: int, memory_fd: int, shared: list[Shared]
     for _ in range(start["attachments"]):
         name, _, data = need(Kind.ATTACHMENT).partition(b"\x00")
         out.add_attachment(name.decode(), data, start["wall_ns"])
-    rings = [name for name in RINGS if memory.capacity[name]]
-    out.add_topics([topic for name in rings for topic in TOPICS_OF[name]])
-    out.sync()
-    _sync_directory(start["directory"])
     writer = Writer(out, memory, start["offset_ns"])
+    out.sync()
+    sync_directory(Path(start["directory"]))
     memory.set_state(State.RUNNING)
     verdict, results = INTERRUPTED, None
     due = time.monotonic() + PERIOD_S

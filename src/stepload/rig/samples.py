@@ -4,12 +4,24 @@ Named tuples, because they are made thousands of times a second.
 Times: `device_time_s` is the device's own clock (NaN where it has none), `receive_time_s` the
 host's monotonic clock at the moment the sample was taken off the wire. `sequence` counts what
 the device *produced*: a step of 2 means that one was lost on the way.
+
+Each row type is declared once, as `…Fields`, for one row and for columns of many rows alike. The
+record's bytes, its message definitions and its reader follow from that declaration; an `Annotated`
+text is the comment that a message definition gives to the field.
 """
 
 from __future__ import annotations
 
 from enum import IntFlag
-from typing import NamedTuple
+from typing import Annotated, Generic, NamedTuple, TypeVar
+
+Whole = TypeVar("Whole")
+"""int in a row, shape (N,) of int64 in columns."""
+Number = TypeVar("Number")
+"""float in a row, shape (N,) of float64 in columns."""
+Six = TypeVar("Six")
+"""Six floats in a row, shape (N, 6) of float64 in columns."""
+SixFloats = tuple[float, float, float, float, float, float]
 
 
 class Status(IntFlag):
@@ -28,22 +40,28 @@ class Status(IntFlag):
     """Arm only: not able to follow commands (protective, emergency, safeguard stop, no program)."""
 
 
-class ForceSample(NamedTuple):
+class ForceFields(NamedTuple, Generic[Whole, Number, Six]):
     """One wrench of a force sensor, as measured (not tared), in the sensor's frame.
 
     `wrench` is (Fx, Fy, Fz) in N and (Tx, Ty, Tz) in N·m; a one-axis cell puts its force into Fz
     and zero elsewhere. `temperature_c` is NaN where the device does not tell.
     """
 
-    sequence: int
-    device_time_s: float
-    receive_time_s: float
-    status: int
-    wrench: tuple[float, float, float, float, float, float]
-    temperature_c: float
+    sequence: Whole
+    device_time_s: Annotated[Number, "the device's own clock, NaN: none"]
+    receive_time_s: Annotated[Number, "the host's monotonic clock"]
+    status: Annotated[Whole, "bits: 1 overrange, 2 saturated, 4 invalid, 8 device fault"]
+    wrench: Six
+    temperature_c: Annotated[Number, "NaN: not told"]
 
 
-class ArmSample(NamedTuple):
+class ForceSample(ForceFields[int, float, SixFloats]):
+    """One row of `ForceFields`."""
+
+    __slots__ = ()
+
+
+class ArmFields(NamedTuple, Generic[Whole, Number, Six]):
     """One state of the arm.
 
     `position_m` is the measured travel along the approach axis from the arm's start pose, positive
@@ -52,20 +70,32 @@ class ArmSample(NamedTuple):
     the arm's base frame; a one-axis machine gives (0, 0, -position, 0, 0, 0).
     """
 
-    sequence: int
-    device_time_s: float
-    receive_time_s: float
-    status: int
-    position_m: float
-    force_n: float
-    pose: tuple[float, float, float, float, float, float]
+    sequence: Whole
+    device_time_s: Annotated[Number, "the controller's own clock"]
+    receive_time_s: Annotated[Number, "the host's monotonic clock"]
+    status: Annotated[Whole, "bits as in ForceSample, 16: not able to follow commands"]
+    position_m: Annotated[Number, "travel towards the plate"]
+    force_n: Annotated[Number, "the arm's own force channel, NaN: none"]
+    pose: Annotated[Six, "x, y, z in m, rotation vector in rad"]
 
 
-class DisplacementSample(NamedTuple):
+class ArmSample(ArmFields[int, float, SixFloats]):
+    """One row of `ArmFields`."""
+
+    __slots__ = ()
+
+
+class DisplacementFields(NamedTuple, Generic[Whole, Number]):
     """One reading of a displacement gauge across the contact; positive when the gap closes."""
 
-    sequence: int
-    device_time_s: float
-    receive_time_s: float
-    status: int
-    displacement_m: float
+    sequence: Whole
+    device_time_s: Number
+    receive_time_s: Number
+    status: Whole
+    displacement_m: Annotated[Number, "positive when the gap closes"]
+
+
+class DisplacementSample(DisplacementFields[int, float]):
+    """One row of `DisplacementFields`."""
+
+    __slots__ = ()

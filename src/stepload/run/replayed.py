@@ -12,8 +12,8 @@ import numpy as np
 
 from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError, DomainError
-from stepload.record.reader import ArmColumns, ForceColumns, Recording, TickColumns, read_recording
-from stepload.record.rows import Phase, TickRow
+from stepload.record.reader import Recording, read_recording
+from stepload.record.rows import Phase, TickRow, rows_of
 from stepload.record.untrusted import untrusted
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.run.replay import Replayed, group_by_tick, replay
@@ -47,31 +47,6 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError, DomainError) as error:
         raise BadInputError(f"{FILE} in the record is damaged: {error}") from None
     return limits
-
-
-def _force_samples(columns: ForceColumns | None) -> list[ForceSample]:
-    if columns is None:
-        return []
-    rows = zip(
-        columns.sequence.tolist(), columns.device_time_s.tolist(), columns.time_s.tolist(),
-        columns.status.tolist(), map(tuple, columns.wrench.tolist()),
-        columns.temperature_c.tolist(), strict=True,
-    )  # fmt: skip
-    return [ForceSample(*row) for row in rows]
-
-
-def _arm_samples(columns: ArmColumns) -> list[ArmSample]:
-    rows = zip(
-        columns.sequence.tolist(), columns.device_time_s.tolist(), columns.time_s.tolist(),
-        columns.status.tolist(), columns.position_m.tolist(), columns.force_n.tolist(),
-        map(tuple, columns.pose.tolist()), strict=True,
-    )  # fmt: skip
-    return [ArmSample(*row) for row in rows]
-
-
-def _tick_rows(columns: TickColumns) -> list[TickRow]:
-    by_name = [getattr(columns, name).tolist() for name in TickRow._fields]
-    return [TickRow(*row) for row in zip(*by_name, strict=True)]
 
 
 def _tares(recording: Recording) -> list[tuple[float, float, float]]:
@@ -145,9 +120,9 @@ def _whole_ticks(recording: Recording) -> int:
     ticks = recording.ticks
     if not recording.partial or (ticks.phase == Phase.SAFING).any():
         return len(ticks.time_s)
-    times_s = [recording.force.time_s, recording.arm.time_s]
+    times_s = [recording.force.receive_time_s, recording.arm.receive_time_s]
     if recording.second_force is not None:
-        times_s.append(recording.second_force.time_s)
+        times_s.append(recording.second_force.receive_time_s)
     ends_s = [times[-1] if len(times) else -np.inf for times in times_s]
     return int(np.searchsorted(ticks.time_s, min(ends_s), side="right"))
 
@@ -176,10 +151,10 @@ def replay_file(path: Path, wishes: Mapping[str, str] | None = None) -> Judged:
     changes = [(time_s, replace(changed, **others)) for time_s, changed in changes]
     with untrusted(path):
         ticks = group_by_tick(
-            _tick_rows(recording.ticks)[:whole],
-            _force_samples(recording.force),
-            _arm_samples(recording.arm),
-            _force_samples(recording.second_force),
+            rows_of(TickRow, recording.ticks)[:whole],
+            rows_of(ForceSample, recording.force),
+            rows_of(ArmSample, recording.arm),
+            rows_of(ForceSample, recording.second_force),
         )
         found = replay(
             ticks,

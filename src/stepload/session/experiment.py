@@ -19,6 +19,7 @@ from stepload.envelope.envelope import Envelope, refusal_of
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import LeftEarlyError, RefusedError
 from stepload.record.outcome import RunOutcome
+from stepload.record.plain import plain
 from stepload.record.reader import read_recording
 from stepload.record.recorder import Recorder, RecordingFailedError
 from stepload.record.rows import Phase
@@ -26,7 +27,6 @@ from stepload.results.analyse import evaluate
 from stepload.results.data import outcome_data, run_data
 from stepload.results.evaluation import Evaluation
 from stepload.results.html import render
-from stepload.results.plain import plain
 from stepload.results.run_page import compose, headline
 from stepload.run.cadence import PROGRESS_S
 from stepload.run.loop import run_loop

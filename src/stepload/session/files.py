@@ -16,8 +16,9 @@ import stepload
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
 from stepload.plan.model import Plan, SecondForceSource
+from stepload.record.container import sync_directory
 from stepload.record.recorder import NAME
-from stepload.record.recovery import PART_SUFFIX, sync_directory
+from stepload.record.recovery import PART_SUFFIX
 from stepload.results import conditions
 from stepload.rig.device import Identity
 from stepload.run import replayed

@@ -7,13 +7,14 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from stepload.record.container import Appender
-from stepload.record.ring import RINGS, Shared, capacities
+from stepload.record.ring import Shared, capacities
 from stepload.record.rows import Phase, TickRow
-from stepload.record.writer_process import TOPICS_OF, Writer
+from stepload.record.writer_process import Writer
 from stepload.rig.samples import ArmSample, ForceSample
 
 OFFSET_NS = 1_700_000_000_000_000_000
@@ -57,7 +58,12 @@ def virtual_clock() -> VirtualClock:
 def write_record(tmp_path: Path) -> Callable[..., Path]:
     """Write a record with `chunks` chunks of 50 ms each; unfinished ones have no summary."""
 
-    def write(name: str = "run.mcap", chunks: int = 8, finished: bool = True) -> Path:
+    def write(
+        name: str = "run.mcap",
+        chunks: int = 8,
+        finished: bool = True,
+        tick: Callable[[int], tuple[Any, ...]] = tick_row,
+    ) -> Path:
         path = tmp_path / name
         rates_hz = {"force": 1000.0, "arm": 500.0, "tick": 500.0}
         shared, memory_fd = Shared.create(capacities(rates_hz))
@@ -67,8 +73,6 @@ def write_record(tmp_path: Path) -> Callable[..., Path]:
             out.start()
             out.add_metadata("run", {"force_axis": "+fz"})
             out.add_attachment("plan.yaml", b"payload: {}\n", OFFSET_NS)
-            rings = [ring for ring in RINGS if shared.capacity[ring]]
-            out.add_topics([topic for ring in rings for topic in TOPICS_OF[ring]])
             writer = Writer(out, shared, OFFSET_NS)
             pushes = {n: shared.producer(n, lambda _: False) for n in rates_hz}
             event = shared.event_producer(lambda _: False)
@@ -77,7 +81,7 @@ def write_record(tmp_path: Path) -> Callable[..., Path]:
                     pushes["force"](force_sample(i))
                 for i in range(chunk * 25, chunk * 25 + 25):
                     pushes["arm"](arm_sample(i))
-                    pushes["tick"](tick_row(i))
+                    pushes["tick"](tick(i))
                 event(100.0 + chunk * 0.05, b'{"time_s": 100.0, "kind": "note", "data": {}}')
                 writer.drain()
             if finished:

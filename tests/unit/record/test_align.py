@@ -12,8 +12,8 @@ import pytest
 from stepload.errors import BadInputError
 from stepload.record.align import align, project
 from stepload.record.lag import measure_lag
-from stepload.record.reader import ArmColumns, ForceColumns, Recording, TickColumns
-from stepload.record.rows import Phase
+from stepload.record.reader import Recording
+from stepload.record.rows import ArmColumns, ForceColumns, Phase, TickColumns
 from stepload.rig.samples import Status
 
 STIFFNESS_N_PER_M = 2e6
@@ -42,7 +42,7 @@ def recording(force_lag_s: float = 0.0, seed: int = 1) -> Recording:
     return Recording(
         path=Path("run.mcap"),
         force=ForceColumns(
-            time_s=receive_s,
+            receive_time_s=receive_s,
             sequence=np.arange(len(true_s)),
             device_time_s=77.0 + true_s * (1.0 + 120e-6),
             status=np.zeros(len(true_s), np.int64),
@@ -51,7 +51,7 @@ def recording(force_lag_s: float = 0.0, seed: int = 1) -> Recording:
         ),
         second_force=None,
         arm=ArmColumns(
-            time_s=arm_s,
+            receive_time_s=arm_s,
             sequence=np.arange(len(arm_s)),
             device_time_s=np.full(len(arm_s), np.nan),
             status=np.zeros(len(arm_s), np.int64),
@@ -139,12 +139,9 @@ def test_bad_samples_and_gaps_are_left_out() -> None:
     record.force.status[100:110] = Status.SATURATED
     record.force.status[200:210] = Status.OVERRANGE
     record.force.wrench[300] = np.nan
-    keep = np.ones(len(record.arm.time_s), bool)
+    keep = np.ones(len(record.arm.receive_time_s), bool)
     keep[5000:5100] = False
-    arm = replace(
-        record.arm,
-        **{n: getattr(record.arm, n)[keep] for n in record.arm.__slots__},
-    )
+    arm = ArmColumns(*(column[keep] for column in record.arm))
     got = align(replace(record, arm=arm))
     assert 10 + 1 + 198 <= got.left_out <= 10 + 1 + 203 + 10
     inside = (got.time_s > 10.001) & (got.time_s < 10.199)
@@ -162,7 +159,7 @@ def test_projection() -> None:
 
 def test_an_empty_channel_is_named() -> None:
     record = recording()
-    arm = replace(record.arm, **{n: getattr(record.arm, n)[:1] for n in record.arm.__slots__})
+    arm = ArmColumns(*(column[:1] for column in record.arm))
     with pytest.raises(BadInputError, match="1 samples in channel 'arm'"):
         align(replace(record, arm=arm))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import resource
 import signal
@@ -19,9 +20,11 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 
 from stepload.errors import BadInputError
+from stepload.record import recorder as recorder_module
 from stepload.record.reader import read_recording
 from stepload.record.recorder import Recorder, RecordingFailedError
 from stepload.record.recovery import find_unfinished, is_being_written, recover
+from stepload.record.scan import count_messages
 from stepload.rig.samples import DisplacementSample
 
 RATES_HZ = {"force": 1000.0, "arm": 500.0, "tick": 500.0}
@@ -78,7 +81,7 @@ def test_everything_comes_back_exactly(start: Start, make: SimpleNamespace) -> N
     assert not got.damage
     samples = [make.force(i) for i in range(400)]
     np.testing.assert_array_equal(got.force.sequence, [s.sequence for s in samples])
-    np.testing.assert_array_equal(got.force.time_s, [s.receive_time_s for s in samples])
+    np.testing.assert_array_equal(got.force.receive_time_s, [s.receive_time_s for s in samples])
     np.testing.assert_array_equal(got.force.device_time_s, [s.device_time_s for s in samples])
     np.testing.assert_array_equal(got.force.status, [s.status for s in samples])
     np.testing.assert_array_equal(got.force.temperature_c, [s.temperature_c for s in samples])
@@ -106,6 +109,180 @@ def test_everything_comes_back_exactly(start: Start, make: SimpleNamespace) -> N
     assert got.attachments["plan.yaml"] == b"payload: {}\n"
 
 
+def test_the_clock_and_the_files_are_told(
+    tmp_path: Path, virtual_clock: Any, start: Start, make: SimpleNamespace
+) -> None:
+    before_ns = time.time_ns()
+    recorder = start()
+    after_ns = time.time_ns()
+    recorder.force(make.force(0))
+    path = recorder.finish({}, "identified")
+    metadata = read_recording(path).metadata
+    assert metadata["sha256 plan.yaml"] == hashlib.sha256(b"payload: {}\n").hexdigest()
+    assert metadata["clock"] == "virtual"
+    offset_ns = int(metadata["clock_offset_ns"])
+    assert before_ns <= offset_ns + 100_000_000_000 <= after_ns
+    (logged_ns, *_) = [m.log_time for topic, m, _ in decode(path) if topic == "/force"]
+    assert logged_ns == offset_ns + 100_000_000_000
+
+
+def test_what_is_read_back_must_be_what_was_written(
+    start: Start, make: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder = start()
+    fill(recorder, make, 100)
+    monkeypatch.setattr(
+        recorder_module,
+        "count_messages",
+        lambda path: {**count_messages(path), "/tick": 49},
+    )
+    with pytest.raises(RecordingFailedError, match="/tick: 50 written, 49 read back"):
+        recorder.finish({}, "identified")
+    assert recorder.part_path.exists()
+    assert not recorder.path.exists()
+
+
+def test_the_last_name_is_on_the_disk_when_a_record_is_finished(
+    start: Start, make: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder = start()
+    synced = []
+    monkeypatch.setattr(
+        recorder_module, "sync_directory", lambda path: synced.append(sorted(path.iterdir()))
+    )
+    assert recorder.finish({}, "identified") == recorder.path
+    assert synced == [[recorder.path]]
+
+
+def test_a_writer_that_ends_before_it_is_done_is_noticed(
+    start: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder = start()
+    monkeypatch.setattr(recorder, "_send", lambda *_: os.kill(recorder.writer_pid, signal.SIGKILL))
+    with pytest.raises(RecordingFailedError, match="ended with code -9"):
+        recorder.finish({}, "identified")
+
+
+def dead(recorder: Recorder) -> None:
+    os.kill(recorder.writer_pid, signal.SIGKILL)
+    recorder._process.wait()
+
+
+def test_a_dead_writer_is_seen_within_64_looks(start: Start) -> None:
+    recorder = start()
+    dead(recorder)
+    assert "code -9" in "".join(recorder.problem() for _ in range(64))
+
+
+def test_a_problem_is_known_after_the_record_is_given_up(start: Start) -> None:
+    recorder = start()
+    for _ in range(63):
+        assert recorder.problem() == ""
+    dead(recorder)
+    recorder.abandon()
+    assert "code -9" in recorder.problem()
+
+
+def test_nobody_waits_for_a_dead_writer(start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
+    recorder = start()
+    monkeypatch.setattr(recorder, "_send", lambda *_: None)
+    asked = []
+
+    def has_room() -> bool:
+        if not asked:
+            dead(recorder)
+        asked.append(1)
+        assert len(asked) < 200
+        return False
+
+    assert recorder._wait_for_room(has_room) is False
+
+
+def test_a_sync_that_cannot_come_true_fails(
+    start: Start, make: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder = start()
+    dead(recorder)
+    recorder.force(make.force(0))
+    sleeps: list[float] = []
+
+    def sleep(seconds: float) -> None:
+        sleeps.append(seconds)
+        assert len(sleeps) < 200
+
+    monkeypatch.setattr(recorder_module.time, "sleep", sleep)
+    with pytest.raises(RecordingFailedError, match="code -9"):
+        recorder.sync()
+
+
+@pytest.mark.parametrize("what", ["row", "event"])
+def test_sync_waits_for_all_that_was_pushed(
+    start: Start, make: SimpleNamespace, monkeypatch: pytest.MonkeyPatch, what: str
+) -> None:
+    recorder = start()
+    os.kill(recorder.writer_pid, signal.SIGSTOP)
+    until(lambda: b") T " in Path(f"/proc/{recorder.writer_pid}/stat").read_bytes())
+    if what == "row":
+        recorder.tick(make.tick(0))
+    else:
+        recorder.event(100.0, "note", {})
+    sleep, sleeps = time.sleep, []
+
+    def go_on(seconds: float) -> None:
+        if not sleeps:
+            os.kill(recorder.writer_pid, signal.SIGCONT)
+        sleeps.append(seconds)
+        sleep(seconds)
+
+    monkeypatch.setattr(recorder_module.time, "sleep", go_on)
+    recorder.sync()
+    assert sleeps
+    got = read_recording(recorder.part_path)
+    assert len(got.ticks.time_s) + len(got.events) == 1
+
+
+def test_the_loop_never_waits_in_real_time(start: Start) -> None:
+    recorder = start(lossless=False)
+
+    def has_room() -> bool:
+        raise AssertionError("asked again")
+
+    assert recorder._wait_for_room(has_room) is False
+
+
+def test_a_finished_record_takes_no_more(start: Start, make: SimpleNamespace) -> None:
+    recorder = start()
+    recorder.finish({}, "identified")
+    for push, sample in ((recorder.force, make.force(0)), (recorder.tick, make.tick(0))):
+        with pytest.raises(RuntimeError, match="closed"):
+            push(sample)
+    with pytest.raises(RuntimeError, match="closed"):
+        recorder.event(1.0, "note", {})
+
+
+@pytest.mark.parametrize(
+    ("rates_hz", "match"),
+    [({"force": 10_001.0}, "rate of force"), ({"camera": 30.0}, "no stream named 'camera'")],
+)
+def test_streams_that_are_none_are_refused(
+    start: Start, rates_hz: Mapping[str, float], match: str
+) -> None:
+    with pytest.raises(BadInputError, match=match):
+        start(rates_hz)
+
+
+def test_dropped_rows_of_any_stream_are_a_problem(start: Start, make: SimpleNamespace) -> None:
+    recorder = start({**RATES_HZ, "tick": 60.0}, lossless=False)
+    os.kill(recorder.writer_pid, signal.SIGSTOP)
+    try:
+        for i in range(recorder._shared.capacity["tick"] + 4):
+            recorder.tick(make.tick(i))
+        problem = "".join(recorder.problem() for _ in range(64))
+    finally:
+        os.kill(recorder.writer_pid, signal.SIGCONT)
+    assert "4 of tick" in problem
+
+
 def test_long_runs_are_read_as_means(start: Start, make: SimpleNamespace) -> None:
     recorder = start()
     fill(recorder, make, 404)
@@ -114,11 +291,11 @@ def test_long_runs_are_read_as_means(start: Start, make: SimpleNamespace) -> Non
     np.testing.assert_allclose(
         mean.force.wrench, full.force.wrench[:400].reshape(80, 5, 6).mean(axis=1)
     )
-    np.testing.assert_allclose(mean.force.time_s, full.force.time_s[2:400:5])
+    np.testing.assert_allclose(mean.force.receive_time_s, full.force.receive_time_s[2:400:5])
     assert (mean.force.status == 3).all()
     np.testing.assert_array_equal(mean.force.sequence, full.force.sequence[4::5])
     np.testing.assert_array_equal(mean.ticks.step, full.ticks.step[4::5])
-    assert len(mean.arm.time_s) == 40
+    assert len(mean.arm.receive_time_s) == 40
 
 
 def test_opens_and_decodes_in_the_fields_readers(start: Start, make: SimpleNamespace) -> None:

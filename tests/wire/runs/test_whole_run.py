@@ -38,5 +38,5 @@ def test_a_late_force_sensor_is_measured_corrected_and_told(emulated_run, tmp_pa
     assert "device clock" in page
     assert "ms corrected" in page
     recording = read_recording(tmp_path / "run.mcap")
-    assert len(recording.force.time_s) > 2000
+    assert len(recording.force.receive_time_s) > 2000
     assert data["lateness"]["ticks"] == len(recording.ticks.time_s)

@@ -1,0 +1,166 @@
+"""The bytes of a record follow from the rows' declarations, and old and newer records are read."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple, get_type_hints
+
+import numpy as np
+import pytest
+
+from stepload.errors import BadInputError
+from stepload.record import layout
+from stepload.record.layout import STREAMS, TOPICS, Stream, read_definition
+from stepload.record.reader import read_recording
+from stepload.record.rows import TickFields, TickRow, rows_of
+from stepload.rig.samples import ArmSample, ForceSample, Number, Whole
+
+DEFINITIONS = {
+    "/force/sample": """\
+# How the wrench with the same place in the stream was taken
+int64 sequence
+float64 device_time_s  # the device's own clock, NaN: none
+float64 receive_time_s  # the host's monotonic clock
+float64 temperature_c  # NaN: not told
+int64 status  # bits: 1 overrange, 2 saturated, 4 invalid, 8 device fault
+""",
+    "/arm": """\
+int64 sequence
+float64 device_time_s  # the controller's own clock
+float64 receive_time_s  # the host's monotonic clock
+int64 status  # bits as in ForceSample, 16: not able to follow commands
+float64 position_m  # travel towards the plate
+float64 force_n  # the arm's own force channel, NaN: none
+float64[6] pose  # x, y, z in m, rotation vector in rad
+""",
+    "/displacement": """\
+int64 sequence
+float64 device_time_s
+float64 receive_time_s
+int64 status
+float64 displacement_m  # positive when the gap closes
+""",
+    "/tick": """\
+float64 time_s  # the host's monotonic clock
+float64 target_m  # commanded travel
+float64 force_n  # tared, positive when pressing
+float64 second_force_n
+float64 predicted_peak_n
+float64 limit_n
+float64 compliance_m_per_n
+float64 level_n
+float64 late_s
+int64 phase
+int64 cycle
+int64 step
+""",
+}
+
+
+@pytest.mark.parametrize("topic", DEFINITIONS)
+def test_message_definitions_are_those_of_all_records(topic: str) -> None:
+    assert TOPICS[topic].definition == DEFINITIONS[topic]
+
+
+def test_channels_keep_their_numbers_and_types() -> None:
+    assert [(t.channel, t.name, t.schema.rpartition("/")[2]) for t in TOPICS.values()] == [
+        (1, "/force", "WrenchStamped"),
+        (2, "/force/sample", "ForceSample"),
+        (3, "/second_force", "WrenchStamped"),
+        (4, "/second_force/sample", "ForceSample"),
+        (5, "/arm", "ArmSample"),
+        (6, "/displacement", "DisplacementSample"),
+        (7, "/tick", "Tick"),
+        (8, "/events", "String"),
+    ]
+
+
+def test_a_template_has_every_constant_byte_of_its_message() -> None:
+    force = TOPICS["/force"].template()
+    assert force[:11] == struct.pack("<BQH", 5, len(force) - 9, 1)
+    assert force[31:51] == b"\x00\x01\x00\x00" + bytes(8) + struct.pack("<I", 6) + b"forc"
+    assert len(force) - 31 == 76  # a stamped wrench in CDR, padded to 8 behind "force\0"
+    arm = TOPICS["/arm"].template()
+    assert arm == struct.pack("<BQH", 5, len(arm) - 9, 5) + bytes(20) + b"\x00\x01\x00\x00" + bytes(
+        12 * 8
+    )
+
+
+def changed(without: str, **added: Any) -> tuple[Any, Any]:
+    """A tick's row type with other fields, and the stream of it."""
+    fields = {n: kind for n, kind in get_type_hints(TickFields).items() if n != without}
+    row = NamedTuple("row", [*fields.items(), *added.items()])
+    topic = layout._rows(7, "/tick", "Tick", layout._define(row))
+    return row, Stream(row, (topic,))
+
+
+def test_a_record_from_before_a_field_was_declared_is_read(
+    write_record: Callable[..., Path], make: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for gone, value in (("level_n", np.nan), ("cycle", 0)):
+        row, stream = changed(without=gone)
+
+        def tick(i: int, row: Any = row) -> Any:
+            return row(**{name: getattr(make.tick(i), name) for name in row._fields})
+
+        with monkeypatch.context() as patch:
+            patch.setitem(STREAMS, "tick", stream)
+            path = write_record(f"{gone}.mcap", chunks=2, tick=tick)
+        got = read_recording(path)
+        assert not got.damage
+        for name in TickRow._fields:
+            expected = [value if name == gone else getattr(make.tick(i), name) for i in range(50)]
+            np.testing.assert_array_equal(getattr(got.ticks, name), expected, err_msg=name)
+
+
+def test_a_record_with_fields_declared_later_is_read(
+    write_record: Callable[..., Path], make: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    row, stream = changed(without="", later_n=Number, later=Whole)
+    with monkeypatch.context() as patch:
+        patch.setitem(STREAMS, "tick", stream)
+        path = write_record(chunks=2, tick=lambda i: row(*make.tick(i), 7.0, 8))
+    got = read_recording(path)
+    assert not got.damage
+    np.testing.assert_array_equal(np.array(got.ticks).T, [make.tick(i) for i in range(50)])
+
+
+@pytest.mark.parametrize(
+    "definition",
+    [
+        "",
+        "# nothing\n",
+        "float64\n",
+        "float32 time_s\n",
+        "float64 time_s\nfloat64 time_s\n",
+        "".join(f"float64 f{i}\n" for i in range(257)),
+    ],
+)
+def test_a_definition_that_no_row_has_is_refused(definition: str) -> None:
+    with pytest.raises(ValueError):
+        read_definition(definition)
+
+
+@pytest.mark.parametrize("line", ["float64 sequence", "float64 opcode", "float64 words", "\x00"])
+def test_a_hostile_definition_is_damage(
+    write_record: Callable[..., Path], monkeypatch: pytest.MonkeyPatch, line: str
+) -> None:
+    topic = STREAMS["arm"].topics[0]
+    definition = topic.definition.replace("int64 sequence", line)
+    hostile = layout.Topic(topic.channel, topic.name, topic.schema, definition, topic.fields)
+    with monkeypatch.context() as patch:
+        patch.setitem(STREAMS, "arm", Stream(ArmSample, (hostile,)))
+        path = write_record(chunks=1)
+    with pytest.raises(BadInputError, match="the message definition of /arm"):
+        read_recording(path)
+
+
+def test_rows_come_back_from_columns(write_record: Callable[..., Path], make: Any) -> None:
+    got = read_recording(write_record(chunks=1))
+    assert rows_of(ForceSample, got.force) == [make.force(i) for i in range(50)]
+    assert rows_of(ForceSample, None) == []
+    row = rows_of(ArmSample, got.arm)[3]
+    assert row[4] == make.arm(3).position_m
+    assert row.pose == make.arm(3).pose

@@ -1,0 +1,204 @@
+"""Rings: no row lost, torn or overwritten in silence."""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import Any, Generic, NamedTuple
+
+import numpy as np
+import pytest
+
+from stepload.record.layout import STREAMS, Stream
+from stepload.record.ring import EVENT_HEAD, RINGS, Shared, State, capacities
+from stepload.rig.samples import DisplacementSample, Number, Six, Whole
+
+
+class OtherShape(NamedTuple, Generic[Whole, Number, Six]):
+    first: Number
+    six: Six
+    whole: Whole
+    last: Number
+
+
+RATES_HZ = {"force": 60.0, "arm": 60.0, "displacement": 60.0, "tick": 60.0}
+
+
+def never(_: Callable[[], bool]) -> bool:
+    return False
+
+
+@pytest.fixture
+def shared() -> Iterator[Shared]:
+    shared, fd = Shared.create(capacities(RATES_HZ))
+    os.close(fd)
+    yield shared
+    shared.close()
+
+
+def flat(row: Any) -> list[float]:
+    return [x for field in row for x in (field if isinstance(field, tuple) else (field,))]
+
+
+def words(rows: np.ndarray) -> list[list[float]]:
+    return [flat(tuple(tuple(x) if np.ndim(x) else x for x in row)) for row in rows.tolist()]
+
+
+@pytest.mark.parametrize("rate_hz", [1.0, 63.9, 64.1, 500.0, 7999.0, 10_000.0])
+def test_rings_hold_sixteen_seconds(rate_hz: float) -> None:
+    capacity = capacities({"force": rate_hz})["force"]
+    assert capacity >= 16.0 * rate_hz
+    assert capacity & (capacity - 1) == 0
+    assert capacities({"force": rate_hz})["arm"] == 0
+
+
+@pytest.mark.parametrize("name", ["force", "arm", "displacement", "tick"])
+def test_rows_pass_in_order_also_across_the_ring_s_end(
+    shared: Shared, make: SimpleNamespace, name: str
+) -> None:
+    def gauge(i: int) -> DisplacementSample:
+        return DisplacementSample(i, float(i), 2.0 * i, 1, 3.0 * i)
+
+    sample = {**vars(make), "displacement": gauge}[name]
+    push, capacity = shared.producer(name, never), shared.capacity[name]
+    sent, got = 0, []
+    for size in (capacity, 700, 700, 1, capacity):
+        for i in range(sent, sent + size):
+            push(sample(i))
+        sent += size
+        got += words(shared.take(name))
+    assert len(shared.take(name)) == shared.dropped(name) == 0
+    np.testing.assert_array_equal(got, [flat(sample(i)) for i in range(sent)])
+
+
+def test_rows_of_any_shape_are_flattened(shared: Shared, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(STREAMS, "tick", Stream(OtherShape, ()))
+    other, fd = Shared.create(capacities(RATES_HZ))
+    os.close(fd)
+    push = other.producer("tick", never)
+    push((1.5, (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), 7, 8.5))
+    assert words(other.take("tick")) == [[1.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7, 8.5]]
+    del push
+    other.close()
+
+
+def test_a_full_ring_keeps_the_old_rows_and_counts_the_new(
+    shared: Shared, make: SimpleNamespace
+) -> None:
+    push, capacity = shared.producer("force", never), shared.capacity["force"]
+    for i in range(capacity + 3):
+        push(make.force(i))
+    assert shared.dropped("force") == 3
+    assert shared.take("force")["sequence"].tolist() == list(range(capacity))
+    push(make.force(9))
+    assert shared.take("force")["sequence"].tolist() == [9]
+    assert shared.dropped("force") == 3
+
+
+def test_a_full_ring_waits_where_it_may(shared: Shared, make: SimpleNamespace) -> None:
+    taken: list[int] = []
+
+    def wait(has_room: Callable[[], bool]) -> bool:
+        assert not has_room()
+        taken.extend(shared.take("force")["sequence"].tolist())
+        return has_room()
+
+    push, capacity = shared.producer("force", wait), shared.capacity["force"]
+    for i in range(3 * capacity):
+        push(make.force(i))
+    taken.extend(shared.take("force")["sequence"].tolist())
+    assert taken == list(range(3 * capacity))
+    assert shared.dropped("force") == 0
+
+
+@pytest.mark.parametrize("name", ["force", "arm", "tick"])
+def test_a_row_that_cannot_be_packed_is_not_published(
+    shared: Shared, make: SimpleNamespace, name: str
+) -> None:
+    push = shared.producer(name, never)
+    push(getattr(make, name)(1))
+    bad = list(getattr(make, name)(2))
+    bad[0] = "text"
+    with pytest.raises(struct.error):
+        push(tuple(bad))
+    assert len(shared.take(name)) == 1
+    push(getattr(make, name)(3))
+    assert len(shared.take(name)) == 1
+
+
+def test_rows_count_as_waiting_until_they_are_on_the_disk(
+    shared: Shared, make: SimpleNamespace
+) -> None:
+    push = shared.producer("force", never)
+    for i in range(5):
+        push(make.force(i))
+    shared.take("force")
+    assert shared.waiting("force") == 5
+    shared.add_recorded("force", 2)
+    shared.add_recorded("force", 1)
+    assert shared.waiting("force") == 2
+    assert shared.recorded("force") == 3
+    assert [shared.recorded(name) for name in RINGS if name != "force"] == [0] * 5
+
+
+def test_texts_pass_in_order_also_across_the_ring_s_end(shared: Shared) -> None:
+    push = shared.event_producer(never)
+    texts = [bytes([65 + i]) * (300_000 + i) for i in range(9)]
+    got = []
+    for i, text in enumerate(texts):
+        push(float(i), text)
+        if i % 3 == 2:
+            got += shared.take_events()
+    assert got == [(float(i), text) for i, text in enumerate(texts)]
+    assert shared.take_events() == []
+
+
+def test_texts_that_do_not_fit_are_dropped_and_counted(shared: Shared) -> None:
+    push, capacity = shared.event_producer(never), shared.capacity["events"]
+    fits = capacity - EVENT_HEAD.size
+    push(1.0, b"a" * (fits + 1))
+    assert shared.dropped("events") == 1
+    push(2.0, b"b" * fits)
+    assert shared.dropped("events") == 1
+    push(3.0, b"")
+    assert shared.dropped("events") == 2
+    assert shared.take_events() == [(2.0, b"b" * fits)]
+    push(4.0, b"c")
+    push(5.0, b"d" * (fits - EVENT_HEAD.size))  # one byte too many
+    assert shared.dropped("events") == 3
+    assert shared.take_events() == [(4.0, b"c")]
+
+
+def test_a_text_larger_than_its_ring_is_not_waited_for(shared: Shared) -> None:
+    def wait(_: Callable[[], bool]) -> bool:
+        raise AssertionError("there will never be room")
+
+    shared.event_producer(wait)(1.0, bytes(shared.capacity["events"]))
+    assert shared.dropped("events") == 1
+
+
+def test_the_writer_s_reason_stands_before_its_state(shared: Shared) -> None:
+    counters = shared.counters
+
+    class Looking:
+        def __setitem__(self, index: int, state: int) -> None:
+            assert shared.text == "disk full"
+            counters[index] = state
+
+    shared.counters = Looking()
+    try:
+        shared.set_state(State.FAILED, "disk full")
+    finally:
+        shared.counters = counters
+    assert shared.state == State.FAILED
+
+
+def test_a_long_reason_is_cut(shared: Shared) -> None:
+    push = shared.producer("force", never)
+    shared.set_state(State.FAILED, "x" * 10_000)
+    assert 1000 < len(shared.text) < 4096
+    assert set(shared.text) == {"x"}
+    assert len(shared.take("force")) == 0
+    del push
