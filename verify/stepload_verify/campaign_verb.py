@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stepload.cli.output import Output
-from stepload.cli.plans import AsJson, PlanFile
 from stepload.errors import BadInputError, ExitCode
+from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload_verify.campaign.campaign import Progress
@@ -29,7 +28,7 @@ MOST = 3
 
 
 def campaign(
-    plan: PlanFile,
+    plan: Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)],
     runs: Annotated[int, typer.Option("--runs", min=1, help="Runs on rigs with two channels.")],
     faults: Annotated[
         str, typer.Option("--faults", help="all, or kinds separated by commas.")

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stepload.cli.output import Output
 from stepload.errors import ExitCode
+from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload.envelope.envelope import Envelope
 
 PlanFile = Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 PayloadFile = Annotated[
     Path | None, typer.Option("--payload", help="Another payload file than the plan's.")
 ]
@@ -23,6 +22,9 @@ PayloadFile = Annotated[
 
 def preflight_data(envelope: Envelope) -> dict[str, Any]:
     """The JSON object of a preflight."""
+    from stepload.results import fields
+    from stepload.results.model import data
+
     found = envelope.identifiability
     return {
         "verdict": envelope.verdict,
@@ -41,27 +43,22 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "identifiability": found,
         "guarded_speed_m_s": envelope.guarded_speed_m_s,
         "fast_speed_m_s": envelope.fast_speed_m_s,
-        "force_budget": [
-            {"name": term.name, "value_n": term.value, "source": term.source}
-            for term in envelope.force_budget
-        ],
-        "schedule": [
-            {"name": stage.name, "each_s": stage.each_s, "repeats": stage.repeats}
-            for stage in envelope.stages
-        ],
+        "force_budget": [data(fields.FORCE_TERM, term) for term in envelope.force_budget],
+        "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
         "duration_s": envelope.duration_s,
     }
 
 
 def show_preflight(envelope: Envelope, out: Output) -> None:
     """A preflight as text: verdict and reasons first, then the figures behind them."""
+    from stepload.results import fields
+    from stepload.results.model import Finding, table
+    from stepload.results.run_document import force_budget_table
     from stepload.units import format_quantity as f
 
     out.line(f"preflight: {envelope.verdict.upper()}")
     for reason in envelope.reasons:
-        out.line(f"  {reason.severity}: {reason.message}")
-        if reason.remedy:
-            out.line(f"      -> {reason.remedy}")
+        out.finding(Finding(reason.severity, reason.message, reason.remedy))
     theory, found = envelope.theory, envelope.identifiability
     rows = [
         ("elastic limit F_c", f(theory.elastic_limit_n, "N"), theory.limit_equation),
@@ -81,18 +78,9 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
             ("  if K_s ≫ K_r", f(found.limit_stiff_system_n_per_m, "N/m"), "(36)"),
         ]
     out.table("predicted", ("figure", "value", "from"), rows)
-    out.table(
-        f"force budget at the guarded speed of {f(envelope.guarded_speed_m_s, 'm/s')}",
-        ("term", "force", "from"),
-        [(term.name, f(term.value, "N"), term.source) for term in envelope.force_budget],
-    )
-    out.table(
-        f"schedule: about {envelope.duration_s:.0f} s",
-        ("stage", "each", "times", "total"),
-        [
-            (stage.name, f"{stage.each_s:.1f} s", str(stage.repeats), f"{stage.total_s:.1f} s")
-            for stage in envelope.stages
-        ],
+    out.tables(
+        force_budget_table(envelope),
+        table(f"Schedule: about {envelope.duration_s:.0f} s", fields.STAGE, envelope.stages),
     )
 
 

@@ -1,7 +1,8 @@
-"""Anything stepload knows, as JSON types."""
+"""Anything stepload knows, as JSON."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
@@ -26,3 +27,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, Sequence | set | frozenset):
         return [plain(item) for item in value]
     return str(value)
+
+
+def json_text(value: Any, indent: int | None = None) -> str:
+    """`value` as one JSON text."""
+    return json.dumps(plain(value), indent=indent, allow_nan=False)

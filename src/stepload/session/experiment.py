@@ -7,7 +7,6 @@ devices are closed; only then is the record finished and anything evaluated.
 from __future__ import annotations
 
 import contextlib
-import json
 import secrets
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -25,9 +24,10 @@ from stepload.record.rows import Phase
 from stepload.results.analyse import evaluate
 from stepload.results.data import outcome_data, run_data
 from stepload.results.evaluation import Evaluation
-from stepload.results.html import render
-from stepload.results.plain import plain
-from stepload.results.run_page import compose, headline
+from stepload.results.model import Document
+from stepload.results.page import render
+from stepload.results.plain import json_text, plain
+from stepload.results.run_document import run_document
 from stepload.run.loop import PROGRESS_S, run_loop
 from stepload.run.open_rig import OpenRig, opened
 from stepload.run.operator import Operator
@@ -52,7 +52,7 @@ class Finished:
     outcome: RunOutcome
     data: Mapping[str, Any]
     evaluation: Evaluation | None
-    headline: str
+    document: Document | None
     problems: tuple[str, ...]
     left_early: int = 0
 
@@ -212,7 +212,7 @@ class _Result:
 
     data: dict[str, Any]
     evaluation: Evaluation | None = None
-    headline: str = "no result"
+    document: Document | None = None
     problems: tuple[str, ...] = ()
     left_early: int = 0
 
@@ -231,7 +231,7 @@ def _keep(session: _Session, outcome: RunOutcome, recorder: Recorder) -> Finishe
         outcome=outcome,
         data=result.data,
         evaluation=result.evaluation,
-        headline=result.headline,
+        document=result.document,
         problems=(*result.problems, *_write_files(session.directory, result)),
         left_early=result.left_early,
     )
@@ -246,7 +246,7 @@ def _evaluate(session: _Session, outcome: RunOutcome, record: Path, result: _Res
         bare = Evaluation(session.envelope, outcome, recording, session.dry_run)
         result.evaluation = _identified(session.operator, bare, result)
         result.data = plain(run_data(result.evaluation))
-        result.headline = headline(result.evaluation)[2]
+        result.document = run_document(result.evaluation)
     except Exception as error:  # a bug here must not cost the record
         result.problems = (*result.problems, f"the evaluation failed: {_named(error)}")
         result.data["reasons"] = list(result.problems)
@@ -292,15 +292,15 @@ def _write_files(directory: Path, result: _Result) -> list[str]:
     """Write results and report beside the record, which is whole already; what went wrong."""
     try:
         _write_results(directory, result.data)
-        if result.evaluation is not None:
-            files.write_file(directory / files.REPORT, render(compose(result.evaluation)))
+        if result.document is not None:
+            files.write_file(directory / files.REPORT, render(result.document))
     except Exception as error:
         return [f"report or results not written: {_named(error)}"]
     return []
 
 
 def _write_results(directory: Path, data: Mapping[str, Any]) -> None:
-    files.write_file(directory / files.RESULTS, json.dumps(data, indent=1, allow_nan=False) + "\n")
+    files.write_file(directory / files.RESULTS, json_text(data, indent=1) + "\n")
 
 
 def _named(error: Exception) -> str:
