@@ -3,25 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from stepload.identify.system import SystemStiffnessFit
 from stepload.results import fields
 from stepload.results.calibration import Calibration
 from stepload.results.data import system_data
-from stepload.results.model import Document, Field, Verdict, table
+from stepload.results.model import Document, Verdict, by_name, table
 from stepload.units import format_quantity as f
-
-
-class _RunFit(NamedTuple):
-    run: str
-    fit: SystemStiffnessFit
-
-
-RUN: tuple[Field[_RunFit], ...] = (
-    Field(lambda row: row.run, label="run"),
-    *(field.of(lambda row: row.fit) for field in fields.SYSTEM),
-)
 
 
 def calibration_document(found: Calibration, file: Path) -> Document:
@@ -45,7 +33,8 @@ def calibration_document(found: Calibration, file: Path) -> Document:
     )
     if record.simulated:
         reasons.append("made in a dry run: good for dry runs only")
-    rows = [_RunFit(run.name, fit) for run, fit in zip(found.runs, found.fits, strict=False)]
+    rows = [(run.name, fit) for run, fit in zip(found.runs, found.fits, strict=False)]
+    shown = by_name("run", fields.SYSTEM)
     known = fields.smooth_error(record.smooth_error_m or 0.0, record.smooth_degrees)
     return Document(
         title="Calibration",
@@ -56,7 +45,9 @@ def calibration_document(found: Calibration, file: Path) -> Document:
             f"(standard uncertainty), smooth position error {known}",
         ),
         reasons=[*reasons, f"calibration record: {file}"],
-        tables=[table("System stiffness (26)", RUN, rows)] if rows else [],
+        tables=[table("System stiffness (26)", by_name("run", fields.SYSTEM), rows)]
+        if rows
+        else [],
     )
 
 

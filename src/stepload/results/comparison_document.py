@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 from stepload.identify.compare import Spread
-from stepload.results import comparison_figures as figures
 from stepload.results import fields
-from stepload.results.comparison import AgainstCurve, ComparedRun, Comparison, Pair, virgin_band
+from stepload.results.comparison import AgainstCurve, Comparison, Pair
+from stepload.results.comparison_figures import figures_of
 from stepload.results.data import fits_data
 from stepload.results.model import (
+    NOTHING,
     Card,
     Document,
     Field,
-    Figure,
+    Table,
     Verdict,
+    by_name,
     data,
     named,
     number,
@@ -26,23 +27,6 @@ from stepload.units import format_quantity as f
 
 DISAGREE = 1.0
 """Normalised error above which two results disagree."""
-
-
-class _RunFit(NamedTuple):
-    run: str
-    fit: fields.NamedFit
-
-
-class _SpreadOf(NamedTuple):
-    estimator: str
-    of: str
-    spread: Spread
-
-
-FIT: tuple[Field[_RunFit], ...] = (
-    Field(lambda row: row.run, label="run"),
-    *(field.of(lambda row: row.fit) for field in fields.FIT if field.key != "force_rms_n"),
-)
 
 
 def _error(error: float) -> str:
@@ -58,24 +42,6 @@ PAIR: tuple[Field[Pair], ...] = (
     Field(lambda pair: pair.change.normalised_error, "", "normalised error", _error),
 )
 
-
-def _deviation(row: _SpreadOf, sd: float | None) -> str | None:
-    if sd is None:
-        return None
-    return f"{sd:.4f}" if row.of == "n" else f"{sd / row.spread.mean:.2%}"
-
-
-SPREAD: tuple[Field[_SpreadOf], ...] = (
-    Field(lambda row: row.estimator, label="fit"),
-    Field(lambda row: row.of, label="of"),
-    Field(
-        lambda row: f"{row.spread.mean:.3f}" if row.of == "n" else f(row.spread.mean, "N/m"),
-        label="mean",
-    ),
-    Field(lambda row: _deviation(row, row.spread.within_sd), label="within a run"),
-    Field(lambda row: _deviation(row, row.spread.between_sd), label="between runs"),
-    Field(lambda row: row.spread.p_value, "", "odds if alike", number(".2g")),
-)
 
 CURVE: tuple[Field[AgainstCurve], ...] = (
     named("run", "run"),
@@ -94,23 +60,18 @@ CURVE: tuple[Field[AgainstCurve], ...] = (
 def comparison_document(found: Comparison) -> Document:
     """A comparison for people."""
     at = f(found.secant_force_n, "N")
-    fits = [
-        _RunFit(each.run.name, row) for each in found.runs for row in fields.fits_of(each.found)
-    ]
-    spreads = [
-        row
-        for name, each in found.spreads.items()
-        for row in (_SpreadOf(name, "secant", each.secant), _SpreadOf(name, "n", each.n))
-    ]
-    tables = [table(f"Fits of the virgin contact (* believed), secants at {at}", FIT, fits)]
+    fits = [(each.run.name, row) for each in found.runs for row in fields.fits_of(each.found)]
+    shown = [field for field in fields.FIT if field.label != "rms residual"]
+    title = f"Fits of the virgin contact (* believed), secants at {at}"
+    tables = [table(title, by_name("run", shown), fits)]
     if found.pairs:
         note = (
             "The normalised error is the difference of the secants over its 95 % uncertainty; "
             "what both runs have in common is taken out."
         )
         tables.append(table("Against the first run", PAIR, found.pairs, [note]))
-    if spreads:
-        tables.append(table("Spread", SPREAD, spreads))
+    if found.spreads:
+        tables.append(_spread_table(found))
     if found.curve:
         tables.append(table("Against the curve", CURVE, found.curve))
     return Document(
@@ -123,8 +84,28 @@ def comparison_document(found: Comparison) -> Document:
             Card(each.run.name, f(each.found.fit.secant_n_per_m, "N/m"), f"by {each.found.believe}")
             for each in found.runs
         ],
-        figures=_figures(found),
+        figures=figures_of(found),
     )
+
+
+def _spread_table(found: Comparison) -> Table:
+    def row(name: str, of: str, each: Spread) -> tuple[str, ...]:
+        def size(sd: float | None) -> str:
+            if sd is None:
+                return NOTHING
+            return f"{sd:.4f}" if of == "n" else f"{sd / each.mean:.2%}"
+
+        mean = f"{each.mean:.3f}" if of == "n" else f(each.mean, "N/m")
+        odds = NOTHING if each.p_value is None else f"{each.p_value:.2g}"
+        return name, of, mean, size(each.within_sd), size(each.between_sd), odds
+
+    columns = ("fit", "of", "mean", "within a run", "between runs", "odds if alike")
+    rows = [
+        row(name, of, value)
+        for name, each in found.spreads.items()
+        for of, value in (("secant", each.secant), ("n", each.n))
+    ]
+    return Table("Spread", columns, rows)
 
 
 def comparison_data(found: Comparison) -> dict[str, Any]:
@@ -185,48 +166,3 @@ def verdict(found: Comparison) -> Verdict:
             return Verdict("good", "agree", text)
         return Verdict("doubt", "differs", text)
     return Verdict("doubt", "compared", "There is no interval to judge the difference by")
-
-
-def _figures(found: Comparison) -> list[Figure]:
-    laws = {
-        each.run.name: figures.BandCurve(
-            band.deformation_m, band.force_n, band.lower_n, band.upper_n
-        )
-        for each in found.runs
-        if (band := virgin_band(each)) is not None
-    }
-    made = []
-    imported = None
-    if found.curve:
-        first = found.curve[0].result
-        imported = first.band.deformation_m, first.curve_n
-    if laws:
-        made.append(
-            Figure(
-                "laws", "Force against deformation",
-                "Believed law of every run from its own zero, with its pointwise 95 % band"
-                + ("; the imported curve is corrected for its modulus." if imported else "."),
-                "force over deformation with confidence bands",
-                partial(figures.bands, laws, imported),
-            )
-        )  # fmt: skip
-    made.append(
-        Figure(
-            "secants", f"Secant stiffness at {f(found.secant_force_n, 'N')}",
-            "Believed fit with its 95 % interval; small marks are the cycles by themselves. The "
-            "interval holds what all runs have in common, the marks do not.",
-            "secant stiffness of every run with intervals",
-            partial(figures.secants, [_secant(each) for each in found.runs]),
-        )
-    )  # fmt: skip
-    return made
-
-
-def _secant(each: ComparedRun) -> figures.SecantPoint:
-    name, stated = each.found.believe, each.found.budget
-    return figures.SecantPoint(
-        each.run.name,
-        each.found.fit.secant_n_per_m,
-        stated.interval_secant_n_per_m if stated else None,
-        [fits[name].secant_n_per_m for fits in each.cycles.values() if name in fits],
-    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 from stepload.envelope.envelope import Envelope
@@ -10,7 +11,7 @@ from stepload.identify.runin import RunIn
 from stepload.identify.system import SystemStiffnessFit
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
-from stepload.results.evaluation import Evaluation
+from stepload.results.analyse import Evaluation
 from stepload.results.model import data
 from stepload.results.press_data import PressData
 
@@ -61,17 +62,11 @@ def _measured_data(press: PressData) -> dict[str, Any]:
 
 def _run_in_data(found: RunIn) -> dict[str, Any]:
     """Cycles, virgin and steady; never their mean."""
-    return {
+    numbers = {each.name: getattr(found, each.name) for each in dataclasses.fields(found)}
+    return numbers | {
         "cycles": [data(fields.CYCLE, cycle) for cycle in found.cycles],
-        "lift_off": found.lift_off,
         "virgin": found.virgin.number if found.virgin else None,
         "steady": found.steady.number if found.steady else None,
-        "secant_change": found.secant_change,
-        "secant_tolerance": found.secant_tolerance,
-        "energy_change": found.energy_change,
-        "energy_tolerance": found.energy_tolerance,
-        "shakedown_m": found.shakedown_m,
-        "residual_indentation_m": found.residual_indentation_m,
     }
 
 
@@ -109,9 +104,8 @@ def run_data(run: Evaluation) -> dict[str, Any]:
         made["verdict"] = "system stiffness measured"
     if run.run_in is not None:
         made["run_in"] = _run_in_data(run.run_in)
-    resumed = run.recording.metadata.get("resumed")
-    if resumed:
-        made["resumed"] = resumed
-    first, last = [run.problem] if run.problem else [], [resumed] if resumed else []
-    made["reasons"] = [*first, *made["reasons"], *last]
+    if run.problem:
+        made["reasons"] = [run.problem, *made["reasons"]]
+    if resumed := run.recording.metadata.get("resumed"):
+        made |= {"resumed": resumed, "reasons": [*made["reasons"], resumed]}
     return made

@@ -41,26 +41,23 @@ def _micro(value: float) -> str:
     return f"{value:.0f} µs" if math.isfinite(value) else NOTHING
 
 
+_FIT: tuple[Field[Fit], ...] = (
+    named("k", "K [N/mⁿ]", number(".3g")),
+    named("n", "n", number(".3f")),
+    named("zero_m", "zero", lambda value: quantity("m")(value) if value else "as given"),
+    named("secant_n_per_m", "secant", quantity("N/m")),
+    *map(named, ("secant_force_n", "force_rms_n", "points", "doubts")),
+)
+_BUDGET: tuple[Field[Budget], ...] = (
+    named("interval_secant_n_per_m", "95 % interval", interval("N/m")),
+    *map(named, ("interval_k", "interval_n")),
+)
 FIT: tuple[Field[NamedFit], ...] = (
     Field(lambda row: f"{row.name} *" if row.believed else row.name, label="fit"),
-    Field(lambda row: row.fit.k, "k", "K [N/mⁿ]", number(".3g")),
-    Field(lambda row: row.fit.n, "n", "n", number(".3f")),
-    Field(
-        lambda row: row.fit.zero_m, "zero_m", "zero",
-        lambda value: quantity("m")(value) if value else "as given",
-    ),
-    Field(lambda row: row.fit.secant_n_per_m, "secant_n_per_m", "secant", quantity("N/m")),
-    Field(
-        lambda row: row.budget and row.budget.interval_secant_n_per_m,
-        "interval_secant_n_per_m", "95 % interval", interval("N/m"),
-    ),
-    Field(lambda row: row.fit.force_rms_n, "force_rms_n", "rms residual", quantity("N")),
-    Field(lambda row: row.fit.secant_force_n, "secant_force_n"),
-    Field(lambda row: row.fit.points, "points"),
-    Field(lambda row: row.fit.doubts, "doubts"),
-    Field(lambda row: row.budget and row.budget.interval_k, "interval_k"),
-    Field(lambda row: row.budget and row.budget.interval_n, "interval_n"),
-)  # fmt: skip
+    *(field.of(lambda row: row.fit) for field in _FIT),
+    *(field.of(lambda row: row.budget) for field in _BUDGET),
+    Field(lambda row: row.fit.force_rms_n, "", "rms residual", quantity("N")),
+)
 
 BUDGET_LINE: tuple[Field[BudgetLine], ...] = (
     named("source", "source"),
@@ -85,9 +82,7 @@ CYCLE: tuple[Field[Cycle], ...] = (
     Field(
         lambda cycle: cycle.loop_energy_j / cycle.stored_energy_j, "", "of stored", number(".1%")
     ),
-    named("loop_energy_j"),
-    named("loop_sigma_j"),
-    named("stored_energy_j"),
+    *map(named, ("loop_energy_j", "loop_sigma_j", "stored_energy_j")),
 )
 
 
@@ -117,12 +112,8 @@ SYSTEM_REST: tuple[Field[SystemStiffnessFit], ...] = (
     ),
     named("force_range_n", "force range", interval("N")),
     named("points", "samples"),
-    named("intercept_n"),
-    named("smooth_error_m"),
-    named("smooth_degrees"),
-    named("nonlinearity"),
-    named("nonlinearity_sigma"),
-    named("contact_share"),
+    *map(named, ("intercept_n", "smooth_error_m", "smooth_degrees")),
+    *map(named, ("nonlinearity", "nonlinearity_sigma", "contact_share")),
 )
 
 CLOCK: tuple[Field[ChannelClock], ...] = (

@@ -43,14 +43,25 @@ class Field(Generic[T]):
         value = self.value(item)
         return NOTHING if value is None else self.show(value)
 
-    def of(self, part: Callable[[S], T]) -> Field[S]:
-        """The same figure of an `S` that has a `T` as its part."""
-        return Field(lambda whole: self.value(part(whole)), self.key, self.label, self.show)
+    def of(self, part: Callable[[S], T | None]) -> Field[S]:
+        """The same figure of an `S` that has a `T` as its part, or None where it has not."""
+
+        def value(whole: S) -> Any:
+            found = part(whole)
+            return None if found is None else self.value(found)
+
+        return Field(value, self.key, self.label, self.show)
 
 
 def named(key: str, label: str = "", show: Show = str) -> Field[Any]:
     """The field of an attribute that has the same name in JSON."""
     return Field(attrgetter(key), key, label, show)
+
+
+def by_name(label: str, fields: Iterable[Field[T]]) -> list[Field[tuple[str, T]]]:
+    """The fields of an item that has a name beside it, which is shown first."""
+    name: Field[tuple[str, T]] = Field(lambda pair: pair[0], label=label)
+    return [name, *(field.of(lambda pair: pair[1]) for field in fields)]
 
 
 def quantity(unit: str) -> Show:
@@ -96,12 +107,6 @@ def table(
     shown = [each for each in fields if each.label]
     rows = [[each.text(item) for each in shown] for item in items]
     return Table(title, [each.label for each in shown], rows, notes, page_only)
-
-
-def facts(title: str, fields: Iterable[Field[T]], item: T, *, page_only: bool = False) -> Table:
-    """The table of one `item`: one row for every field that has a label."""
-    rows = [(each.label, each.text(item)) for each in fields if each.label]
-    return Table(title, ("figure", "value"), rows, page_only=page_only)
 
 
 @dataclass(frozen=True, slots=True)

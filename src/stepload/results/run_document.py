@@ -14,8 +14,19 @@ from stepload.identify.system import SystemStiffnessFit
 from stepload.record.outcome import RunOutcome, RunStatus
 from stepload.record.reader import Recording
 from stepload.results import fields
-from stepload.results.evaluation import Evaluation
-from stepload.results.model import Card, Document, Mood, Table, Verdict, facts, interval, table
+from stepload.results.analyse import Evaluation
+from stepload.results.model import (
+    Card,
+    Document,
+    Mood,
+    Show,
+    Table,
+    Verdict,
+    interval,
+    number,
+    quantity,
+    table,
+)
 from stepload.results.press_data import PressData
 from stepload.results.run_figures import figures_of
 from stepload.units import format_quantity as f
@@ -178,34 +189,35 @@ def _identification_tables(found: Identification) -> list[Table]:
 
 
 def _system_table(fit: SystemStiffnessFit) -> Table:
-    return facts("System stiffness (26)", fields.SYSTEM + fields.SYSTEM_REST, fit)
+    shown = [field for field in fields.SYSTEM + fields.SYSTEM_REST if field.label]
+    rows = [(field.label, field.text(fit)) for field in shown]
+    return Table("System stiffness (26)", ("figure", "value"), rows)
 
 
 def _predicted_table(run: Evaluation) -> Table:
     envelope, found, outcome = run.envelope, run.identification, run.outcome
     law, seen = envelope.theory.law, envelope.identifiability
-    rows = [
-        ("duration", f"{envelope.duration_s:.0f} s", f"{outcome.end_s - outcome.start_s:.0f} s"),
-        ("largest force", f(envelope.top_force_n, "N"), f(outcome.peak_force_n, "N")),
+    newton, stiffness = quantity("N"), quantity("N/m")
+    rows: list[tuple[str, Show, float, float]] = [
+        ("duration [s]", number(".0f"), envelope.duration_s, outcome.end_s - outcome.start_s),
+        ("largest force", newton, envelope.top_force_n, outcome.peak_force_n),
     ]
     if found is not None:
-        fit = found.fit
-        top_n = min(envelope.top_force_n, found.peak_force_n)
-        predicted_m, measured_m = (
-            (top_n / k) ** (1.0 / n) for k, n in ((law.k, law.n), (fit.k, fit.n))
-        )
-        secants = f(envelope.secant_n_per_m, "N/m"), f(fit.secant_n_per_m, "N/m")
+        fit, top_n = found.fit, min(envelope.top_force_n, found.peak_force_n)
+        deep_m = [(top_n / k) ** (1.0 / n) for k, n in ((law.k, law.n), (fit.k, fit.n))]
+        secant = f"secant at {newton(fit.secant_force_n)}"
         rows += [
-            ("K [N/mⁿ]", f"{law.k:.3g}", f"{fit.k:.3g}"),
-            ("n", f"{law.n:.3f}", f"{fit.n:.3f}"),
-            (f"secant at {f(fit.secant_force_n, 'N')}", *secants),
-            (f"deformation at {f(top_n, 'N')}", f(predicted_m, "m"), f(measured_m, "m")),
+            ("K [N/mⁿ]", number(".3g"), law.k, fit.k),
+            ("n", number(".3f"), law.n, fit.n),
+            (secant, stiffness, envelope.secant_n_per_m, fit.secant_n_per_m),
+            (f"deformation at {newton(top_n)}", quantity("m"), deep_m[0], deep_m[1]),
         ]
         if seen is not None:
             reached = found.judgement.identifiability.k_max_n_per_m
-            rows.append(("K_max (34)", f(seen.k_max_n_per_m, "N/m"), f(reached, "N/m")))
+            rows.append(("K_max (34)", stiffness, seen.k_max_n_per_m, reached))
+    texts = [(label, show(one), show(other)) for label, show, one, other in rows]
     columns = ("figure", "predicted", "measured")
-    return Table("Preflight predicted, run measured", columns, rows, page_only=True)
+    return Table("Preflight predicted, run measured", columns, texts, page_only=True)
 
 
 def _run_in_table(found: RunIn) -> Table:

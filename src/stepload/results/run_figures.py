@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from stepload.identify.fit import Fit
 from stepload.identify.identification import REPORTED
-from stepload.results import comparison_figures as comparison
 from stepload.results import figures
-from stepload.results.evaluation import Evaluation
+from stepload.results.analyse import Evaluation
 from stepload.results.model import Figure
 from stepload.units import format_quantity as f
 
@@ -58,9 +57,7 @@ def figures_of(run: Evaluation) -> list[Figure]:
                 "Travel less the fitted line (26), over the forces of the fit. A bend speaks for a "
                 "contact that is not settled or for a load path that is not linear.",
                 "misfit of the system stiffness over force",
-                partial(
-                    comparison.misfits, {"misfit": (system.misfit_force_n, system.misfit_m)}
-                ),
+                partial(figures.misfit, system.misfit_force_n, system.misfit_m),
             )
         )  # fmt: skip
     if found is None:
