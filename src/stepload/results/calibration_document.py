@@ -34,7 +34,6 @@ def calibration_document(found: Calibration, file: Path) -> Document:
     if record.simulated:
         reasons.append("made in a dry run: good for dry runs only")
     rows = [(run.name, fit) for run, fit in zip(found.runs, found.fits, strict=False)]
-    shown = by_name("run", fields.SYSTEM)
     known = fields.smooth_error(record.smooth_error_m or 0.0, record.smooth_degrees)
     return Document(
         title="Calibration",

@@ -65,7 +65,8 @@ class Output:
         """Tables for people with their notes."""
         for each in tables:
             self.table(each.title, each.columns, each.rows)
-            self.line("\n".join((*each.notes, "")))
+            if each.notes:
+                self.line("\n".join((*each.notes, "")))
 
     def show(self, document: Document) -> None:
         """A result for people: its tables, then what they come to."""
