@@ -53,7 +53,7 @@ PARTS: dict[str, tuple[Any, str]] = {
     "safing": (loop, "make_safe"),
     "evaluation": (experiment, "evaluate"),
     "reading": (experiment, "read_recording"),
-    "report": (experiment, "compose"),
+    "report": (experiment, "run_document"),
     "results": (experiment, "_write_results"),
 }
 
@@ -65,7 +65,7 @@ def leave_out_judgement(patch: Callable[[Any, str, Any], None]) -> None:
         raise BadInputError("left out")
 
     patch(analyse, "identify_payload", not_now)
-    patch(experiment, "render", lambda page: "")
+    patch(experiment, "render", lambda document: "")
 
 
 class Stage:

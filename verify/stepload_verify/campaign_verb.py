@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -12,9 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stepload.cli.output import Output
-from stepload.cli.plans import AsJson, PlanFile
 from stepload.errors import BadInputError, ExitCode
+from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload_verify.campaign.campaign import Progress
@@ -29,7 +27,7 @@ MOST = 3
 
 
 def campaign(
-    plan: PlanFile,
+    plan: Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)],
     runs: Annotated[int, typer.Option("--runs", min=1, help="Runs on rigs with two channels.")],
     faults: Annotated[
         str, typer.Option("--faults", help="all, or kinds separated by commas.")
@@ -92,39 +90,24 @@ def _campaign(
 
 
 def _report(results: Sequence[Result], elapsed_s: float, output: Output) -> None:
-    from stepload_verify.campaign.summary import by_fault, by_rule, claimed, groups, summary
+    from stepload.results.model import table
+    from stepload_verify.campaign.summary import (
+        FAULT,
+        GROUP,
+        RULE,
+        by_fault,
+        by_rule,
+        claimed,
+        groups,
+        summary,
+    )
 
-    table = groups(results)
-    claim = table[0]
-    output.table(
-        "true peak force against F_c",
-        ("runs on", "runs", "above F_c", "95 % bound", "max F/F_c", "p99.9", "healthy", "false"),
-        [
-            (g.name, str(g.runs), str(g.above_elastic_limit), f"{g.rate_bound:.2g}",
-             f"{g.max_peak_ratio:.3f}", f"{g.p999_peak_ratio:.3f}", str(g.healthy),
-             f"{g.false_trips} ({g.false_trip_rate:.2%})" if g.healthy else "-")
-            for g in table
-        ],
-    )  # fmt: skip
-    rows = claimed(results)
-    output.table(
-        "how the runs of the claim ended",
-        ("by", "runs", "detected after (median)", "(99 %)", "max F/F_c"),
-        [
-            (r.rule, str(r.trips), _milliseconds(r.detection_median_s),
-             _milliseconds(r.detection_p99_s), f"{r.max_peak_ratio:.3f}")
-            for r in by_rule(rows)
-        ],
-    )  # fmt: skip
-    output.table(
-        "what was wrong (one run may stand in several rows)",
-        ("kind", "runs", "stopped", "above F_c", "max F/F_c"),
-        [
-            (f.kind, str(f.runs), str(f.stopped), str(f.above_elastic_limit),
-             f"{f.max_peak_ratio:.3f}")
-            for f in by_fault(rows)
-        ],
-    )  # fmt: skip
+    claim, rows = groups(results)[0], claimed(results)
+    output.tables(
+        table("True peak force against F_c", GROUP, groups(results)),
+        table("How the runs of the claim ended", RULE, by_rule(rows)),
+        table("What was wrong (one run may stand in several rows)", FAULT, by_fault(rows)),
+    )
     data = dict(summary(results))
     for title, name in (("above F_c", "violations"), ("false trips", "false_trip_runs")):
         if data[name]:
@@ -205,10 +188,6 @@ def _replay(work: Work, name: str, output: Output) -> None:
         f" {result.peak_ratio:.4f} F_c ({result.elastic_limit_n:.4g} N)"
     )
     output.result({"result": result, "peak_ratio": result.peak_ratio})
-
-
-def _milliseconds(time_s: float) -> str:
-    return "-" if math.isnan(time_s) else f"{time_s * 1e3:.1f} ms"
 
 
 @contextmanager

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stepload.cli.output import Output
-from stepload.cli.plans import AsJson
 from stepload.errors import BadInputError, ExitCode
+from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload.rig.contract import CheckResult

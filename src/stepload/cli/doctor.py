@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from stepload.cli.output import Output
-from stepload.cli.plans import AsJson, PlanFile
+from stepload.cli.plans import PlanFile
 from stepload.errors import ExitCode
-
-if TYPE_CHECKING:
-    from stepload.doctor.line import Line
+from stepload.results.terminal import AsJson, Output
 
 
 def doctor(
@@ -47,18 +44,11 @@ def doctor(
     out = Output(as_json=as_json)
     operator = Operator()
 
-    def tell(line: Line) -> None:
-        figures = f" {line.shown_value}" if line.shown_value else ""
-        limit = f" (limit {line.shown_limit})" if line.shown_limit else ""
-        out.line(f"{line.mark.upper():7} {line.name}:{figures}{limit} {line.message}")
-        if line.remedy and line.mark not in ("ok", "skipped"):
-            out.line(f"        -> {line.remedy}")
-
     envelope = envelope_of(load_plan(plan))
     with operator.listening():
         found = examine(
             envelope, dry_run=dry_run, seconds=seconds, still=still, against_spring=against_spring,
-            tell=tell, operator=operator,
+            tell=lambda line: out.finding(line.finding), operator=operator,
         )  # fmt: skip
     if found.snippet:
         out.line("\nmeasured, for the rig file:\n")

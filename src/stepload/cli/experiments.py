@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import signal
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stepload.cli.output import Output
-from stepload.cli.plans import AsJson, PayloadFile, PlanFile
+from stepload.cli.plans import PayloadFile, PlanFile
 from stepload.errors import BadInputError, ExitCode
+from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload.envelope.envelope import Envelope
-    from stepload.identify.identification import Identification
     from stepload.run.operator import Operator
     from stepload.session.experiment import Finished
 
@@ -37,42 +36,6 @@ EXIT_OF_SIGNAL: dict[int, ExitCode] = {
 }
 
 
-def show_identification(found: Identification, out: Output) -> None:
-    """Fits, the believed one and why, and the judgement as text."""
-    from stepload.identify.identification import REPORTED
-    from stepload.results.run_page import interval
-    from stepload.units import format_quantity as f
-
-    rows = []
-    for name in dict.fromkeys((*REPORTED, found.believe)):
-        if (fit := found.fits.get(name)) is None:
-            continue
-        stated = found.budgets.get(name)
-        rows.append(
-            (
-                f"{name} *" if name == found.believe else name,
-                f"{fit.k:.3g}",
-                f"{fit.n:.3f}",
-                f(fit.zero_m, "m"),
-                f(fit.secant_n_per_m, "N/m"),
-                interval(*stated.interval_secant_n_per_m, "N/m") if stated else "-",
-            )
-        )
-    secant_at = f(found.fit.secant_force_n, "N")
-    out.table(
-        "fits (* believed)",
-        ("fit", "K [N/m^n]", "n", "zero", f"secant at {secant_at}", "95 % interval"),
-        rows,
-    )
-    for line in found.why:
-        out.line(f"believe {found.believe}: {line}")
-    for doubt in found.fit.doubts:
-        out.line(f"doubt: {doubt.message}")
-    out.line(f"verdict: {found.judgement.verdict.value.upper()}")
-    for reason in found.judgement.reasons:
-        out.line(f"  {reason}")
-
-
 def exit_code(finished: Finished) -> ExitCode:
     """The exit code that says how a run ended."""
     from stepload.record.outcome import RunStatus
@@ -88,21 +51,14 @@ def exit_code(finished: Finished) -> ExitCode:
 
 
 def _show_run(finished: Finished, out: Output) -> None:
-    evaluation = finished.evaluation
-    out.line(finished.outcome.why)
     for error in finished.outcome.errors:
         out.line(f"error on the way: {error}")
     for problem in finished.problems:
         out.line(f"error: {problem}")
-    if evaluation is not None and evaluation.identification is not None:
-        show_identification(evaluation.identification, out)
-        if evaluation.problem:
-            out.line(f"note: {evaluation.problem}")
-    elif evaluation is not None and evaluation.problem:
-        out.line(f"no result: {evaluation.problem}")
-    if resumed := finished.data.get("resumed"):
-        out.line(f"note: {resumed}")
-    out.line(finished.headline)
+    if finished.document is not None:
+        out.show(finished.document)
+    else:
+        out.line(f"{finished.outcome.why}\nno result")
     if (report := finished.directory / "report.html").exists():
         out.line(f"report: {report}")
     out.line(f"record: {finished.directory / 'run.mcap'}")
@@ -214,7 +170,8 @@ def identify(
     """Identify the contact law from a record or a CSV file; nothing is moved or changed."""
     from stepload.results.data import identification_data, system_data
     from stepload.results.from_file import Wishes, identify_file, system_of_file
-    from stepload.units import format_quantity, parse_quantity
+    from stepload.results.run_document import identification_document, system_document
+    from stepload.units import parse_quantity
 
     def quantity(text: str | None, unit: str) -> float | None:
         return None if text is None else parse_quantity(text, unit)
@@ -227,23 +184,16 @@ def identify(
         elastic_limit_n=quantity(elastic_limit, "N"),
     )
     out = Output(as_json=as_json)
-    data: dict[str, Any]
     if kind == "system":
         fit = system_of_file(file)
-        data = system_data(fit)
-        out.line(
-            f"K_s = {format_quantity(fit.stiffness_n_per_m, 'N/m')} ± "
-            f"{format_quantity(fit.sigma_n_per_m, 'N/m')}, MSDE {format_quantity(fit.msde_m, 'm')}"
-        )
+        out.show(system_document(fit))
+        out.result(system_data(fit))
     elif kind == "payload":
         found, notes = identify_file(file, wishes)
-        show_identification(found, out)
-        for note in notes:
-            out.line(f"note: {note}")
-        data = identification_data(found) | {"notes": list(notes)}
+        out.show(identification_document(found, notes))
+        out.result(identification_data(found) | {"notes": notes})
     else:
         raise BadInputError(f"--kind {kind!r}", hint="payload or system")
-    out.result(data)
 
 
 def register(app: typer.Typer) -> None:

@@ -13,8 +13,8 @@ import typer
 
 from stepload import __version__
 from stepload.cli import devices, doctor, experiments, plans, records, results, shipped
-from stepload.cli.output import Output
 from stepload.errors import BadInputError, ExitCode, LeftEarlyError, SteploadError
+from stepload.results.terminal import Output
 
 TRACEBACK = "STEPLOAD_TRACEBACK"
 VERBS = "stepload.verbs"

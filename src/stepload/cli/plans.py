@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stepload.cli.output import Output
 from stepload.errors import ExitCode
+from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload.envelope.envelope import Envelope
+    from stepload.envelope.limits import RunLimits
 
 PlanFile = Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 PayloadFile = Annotated[
     Path | None, typer.Option("--payload", help="Another payload file than the plan's.")
 ]
@@ -23,6 +23,9 @@ PayloadFile = Annotated[
 
 def preflight_data(envelope: Envelope) -> dict[str, Any]:
     """The JSON object of a preflight."""
+    from stepload.results import fields
+    from stepload.results.model import data
+
     found = envelope.identifiability
     return {
         "verdict": envelope.verdict,
@@ -41,35 +44,28 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "identifiability": found,
         "guarded_speed_m_s": envelope.guarded_speed_m_s,
         "fast_speed_m_s": envelope.fast_speed_m_s,
-        "force_budget": [
-            {"name": term.name, "value_n": term.value, "source": term.source}
-            for term in envelope.force_budget
-        ],
-        "schedule": [
-            {"name": stage.name, "each_s": stage.each_s, "repeats": stage.repeats}
-            for stage in envelope.stages
-        ],
+        "force_budget": [data(fields.FORCE_TERM, term) for term in envelope.force_budget],
+        "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
         "duration_s": envelope.duration_s,
     }
 
 
 def show_preflight(envelope: Envelope, out: Output) -> None:
     """A preflight as text: verdict and reasons first, then the figures behind them."""
+    from stepload.results import fields
+    from stepload.results.model import Finding, Table, table
+    from stepload.results.run_document import force_budget_table
     from stepload.units import format_quantity as f
 
     out.line(f"preflight: {envelope.verdict.upper()}")
     for reason in envelope.reasons:
-        out.line(f"  {reason.severity}: {reason.message}")
-        if reason.remedy:
-            out.line(f"      -> {reason.remedy}")
+        out.finding(Finding(reason.severity, reason.message, reason.remedy))
     theory, found = envelope.theory, envelope.identifiability
     rows = [
         ("elastic limit F_c", f(theory.elastic_limit_n, "N"), theory.limit_equation),
         ("largest safe top force", f(envelope.largest_safe_force_n, "N"), "F_allowed - headroom"),
         ("force limit F_lim (R1)", f(envelope.force_limit_n, "N"), "supervisor"),
         ("top force", f(envelope.top_force_n, "N"), "plan"),
-    ]
-    rows += [
         ("law", f"K = {theory.law.k:.3g} N/m^n, n = {theory.law.n:.4g}", theory.law.equation),
         ("deformation at top force", f(envelope.deformation_m, "m"), "(2)"),
         (f"secant at {f(envelope.secant_force_n, 'N')}", f(envelope.secant_n_per_m, "N/m"), "(28)"),
@@ -80,34 +76,23 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
             ("  if K_r ≫ K_s", f(found.limit_stiff_resolution_n_per_m, "N/m"), "(35)"),
             ("  if K_s ≫ K_r", f(found.limit_stiff_system_n_per_m, "N/m"), "(36)"),
         ]
-    out.table("predicted", ("figure", "value", "from"), rows)
-    out.table(
-        f"force budget at the guarded speed of {f(envelope.guarded_speed_m_s, 'm/s')}",
-        ("term", "force", "from"),
-        [(term.name, f(term.value, "N"), term.source) for term in envelope.force_budget],
-    )
-    out.table(
-        f"schedule: about {envelope.duration_s:.0f} s",
-        ("stage", "each", "times", "total"),
-        [
-            (stage.name, f"{stage.each_s:.1f} s", str(stage.repeats), f"{stage.total_s:.1f} s")
-            for stage in envelope.stages
-        ],
+    out.tables(
+        Table("Predicted", ("figure", "value", "from"), rows),
+        force_budget_table(envelope),
+        table(f"Schedule: about {envelope.duration_s:.0f} s", fields.STAGE, envelope.stages),
     )
 
 
-def show_thresholds(envelope: Envelope, out: Output) -> None:
+def show_thresholds(limits: RunLimits, out: Output) -> None:
     """The thresholds that a rule of the supervisor stops at, by the names they have in a record."""
     from stepload.units import format_quantity as f
 
-    if envelope.limits is None:
-        return
     rows = []
-    for rule, term in envelope.limits.judged:
+    for rule, term in limits.judged:
         samples = term.unit == "samples"
         value = f"{term.value:g} {term.unit}" if samples else f(term.value, term.unit)
         rows.append((rule, term.name, value.rstrip(), term.source))
-    out.table("the supervisor stops at", ("rule", "threshold", "value", "from"), rows)
+    out.table("The supervisor stops at", ("rule", "threshold", "value", "from"), rows)
 
 
 def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = False) -> None:
@@ -120,12 +105,10 @@ def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = Fal
     envelope = envelope_of(load_plan(plan, payload=payload))
     show_preflight(envelope, out)
     refused = envelope.verdict is PlanVerdict.REFUSED
-    if not refused:
-        show_thresholds(envelope, out)
-    limits = envelope.limits
-    out.result(
-        preflight_data(envelope) | {"limits": limits.terms if limits and not refused else ()}
-    )
+    limits = None if refused else envelope.limits
+    if limits is not None:
+        show_thresholds(limits, out)
+    out.result(preflight_data(envelope) | {"limits": limits.terms if limits else ()})
     if refused:
         raise typer.Exit(ExitCode.REFUSED)
 

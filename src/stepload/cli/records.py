@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
-from stepload.cli.output import Output
-from stepload.cli.plans import AsJson
 from stepload.errors import BadInputError, ExitCode
+from stepload.results.terminal import AsJson, Output
 
 RecordFile = Annotated[Path, typer.Argument(help="A record (run.mcap or run.mcap.part).")]
 

@@ -3,63 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from stepload.cli.experiments import DryRun, OutDirectory, Seed, exit_code, press
-from stepload.cli.output import Output
-from stepload.cli.plans import AsJson
 from stepload.errors import BadInputError, ExitCode
-
-if TYPE_CHECKING:
-    from stepload.results.calibration import Calibration
+from stepload.results.terminal import AsJson, Output
 
 CALIBRATION = "calibration.json"
-
-
-def _show_calibration(found: Calibration, file: Path, out: Output) -> None:
-    from stepload.results.run_page import smooth_error
-    from stepload.units import format_quantity as f
-
-    record = found.record
-    rows = [
-        (
-            run.name,
-            f(fit.stiffness_n_per_m, "N/m"),
-            f(fit.sigma_n_per_m, "N/m"),
-            f(fit.msde_m, "m"),
-            f"{fit.nonlinearity:.1%} ± {fit.nonlinearity_sigma:.1%}",
-        )
-        for run, fit in zip(found.runs, found.fits, strict=False)
-    ]
-    if rows:
-        columns = ("run", "K_s", "standard uncertainty", "MSDE", "nonlinearity")
-        out.table("system stiffness (26)", columns, rows)
-    if found.pooled is not None and found.pooled.runs > 1:
-        pooled = found.pooled
-        out.line(
-            f"{pooled.runs} runs count as {pooled.independent_runs:.1f}: their misfits correlate "
-            f"by {pooled.misfit_correlation:+.2f}; they scatter {pooled.scatter:.2f} times as "
-            "much as their uncertainties say"
-        )
-    if found.spheres is not None:
-        out.line(
-            f"the contacts deform {found.spheres.contact_scale:.3f} ± "
-            f"{found.spheres.contact_scale_sigma:.3f} times as much as theory says"
-        )
-    known = smooth_error(record.smooth_error_m or 0.0, record.smooth_degrees)
-    out.line(
-        f"K_s = {f(record.stiffness_n_per_m, 'N/m')} ± {f(record.sigma_n_per_m, 'N/m')} "
-        f"(standard uncertainty), smooth position error {known}"
-    )
-    out.line(
-        f"for {record.rig}, pose {record.pose or 'not stated'!r}, direction {record.direction}, "
-        f"valid until {record.valid_until}"
-    )
-    if record.simulated:
-        out.line("made in a dry run: good for dry runs only")
-    out.line(f"calibration record: {file}")
 
 
 def calibrate(
@@ -95,7 +47,8 @@ def calibrate(
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.calibration import write_calibration
     from stepload.plan.load import load_plan
-    from stepload.results.calibration import calibration_data, from_system_runs, from_two_spheres
+    from stepload.results.calibration import from_system_runs, from_two_spheres
+    from stepload.results.calibration_document import calibration_data, calibration_document
     from stepload.results.saved import saved_run
     from stepload.run.operator import Operator
 
@@ -146,7 +99,7 @@ def calibrate(
         write_calibration(found.record, record)
     except OSError as error:
         raise BadInputError(f"cannot write {record}: {error.strerror}") from error
-    _show_calibration(found, record, output)
+    output.show(calibration_document(found, record))
     output.result({"record": record, **calibration_data(found)})
     raise typer.Exit(code)
 
@@ -196,17 +149,15 @@ def compare(
     as_json: AsJson = False,
 ) -> None:
     """Compare runs with each other and with an imported curve; nothing is moved or changed."""
-    import json
-
     from stepload.record.curves import read_curve
-    from stepload.record.plain import plain
-    from stepload.results import comparison_page as page
-    from stepload.results.comparison import CurveGiven, comparison_data
+    from stepload.record.plain import json_text
+    from stepload.results.comparison import CurveGiven
     from stepload.results.comparison import compare as compare_runs
-    from stepload.results.html import render
+    from stepload.results.comparison_document import comparison_data, comparison_document
+    from stepload.results.page import render
     from stepload.results.saved import saved_run
     from stepload.session.files import write_file
-    from stepload.units import format_quantity, parse_quantity
+    from stepload.units import parse_quantity
 
     output = Output(as_json=as_json)
     given = None
@@ -225,28 +176,13 @@ def compare(
         secant_force_n=parse_quantity(secant_force, "N") if secant_force else None,
         given=given,
     )
-    at = format_quantity(found.secant_force_n, "N")
-    output.table(
-        f"fits of the virgin contact (* believed), secants at {at}",
-        page.FIT_COLUMNS, page.fit_rows(found),
-    )  # fmt: skip
-    for title, columns, rows in (
-        ("against the first run", page.PAIR_COLUMNS, page.pair_rows(found)),
-        ("spread", page.SPREAD_COLUMNS, page.spread_rows(found)),
-        ("against the curve", page.CURVE_COLUMNS, page.curve_rows(found)),
-    ):
-        if rows:
-            output.table(title, columns, rows)
-    for note in found.notes:
-        output.line(f"note: {note}")
-    _, verdict, text = page.headline(found)
-    output.line(f"{verdict.upper()}: {text}")
-    data = plain({"verdict": verdict, "headline": text, **comparison_data(found)})
+    document, data = comparison_document(found), comparison_data(found)
+    output.show(document)
     if out is not None:
         try:
             out.mkdir(parents=True, exist_ok=True)
-            write_file(out / "compare.html", render(page.compose(found)))
-            write_file(out / "compare.json", json.dumps(data, indent=1, allow_nan=False) + "\n")
+            write_file(out / "compare.html", render(document))
+            write_file(out / "compare.json", json_text(data, indent=1) + "\n")
         except OSError as error:
             raise BadInputError(f"cannot write to {out}: {error.strerror}") from error
         output.line(f"report: {out / 'compare.html'}")

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stepload.cli.output import Output
-from stepload.cli.plans import AsJson
+from stepload.results.terminal import AsJson, Output
 
 plans_app = typer.Typer(help="Plans that come with stepload, ready to run or to begin with.")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+from stepload.results.model import Finding
 from stepload.units import format_quantity
 
 
@@ -33,14 +34,13 @@ class Line:
     remedy: str = ""
 
     @property
-    def shown_value(self) -> str:
-        """`value` as people write it."""
-        return _shown(self.value, self.unit)
-
-    @property
-    def shown_limit(self) -> str:
-        """`limit` as people write it."""
-        return _shown(self.limit, self.unit)
+    def finding(self) -> Finding:
+        """The same for people; a remedy only where something is to be done."""
+        value, limit = _shown(self.value, self.unit), _shown(self.limit, self.unit)
+        figures = f" {value}" if value else ""
+        figures += f" (limit {limit})" if limit else ""
+        remedy = self.remedy if self.mark in (Mark.WARN, Mark.FAIL) else ""
+        return Finding(self.mark, f"{self.name}:{figures} {self.message}", remedy)
 
 
 def _shown(value: float, unit: str) -> str:

@@ -43,3 +43,8 @@ def to_json(data: Mapping[str, object], indent: int | None = None) -> bytes:
         return json.dumps(data, allow_nan=False, default=_texts, indent=indent).encode()
     except ValueError:
         return json.dumps(_texts(data), allow_nan=False, indent=indent).encode()
+
+
+def json_text(value: Any, indent: int | None = None) -> str:
+    """`value` as one JSON text; NaN and infinities become null."""
+    return json.dumps(plain(value), indent=indent, allow_nan=False)

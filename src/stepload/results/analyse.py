@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
 from stepload.identify.conditions import Conditions
 from stepload.identify.identification import Identification, identify
@@ -14,13 +15,28 @@ from stepload.identify.runin import RunIn, run_in
 from stepload.identify.selection import payload_deformation, select
 from stepload.identify.system import SeriesContact, SystemStiffnessFit, fit_system_stiffness
 from stepload.plan.model import Plan
+from stepload.record.outcome import RunOutcome
 from stepload.record.reader import Recording
 from stepload.results.conditions import measured, planned
-from stepload.results.evaluation import Evaluation
 from stepload.results.press_data import LOADING, UNLOADING, PressData, number, press_data
 
 CONTACT_MODULUS_SIGMA = 0.1
 """Relative uncertainty of a series contact computed from handbook moduli."""
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """A run and what its data say; None where it did not get so far, `problem` says why."""
+
+    envelope: Envelope
+    outcome: RunOutcome
+    recording: Recording
+    dry_run: bool
+    data: PressData | None = None
+    identification: Identification | None = None
+    system: SystemStiffnessFit | None = None
+    run_in: RunIn | None = None
+    problem: str = ""
 
 
 def identify_payload(data: PressData, conditions: Conditions) -> Identification:

@@ -17,7 +17,6 @@ from stepload.identify.system import SystemStiffnessFit
 from stepload.identify.two_spheres import TwoSphereFit, two_sphere_difference
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
 from stepload.results.analyse import identify_system, series_contact
-from stepload.results.data import system_data
 from stepload.results.press_data import LOADING
 from stepload.results.saved import SavedRun
 
@@ -107,19 +106,6 @@ def from_two_spheres(
         force_to_n=float(grid[-1]),
     )
     return Calibration(record, (first, second), spheres=fit)
-
-
-def calibration_data(found: Calibration) -> dict[str, Any]:
-    """The JSON object of a calibration."""
-    return {
-        "calibration": found.record,
-        "runs": [
-            {"path": run.path, "run_id": run.metadata.get("run_id"), **system_data(fit)}
-            for run, fit in zip(found.runs, found.fits, strict=False)
-        ],
-        "pooled": found.pooled,
-        "two_spheres": found.spheres,
-    }
 
 
 def _at_least_one(degrees: float | None) -> float | None:

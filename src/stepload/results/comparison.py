@@ -6,7 +6,6 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +28,6 @@ from stepload.identify.identification import REPORTED, Identification
 from stepload.identify.selection import select
 from stepload.record.curves import Curve
 from stepload.results.analyse import identify_payload
-from stepload.results.data import fit_data
 from stepload.results.press_data import LOADING
 from stepload.results.saved import SavedRun
 
@@ -273,48 +271,3 @@ def _notes(runs: Sequence[ComparedRun], given: CurveGiven | None) -> list[str]:
     if given is not None and given.modulus_pa is None and given.plate_pa is None:
         notes.append("the curve is compared as it is: no modulus was given to correct it by (V-A)")
     return notes
-
-
-def comparison_data(found: Comparison) -> dict[str, Any]:
-    """The JSON object of a comparison."""
-    return {
-        "secant_force_n": found.secant_force_n,
-        "runs": [
-            {
-                "name": each.run.name,
-                "path": each.run.path,
-                "payload": each.run.metadata.get("payload"),
-                "rig": each.run.metadata.get("rig"),
-                "believe": each.found.believe,
-                "fits": {
-                    name: fit_data(fit, each.found.budgets.get(name))
-                    for name, fit in each.found.fits.items()
-                    if name in {*REPORTED, each.found.believe}
-                },
-                "cycles": [
-                    {"cycle": number}
-                    | {
-                        name: {"n": fit.n, "secant_n_per_m": fit.secant_n_per_m}
-                        for name, fit in fits.items()
-                    }
-                    for number, fits in each.cycles.items()
-                ],
-            }
-            for each in found.runs
-        ],
-        "spread": found.spreads,
-        "pairs": found.pairs,
-        "curve": [
-            {
-                "run": each.run,
-                "estimator": each.estimator,
-                "inside_share": each.result.inside_share,
-                "force_rms_n": each.result.force_rms_n,
-                "deformation_rms_m": each.result.deformation_rms_m,
-                "secant_change": each.result.secant_change,
-                "points": len(each.result.curve_n),
-            }
-            for each in found.curve
-        ],
-        "notes": found.notes,
-    }

@@ -1,29 +1,63 @@
-"""Figures of several runs side by side: arrays in, one SVG text out each."""
+"""Which figures a comparison has, what their captions say, and how they are drawn."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from functools import partial
 
-from stepload.results.figures import BLUE, GREEN, GREY, INK, ORANGE, RED, FloatArray, _figure, _svg
+from stepload.identify.compare import Band
+from stepload.results.comparison import ComparedRun, Comparison, virgin_band
+from stepload.results.figures import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    RED,
+    FloatArray,
+    figure_of,
+    svg_of,
+)
+from stepload.results.model import Figure
+from stepload.units import format_quantity as f
 
 COLOURS = (BLUE, ORANGE, GREEN, RED, INK, GREY)
 
 
-class BandCurve(NamedTuple):
-    """A force–deformation curve with its band, (N,) each."""
+def figures_of(found: Comparison) -> list[Figure]:
+    """The figures of a comparison, drawn when they are wanted."""
+    known = {each.run.name: virgin_band(each) for each in found.runs}
+    laws = {name: band for name, band in known.items() if band is not None}
+    made = []
+    imported = None
+    if found.curve:
+        first = found.curve[0].result
+        imported = first.band.deformation_m, first.curve_n
+    if laws:
+        made.append(
+            Figure(
+                "laws", "Force against deformation",
+                "Believed law of every run from its own zero, with its pointwise 95 % band"
+                + ("; the imported curve is corrected for its modulus." if imported else "."),
+                "force over deformation with confidence bands",
+                partial(_bands, laws, imported),
+            )
+        )  # fmt: skip
+    made.append(
+        Figure(
+            "secants", f"Secant stiffness at {f(found.secant_force_n, 'N')}",
+            "Believed fit with its 95 % interval; small marks are the cycles by themselves. The "
+            "interval holds what all runs have in common, the marks do not.",
+            "secant stiffness of every run with intervals",
+            partial(_secants, found.runs),
+        )
+    )  # fmt: skip
+    return made
 
-    deformation_m: FloatArray
-    force_n: FloatArray
-    lower_n: FloatArray
-    upper_n: FloatArray
 
-
-def bands(
-    runs: Mapping[str, BandCurve], imported: tuple[FloatArray, FloatArray] | None = None
-) -> str:
+def _bands(runs: Mapping[str, Band], imported: tuple[FloatArray, FloatArray] | None = None) -> str:
     """Believed laws with their 95 % bands, and an imported curve (deformation, force) as points."""
-    with _figure(4.4) as (figure, (axes,)):
+    with figure_of(4.4) as (figure, (axes,)):
         for index, (name, run) in enumerate(runs.items()):
             colour = COLOURS[index % len(COLOURS)]
             micrometres = run.deformation_m * 1e6
@@ -37,45 +71,22 @@ def bands(
             tops.append(float(imported[1].max()))
         axes.set_ylim(0.0, 1.15 * max(tops))
         axes.legend(loc="upper left")
-        return _svg(figure)
+        return svg_of(figure)
 
 
-class SecantPoint(NamedTuple):
-    """A secant stiffness in N/m with its interval, None where there is none."""
-
-    label: str
-    secant_n_per_m: float
-    interval_n_per_m: tuple[float, float] | None
-    cycles_n_per_m: Sequence[float]
-
-
-def secants(points: Sequence[SecantPoint]) -> str:
-    """Secant stiffness of every run with its 95 % interval; its cycles as small marks."""
-    with _figure(1.2 + 0.45 * len(points)) as (figure, (axes,)):
-        for row, point in enumerate(points):
-            if point.interval_n_per_m is not None:
-                low, high = point.interval_n_per_m
-                axes.plot([low * 1e-6, high * 1e-6], [row, row], color=BLUE, lw=2.5, alpha=0.5)
-            axes.plot(
-                [value * 1e-6 for value in point.cycles_n_per_m],
-                [row] * len(point.cycles_n_per_m), "|", ms=9, color=ORANGE,
-            )  # fmt: skip
-            axes.plot([point.secant_n_per_m * 1e-6], [row], "o", ms=6, color=BLUE)
-        axes.set_yticks(range(len(points)), [point.label for point in points])
-        axes.set_ylim(len(points) - 0.5, -0.5)
+def _secants(runs: Sequence[ComparedRun]) -> str:
+    """Believed secant stiffness of every run with its 95 % interval; its cycles as small marks."""
+    with figure_of(1.2 + 0.45 * len(runs)) as (figure, (axes,)):
+        for row, each in enumerate(runs):
+            found = each.found
+            if found.budget is not None:
+                ends = [end * 1e-6 for end in found.budget.interval_secant_n_per_m]
+                axes.plot(ends, [row, row], color=BLUE, lw=2.5, alpha=0.5)
+            cycles = [fits[found.believe] for fits in each.cycles.values() if found.believe in fits]
+            marks = [fit.secant_n_per_m * 1e-6 for fit in cycles]
+            axes.plot(marks, [row] * len(marks), "|", ms=9, color=ORANGE)
+            axes.plot([found.fit.secant_n_per_m * 1e-6], [row], "o", ms=6, color=BLUE)
+        axes.set_yticks(range(len(runs)), [each.run.name for each in runs])
+        axes.set_ylim(len(runs) - 0.5, -0.5)
         axes.set_xlabel("secant stiffness [N/µm]")
-        return _svg(figure)
-
-
-def misfits(runs: Mapping[str, tuple[FloatArray, FloatArray]]) -> str:
-    """What the line of (26) leaves in each run: force and misfit in m."""
-    with _figure(3.0) as (figure, (axes,)):
-        for index, (name, (force_n, misfit_m)) in enumerate(runs.items()):
-            axes.plot(
-                force_n, misfit_m * 1e6, ".", ms=4, color=COLOURS[index % len(COLOURS)], label=name
-            )
-        axes.axhline(0.0, color=INK, lw=0.8)
-        axes.set(xlabel="force [N]", ylabel="travel − line [µm]")
-        if len(runs) > 1:
-            axes.legend(loc="best")
-        return _svg(figure)
+        return svg_of(figure)

@@ -53,7 +53,8 @@ class Trace:
 
 
 @contextmanager
-def _figure(height: float, rows: int = 1) -> Iterator[tuple[Figure, list[Axes]]]:
+def figure_of(height: float, rows: int = 1) -> Iterator[tuple[Figure, list[Axes]]]:
+    """A figure of `height` inches in the report's style, and its axes from top to bottom."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -69,7 +70,8 @@ def _figure(height: float, rows: int = 1) -> Iterator[tuple[Figure, list[Axes]]]
         yield figure, [row[0] for row in axes]
 
 
-def _svg(figure: Figure) -> str:
+def svg_of(figure: Figure) -> str:
+    """The figure as SVG text, the same for the same figure."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     return buffer.getvalue()
@@ -108,7 +110,7 @@ def _shade(axes: Axes, trace: Trace) -> None:
 
 def over_time(trace: Trace) -> str:
     """Force and displacement against time, phases shaded."""
-    with _figure(5.2, rows=2) as (figure, (upper, lower)):
+    with figure_of(5.2, rows=2) as (figure, (upper, lower)):
         for axes, value, scale, label, colour in (
             (upper, trace.force_n, 1.0, "force [N]", BLUE),
             (lower, trace.displacement_m, 1e6, "displacement [µm]", ORANGE),
@@ -125,13 +127,13 @@ def over_time(trace: Trace) -> str:
             lower.set_ylim(max(reach.min(), -0.5 * reach.max()) - pad, reach.max() + pad)
         lower.set_xlabel("time since start [s]")
         figure.legend(*upper.get_legend_handles_labels(), loc="outside upper center", ncols=6)
-        return _svg(figure)
+        return svg_of(figure)
 
 
 def against_limit(trace: Trace, predicted_peak_n: FloatArray, tick_s: FloatArray,
                   limits_n: Mapping[str, float]) -> str:  # fmt: skip
     """Force and the supervisor's predicted peak against every limit; F_c on top."""
-    with _figure(3.4) as (figure, (axes,)):
+    with figure_of(3.4) as (figure, (axes,)):
         index = thin(MOST_POINTS, predicted_peak_n)
         axes.plot(
             tick_s[index], predicted_peak_n[index], color=GREY, lw=0.8, label="predicted peak (R2)"
@@ -150,7 +152,7 @@ def against_limit(trace: Trace, predicted_peak_n: FloatArray, tick_s: FloatArray
         axes.margins(x=0)
         axes.set(xlabel="time since start [s]", ylabel="force [N]")
         axes.legend(loc="upper left")
-        return _svg(figure)
+        return svg_of(figure)
 
 
 Law = Callable[[FloatArray], FloatArray]
@@ -159,7 +161,7 @@ Law = Callable[[FloatArray], FloatArray]
 def force_deformation(deformation_m: FloatArray, force_n: FloatArray,
                       laws: Mapping[str, Law], believed: str) -> str:  # fmt: skip
     """Measured force against payload deformation with every fitted law (deformation → force)."""
-    with _figure(4.2) as (figure, (axes,)):
+    with figure_of(4.2) as (figure, (axes,)):
         step = max(1, len(force_n) // MOST_POINTS)
         axes.plot(
             deformation_m[::step] * 1e6, force_n[::step], ".", ms=2.0, color=GREY,
@@ -176,12 +178,12 @@ def force_deformation(deformation_m: FloatArray, force_n: FloatArray,
         axes.set(xlabel="payload deformation from touch [µm]", ylabel="force [N]")
         axes.set_ylim(bottom=min(0.0, float(force_n.min())))
         axes.legend(loc="upper left")
-        return _svg(figure)
+        return svg_of(figure)
 
 
 def residuals(force_n: FloatArray, residual_n: Mapping[str, FloatArray], believed: str) -> str:
     """Measured force minus each fitted law, against force."""
-    with _figure(3.0) as (figure, (axes,)):
+    with figure_of(3.0) as (figure, (axes,)):
         step = max(1, len(force_n) // MOST_POINTS)
         for (name, values), colour in zip(
             residual_n.items(), (ORANGE, GREEN, BLUE, RED), strict=False
@@ -194,13 +196,13 @@ def residuals(force_n: FloatArray, residual_n: Mapping[str, FloatArray], believe
         axes.axhline(0.0, color=INK, lw=0.8)
         axes.set(xlabel="force [N]", ylabel="measured − law [N]")
         axes.legend(loc="best", markerscale=4)
-        return _svg(figure)
+        return svg_of(figure)
 
 
 def ellipse(k_axis: FloatArray, n_axis: FloatArray, points: Sequence[tuple[str, float, float]]
             ) -> str:  # fmt: skip
     """Outline (M,) of the 95 % region of K [N/m^n] and n, with every fit as a point."""
-    with _figure(3.0) as (figure, (axes,)):
+    with figure_of(3.0) as (figure, (axes,)):
         axes.fill(n_axis, k_axis, color=BLUE, alpha=0.12, lw=0)
         axes.plot(n_axis, k_axis, color=BLUE, label="95 % region")
         for (name, k, n), colour in zip(points, (ORANGE, GREEN, INK, RED), strict=False):
@@ -208,4 +210,13 @@ def ellipse(k_axis: FloatArray, n_axis: FloatArray, points: Sequence[tuple[str, 
         axes.set_yscale("log")
         axes.set(xlabel="exponent n", ylabel="K [N/m$^n$]")
         axes.legend(loc="best")
-        return _svg(figure)
+        return svg_of(figure)
+
+
+def misfit(force_n: FloatArray, misfit_m: FloatArray) -> str:
+    """What the line of (26) leaves: misfit in m over force, (N,) each."""
+    with figure_of(3.0) as (figure, (axes,)):
+        axes.plot(force_n, misfit_m * 1e6, ".", ms=4, color=BLUE)
+        axes.axhline(0.0, color=INK, lw=0.8)
+        axes.set(xlabel="force [N]", ylabel="travel − line [µm]")
+        return svg_of(figure)

@@ -7,7 +7,6 @@ devices are closed; only then is the record finished and anything evaluated.
 from __future__ import annotations
 
 import contextlib
-import json
 import secrets
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -19,15 +18,15 @@ from stepload.envelope.envelope import Envelope, refusal_of
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import LeftEarlyError, RefusedError
 from stepload.record.outcome import RunOutcome
-from stepload.record.plain import plain
+from stepload.record.plain import json_text, plain
 from stepload.record.reader import read_recording
 from stepload.record.recorder import Recorder, RecordingFailedError
 from stepload.record.rows import Phase
-from stepload.results.analyse import evaluate
+from stepload.results.analyse import Evaluation, evaluate
 from stepload.results.data import outcome_data, run_data
-from stepload.results.evaluation import Evaluation
-from stepload.results.html import render
-from stepload.results.run_page import compose, headline
+from stepload.results.model import Document
+from stepload.results.page import render
+from stepload.results.run_document import run_document
 from stepload.run.cadence import PROGRESS_S
 from stepload.run.loop import run_loop
 from stepload.run.open_rig import OpenRig, opened
@@ -45,17 +44,18 @@ RigOpener = Callable[..., contextlib.AbstractContextManager[OpenRig]]
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """What a run left behind; `problems` are what went wrong after it.
+    """What a run left behind; `data` is there whatever happens to its evaluation.
 
-    `left_early` is the signal that cut its evaluation short, 0 for none.
+    `problems` are what went wrong after the run, `left_early` is the signal that cut its
+    evaluation short, 0 for none.
     """
 
     directory: Path
     outcome: RunOutcome
     data: Mapping[str, Any]
-    evaluation: Evaluation | None
-    headline: str
-    problems: tuple[str, ...]
+    evaluation: Evaluation | None = None
+    document: Document | None = None
+    problems: tuple[str, ...] = ()
     left_early: int = 0
 
 
@@ -212,101 +212,78 @@ def _recording(session: _Session, rig: OpenRig) -> Iterator[Recorder]:
         raise
 
 
-@dataclass(slots=True)
-class _Result:
-    """What becomes of a run that is over; `data` is there whatever happens to its evaluation."""
-
-    data: dict[str, Any]
-    evaluation: Evaluation | None = None
-    headline: str = "no result"
-    problems: tuple[str, ...] = ()
-    left_early: int = 0
-
-
 def _keep(session: _Session, outcome: RunOutcome, recorder: Recorder) -> Finished:
     """Evaluate a run that is over, and finish its files whatever the evaluation comes to."""
-    result = _Result(plain(outcome_data(outcome, session.envelope)))
+    bare = plain(outcome_data(outcome, session.envelope))
+    finished = Finished(session.directory, outcome, bare)
     try:
         recorder.sync()
-        _evaluate(session, outcome, recorder.part_path, result)
-        recorder.finish(result.data, str(result.data["verdict"]))
+        finished = _evaluated(session, finished, recorder.part_path)
+        recorder.finish(finished.data, str(finished.data["verdict"]))
     except Exception as error:  # the recorder's own; what got to the disk stays there
-        raise _given_up(session, outcome, result.data, recorder, error) from error
-    return Finished(
-        directory=session.directory,
-        outcome=outcome,
-        data=result.data,
-        evaluation=result.evaluation,
-        headline=result.headline,
-        problems=(*result.problems, *_write_files(session.directory, result)),
-        left_early=result.left_early,
-    )
+        raise _given_up(finished, recorder, error) from error
+    return replace(finished, problems=(*finished.problems, *_write_files(finished)))
 
 
-def _evaluate(session: _Session, outcome: RunOutcome, record: Path, result: _Result) -> None:
-    """Read the record back and evaluate it; never raises, for the record must be finished."""
+def _evaluated(session: _Session, finished: Finished, record: Path) -> Finished:
+    """The run with what its record says; never raises, for the record must be finished."""
     try:
-        ticks = outcome.lateness.ticks
+        ticks = finished.outcome.lateness.ticks
         mean_of = 1 if ticks <= WHOLE_TICKS else -(-ticks // MEAN_TICKS)
         recording = read_recording(record, mean_of)
-        bare = Evaluation(session.envelope, outcome, recording, session.dry_run)
-        result.evaluation = _identified(session.operator, bare, result)
-        result.data = plain(run_data(result.evaluation))
-        result.headline = headline(result.evaluation)[2]
+        bare = Evaluation(session.envelope, finished.outcome, recording, session.dry_run)
+        finished, evaluation = _identified(session.operator, finished, bare)
+        finished = replace(finished, evaluation=evaluation, data=plain(run_data(evaluation)))
+        return replace(finished, document=run_document(evaluation))
     except Exception as error:  # a bug here must not cost the record
-        result.problems = (*result.problems, f"the evaluation failed: {_named(error)}")
-        result.data["reasons"] = list(result.problems)
+        problems = (*finished.problems, f"the evaluation failed: {_named(error)}")
+        data = {**finished.data, "reasons": list(problems)}
+        return replace(finished, problems=problems, data=data)
 
 
-def _identified(operator: Operator, bare: Evaluation, result: _Result) -> Evaluation:
+def _identified(
+    operator: Operator, finished: Finished, bare: Evaluation
+) -> tuple[Finished, Evaluation]:
     """The evaluation with what the data say; without it, and why, where that breaks or is left."""
     try:
         operator.moving = False  # nothing moves any more: a signal ends the evaluation
-        return evaluate(bare)
+        return finished, evaluate(bare)
     except LeftEarlyError as error:
-        result.left_early = error.signal_number
+        finished = replace(finished, left_early=error.signal_number)
         problem = "the evaluation was left out on request: `stepload identify` does it"
     except Exception as error:  # a bug there must not cost the report
         problem = f"the evaluation failed: {_named(error)}"
     finally:
         operator.moving = True
-    result.problems = (problem,)
-    return replace(bare, problem=problem)
+    return replace(finished, problems=(problem,)), replace(bare, problem=problem)
 
 
-def _given_up(
-    session: _Session,
-    outcome: RunOutcome,
-    data: dict[str, Any],
-    recorder: Recorder,
-    error: Exception,
-) -> RecordingFailedError:
+def _given_up(finished: Finished, recorder: Recorder, error: Exception) -> RecordingFailedError:
     """The error of a record that could not be finished; what is known is still written down."""
     reason = error.message if isinstance(error, RecordingFailedError) else _named(error)
-    data["reasons"] = [reason]
     with contextlib.suppress(Exception):
         recorder.abandon()
     with contextlib.suppress(OSError):
-        _write_results(session.directory, data)
+        _write_results(finished.directory, {**finished.data, "reasons": [reason]})
     return RecordingFailedError(
-        f"{outcome.why}\n{reason}",
+        f"{finished.outcome.why}\n{reason}",
         hint="free disk space if it is full; the next run, or `stepload recover`, repairs it",
     )
 
 
-def _write_files(directory: Path, result: _Result) -> list[str]:
+def _write_files(finished: Finished) -> list[str]:
     """Write results and report beside the record, which is whole already; what went wrong."""
     try:
-        _write_results(directory, result.data)
-        if result.evaluation is not None:
-            files.write_file(directory / files.REPORT, render(compose(result.evaluation)))
+        _write_results(finished.directory, finished.data)
+        if finished.document is not None:
+            files.write_file(finished.directory / files.REPORT, render(finished.document))
     except Exception as error:
         return [f"report or results not written: {_named(error)}"]
     return []
 
 
 def _write_results(directory: Path, data: Mapping[str, Any]) -> None:
-    files.write_file(directory / files.RESULTS, json.dumps(data, indent=1, allow_nan=False) + "\n")
+    files.write_file(directory / files.RESULTS, json_text(data, indent=1) + "\n")
 
 
 def _named(error: Exception) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from stepload.results.model import NOTHING, Field, named, number
 from stepload_verify.campaign.result import Result
 from stepload_verify.campaign.scenario import ONE_CHANNEL, TWO_CHANNELS
 
@@ -51,6 +52,39 @@ class FaultRow:
     stopped: int
     above_elastic_limit: int
     max_peak_ratio: float
+
+
+def _milliseconds(time_s: float) -> str:
+    return NOTHING if math.isnan(time_s) else f"{time_s * 1e3:.1f} ms"
+
+
+GROUP: tuple[Field[Group], ...] = (
+    named("name", "runs on"),
+    named("runs", "runs"),
+    named("above_elastic_limit", "above F_c"),
+    named("rate_bound", "95 % bound", number(".2g")),
+    named("max_peak_ratio", "max F/F_c", number(".3f")),
+    named("p999_peak_ratio", "p99.9", number(".3f")),
+    named("healthy", "healthy"),
+    Field(
+        lambda row: f"{row.false_trips} ({row.false_trip_rate:.2%})" if row.healthy else None,
+        label="false",
+    ),
+)
+RULE: tuple[Field[RuleRow], ...] = (
+    named("rule", "by"),
+    named("trips", "runs"),
+    named("detection_median_s", "detected after (median)", _milliseconds),
+    named("detection_p99_s", "(99 %)", _milliseconds),
+    named("max_peak_ratio", "max F/F_c", number(".3f")),
+)
+FAULT: tuple[Field[FaultRow], ...] = (
+    named("kind", "kind"),
+    named("runs", "runs"),
+    named("stopped", "stopped"),
+    named("above_elastic_limit", "above F_c"),
+    named("max_peak_ratio", "max F/F_c", number(".3f")),
+)
 
 
 def rate_bound(events: int, runs: int) -> float:

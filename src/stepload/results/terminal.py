@@ -1,4 +1,4 @@
-"""The one place that writes to the terminal.
+"""The one place that writes results to the terminal.
 
 With `--json` exactly one JSON object goes to standard output and all else to standard error:
 `stepload … --json | jq` always works. Without it, results go to standard output as text. Names and
@@ -9,14 +9,18 @@ pipe that is gone changes neither what a command does nor its exit code.
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, TextIO
+from typing import Annotated, Any, TextIO
+
+import typer
 
 from stepload.errors import SteploadError
-from stepload.record.plain import plain
+from stepload.record.plain import json_text
+from stepload.results.model import Document, Finding, Table
+
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 
 
 def visible(text: str) -> str:
@@ -51,6 +55,28 @@ class Output:
         with _perhaps_gone(self._text):
             print(visible(text), file=self._text, flush=True)
 
+    def finding(self, found: Finding) -> None:
+        """One finding, and what to do about it."""
+        self.line(f"{found.mark.upper():7} {found.text}")
+        if found.remedy:
+            self.line(f"        -> {found.remedy}")
+
+    def tables(self, *tables: Table) -> None:
+        """Tables for people with their notes."""
+        for each in tables:
+            self.table(each.title, each.columns, each.rows)
+            if each.notes:
+                self.line("\n".join((*each.notes, "")))
+
+    def show(self, document: Document) -> None:
+        """A result for people: its tables, then what they come to."""
+        if document.ended:
+            self.line(document.ended)
+        self.tables(*(each for each in document.tables if not each.page_only))
+        self.line(f"{document.verdict.word.upper()}: {document.verdict.text}")
+        for reason in document.reasons:
+            self.line(f"  {reason}")
+
     def table(self, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         """A small table for people; numbers should come with their units."""
         from rich import box
@@ -70,7 +96,7 @@ class Output:
         """The JSON object of this command; printed only with `--json`."""
         if self.as_json:
             with _perhaps_gone(sys.stdout):
-                print(json.dumps(plain(data), allow_nan=False), flush=True)
+                print(json_text(data), flush=True)
 
     def error(self, error: SteploadError) -> None:
         """A clear error on standard error; with `--json` an error object on standard output too."""

@@ -1,0 +1,146 @@
+"""Every figure of a run's results, told once: see `model.Field`."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from stepload.envelope.press import Term
+from stepload.envelope.schedule import Stage
+from stepload.identify.budget import Budget, BudgetLine
+from stepload.identify.fit import Fit
+from stepload.identify.identification import REPORTED, Identification
+from stepload.identify.runin import Cycle
+from stepload.identify.system import SystemStiffnessFit
+from stepload.record.align import ChannelClock
+from stepload.record.outcome import ActionResult
+from stepload.results.model import NOTHING, Field, interval, named, number, quantity
+
+
+class NamedFit(NamedTuple):
+    """One estimator's fit of a run, with its budget where it has one."""
+
+    name: str
+    fit: Fit
+    budget: Budget | None
+    believed: bool
+
+
+def fits_of(found: Identification, *, reported: bool = True) -> list[NamedFit]:
+    """The fits that are reported and the believed one, or all the others."""
+    first = [*REPORTED, *({found.believe} - set(REPORTED))]
+    names = first if reported else [name for name in found.fits if name not in first]
+    return [
+        NamedFit(name, found.fits[name], found.budgets.get(name), name == found.believe)
+        for name in names
+        if name in found.fits
+    ]
+
+
+def _micro(value: float) -> str:
+    return f"{value:.0f} µs" if math.isfinite(value) else NOTHING
+
+
+_FIT: tuple[Field[Fit], ...] = (
+    named("k", "K [N/mⁿ]", number(".3g")),
+    named("n", "n", number(".3f")),
+    named("zero_m", "zero", lambda value: quantity("m")(value) if value else "as given"),
+    named("secant_n_per_m", "secant", quantity("N/m")),
+    *map(named, ("secant_force_n", "force_rms_n", "points", "doubts")),
+)
+_BUDGET: tuple[Field[Budget], ...] = (
+    named("interval_secant_n_per_m", "95 % interval", interval("N/m")),
+    *map(named, ("interval_k", "interval_n")),
+)
+FIT: tuple[Field[NamedFit], ...] = (
+    Field(lambda row: f"{row.name} *" if row.believed else row.name, label="fit"),
+    *(field.of(lambda row: row.fit) for field in _FIT),
+    *(field.of(lambda row: row.budget) for field in _BUDGET),
+    Field(lambda row: row.fit.force_rms_n, "", "rms residual", quantity("N")),
+)
+
+BUDGET_LINE: tuple[Field[BudgetLine], ...] = (
+    named("source", "source"),
+    named("size", "size"),
+    Field(lambda line: line.ln_k, "sigma_ln_k", "u(K)/K", number(".2%")),
+    Field(lambda line: line.n, "sigma_n", "u(n)", number(".4f")),
+    Field(
+        lambda line: line.secant_relative,
+        "sigma_secant_relative", "u(secant)/secant", number(".2%"),
+    ),
+)  # fmt: skip
+
+CYCLE: tuple[Field[Cycle], ...] = (
+    named("number", "cycle"),
+    Field(lambda cycle: cycle.fit.secant_n_per_m, "secant_n_per_m", "secant", quantity("N/m")),
+    Field(lambda cycle: cycle.fit.n, "n", "n", number(".3f")),
+    named("chord_n_per_m", "chord stiffness", quantity("N/m")),
+    Field(
+        lambda cycle: f"{cycle.loop_energy_j * 1e3:.3g} ± {cycle.loop_sigma_j * 1e3:.1g} mJ",
+        label="loop energy",
+    ),
+    Field(
+        lambda cycle: cycle.loop_energy_j / cycle.stored_energy_j, "", "of stored", number(".1%")
+    ),
+    *map(named, ("loop_energy_j", "loop_sigma_j", "stored_energy_j")),
+)
+
+
+def smooth_error(size_m: float, degrees: float | None) -> str:
+    """A smooth error and how well its size is known."""
+    known = "" if degrees is None else f", known with {degrees:.2g} degrees of freedom"
+    return f"{quantity('m')(size_m)}{known}"
+
+
+SYSTEM: tuple[Field[SystemStiffnessFit], ...] = (
+    named("stiffness_n_per_m", "K_s", quantity("N/m")),
+    named("sigma_n_per_m", "standard uncertainty", quantity("N/m")),
+    named("msde_m", "MSDE", quantity("m")),
+    Field(
+        lambda fit: f"{fit.nonlinearity:+.2%} ± {fit.nonlinearity_sigma:.2%}",
+        label="nonlinearity",
+    ),
+)
+"""What a table of several runs shows; a run by itself shows the rest too."""
+
+SYSTEM_REST: tuple[Field[SystemStiffnessFit], ...] = (
+    named("stiffness_upper_n_per_m", "upper limit, if the contact is in series", quantity("N/m")),
+    named("damping_lower_bound_n_s_per_m", "C_s, lower bound [N s/m]", number(".3g")),
+    Field(
+        lambda fit: smooth_error(fit.smooth_error_m, fit.smooth_degrees),
+        label="smooth position error",
+    ),
+    named("force_range_n", "force range", interval("N")),
+    named("points", "samples"),
+    *map(named, ("intercept_n", "smooth_error_m", "smooth_degrees")),
+    *map(named, ("nonlinearity", "nonlinearity_sigma", "contact_share")),
+)
+
+CLOCK: tuple[Field[ChannelClock], ...] = (
+    named("channel", "channel"),
+    named("how", "times from"),
+    Field(lambda clock: clock.why or None, label="why"),
+    named("skew_ppm", "skew [ppm]", number(".1f")),
+    named("residual_median_us", "residual, median", _micro),
+    named("residual_p99_us", "residual, 99 %", _micro),
+)
+
+SAFING: tuple[Field[ActionResult], ...] = (
+    named("name", "action"),
+    named("sent", "sent", lambda sent: "yes" if sent else "no"),
+    named("duration_s", "took", lambda value: f"{value * 1e3:.1f} ms"),
+    named("error", "error", lambda error: error or NOTHING),
+)
+
+FORCE_TERM: tuple[Field[Term], ...] = (
+    named("name", "term"),
+    Field(lambda term: term.value, "value_n", "force", quantity("N")),
+    named("source", "from"),
+)
+
+STAGE: tuple[Field[Stage], ...] = (
+    named("name", "stage"),
+    named("each_s", "each", lambda value: f"{value:.1f} s"),
+    named("repeats", "times"),
+    Field(lambda stage: stage.total_s, "", "total", lambda value: f"{value:.1f} s"),
+)

@@ -1,0 +1,166 @@
+"""What results are made of, whoever shows them.
+
+A `Field` tells one figure once: what it is called in JSON, its heading for people, where its value
+comes from and how people read it. Objects for programs and tables for people follow from the same
+fields. A `Document` is a whole result for people; `terminal` and `page` show it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import Any, Generic, Literal, TypeVar
+
+from stepload.units import format_quantity
+
+S = TypeVar("S")
+T = TypeVar("T")
+NOTHING = "–"
+
+Show = Callable[[Any], str]
+"""From a value to the text that people read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Field(Generic[T]):
+    """One figure of a `T`.
+
+    Attributes:
+        value: from the `T` to the figure, in SI; None where it has none.
+        key: its name in JSON; "" where it is for people only.
+        label: its heading; "" where it is for programs only.
+        show: how people read it.
+    """
+
+    value: Callable[[T], Any]
+    key: str = ""
+    label: str = ""
+    show: Show = str
+
+    def text(self, item: T) -> str:
+        """What people read of `item`."""
+        value = self.value(item)
+        return NOTHING if value is None else self.show(value)
+
+    def of(self, part: Callable[[S], T | None]) -> Field[S]:
+        """The same figure of an `S` that has a `T` as its part, or None where it has not."""
+
+        def value(whole: S) -> Any:
+            found = part(whole)
+            return None if found is None else self.value(found)
+
+        return Field(value, self.key, self.label, self.show)
+
+
+def named(key: str, label: str = "", show: Show = str) -> Field[Any]:
+    """The field of an attribute that has the same name in JSON."""
+    return Field(attrgetter(key), key, label, show)
+
+
+def by_name(label: str, fields: Iterable[Field[T]]) -> list[Field[tuple[str, T]]]:
+    """The fields of an item that has a name beside it, which is shown first."""
+    name: Field[tuple[str, T]] = Field(lambda pair: pair[0], label=label)
+    return [name, *(field.of(lambda pair: pair[1]) for field in fields)]
+
+
+def quantity(unit: str) -> Show:
+    """Shows a number of an SI unit with a prefix that suits it."""
+    return lambda value: format_quantity(value, unit)
+
+
+def number(form: str) -> Show:
+    """Shows a number in a Python format."""
+    return lambda value: format(value, form)
+
+
+def interval(unit: str) -> Show:
+    """Shows two numbers of one SI unit as an interval."""
+    return lambda ends: f"[{', '.join(format_quantity(end, unit) for end in ends)}]"
+
+
+def data(fields: Iterable[Field[T]], item: T) -> dict[str, Any]:
+    """The JSON object of `item`: every field that has a key."""
+    return {each.key: each.value(item) for each in fields if each.key}
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table for people; `notes` stand below. A terminal leaves out what is `page_only`."""
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    notes: Sequence[str] = ()
+    page_only: bool = False
+
+
+def table(
+    title: str,
+    fields: Iterable[Field[T]],
+    items: Iterable[T],
+    notes: Sequence[str] = (),
+    *,
+    page_only: bool = False,
+) -> Table:
+    """The table of `items`: one row each, one column for every field that has a label."""
+    shown = [each for each in fields if each.label]
+    rows = [[each.text(item) for each in shown] for item in items]
+    return Table(title, [each.label for each in shown], rows, notes, page_only)
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that was found: how it is marked ("ok", "warn" …), what is so, what to do."""
+
+    mark: str
+    text: str
+    remedy: str = ""
+
+
+Mood = Literal["good", "doubt", "bad"]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What a result comes to: one word, and one sentence with the figure that matters."""
+
+    mood: Mood
+    word: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """One headline number."""
+
+    label: str
+    value: str
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One picture; `alt` says in words what it shows, `draw` makes the SVG when it is wanted."""
+
+    name: str
+    title: str
+    caption: str
+    alt: str
+    draw: Callable[[], str]
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A result for people. Figures, cards and texts (name, content) are for a page only."""
+
+    title: str
+    verdict: Verdict
+    subtitle: str = ""
+    ended: str = ""
+    """How a run ended; "" where nothing ran."""
+    reasons: Sequence[str] = ()
+    tables: Sequence[Table] = ()
+    cards: Sequence[Card] = ()
+    figures: Sequence[Figure] = ()
+    texts: Sequence[tuple[str, str]] = ()
