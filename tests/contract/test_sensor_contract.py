@@ -2,12 +2,14 @@
 
 import pytest
 
-from stepload.rig.contract import CHECKS, SkippedCheck, Trial
+from stepload.rig.contract import CHECKS, SkippedCheck, Trial, trial_of
 from stepload.rig.plugins import load_driver
 from stepload_verify.emulators.catalog import EMULATORS, driver_options
 from stepload_verify.emulators.faults import FaultBoard
+from stepload_verify.emulators.gauge import RANGE_M
 from stepload_verify.emulators.physics import Sine, WrenchSource
 
+LOAD_N, LOAD_M = 20.0, 1e-3
 TCP = {"transport": "socketcand"}
 DRIVERS = {
     "robotous_uart": ("robotous_uart", {}, {}),
@@ -28,13 +30,25 @@ def trial(request):
     with EMULATORS[name](source, board, **device) as emulator:
         board.switch_on("offset", 5.0)
         group = "displacement_sensors" if name == "gauge_serial" else "force_sensors"
-        driver = load_driver(f"stepload.{group}", name)
-        options = {**driver_options(emulator), **options}
+        make, make_with = trial_of(
+            load_driver(f"stepload.{group}", name), {**driver_options(emulator), **options}
+        )
+
+        def load():
+            board.clear()
+            if name == "gauge_serial":
+                board.switch_on("overrange", LOAD_M / RANGE_M)
+                return LOAD_M
+            board.switch_on("offset", 5.0 + LOAD_N)
+            return LOAD_N
+
         yield Trial(
-            make=lambda: driver(**options),
+            make,
+            make_with,
             observe_s=0.2,
             silence=lambda: board.switch_on("silent"),
             stale_s=1.0 if name == "gauge_serial" else 0.4,
+            load=load,
         )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from stepload.rig.contract import CHECKS, SkippedCheck, Trial
+from stepload.rig.contract import CHECKS, SkippedCheck, Trial, trial_of
 from stepload_drivers.ur.arm import UrArm
 from stepload_verify.emulators.ur_process import UrEmulatorProcess
 
@@ -18,9 +18,10 @@ def trial() -> Iterator[Trial]:
     with UrEmulatorProcess(f"127.{32 + pid % 32}.{pid // 32 % 256}.9") as emulator:
         options = {"host": emulator.host, "max_age": 0.3, "leash": 2.0, "watchdog": 5.0}
         yield Trial(
-            make=lambda: UrArm(**options),
+            *trial_of(UrArm, options),
             open_timeout_s=10.0,
             silence=lambda: emulator.command("freeze on"),
+            restore=lambda: emulator.command("freeze off"),
             stale_s=0.8,
             move_m=0.002,
             speed_m_s=0.01,
