@@ -1,10 +1,14 @@
 """Every broken driver is refused by the check that is meant for it, with the reason."""
 
+import math
+from dataclasses import replace
+
 import broken
 import pytest
 from virtual import Virtual
 
-from stepload.rig.contract import CheckStatus, run_trial
+from stepload.rig.contract import CheckStatus, run_check, run_trial
+from stepload.rig.contract_values import check_frozen, equal_readings_limit
 
 FORCE = [
     ("swallows_unknown_options", "options", "unknown option 'no_such_option'"),
@@ -102,6 +106,35 @@ def test_the_healthy_driver_passes_and_what_was_not_tried_is_said(which):
     results = run_trial(Virtual(which).trial())
     assert [r for r in results if r.status is CheckStatus.FAILED] == []
     assert all(r.message for r in results if r.status is CheckStatus.SKIPPED)
+
+
+@pytest.mark.parametrize(
+    ("noise", "resolution", "limit"),
+    [
+        (1.0, 1.0, 25),
+        (1.0, 0.0, 25),
+        (0.25, 1.0, 447),
+        (0.0, 1.0, math.inf),
+        (0.01, 1.0, math.inf),
+    ],
+)
+def test_how_many_equal_readings_a_living_sensor_may_show(noise, resolution, limit):
+    """The chance of a row of N in the middle of a step, σ = q/4: erf(√2)^(N−1) < 1e-9."""
+    assert equal_readings_limit(noise, resolution) == limit
+
+
+def frozen_of(which, name, noise, resolution):
+    trial = Virtual(which, getattr(broken, name, lambda healthy: healthy)).trial()
+    return run_check(check_frozen, replace(trial, noise=noise, resolution=resolution))
+
+
+def test_a_gauge_whose_noise_is_known_may_not_freeze():
+    assert "equal to the last bit" in frozen_of("displacement", "frozen_gauge", 1e-6, 1e-6).message
+    assert frozen_of("displacement", "frozen_gauge", None, 0.0).status is CheckStatus.SKIPPED
+
+
+def test_a_sensor_that_may_repeat_itself_is_not_judged():
+    assert frozen_of("force", "healthy", 1e-3, 0.05).status is CheckStatus.SKIPPED
 
 
 @pytest.mark.parametrize("name", UNSEEN)

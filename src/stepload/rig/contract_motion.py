@@ -38,7 +38,7 @@ def _moving_arm(trial: Trial) -> Iterator[Arm]:
         assert isinstance(device, Arm)
         try:
             yield device
-        except ContractViolation:
+        except Exception:
             with suppress(SteploadError):
                 device.safe(trial.open_timeout_s)
             raise
