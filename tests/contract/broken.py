@@ -6,12 +6,14 @@ simulated program side: its clock and its world.
 
 from __future__ import annotations
 
+import math
 import threading
 from dataclasses import replace
 
 from stepload.errors import DeviceError
-from stepload.rig.device import Identity
-from stepload.rig.faults import FaultCode
+from stepload.rig.device import Health, Identity
+from stepload.rig.faults import Fault, FaultCode
+from stepload.rig.samples import ForceSample
 
 LEAKED: list[tuple[threading.Thread, threading.Event]] = []
 
@@ -70,6 +72,77 @@ def works_in_the_constructor(healthy):
         _leave_thread()
 
     return _variant(healthy, __init__=init)
+
+
+def _before_open(healthy, name, value):
+    def method(self):
+        return getattr(healthy, name)(self) if self._stream else value
+
+    return _variant(healthy, **{name: method})
+
+
+def has_samples_before_open(healthy):
+    sample = ForceSample(1, 0.0, 0.0, 0, (0.0,) * 6, 20.0)
+    return _before_open(healthy, "drain", [sample])
+
+
+def has_no_health_before_open(healthy):
+    return _before_open(healthy, "health", None)
+
+
+def young_before_open(healthy):
+    return _before_open(healthy, "health", Health(0, 0, 0.0, 0.0, 0.0, {}))
+
+
+def faulty_before_open(healthy):
+    return _before_open(healthy, "fault", Fault(FaultCode.NOT_CONNECTED, "not open", "", 0.0))
+
+
+def open_exceeds_its_deadline(healthy):
+    def late(self, timeout_s):
+        _blocks(self, 10.0)
+        return healthy.open(self, timeout_s)
+
+    return _variant(healthy, open=late)
+
+
+def fails_to_open_slowly(healthy):
+    def late(self, timeout_s):
+        if timeout_s < 1e-3:
+            _blocks(self, 10.0)
+            raise DeviceError("no", code=FaultCode.NOT_CONNECTED)
+        return healthy.open(self, timeout_s)
+
+    return _variant(healthy, open=late)
+
+
+def open_tells_nothing(healthy):
+    return _variant(healthy, open=lambda self, timeout_s: str(healthy.open(self, timeout_s)))
+
+
+def _after_open(healthy, act):
+    def changed(self, timeout_s):
+        identity = healthy.open(self, timeout_s)
+        act(self)
+        return identity
+
+    return _variant(healthy, open=changed)
+
+
+def has_no_rate(healthy):
+    return _after_open(healthy, lambda self: setattr(self, "rate_hz", 0.0))
+
+
+def counts_nothing(healthy):
+    return _variant(healthy, health=lambda self: Health(0, 0, 0.0, math.inf, 0.0, {}))
+
+
+def never_young(healthy):
+    return _variant(healthy, health=lambda self: replace(healthy.health(self), age_s=math.inf))
+
+
+def opens_with_a_fault(healthy):
+    return _after_open(healthy, lambda self: self._stream.latch(FaultCode.CORRUPT, "old", 0.0))
 
 
 def anonymous(healthy):
@@ -167,12 +240,28 @@ def safe_works_once(healthy):
     return _variant(healthy, safe=safe)
 
 
-def safe_crashes_when_closed(healthy):
+def safe_crashes_before_open(healthy):
     def safe(self, timeout_s):
-        self._stream.drain()
-        healthy.safe(self, timeout_s)
+        if not hasattr(self, "_used"):
+            raise AttributeError("no link")
 
-    return _variant(healthy, safe=safe)
+    def begin(self, timeout_s):
+        self._used = True
+        return healthy.open(self, timeout_s)
+
+    return _variant(healthy, safe=safe, open=begin)
+
+
+def safe_crashes_after_close(healthy):
+    def safe(self, timeout_s):
+        if getattr(self, "_closed", False):
+            raise AttributeError("no link")
+
+    def close(self):
+        self._closed = True
+        healthy.close(self)
+
+    return _variant(healthy, safe=safe, close=close)
 
 
 # data
@@ -203,6 +292,47 @@ def loses_half_and_renumbers(healthy):
         return replace(found, received=max(1, found.received // 2))
 
     return _variant(_each(healthy, change), health=health)
+
+
+def faults_by_itself(healthy):
+    def fault(self):
+        if self._stream and healthy.health(self).received > 200:
+            self._stream.latch(FaultCode.CORRUPT, "for no reason", 0.0)
+        return healthy.fault(self)
+
+    return _variant(healthy, fault=fault)
+
+
+def miscounts(healthy):
+    def health(self):
+        found = healthy.health(self)
+        return replace(found, received=(found.received + 1) // 2)
+
+    return _variant(healthy, health=health)
+
+
+def tells_another_rate(healthy):
+    def health(self):
+        found = healthy.health(self)
+        return replace(found, rate_hz=2.0 * found.rate_hz)
+
+    return _variant(healthy, health=health)
+
+
+def gives_plain_tuples(healthy):
+    return _variant(healthy, drain=lambda self: [tuple(s) for s in healthy.drain(self)])
+
+
+def gives_one_axis_only(healthy):
+    return _each(healthy, lambda self, s: s._replace(wrench=s.wrench[2:3]))
+
+
+def gives_a_pose_of_three(healthy):
+    return _each(healthy, lambda self, s: s._replace(pose=s.pose[:3]))
+
+
+def hardly_any_samples(healthy):
+    return _each(healthy, lambda self, s: s if s.sequence < 5 else None)
 
 
 def wrong_nominal_rate(healthy):
@@ -364,6 +494,15 @@ def safe_blocks_without_link(healthy):
     return _without_link(healthy, "safe", lambda self: _blocks(self, 30.0))
 
 
+def second_safe_crashes_without_link(healthy):
+    def act(self):
+        self._asked = getattr(self, "_asked", 0) + 1
+        if self._asked > 1:
+            _crash(self)
+
+    return _without_link(healthy, "safe", act)
+
+
 def close_crashes_without_link(healthy):
     return _without_link(healthy, "close", _crash)
 
@@ -397,6 +536,31 @@ def takes_nan(healthy):
             healthy.command(self, position_m)
 
     return _variant(healthy, command=command)
+
+
+def takes_infinity(healthy):
+    def command(self, position_m):
+        if position_m != position_m or abs(position_m) < 1.0:
+            healthy.command(self, position_m)
+
+    return _variant(healthy, command=command)
+
+
+def moves_on_a_refused_target(healthy):
+    def command(self, position_m):
+        if abs(position_m) == math.inf:
+            healthy.command(self, -5e-4)
+        healthy.command(self, position_m)
+
+    return _variant(healthy, command=command)
+
+
+def retracts_by_nan(healthy):
+    def retract(self, distance_m, speed_m_s, timeout_s):
+        if distance_m == distance_m:
+            healthy.retract(self, distance_m, speed_m_s, timeout_s)
+
+    return _variant(healthy, retract=retract)
 
 
 def retracts_forth(healthy):
@@ -442,11 +606,18 @@ def safe_does_nothing(healthy):
     return _variant(healthy, safe=lambda self, timeout_s: None)
 
 
-def safe_stops_late(healthy):
+def safe_waits_for_the_target(healthy):
     def safe(self, timeout_s):
-        if self._host is None:
-            return
-        self._send(self._host.world.plant.target_m)
+        if self._stream:
+            _blocks(self, 0.5)
+
+    return _variant(healthy, safe=safe)
+
+
+def safe_coasts(healthy):
+    def safe(self, timeout_s):
+        if self._host is not None:
+            self._send(self._host.world.plant.drive_m - 2e-4)
 
     return _variant(healthy, safe=safe)
 

@@ -13,9 +13,21 @@ from stepload.rig.contract_values import check_frozen, equal_readings_limit
 FORCE = [
     ("swallows_unknown_options", "options", "unknown option 'no_such_option'"),
     ("works_in_the_constructor", "unopened", "only `open` may"),
+    ("has_samples_before_open", "unopened", "drain() before open() gave samples"),
+    ("has_no_health_before_open", "unopened", "health() gave NoneType"),
+    ("young_before_open", "unopened", "age before the first sample is 0.0"),
+    ("faulty_before_open", "unopened", "a fault before open()"),
+    ("open_exceeds_its_deadline", "open", "open(5.0) took 10.0 s"),
+    ("open_tells_nothing", "open", "open() gave str"),
+    ("has_no_rate", "open", "nominal rate is 0.0 Hz"),
+    ("counts_nothing", "open", "open() returned before the first sample"),
+    ("never_young", "open", "age after open() is inf"),
+    ("opens_with_a_fault", "open", "a fault right after open()"),
+    ("opens_with_a_fault", "reopen", "a fault right after the second open()"),
     ("anonymous", "open", "identity.model is ''"),
     ("opens_before_its_first_sample", "open", "was not delivered"),
     ("unknown_error_code", "failing_open", "no FaultCode"),
+    ("fails_to_open_slowly", "failing_open", "took 10.0 s to fail"),
     ("leaks_when_open_fails", "failing_open", "left open after a failed open"),
     ("close_leaks_a_thread", "close", "left open after close(): ['thread left behind"),
     ("opens_only_once", "reopen", "the second open() after close() failed"),
@@ -23,10 +35,18 @@ FORCE = [
     ("counts_since_construction", "reopen", "must count since open()"),
     ("safe_always_refuses", "safe", "the first safe() of a sound device failed"),
     ("safe_works_once", "safe", "the second safe() of a sound device failed"),
-    ("safe_crashes_when_closed", "safe", "AttributeError"),
+    ("safe_crashes_before_open", "safe", "AttributeError"),
+    ("safe_crashes_after_close", "safe", "AttributeError"),
     ("repeats_a_sample", "samples", "repeated or out of order"),
     ("loses_unnoticed", "samples", "lost samples, health only 0"),
     ("loses_half_and_renumbers", "samples", "nominal rate 1000 Hz"),
+    ("faults_by_itself", "samples", "a fault while watching: corrupt"),
+    ("miscounts", "samples", "samples delivered, health counts"),
+    ("tells_another_rate", "samples", "measured rate 2000.0 Hz, nominal 1000 Hz"),
+    ("gives_plain_tuples", "samples", "drain() gave tuple, not ForceSample"),
+    ("gives_one_axis_only", "samples", "a wrench of 1 values"),
+    ("hardly_any_samples", "samples", "samples at 1000 Hz"),
+    ("hardly_any_samples", "frozen", "are needed"),
     ("wrong_nominal_rate", "samples", "nominal rate 2000 Hz"),
     ("receive_time_goes_back", "samples", "receive time went back"),
     ("device_time_goes_back", "samples", "device time went back"),
@@ -45,6 +65,7 @@ FORCE = [
     ("wrong_fault_when_silent", "stale", "the fault is overload"),
     ("safe_crashes_without_link", "lost_link", "safe() after the link was lost raised OSError"),
     ("safe_blocks_without_link", "lost_link", "safe() after the link was lost took 30.0 s"),
+    ("second_safe_crashes_without_link", "lost_link", "a second safe() after the link was lost"),
     ("close_crashes_without_link", "lost_link", "close() after the link was lost raised OSError"),
     ("close_leaks_without_link", "lost_link", "left open after the link was lost"),
 ]
@@ -59,6 +80,7 @@ ARM = [
     ("stamps_at_drain", "stamps", "when they are drained"),
     ("stamps_in_the_future", "stamps", "s in the future"),
     ("drain_waits_for_data", "drain", "it waits"),
+    ("gives_a_pose_of_three", "samples", "a pose of 3 values"),
     ("has_no_force_but_says_so", "samples", "not finite has status 0"),
     ("never_stale", "stale", "never stale"),
     ("goes_on_repeating", "stale", "old values in the place of missing ones"),
@@ -67,6 +89,9 @@ ARM = [
     ("safe_blocks_without_link", "lost_link", "took 30.0 s"),
     ("command_blocks_without_link", "lost_link", "command() after the link was lost took"),
     ("takes_nan", "targets", "command(nan) was accepted"),
+    ("takes_infinity", "targets", "command(inf) was accepted"),
+    ("moves_on_a_refused_target", "targets", "after refused targets"),
+    ("retracts_by_nan", "targets", "retract(nan m) was accepted"),
     ("retracts_forth", "targets", "retract(-0.001 m) was accepted"),
     ("frozen_position", "motion", "the measured position is frozen"),
     ("reversed_position", "motion", "the measured position has the wrong sign"),
@@ -75,7 +100,8 @@ ARM = [
     ("retract_does_nothing", "motion", "retracted"),
     ("retracts_too_fast", "motion", "retract() at 10 mm/s went at"),
     ("safe_does_nothing", "stop", "safe() does not stop the arm"),
-    ("safe_stops_late", "stop", "safe() does not stop the arm"),
+    ("safe_waits_for_the_target", "stop", "0.000 mm of it after safe() had returned"),
+    ("safe_coasts", "stop", "safe() does not stop the arm"),
 ]
 UNSEEN = ["late_by_a_constant", "stamps_at_drain_spread_back", "loses_a_tenth_and_renumbers",
           "somebody_else"]  # fmt: skip
@@ -131,6 +157,12 @@ def frozen_of(which, name, noise, resolution):
 def test_a_gauge_whose_noise_is_known_may_not_freeze():
     assert "equal to the last bit" in frozen_of("displacement", "frozen_gauge", 1e-6, 1e-6).message
     assert frozen_of("displacement", "frozen_gauge", None, 0.0).status is CheckStatus.SKIPPED
+
+
+def test_a_force_sensor_of_unknown_noise_may_not_freeze_and_the_assumption_is_said():
+    result = frozen_of("force", "frozen_force", None, 0.0)
+    assert result.status is CheckStatus.FAILED
+    assert "assumed: noise as large as the resolution" in result.message
 
 
 def test_a_sensor_that_may_repeat_itself_is_not_judged():

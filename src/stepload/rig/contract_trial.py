@@ -11,6 +11,12 @@ from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 
 Sample = ForceSample | ArmSample | DisplacementSample
 
+SAMPLE_OF: dict[type[Device], type[Sample]] = {
+    ForceSensor: ForceSample,
+    DisplacementSensor: DisplacementSample,
+    Arm: ArmSample,
+}
+
 GRACE_S = 2.0
 """Time that a call with a deadline may take beyond it."""
 MIN_SAMPLES = 10
@@ -103,9 +109,20 @@ def require(condition: bool, message: str) -> None:
 
 
 def drain(device: Device) -> list[Sample]:
-    """The samples of any kind of device."""
+    """The samples of any kind of device.
+
+    Raises:
+        ContractViolation: they are not what such a device delivers.
+    """
     assert isinstance(device, Arm | ForceSensor | DisplacementSensor)
-    return list(device.drain())
+    expected = next(kind for owner, kind in SAMPLE_OF.items() if isinstance(device, owner))
+    samples: list[Sample] = list(device.drain())
+    for sample in samples:
+        require(
+            isinstance(sample, expected),
+            f"drain() gave {type(sample).__name__}, not {expected.__name__}",
+        )
+    return samples
 
 
 def nominal_rate_hz(device: Device) -> float:
