@@ -8,9 +8,12 @@ from stepload_drivers.sim.devices import SimArm, SimDisplacementSensor, SimForce
 
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
-@pytest.mark.parametrize("driver", [SimArm, SimForceSensor, SimDisplacementSensor])
-def test_simulated_device_keeps_the_contract(driver, check):
+@pytest.mark.parametrize(
+    ("driver", "options"),
+    [(SimArm, {"lag": 0.05}), (SimForceSensor, {}), (SimDisplacementSensor, {})],
+)
+def test_simulated_device_keeps_the_contract(driver, options, check):
     try:
-        check(Trial(*trial_of(driver, {}), move_m=1e-3, observe_s=0.1))
+        check(Trial(*trial_of(driver, options), move_m=1e-3, observe_s=0.1))
     except SkippedCheck as reason:
         pytest.skip(str(reason))

@@ -35,8 +35,10 @@ __all__ = [
     "ContractViolation",
     "SkippedCheck",
     "Trial",
+    "run_check",
     "run_contract",
     "run_trial",
+    "trial_of",
 ]
 
 Check = Callable[[Trial], str | None]

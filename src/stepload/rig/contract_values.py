@@ -104,12 +104,10 @@ def _longest_run(values: list[object]) -> int:
 
 def check_load(trial: Trial) -> str:
     """A known load changes the reading by its true size: unit, factor and life of the value."""
-    if trial.load is None:
-        raise SkippedCheck(
-            "no known load: unit and factor of the readings are NOT checked (--load)"
-        )
     if isinstance(trial.make(), Arm):
-        raise SkippedCheck("an arm is no sensor")
+        raise SkippedCheck("only sensors are loaded")
+    if trial.load is None:
+        raise SkippedCheck("no known load: unit and factor of readings are NOT checked (--load)")
     with Opened(trial) as device:
         unit = "N" if isinstance(device, ForceSensor) else "m"
         before = _mean(observe(device, trial))
