@@ -8,6 +8,7 @@ import pytest
 from virtual import Virtual
 
 from stepload.rig.contract import CheckStatus, run_check, run_trial
+from stepload.rig.contract_loss import check_lost_link, check_stale
 from stepload.rig.contract_values import check_frozen, equal_readings_limit
 
 FORCE = [
@@ -167,6 +168,13 @@ def test_a_force_sensor_of_unknown_noise_may_not_freeze_and_the_assumption_is_sa
 
 def test_a_sensor_that_may_repeat_itself_is_not_judged():
     assert frozen_of("force", "healthy", 1e-3, 0.05).status is CheckStatus.SKIPPED
+
+
+def test_silence_that_comes_too_late_proves_nothing(monkeypatch):
+    monkeypatch.setattr("stepload.rig.contract_loss.UNDRAINED_S", -1.0)
+    for check in (check_stale, check_lost_link):
+        result = run_check(check, Virtual("force").trial())
+        assert (result.status, "try again" in result.message) == (CheckStatus.SKIPPED, True)
 
 
 @pytest.mark.parametrize("name", UNSEEN)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
@@ -23,15 +24,24 @@ from stepload.rig.device import Arm, Device
 from stepload.rig.faults import Fault, FaultCode
 
 SAFE_S = 2.0
+UNDRAINED_S = 30.0
+"""A device that nobody drains for longer may have another fault because of that."""
+STALE_PERIODS = 10.0
 SETTLE_SHARE = 0.5
-"""Samples under way when the device falls silent have come by this share of `stale_s`."""
+"""Samples under way when the device falls silent have come by this share of the time."""
 LOST = (FaultCode.STALE, FaultCode.NOT_CONNECTED, FaultCode.DRIVER)
 
 
 @contextmanager
 def _silenced(silence: Callable[[], None], trial: Trial) -> Iterator[None]:
+    begin_s = time.monotonic()
     try:
         silence()
+        if (took_s := time.monotonic() - begin_s) > UNDRAINED_S:
+            raise SkippedCheck(
+                f"it took {took_s:.0f} s to make the device fall silent (limit {UNDRAINED_S:g} s), "
+                "and nobody drained it meanwhile: try again"
+            )
         yield
     finally:
         trial.restore()
@@ -53,16 +63,15 @@ def check_stale(trial: Trial) -> str:
         drain(device)
         with _silenced(silence, trial):
             watch = Stopwatch(trial)
+            limit_s = _stale_s(device, trial)
             fault, late = _wait_for_fault(device, trial)
             require(
                 fault is not None or not late,
-                f"{SETTLE_SHARE * trial.stale_s:g} s after its data stopped it still handed out "
+                f"{SETTLE_SHARE * limit_s:g} s after its data stopped it still handed out "
                 f"{late} samples: old values in the place of missing ones",
             )
             if fault is None:
-                raise ContractViolation(
-                    f"silent for {trial.stale_s:g} s, and no fault: never stale"
-                )
+                raise ContractViolation(f"silent for {limit_s:g} s, and no fault: never stale")
             after_s = watch.seconds
             require(fault.code in LOST, f"silent, but the fault is {fault.code}: {fault.message}")
             drain(device)
@@ -72,14 +81,19 @@ def check_stale(trial: Trial) -> str:
     return f"{fault.code} after {after_s:.2f} s"
 
 
+def _stale_s(device: Device, trial: Trial) -> float:
+    """How soon a fault is due; a slow device may wait for some of its periods."""
+    return max(trial.stale_s, STALE_PERIODS / nominal_rate_hz(device))
+
+
 def _wait_for_fault(device: Device, trial: Trial) -> tuple[Fault | None, int]:
     """The fault, and how many samples came although the device had long been silent."""
-    late, passed_s = 0, 0.0
-    while passed_s < trial.stale_s:
+    late, passed_s, limit_s = 0, 0.0, _stale_s(device, trial)
+    while passed_s < limit_s:
         trial.wait(POLL_S)
         passed_s += POLL_S
         fresh = len(drain(device))
-        if passed_s > SETTLE_SHARE * trial.stale_s:
+        if passed_s > SETTLE_SHARE * limit_s:
             late += fresh
         if fault := device.fault():
             return fault, late
