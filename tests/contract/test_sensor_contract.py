@@ -1,13 +1,19 @@
 """One contract for all: the five sensor drivers on their emulators, and the simulated rig."""
 
+from dataclasses import replace
+from functools import partial
+
 import pytest
 
-from stepload.rig.contract import CHECKS, SkippedCheck, Trial
+from stepload.rig.contract import CHECKS, SkippedCheck, Trial, trial_of
+from stepload.rig.contract_loss import check_lost_link, check_stale
 from stepload.rig.plugins import load_driver
 from stepload_verify.emulators.catalog import EMULATORS, driver_options
 from stepload_verify.emulators.faults import FaultBoard
+from stepload_verify.emulators.gauge import RANGE_M
 from stepload_verify.emulators.physics import Sine, WrenchSource
 
+LOAD_N, LOAD_M = 20.0, 1e-3
 TCP = {"transport": "socketcand"}
 DRIVERS = {
     "robotous_uart": ("robotous_uart", {}, {}),
@@ -28,13 +34,28 @@ def trial(request):
     with EMULATORS[name](source, board, **device) as emulator:
         board.switch_on("offset", 5.0)
         group = "displacement_sensors" if name == "gauge_serial" else "force_sensors"
-        driver = load_driver(f"stepload.{group}", name)
-        options = {**driver_options(emulator), **options}
+        make, make_with = trial_of(
+            load_driver(f"stepload.{group}", name), {**driver_options(emulator), **options}
+        )
+
+        def load():
+            board.clear()
+            if name == "gauge_serial":
+                board.switch_on("overrange", LOAD_M / RANGE_M)
+                return LOAD_M
+            board.switch_on("offset", 5.0 + LOAD_N)
+            return LOAD_N
+
+        def silence(fault="silent"):
+            board.switch_on(fault)
+
         yield Trial(
-            make=lambda: driver(**options),
+            make,
+            make_with,
             observe_s=0.2,
-            silence=lambda: board.switch_on("silent"),
+            silence=silence,
             stale_s=1.0 if name == "gauge_serial" else 0.4,
+            load=load,
         )
 
 
@@ -44,3 +65,8 @@ def test_driver_keeps_the_contract(trial, check):
         check(trial)
     except SkippedCheck as reason:
         pytest.skip(str(reason))
+
+
+@pytest.mark.parametrize("check", [check_stale, check_lost_link])
+def test_unplugged_driver_keeps_the_contract(trial, check):
+    check(replace(trial, silence=partial(trial.silence, "unplug")))

@@ -59,12 +59,40 @@ def test_a_sound_driver_passes():
     verdicts = {check["name"]: check["verdict"] for check in told["checks"]}
     assert verdicts["samples"] == "passed"
     assert verdicts["motion"] == "skipped"
+    assert {check["name"]: check["status"] for check in told["checks"]} == verdicts
+    assert set(told["checks"][0]) == {"name", "verdict", "status", "message", "seconds"}
+
+
+def test_what_was_not_tried_is_said_with_the_reason():
+    result = invoke("test", "sim", "--kind", "force_sensors", *QUICK)
+    said = " ".join(result.stdout.split())
+    assert result.exit_code == 0, result.output
+    assert "keeps the contract; not tried: load, bias, targets, motion, stop, stale" in said
+    assert "staleness is NOT proven (--unplug)" in said
 
 
 def test_an_arm_moves_only_when_asked():
     result = invoke("test", "sim", "--kind", "arms", "--move", "1 mm", *QUICK, "--json")
     verdicts = {check["name"]: check["verdict"] for check in json.loads(result.stdout)["checks"]}
     assert verdicts["motion"] == "passed", result.output
+
+
+def test_the_operator_is_asked_for_cable_and_load_and_a_sensor_that_goes_on_is_refused(
+    monkeypatch,
+):
+    asked = []
+    monkeypatch.setattr("typer.prompt", lambda text, **_: asked.append(text))
+    words = ["test", "sim", "--kind", "force_sensors", "--unplug", "--load", "9.81 N"]
+    result = invoke(*words, "--noise", "0.1 N", "--resolution", "0.05 N", *QUICK, "--json")
+    assert result.exit_code == 4, result.output
+    checks = {check["name"]: check for check in json.loads(result.stdout)["checks"]}
+    assert "still handed out" in checks["stale"]["message"]
+    assert "9.81 N is read as 0.0" in checks["load"]["message"]
+    assert "noise said" in checks["frozen"]["message"]
+    assert [text.split(",")[0] for text in asked] == [
+        "Put 9.81 N on the device",
+        *["Pull the data cable of the device", "Plug the cable in again"] * 2,
+    ]
 
 
 @pytest.mark.usefixtures("lab_package")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf, isfinite
 
-from stepload.errors import DeviceError
+from stepload.errors import BadInputError, DeviceError
 from stepload.rig.device import Arm, Health, Identity
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import ArmSample
@@ -56,6 +57,10 @@ class WorldArm(Arm):
         host = self._host
         if host is None:
             raise not_open(_NAME)
+        if not isfinite(position_m):
+            raise DeviceError(
+                f"{_NAME}: target {position_m} m is not finite", code=FaultCode.NOT_FINITE
+            )
         if position_m > self._last_target_m + _MAX_LEAD_M:
             raise DeviceError(
                 f"{_NAME}: target more than {_MAX_LEAD_M * 1e3:g} mm ahead of the last one",
@@ -121,6 +126,8 @@ class WorldArm(Arm):
         host = self._host
         if host is None:
             raise not_open(_NAME)
+        if not (0.0 <= distance_m < inf and 0.0 < speed_m_s < inf):
+            raise BadInputError(f"{_NAME}: cannot retract by {distance_m} m at {speed_m_s} m/s")
         begin_s = now_s = host.catch_up()
         end_s = begin_s + timeout_s
         start_m = min(self._measured_m(), host.world.plant.target_m)

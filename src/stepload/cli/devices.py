@@ -10,6 +10,8 @@ from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from stepload.rig.contract import CheckResult
 
 drivers_app = typer.Typer(help="Installed drivers, and the contract they must keep.")
@@ -71,6 +73,20 @@ def try_driver(
     move: Annotated[
         str, typer.Option("--move", help='Move an arm this far towards the plate, "2 mm".')
     ] = "",
+    unplug: Annotated[
+        bool,
+        typer.Option("--unplug", help="Ask for the cable to be pulled, to prove staleness."),
+    ] = False,
+    load: Annotated[
+        str,
+        typer.Option("--load", help='Ask for a known load, "9.81 N"; for a gauge a way, "1 mm".'),
+    ] = "",
+    noise: Annotated[
+        str, typer.Option("--noise", help='Standard deviation of readings at rest, "0.1 N".')
+    ] = "",
+    resolution: Annotated[
+        str, typer.Option("--resolution", help='Smallest step between readings, "0.05 N".')
+    ] = "",
     seconds: Annotated[float, typer.Option("--seconds", help="How long to watch the data.")] = 1.0,
     open_timeout: Annotated[float, typer.Option(help="Deadline of `open`, in s.")] = 15.0,
     as_json: AsJson = False,
@@ -78,39 +94,86 @@ def try_driver(
     """Run the contract on a driver and its device. Exit 0: kept; 4: broken.
 
     Works for any installed driver, one of your own package too. The device is opened several times.
-    Nothing is moved without --move; do that in free air only. Let sensors be unloaded: `bias` is
-    tried.
+    Nothing is moved without --move; do that in free air only, with twice that way free behind the
+    arm. Let sensors be unloaded: `bias` is tried. What was not tried is listed with the reason.
     """
     from stepload.plan.option_text import options_from_words
-    from stepload.rig.contract import Trial, Verdict, run_trial
+    from stepload.rig.contract import CheckStatus, Trial, run_trial, trial_of
     from stepload.rig.plugins import load_driver
     from stepload.units import parse_quantity
 
     group = _group(name, kind)
     given = options_from_words(group, name, options or [])
-    driver = load_driver(group, name)
+    unit = "m" if group == "stepload.displacement_sensors" else "N"
+    make, make_with = trial_of(load_driver(group, name), given)
+    ask = _Operator(as_json)
     trial = Trial(
-        lambda: driver(**given),
+        make,
+        make_with,
         open_timeout_s=open_timeout,
         observe_s=seconds,
+        silence=ask.pull_the_cable if unplug else None,
+        restore=ask.plug_it_in,
+        load=ask.load_of(load, parse_quantity(load, unit)) if load else None,
+        noise=parse_quantity(noise, unit) if noise else None,
+        resolution=parse_quantity(resolution, unit) if resolution else 0.0,
         move_m=parse_quantity(move, "m") if move else 0.0,
     )
     results = run_trial(trial)
     out = Output(as_json=as_json)
     _show(name, results, out)
-    broken = [result for result in results if result.verdict is Verdict.FAILED]
+    broken = [result for result in results if result.status is CheckStatus.FAILED]
+    skipped = [result.name for result in results if result.status is CheckStatus.SKIPPED]
     kept = "keeps the contract" if not broken else f"breaks it in {len(broken)} checks"
-    out.line(f"{name}: {kept}")
-    out.result({"driver": name, "kind": group, "kept": not broken, "checks": results})
+    untried = f"; not tried: {', '.join(skipped)}" if skipped else ""
+    out.line(f"{name}: {kept}{untried}")
+    checks = [_as_data(result) for result in results]
+    out.result({"driver": name, "kind": group, "kept": not broken, "checks": checks})
     if broken:
         raise typer.Exit(ExitCode.STOPPED)
+
+
+class _Operator:
+    """Asks the person at the device to do what no program can, and waits for Enter."""
+
+    def __init__(self, as_json: bool) -> None:
+        self._as_json = as_json
+
+    def _ask(self, text: str) -> None:
+        typer.prompt(f"{text}, then press Enter", default="", show_default=False, err=self._as_json)
+
+    def pull_the_cable(self) -> None:
+        self._ask("Pull the data cable of the device")
+
+    def plug_it_in(self) -> None:
+        self._ask("Plug the cable in again")
+
+    def load_of(self, text: str, size: float) -> Callable[[], float]:
+        """Asks for a load of `text` and gives its `size` in N or m."""
+
+        def put_on() -> float:
+            self._ask(f"Put {text} on the device")
+            return size
+
+        return put_on
+
+
+def _as_data(result: CheckResult) -> dict[str, object]:
+    """One check for programs; `verdict` is the older name of `status`."""
+    return {
+        "name": result.name,
+        "verdict": result.status,
+        "status": result.status,
+        "message": result.message,
+        "seconds": result.seconds,
+    }
 
 
 def _show(name: str, results: list[CheckResult], out: Output) -> None:
     out.table(
         f"contract of {name}",
-        ("check", "verdict", "took", ""),
-        [(r.name, r.verdict.value, f"{r.seconds:.1f} s", r.message) for r in results],
+        ("check", "status", "took", ""),
+        [(r.name, r.status.value, f"{r.seconds:.1f} s", r.message) for r in results],
     )
 
 

@@ -1,0 +1,182 @@
+"""Checks of the data's way: sequence, counts, rate, times, and a drain that never waits."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import statistics
+
+from stepload.rig.contract_trial import (
+    MIN_SAMPLES,
+    POLL_S,
+    ContractViolation,
+    Opened,
+    Sample,
+    Stopwatch,
+    Trial,
+    drain,
+    idle,
+    nominal_rate_hz,
+    observe,
+    require,
+)
+from stepload.rig.device import Arm, Device
+from stepload.rig.samples import ArmSample, ForceSample
+
+RATE_TOLERANCE = 0.25
+LOOKS = 6
+"""A host that stalls once spoils a short look, not all of them."""
+CLOCK_S = 1e-6
+"""A stamp may not be later than now; this is for rounding."""
+OLDEST_S = 0.5
+PAUSE_S = 0.1
+PAUSE_SAMPLES = 8.0
+QUICK_S = 0.2e-3
+"""An empty drain that takes longer, every time, waits for something."""
+DRAINS = 11
+
+
+def check_samples(trial: Trial) -> str:
+    """Nothing repeated, nothing lost unnoticed, no time runs backwards, all values finite."""
+    with Opened(trial) as device:
+        rate_hz = nominal_rate_hz(device)
+        samples = observe(device, trial)
+        looks = 1
+        while looks < LOOKS and not (
+            _near(device.health().rate_hz, rate_hz) and _near(_stamped_rate_hz(samples), rate_hz)
+        ):
+            samples += observe(device, trial)
+            looks += 1
+        health = device.health()
+        samples += drain(device)
+        after = device.health()
+        if fault := device.fault():
+            raise ContractViolation(f"a fault while watching: {fault.code}: {fault.message}")
+        require(len(samples) >= MIN_SAMPLES, f"only {len(samples)} samples at {rate_hz:g} Hz")
+        for sample in samples:
+            _require_finite(sample, device)
+    gaps = 0
+    for old, new in itertools.pairwise(samples):
+        require(
+            new.sequence > old.sequence,
+            f"sequence {new.sequence} after {old.sequence}: repeated or out of order",
+        )
+        gaps += new.sequence - old.sequence - 1
+        require(
+            new.receive_time_s >= old.receive_time_s,
+            f"receive time went back by {old.receive_time_s - new.receive_time_s:.6f} s",
+        )
+        if math.isfinite(new.device_time_s) and math.isfinite(old.device_time_s):
+            require(new.device_time_s >= old.device_time_s, "device time went back")
+    require(gaps <= after.lost, f"sequence shows {gaps} lost samples, health only {after.lost}")
+    if not isinstance(device, Arm):
+        require(
+            health.received <= len(samples) <= after.received,
+            f"{len(samples)} samples delivered, health counts {health.received} to "
+            f"{after.received}",
+        )
+        delivered_hz = _stamped_rate_hz(samples)
+        require(
+            _near(delivered_hz, rate_hz),
+            f"delivered {delivered_hz:.1f} samples a second, nominal rate {rate_hz:g} Hz",
+        )
+    require(
+        _near(after.rate_hz, rate_hz),
+        f"measured rate {after.rate_hz:.1f} Hz, nominal {rate_hz:g} Hz",
+    )
+    return f"{len(samples)} samples"
+
+
+def _near(measured_hz: float, nominal_hz: float) -> bool:
+    return abs(measured_hz / nominal_hz - 1.0) < RATE_TOLERANCE
+
+
+def _stamped_rate_hz(samples: list[Sample]) -> float:
+    """Samples a second by their own receive times; 0 where that cannot be said."""
+    span_s = samples[-1].receive_time_s - samples[0].receive_time_s if samples else 0.0
+    return (len(samples) - 1) / span_s if span_s > 0.0 else 0.0
+
+
+def _require_finite(sample: Sample, device: Device) -> None:
+    if isinstance(sample, ForceSample):
+        values: tuple[float, ...] = sample.wrench
+        require(len(values) == 6, f"a wrench of {len(values)} values")
+    elif isinstance(sample, ArmSample):
+        require(len(sample.pose) == 6, f"a pose of {len(sample.pose)} values")
+        has_force = isinstance(device, Arm) and device.has_force
+        values = (sample.position_m, *sample.pose, *((sample.force_n,) if has_force else ()))
+    else:
+        values = (sample.displacement_m,)
+    require(
+        all(map(math.isfinite, (*values, sample.receive_time_s))) or sample.status != 0,
+        f"a sample that is not finite has status 0: {sample}",
+    )
+
+
+def check_stamps(trial: Trial) -> str:
+    """`receive_time_s` is the host's monotonic clock at arrival: not later, not at the drain."""
+    with Opened(trial) as device:
+        youngest_s = _youngest_age_s(device, trial)
+        limit_s = OLDEST_S + 3.0 / nominal_rate_hz(device)
+        require(
+            youngest_s < limit_s,
+            f"the newest sample is never younger than {youngest_s:.3f} s (limit {limit_s:.3f} s): "
+            "receive_time_s is not the host's monotonic clock",
+        )
+        pause_s = max(PAUSE_S, PAUSE_SAMPLES / nominal_rate_hz(device))
+        widest_s = 0.0
+        for _ in range(LOOKS):
+            drain(device)
+            idle(device, trial, pause_s)
+            if samples := drain(device):
+                span_s = samples[-1].receive_time_s - samples[0].receive_time_s
+                widest_s = max(widest_s, span_s)
+            if widest_s > 0.5 * pause_s:
+                return f"newest sample {youngest_s * 1e3:.1f} ms old"
+    raise ContractViolation(
+        f"the samples of {pause_s:.3f} s without a drain are stamped within {widest_s:.6f} s: "
+        "receive_time_s is given when they are drained, not when they arrive"
+    )
+
+
+def _youngest_age_s(device: Device, trial: Trial) -> float:
+    """Smallest age of a newest sample right after a drain.
+
+    Raises:
+        ContractViolation: a sample is stamped later than now.
+    """
+    youngest_s = math.inf
+    left_s = max(trial.observe_s, MIN_SAMPLES / nominal_rate_hz(device))
+    while left_s > 0.0:
+        samples = drain(device)
+        now_s = trial.now_s()
+        for sample in samples:
+            ahead_s = sample.receive_time_s - now_s
+            require(
+                ahead_s <= CLOCK_S,
+                f"a sample is stamped {ahead_s:.6f} s in the future: its age, and every rule "
+                "about stale data, would be wrong by as much",
+            )
+            youngest_s = min(youngest_s, -ahead_s)
+        trial.wait(POLL_S)
+        left_s -= POLL_S
+    return youngest_s
+
+
+def check_drain(trial: Trial) -> str:
+    """`drain` never waits for the next sample."""
+    with Opened(trial) as device:
+        limit_s = max(QUICK_S, min(1e-3, 0.5 / nominal_rate_hz(device)))
+        drain(device)
+        took = []
+        for _ in range(DRAINS):
+            watch = Stopwatch(trial)
+            drain(device)
+            took.append(watch.seconds)
+    typical_s = statistics.median(took)
+    require(
+        typical_s < limit_s,
+        f"a drain right after a drain takes {typical_s * 1e3:.2f} ms (limit {limit_s * 1e3:.2f} "
+        "ms): it waits, and holds up every rule of the tick",
+    )
+    return f"{typical_s * 1e6:.0f} µs"

@@ -1,0 +1,660 @@
+"""Broken drivers of every kind: each is the healthy simulated one with a few lines changed.
+
+Each function takes the healthy class and returns the broken one. `self._find_host()` is the
+simulated program side: its clock and its world.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from dataclasses import replace
+
+from stepload.errors import DeviceError
+from stepload.rig.device import Health, Identity
+from stepload.rig.faults import Fault, FaultCode
+from stepload.rig.samples import ForceSample
+
+LEAKED: list[tuple[threading.Thread, threading.Event]] = []
+
+
+def end_leaked_threads():
+    """End what the leaking drivers have left behind."""
+    while LEAKED:
+        thread, ended = LEAKED.pop()
+        ended.set()
+        thread.join()
+
+
+def _leave_thread():
+    ended = threading.Event()
+    thread = threading.Thread(target=ended.wait, name="left behind", daemon=True)
+    thread.start()
+    LEAKED.append((thread, ended))
+
+
+def _variant(healthy, **methods):
+    return type("Broken", (healthy,), methods)
+
+
+def _each(healthy, change):
+    """Samples pass through `change(self, sample)`; None leaves one out."""
+
+    def drain(self):
+        changed = (change(self, sample) for sample in healthy.drain(self))
+        return [sample for sample in changed if sample is not None]
+
+    return _variant(healthy, drain=drain)
+
+
+def _now_s(self):
+    return self._find_host().clock.now_s()
+
+
+def _blocks(self, seconds):
+    clock = self._find_host().clock
+    clock.sleep_until(clock.now_s() + seconds)
+
+
+# options and life
+
+
+def swallows_unknown_options(healthy):
+    def init(self, find_host, **ignored):
+        healthy.__init__(self, find_host)
+
+    return _variant(healthy, __init__=init)
+
+
+def works_in_the_constructor(healthy):
+    def init(self, *arguments, **options):
+        healthy.__init__(self, *arguments, **options)
+        _leave_thread()
+
+    return _variant(healthy, __init__=init)
+
+
+def _before_open(healthy, name, value):
+    def method(self):
+        return getattr(healthy, name)(self) if self._stream else value
+
+    return _variant(healthy, **{name: method})
+
+
+def has_samples_before_open(healthy):
+    sample = ForceSample(1, 0.0, 0.0, 0, (0.0,) * 6, 20.0)
+    return _before_open(healthy, "drain", [sample])
+
+
+def has_no_health_before_open(healthy):
+    return _before_open(healthy, "health", None)
+
+
+def young_before_open(healthy):
+    return _before_open(healthy, "health", Health(0, 0, 0.0, 0.0, 0.0, {}))
+
+
+def faulty_before_open(healthy):
+    return _before_open(healthy, "fault", Fault(FaultCode.NOT_CONNECTED, "not open", "", 0.0))
+
+
+def open_exceeds_its_deadline(healthy):
+    def late(self, timeout_s):
+        _blocks(self, 10.0)
+        return healthy.open(self, timeout_s)
+
+    return _variant(healthy, open=late)
+
+
+def fails_to_open_slowly(healthy):
+    def late(self, timeout_s):
+        if timeout_s < 1e-3:
+            _blocks(self, 10.0)
+            raise DeviceError("no", code=FaultCode.NOT_CONNECTED)
+        return healthy.open(self, timeout_s)
+
+    return _variant(healthy, open=late)
+
+
+def open_tells_nothing(healthy):
+    return _variant(healthy, open=lambda self, timeout_s: str(healthy.open(self, timeout_s)))
+
+
+def _after_open(healthy, act):
+    def changed(self, timeout_s):
+        identity = healthy.open(self, timeout_s)
+        act(self)
+        return identity
+
+    return _variant(healthy, open=changed)
+
+
+def has_no_rate(healthy):
+    return _after_open(healthy, lambda self: setattr(self, "rate_hz", 0.0))
+
+
+def counts_nothing(healthy):
+    return _variant(healthy, health=lambda self: Health(0, 0, 0.0, math.inf, 0.0, {}))
+
+
+def never_young(healthy):
+    return _variant(healthy, health=lambda self: replace(healthy.health(self), age_s=math.inf))
+
+
+def opens_with_a_fault(healthy):
+    return _after_open(healthy, lambda self: self._stream.latch(FaultCode.CORRUPT, "old", 0.0))
+
+
+def anonymous(healthy):
+    def nameless(self, timeout_s):
+        return replace(healthy.open(self, timeout_s), model="")
+
+    return _variant(healthy, open=nameless)
+
+
+def opens_before_its_first_sample(healthy):
+    def early(self, timeout_s):
+        identity = healthy.open(self, timeout_s)
+        healthy.drain(self)
+        return identity
+
+    return _variant(healthy, open=early)
+
+
+def unknown_error_code(healthy):
+    def refuse(self, timeout_s):
+        if timeout_s < 1e-3:
+            raise DeviceError("no", code="whatever")
+        return healthy.open(self, timeout_s)
+
+    return _variant(healthy, open=refuse)
+
+
+def leaks_when_open_fails(healthy):
+    def half(self, timeout_s):
+        if timeout_s < 1e-3:
+            _leave_thread()
+            raise DeviceError("no", code=FaultCode.NOT_CONNECTED)
+        return healthy.open(self, timeout_s)
+
+    return _variant(healthy, open=half)
+
+
+def close_leaks_a_thread(healthy):
+    def leave(self, timeout_s):
+        _leave_thread()
+        return healthy.open(self, timeout_s)
+
+    return _variant(healthy, open=leave)
+
+
+def opens_only_once(healthy):
+    def once(self, timeout_s):
+        if getattr(self, "_used", False):
+            raise DeviceError("port in use", code=FaultCode.NOT_CONNECTED)
+        self._used = True
+        return healthy.open(self, timeout_s)
+
+    return _variant(healthy, open=once)
+
+
+def keeps_samples_over_a_close(healthy):
+    def close(self):
+        self._kept = healthy.drain(self) or getattr(self, "_kept", [])
+        healthy.close(self)
+
+    def drain(self):
+        kept, self._kept = getattr(self, "_kept", []), []
+        return kept + healthy.drain(self) if healthy.health(self).received else []
+
+    return _variant(healthy, close=close, drain=drain)
+
+
+def counts_since_construction(healthy):
+    def close(self):
+        self._before = getattr(self, "_before", 0) + healthy.health(self).received
+        healthy.close(self)
+
+    def health(self):
+        found = healthy.health(self)
+        return replace(found, received=found.received + getattr(self, "_before", 0))
+
+    return _variant(healthy, close=close, health=health)
+
+
+def safe_always_refuses(healthy):
+    def safe(self, timeout_s):
+        raise DeviceError("no", code=FaultCode.REFUSED_COMMAND)
+
+    return _variant(healthy, safe=safe)
+
+
+def safe_works_once(healthy):
+    def safe(self, timeout_s):
+        if healthy.health(self).received:
+            if getattr(self, "_safe", False):
+                raise DeviceError("already safe", code=FaultCode.REFUSED_COMMAND)
+            self._safe = True
+            healthy.safe(self, timeout_s)
+
+    return _variant(healthy, safe=safe)
+
+
+def safe_crashes_before_open(healthy):
+    def safe(self, timeout_s):
+        if not hasattr(self, "_used"):
+            raise AttributeError("no link")
+
+    def begin(self, timeout_s):
+        self._used = True
+        return healthy.open(self, timeout_s)
+
+    return _variant(healthy, safe=safe, open=begin)
+
+
+def safe_crashes_after_close(healthy):
+    def safe(self, timeout_s):
+        if getattr(self, "_closed", False):
+            raise AttributeError("no link")
+
+    def close(self):
+        self._closed = True
+        healthy.close(self)
+
+    return _variant(healthy, safe=safe, close=close)
+
+
+# data
+
+
+def repeats_a_sample(healthy):
+    def drain(self):
+        samples = healthy.drain(self)
+        return samples + samples[-1:]
+
+    return _variant(healthy, drain=drain)
+
+
+def loses_unnoticed(healthy):
+    def drain(self):
+        return healthy.drain(self)[:-1]
+
+    return _variant(healthy, drain=drain)
+
+
+def loses_half_and_renumbers(healthy):
+    def change(self, sample):
+        half = sample.sequence // 2
+        return None if sample.sequence % 2 else sample._replace(sequence=half)
+
+    def health(self):
+        found = healthy.health(self)
+        return replace(found, received=max(1, found.received // 2))
+
+    return _variant(_each(healthy, change), health=health)
+
+
+def faults_by_itself(healthy):
+    def fault(self):
+        if self._stream and healthy.health(self).received > 200:
+            self._stream.latch(FaultCode.CORRUPT, "for no reason", 0.0)
+        return healthy.fault(self)
+
+    return _variant(healthy, fault=fault)
+
+
+def miscounts(healthy):
+    def health(self):
+        found = healthy.health(self)
+        return replace(found, received=(found.received + 1) // 2)
+
+    return _variant(healthy, health=health)
+
+
+def tells_another_rate(healthy):
+    def health(self):
+        found = healthy.health(self)
+        return replace(found, rate_hz=2.0 * found.rate_hz)
+
+    return _variant(healthy, health=health)
+
+
+def gives_plain_tuples(healthy):
+    return _variant(healthy, drain=lambda self: [tuple(s) for s in healthy.drain(self)])
+
+
+def gives_one_axis_only(healthy):
+    return _each(healthy, lambda self, s: s._replace(wrench=s.wrench[2:3]))
+
+
+def gives_a_pose_of_three(healthy):
+    return _each(healthy, lambda self, s: s._replace(pose=s.pose[:3]))
+
+
+def hardly_any_samples(healthy):
+    return _each(healthy, lambda self, s: s if s.sequence < 5 else None)
+
+
+def wrong_nominal_rate(healthy):
+    def misname(self, timeout_s):
+        identity = healthy.open(self, timeout_s)
+        self.rate_hz *= 2.0
+        return identity
+
+    return _variant(healthy, open=misname)
+
+
+def receive_time_goes_back(healthy):
+    def change(self, sample):
+        back_s = 0.01 if sample.sequence % 50 == 0 else 0.0
+        return sample._replace(receive_time_s=sample.receive_time_s - back_s)
+
+    return _each(healthy, change)
+
+
+def device_time_goes_back(healthy):
+    def change(self, sample):
+        back_s = 1.0 if sample.sequence > 100 else 0.0
+        return sample._replace(device_time_s=sample.device_time_s - back_s)
+
+    return _each(healthy, change)
+
+
+def stamps_at_drain(healthy):
+    return _each(healthy, lambda self, sample: sample._replace(receive_time_s=_now_s(self)))
+
+
+def stamps_in_the_future(healthy):
+    return _each(
+        healthy, lambda self, sample: sample._replace(receive_time_s=sample.receive_time_s + 0.5)
+    )
+
+
+def stamps_by_another_clock(healthy):
+    return _each(
+        healthy, lambda self, sample: sample._replace(receive_time_s=sample.receive_time_s - 1e4)
+    )
+
+
+def drain_waits_for_data(healthy):
+    def drain(self):
+        while not (samples := healthy.drain(self)) and self._stream:
+            if healthy.fault(self):
+                break
+            _blocks(self, 1e-4)
+        return samples
+
+    return _variant(healthy, drain=drain)
+
+
+def passes_nan_on(healthy):
+    def change(self, sample):
+        return sample._replace(wrench=(float("nan"),) * 6) if sample.sequence == 100 else sample
+
+    return _each(healthy, change)
+
+
+# values
+
+
+def frozen_force(healthy):
+    def change(self, sample):
+        self._wrench = getattr(self, "_wrench", sample.wrench)
+        return sample._replace(wrench=self._wrench)
+
+    return _each(healthy, change)
+
+
+def force_in_millinewton(healthy):
+    return _each(
+        healthy, lambda self, s: s._replace(wrench=tuple(1e3 * value for value in s.wrench))
+    )
+
+
+def ignores_the_zero(healthy):
+    return _variant(healthy, bias=lambda self, timeout_s: True)
+
+
+def frozen_gauge(healthy):
+    def change(self, sample):
+        self._value = getattr(self, "_value", sample.displacement_m)
+        return sample._replace(displacement_m=self._value)
+
+    return _each(healthy, change)
+
+
+def gauge_in_millimetres(healthy):
+    return _each(healthy, lambda self, s: s._replace(displacement_m=1e3 * s.displacement_m))
+
+
+# silence
+
+
+def never_stale(healthy):
+    return _variant(healthy, fault=lambda self: None)
+
+
+def _repeats_when_silent(healthy):
+    def drain(self):
+        samples = healthy.drain(self)
+        if not samples and healthy.fault(self) and getattr(self, "_newest", None):
+            old = self._newest
+            samples = [old._replace(sequence=old.sequence + 1, receive_time_s=_now_s(self))]
+        self._newest = samples[-1] if samples else getattr(self, "_newest", None)
+        return samples
+
+    return _variant(healthy, drain=drain)
+
+
+def goes_on_repeating(healthy):
+    return never_stale(_repeats_when_silent(healthy))
+
+
+def repeats_after_its_fault(healthy):
+    return _repeats_when_silent(healthy)
+
+
+def forgets_its_fault(healthy):
+    def fault(self):
+        found = healthy.fault(self)
+        self._asked = getattr(self, "_asked", 0) + (found is not None)
+        return found if self._asked < 2 else None
+
+    return _variant(healthy, fault=fault)
+
+
+def wrong_fault_when_silent(healthy):
+    def fault(self):
+        found = healthy.fault(self)
+        return found and replace(found, code=FaultCode.OVERLOAD)
+
+    return _variant(healthy, fault=fault)
+
+
+def _without_link(healthy, name, act):
+    """Method `name` calls `act(self)` once the device has its fault."""
+
+    def method(self, *arguments):
+        if healthy.fault(self):
+            act(self)
+        getattr(healthy, name)(self, *arguments)
+
+    return _variant(healthy, **{name: method})
+
+
+def _crash(self):
+    raise OSError("bad file descriptor")
+
+
+def safe_crashes_without_link(healthy):
+    return _without_link(healthy, "safe", _crash)
+
+
+def safe_blocks_without_link(healthy):
+    return _without_link(healthy, "safe", lambda self: _blocks(self, 30.0))
+
+
+def second_safe_crashes_without_link(healthy):
+    def act(self):
+        self._asked = getattr(self, "_asked", 0) + 1
+        if self._asked > 1:
+            _crash(self)
+
+    return _without_link(healthy, "safe", act)
+
+
+def close_crashes_without_link(healthy):
+    return _without_link(healthy, "close", _crash)
+
+
+def close_leaks_without_link(healthy):
+    return _without_link(healthy, "close", lambda self: _leave_thread())
+
+
+def command_blocks_without_link(healthy):
+    return _without_link(healthy, "command", lambda self: _blocks(self, 30.0))
+
+
+# motion
+
+
+def frozen_position(healthy):
+    return _each(healthy, lambda self, s: s._replace(position_m=0.0, pose=(0.0,) * 6))
+
+
+def reversed_position(healthy):
+    return _each(healthy, lambda self, s: s._replace(position_m=-s.position_m))
+
+
+def has_no_force_but_says_so(healthy):
+    return _each(healthy, lambda self, s: s._replace(force_n=float("nan")))
+
+
+def takes_nan(healthy):
+    def command(self, position_m):
+        if abs(position_m) < 1.0:
+            healthy.command(self, position_m)
+
+    return _variant(healthy, command=command)
+
+
+def takes_infinity(healthy):
+    def command(self, position_m):
+        if position_m != position_m or abs(position_m) < 1.0:
+            healthy.command(self, position_m)
+
+    return _variant(healthy, command=command)
+
+
+def moves_on_a_refused_target(healthy):
+    def command(self, position_m):
+        if abs(position_m) == math.inf:
+            healthy.command(self, -5e-4)
+        healthy.command(self, position_m)
+
+    return _variant(healthy, command=command)
+
+
+def retracts_by_nan(healthy):
+    def retract(self, distance_m, speed_m_s, timeout_s):
+        if distance_m == distance_m:
+            healthy.retract(self, distance_m, speed_m_s, timeout_s)
+
+    return _variant(healthy, retract=retract)
+
+
+def retracts_forth(healthy):
+    def retract(self, distance_m, speed_m_s, timeout_s):
+        healthy.retract(self, abs(distance_m), speed_m_s, timeout_s)
+
+    return _variant(healthy, retract=retract)
+
+
+def retracts_too_fast(healthy):
+    def retract(self, distance_m, speed_m_s, timeout_s):
+        healthy.retract(self, distance_m, 10.0 * speed_m_s, timeout_s)
+
+    return _variant(healthy, retract=retract)
+
+
+def retract_does_nothing(healthy):
+    def retract(self, distance_m, speed_m_s, timeout_s):
+        if not distance_m > 0.0:
+            healthy.retract(self, distance_m, speed_m_s, timeout_s)
+
+    return _variant(healthy, retract=retract)
+
+
+def goes_too_far(healthy):
+    return _variant(healthy, command=lambda self, p: healthy.command(self, 1.5 * p))
+
+
+def does_not_hold(healthy):
+    def command(self, position_m):
+        healthy.command(self, position_m)
+        self._told_s = _now_s(self)
+
+    def drain(self):
+        silent_s = max(0.0, _now_s(self) - getattr(self, "_told_s", 1e9) - 0.1)
+        fallen_m = 1e-3 * silent_s
+        return [s._replace(position_m=s.position_m - fallen_m) for s in healthy.drain(self)]
+
+    return _variant(healthy, command=command, drain=drain)
+
+
+def safe_does_nothing(healthy):
+    return _variant(healthy, safe=lambda self, timeout_s: None)
+
+
+def safe_waits_for_the_target(healthy):
+    def safe(self, timeout_s):
+        if self._stream:
+            _blocks(self, 0.5)
+
+    return _variant(healthy, safe=safe)
+
+
+def safe_coasts(healthy):
+    def safe(self, timeout_s):
+        if self._host is not None:
+            self._send(self._host.world.plant.drive_m - 2e-4)
+
+    return _variant(healthy, safe=safe)
+
+
+# what no check can see
+
+
+def late_by_a_constant(healthy):
+    return _each(healthy, lambda self, s: s._replace(receive_time_s=s.receive_time_s - 0.02))
+
+
+def stamps_at_drain_spread_back(healthy):
+    def drain(self):
+        samples, now_s, period_s = healthy.drain(self), _now_s(self), 1.0 / (self.rate_hz or 1.0)
+        return [
+            sample._replace(receive_time_s=now_s - (len(samples) - 1 - place) * period_s)
+            for place, sample in enumerate(samples)
+        ]
+
+    return _variant(healthy, drain=drain)
+
+
+def loses_a_tenth_and_renumbers(healthy):
+    def change(self, sample):
+        kept = sample.sequence - sample.sequence // 10
+        return None if sample.sequence % 10 == 0 else sample._replace(sequence=kept)
+
+    def health(self):
+        found = healthy.health(self)
+        return replace(found, received=found.received - found.received // 10)
+
+    return _variant(_each(healthy, change), health=health)
+
+
+def somebody_else(healthy):
+    def claim(self, timeout_s):
+        healthy.open(self, timeout_s)
+        return Identity("sim", "another model", "4711", "1", "none")
+
+    return _variant(healthy, open=claim)
