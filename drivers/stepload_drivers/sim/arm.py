@@ -8,6 +8,7 @@ from stepload.errors import DeviceError
 from stepload.rig.device import Arm, Health, Identity
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import ArmSample
+from stepload_drivers.motion import require_finite_target, require_positive
 from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.stream import NO_HEALTH, Host, Stream, not_open
 
@@ -56,6 +57,7 @@ class WorldArm(Arm):
         host = self._host
         if host is None:
             raise not_open(_NAME)
+        require_finite_target(position_m)
         if position_m > self._last_target_m + _MAX_LEAD_M:
             raise DeviceError(
                 f"{_NAME}: target more than {_MAX_LEAD_M * 1e3:g} mm ahead of the last one",
@@ -121,6 +123,7 @@ class WorldArm(Arm):
         host = self._host
         if host is None:
             raise not_open(_NAME)
+        require_positive("retract", distance_m=distance_m, speed_m_s=speed_m_s)
         begin_s = now_s = host.catch_up()
         end_s = begin_s + timeout_s
         start_m = min(self._measured_m(), host.world.plant.target_m)
