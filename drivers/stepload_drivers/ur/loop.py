@@ -99,7 +99,13 @@ class Loop:
         self._seen_s = time.monotonic()
 
     def follow(self, position_m: float | None) -> None:
-        """Take over a target, or none."""
+        """Take over a target, or none; one that is not finite ends the process."""
+        if position_m is not None and not math.isfinite(position_m):
+            self.die(
+                FaultCode.NOT_FINITE,
+                f"position target {position_m} m is not finite",
+                "a bug of the run: please report it with the record",
+            )
         self.target_m = position_m
         self.fresh_target = position_m is not None
         if position_m is not None:
