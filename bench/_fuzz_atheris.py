@@ -15,8 +15,9 @@ with atheris.instrument_imports():
     from stepload_drivers.bota import codec as bota
     from stepload_drivers.canbus import slcan_frame
     from stepload_drivers.canframe import CanFrame
-    from stepload_drivers.gauge.codec import LineDecoder
-    from stepload_drivers.gauge.sensor import DEFAULT_PATTERN
+    from stepload_drivers.line.codec import LineDecoder
+    from stepload_drivers.line.force import DEFAULT_PATTERN
+    from stepload_drivers.line.pattern import line_pattern, number_of
     from stepload_drivers.robotous import codec as robotous
     from stepload_drivers.ur import frames as rtde
 
@@ -40,7 +41,8 @@ def one_input(data: bytes) -> None:
     for frame in bota.Decoder().feed(data):
         if len(frame.wrench) != 6:
             raise AssertionError("a Bota frame without six values")
-    if not all(map(math.isfinite, LineDecoder(DEFAULT_PATTERN, 1e-3, b"\r").feed(data))):
+    number = number_of(line_pattern(DEFAULT_PATTERN, "force"), "force", 1.0)
+    if not all(map(math.isfinite, LineDecoder(number, b"\r").feed(data))):
         raise AssertionError("a reading that is not finite")
     slcan_frame(data.decode("ascii", "replace"))
     _rtde(data)

@@ -1,7 +1,7 @@
 """Random frames into every decoder: crashes, and corrupt frames that pass, against the odds.
 
 Headers are right and the rest is random, which is the hardest case. A frame that passes is expected
-as often as its checksum lets it: RFT 1 in 256, Bota 1 in 65536; slcan, gauge lines and RTDE have
+as often as its checksum lets it: RFT 1 in 256, Bota 1 in 65536; slcan, text lines and RTDE have
 none, so there only crashes, frames changed on the way and impossible values count.
     python bench/fuzz_decoders.py --frames 10000000
 """
@@ -19,8 +19,9 @@ from stepload_drivers.ati.poller import Poller
 from stepload_drivers.bota import codec as bota
 from stepload_drivers.canbus import slcan_frame
 from stepload_drivers.canframe import CanFrame
-from stepload_drivers.gauge.codec import LineDecoder
-from stepload_drivers.gauge.sensor import DEFAULT_PATTERN
+from stepload_drivers.line.codec import LineDecoder
+from stepload_drivers.line.force import DEFAULT_PATTERN
+from stepload_drivers.line.pattern import line_pattern, number_of
 from stepload_drivers.robotous import codec as robotous
 from stepload_drivers.ur import frames as rtde
 from stepload_drivers.ur import state as ur
@@ -75,10 +76,11 @@ def slcan_lines(chance: random.Random, count: int) -> int:
     return wrong
 
 
-def gauge_lines(chance: random.Random, count: int) -> int:
+def text_lines(chance: random.Random, count: int) -> int:
     alphabet = b"+-.0123456789eEAnaif \r\xff"
     data = bytes(chance.choices(alphabet, k=8 * count))
-    readings = LineDecoder(DEFAULT_PATTERN, 1e-3, b"\r").feed(data)
+    number = number_of(line_pattern(DEFAULT_PATTERN, "force"), "force", 1.0)
+    readings = LineDecoder(number, b"\r").feed(data)
     return sum(not math.isfinite(value) for value in readings)
 
 
@@ -124,7 +126,7 @@ DECODERS: dict[str, tuple[Callable[[random.Random, int], int], float]] = {
     "Bota": (bota_serial, (1 + 36 / 256) / 65536),
     "ATI pairs": (ati_can, 0.0),
     "slcan lines": (slcan_lines, 0.0),
-    "gauge lines": (gauge_lines, 0.0),
+    "text lines": (text_lines, 0.0),
     "RTDE stream": (rtde_stream, 0.0),
     "RTDE values": (rtde_values, 0.0),
 }

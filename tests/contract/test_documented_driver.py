@@ -22,7 +22,8 @@ from stepload.rig.contract import (
 from stepload.rig.device import Arm, ForceSensor
 
 PAGE = Path(__file__).parents[2] / "docs" / "write-your-own-driver.md"
-EXAMPLE = re.search(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL).group(1)
+EXAMPLES = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+(EXAMPLE,) = (text for text in EXAMPLES if "class TcpLoadCell" in text)
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""One contract for all: the five sensor drivers on their emulators, and the simulated rig."""
+"""One contract for all: the six sensor drivers on their emulators, and the simulated rig."""
 
 from dataclasses import replace
 from functools import partial
@@ -23,6 +23,8 @@ DRIVERS = {
     "ati_can slcan": ("ati_can", {}, {}),
     "ati_can socketcand": ("ati_can", TCP, {}),
     "gauge_serial": ("gauge_serial", {"rate_hz": 100.0}, {"rate": 100.0}),
+    "line_serial": ("line_serial", {"unit": "kgf"}, {}),
+    "line_serial asked": ("line_serial", {"rate_hz": 50.0, "request": "?\\r"}, {}),
 }
 
 

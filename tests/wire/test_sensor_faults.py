@@ -9,6 +9,7 @@ from stepload.rig.faults import FaultCode
 from stepload.rig.samples import Status
 
 UART, BOTA, CAN, ATI = "robotous_uart", "bota_serial", "robotous_can", "ati_can"
+LINE = "line_serial"
 TCP = {"transport": "socketcand"}
 
 LATCHED = [
@@ -43,6 +44,13 @@ LATCHED = [
     (ATI, {}, "freeze", 1.0, FaultCode.STALE),
     (ATI, {}, "unplug", 1.0, FaultCode.NOT_CONNECTED),
     (ATI, TCP, "unplug", 1.0, FaultCode.NOT_CONNECTED),
+    (LINE, {}, "noise", 1.0, FaultCode.CORRUPT),
+    (LINE, {}, "nan", 1.0, FaultCode.CORRUPT),
+    (LINE, {}, "silent", 1.0, FaultCode.STALE),
+    (LINE, {}, "freeze", 1.0, FaultCode.STALE),
+    (LINE, {}, "unplug", 1.0, FaultCode.NOT_CONNECTED),
+    (LINE, {}, "overrange", 2.0, FaultCode.OVERLOAD),
+    (LINE, {"request": "?\\r"}, "silent", 1.0, FaultCode.STALE),
 ]
 
 

@@ -10,6 +10,7 @@ from stepload.rig.faults import FaultCode
 from stepload_drivers import serialport
 from stepload_drivers.ati.sensor import AtiCan
 from stepload_drivers.bota.sensor import BotaSerial
+from stepload_drivers.line.force import LineSerial
 from stepload_drivers.robotous.sensor import RobotousCan, RobotousUart
 
 TCP = {"transport": "socketcand"}
@@ -20,6 +21,8 @@ SENSORS = [
     ("bota_serial", {}),
     ("ati_can", {}),
     ("ati_can", TCP),
+    ("line_serial", {"unit": "lbf"}),
+    ("line_serial", {"request": "?\\r", "unit": "mN"}),
 ]
 
 
@@ -48,8 +51,9 @@ def test_force_comes_through_in_newton(emulated, name, device):
         assert means == pytest.approx([0.0, 0.0, 50.0, 0.0, 0.0, 0.0], abs=0.05)
 
 
-def test_rft_bias_is_the_devices_own_zero(emulated):
-    with emulated("robotous_uart", peak_n=0.0) as pair:
+@pytest.mark.parametrize("name", ["robotous_uart", "line_serial"])
+def test_bias_is_the_devices_own_zero(emulated, name):
+    with emulated(name, peak_n=0.0) as pair:
         pair.emulator.board.switch_on("offset", 30.0)
         pair.run(0.05)
         assert pair.driver.bias(1.0) is True
@@ -102,6 +106,17 @@ def test_gauge_streams(emulated):
         pair.run(0.3)
         assert len(pair.samples) > 15
         assert all(-1e-6 < sample.displacement_m < 20e-6 for sample in pair.samples)
+
+
+def test_a_load_cell_can_be_opened_again_after_silence(emulated):
+    with emulated("line_serial", device={"rate_hz": 50.0}) as pair:
+        pair.emulator.board.switch_on("silent")
+        assert pair.until(lambda: pair.driver.fault() is not None)
+        assert pair.driver.fault().code is FaultCode.STALE
+        pair.emulator.board.clear()
+        assert pair.driver.open(5.0).driver == "line_serial"
+        assert pair.driver.fault() is None
+        assert pair.driver.drain()
 
 
 def test_gauge_answers_requests(emulated):
@@ -177,7 +192,7 @@ def slow_adapter(monkeypatch, tmp_path):
 
 
 def test_slow_usb_adapter_is_refused_without_a_device_clock(emulated, slow_adapter):
-    for name in ("robotous_uart", "robotous_can"):
+    for name in ("robotous_uart", "robotous_can", "line_serial"):
         with emulated(name, open_it=False) as pair:
             slow_adapter(pair.emulator.address)
             with pytest.raises(DeviceError, match="16 ms") as caught:
@@ -197,6 +212,7 @@ def test_slow_usb_adapter_is_noted_where_the_device_has_a_clock(emulated, slow_a
     [
         lambda: BotaSerial(port="/dev/nowhere"),
         lambda: RobotousUart(port="/dev/nowhere"),
+        lambda: LineSerial(port="/dev/nowhere", range=1.0, rate=1.0, unit="N"),
         lambda: RobotousCan(channel="/dev/nowhere", interface="slcan"),
         lambda: RobotousCan(channel="127.0.0.1:9/can0", interface="socketcand"),
         lambda: AtiCan(channel="nowhere", interface="no_such_interface"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 
 from stepload.errors import DeviceError
@@ -83,12 +84,18 @@ class Dialogue:
         """Matrix, counts and units, asked of the device; firmware before 3.7 cannot tell units.
 
         Raises:
-            DeviceError: a unit or count the manual does not know.
+            DeviceError: a matrix that is not finite, or a unit or count the manual does not know.
         """
         rows = [
             matrix_row(self.ask(Op.MATRIX, bytes((axis,)), MATRIX_OPS, (8, 8, 8)))
             for axis in range(AXES)
         ]
+        if not all(math.isfinite(value) for row in rows for value in row):
+            raise DeviceError(
+                f"{self.name}: the calibration matrix has values that are not finite",
+                code=FaultCode.NOT_FINITE,
+                hint="check the calibration slot",
+            )
         counts = (OLD_COUNTS, OLD_COUNTS)
         if firmware[:2] >= UNITS_FIRMWARE:
             counts = struct.unpack(">II", self.ask(Op.COUNTS, sizes=(8,))[Op.COUNTS])

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import inf, isfinite
 
-from stepload.errors import BadInputError, DeviceError
+from stepload.errors import DeviceError
 from stepload.rig.device import Arm, Health, Identity
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import ArmSample
+from stepload_drivers.motion import require_finite_target, require_positive
 from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.stream import NO_HEALTH, Host, Stream, not_open
 
@@ -57,10 +57,7 @@ class WorldArm(Arm):
         host = self._host
         if host is None:
             raise not_open(_NAME)
-        if not isfinite(position_m):
-            raise DeviceError(
-                f"{_NAME}: target {position_m} m is not finite", code=FaultCode.NOT_FINITE
-            )
+        require_finite_target(position_m)
         if position_m > self._last_target_m + _MAX_LEAD_M:
             raise DeviceError(
                 f"{_NAME}: target more than {_MAX_LEAD_M * 1e3:g} mm ahead of the last one",
@@ -126,8 +123,7 @@ class WorldArm(Arm):
         host = self._host
         if host is None:
             raise not_open(_NAME)
-        if not (0.0 <= distance_m < inf and 0.0 < speed_m_s < inf):
-            raise BadInputError(f"{_NAME}: cannot retract by {distance_m} m at {speed_m_s} m/s")
+        require_positive("retract", distance_m=distance_m, speed_m_s=speed_m_s)
         begin_s = now_s = host.catch_up()
         end_s = begin_s + timeout_s
         start_m = min(self._measured_m(), host.world.plant.target_m)

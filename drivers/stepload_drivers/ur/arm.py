@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from stepload.errors import BadInputError, DeviceError
+from stepload.errors import DeviceError
 from stepload.rig.device import Arm, Health, Identity, StopProof
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.options import Option
 from stepload.rig.samples import ArmSample, Status
+from stepload_drivers.motion import require_finite_target, require_positive
 from stepload_drivers.ur import rescue, state, wire
 from stepload_drivers.ur.preflight import preflight
 from stepload_drivers.ur.process import ChildProcess
@@ -53,7 +53,6 @@ class UrArm(Arm):
         self._start: state.Vector6 | None = None
         self._target_m = 0.0
         self._last: ArmSample | None = None
-        self._runtime_state = 0
         self._fault: Fault | None = None
         self._stage = ""
         self._replies: dict[int, dict[str, Any]] = {}
@@ -67,22 +66,14 @@ class UrArm(Arm):
         self.period_s = controller.period_s
         self._tally = Tally(self.period_s)
         self._samples, self._last, self._start, self._fault = [], None, None, None
-        self._replies, self._target_m = {}, 0.0
+        self._replies, self._target_m, self._stage = {}, 0.0, ""
         left_s = max(0.1, deadline_s - time.monotonic())
         self._child = ChildProcess(self._settings, self.period_s, left_s)
-        while self._last is None:
-            self._pump(min(0.05, max(0.001, deadline_s - time.monotonic())))
-            if self._fault is None and time.monotonic() > deadline_s:
-                self._latch(
-                    FaultCode.NOT_CONNECTED,
-                    f"{self._settings.host}: not ready within {timeout_s:g} s "
-                    f"(got as far as: {self._stage or 'start of the process'})",
-                    "check the pendant for messages, and the network",
-                )
-            if self._fault is not None:
-                fault = self._fault
-                self._kill()
-                raise DeviceError(fault.message, code=fault.code, hint=fault.hint)
+        try:
+            self._wait_for_first_sample(deadline_s, timeout_s)
+        except BaseException:  # an interrupt too must not leave a child behind
+            self._kill()
+            raise
         return Identity(
             driver="ur",
             model=controller.model or "unknown",
@@ -91,16 +82,26 @@ class UrArm(Arm):
             calibration_revision="unknown",
         )
 
+    def _wait_for_first_sample(self, deadline_s: float, timeout_s: float) -> None:
+        while self._last is None:
+            self._pump(min(0.05, max(0.001, deadline_s - time.monotonic())))
+            if self._last is None and time.monotonic() > deadline_s:
+                self._latch(
+                    FaultCode.NOT_CONNECTED,
+                    f"{self._settings.host}: not ready within {timeout_s:g} s "
+                    f"(got as far as: {self._stage or 'start of the process'})",
+                    "check the pendant for messages, and the network",
+                )
+            if (fault := self._fault) is not None:
+                raise DeviceError(fault.message, code=fault.code, hint=fault.hint)
+
     def drain(self) -> list[ArmSample]:
         self._pump()
         samples, self._samples = self._samples, []
         return samples
 
     def command(self, position_m: float) -> None:
-        if not math.isfinite(position_m):
-            raise DeviceError(
-                f"position target {position_m} m is not finite", code=FaultCode.NOT_FINITE
-            )
+        require_finite_target(position_m)
         self._pump()
         from_m = min(self._last.position_m, self._target_m) if self._last else self._target_m
         lead_m = position_m - from_m
@@ -137,9 +138,7 @@ class UrArm(Arm):
         rescue.stop(self._settings.host, deadline_s)
 
     def retract(self, distance_m: float, speed_m_s: float, timeout_s: float) -> None:
-        for name, value in (("distance", distance_m), ("speed", speed_m_s), ("time", timeout_s)):
-            if not (math.isfinite(value) and value > 0.0):
-                raise BadInputError(f"retract: {name} {value} is not a positive number")
+        require_positive("retract", distance_m=distance_m, speed_m_s=speed_m_s, timeout_s=timeout_s)
         deadline_s = time.monotonic() + timeout_s
         if self._child is not None:
             limit_s = max(0.5 * timeout_s, timeout_s - RESCUE_S)
@@ -162,6 +161,9 @@ class UrArm(Arm):
             DeviceError: the arm did not stop by itself, or could not be started again; it was
                 stopped.
         """
+        require_positive(
+            "prove_stop", distance_m=distance_m, speed_m_s=speed_m_s, timeout_s=timeout_s
+        )
         reply = self._request("prove", timeout_s, distance_m=distance_m, speed_m_s=speed_m_s)
         if reply is None or not reply["ok"]:
             why = reply["message"] if reply else f"no answer within {timeout_s:g} s"
@@ -233,7 +235,6 @@ class UrArm(Arm):
     def _take_sample(self, receive_time_s: float, package: state.UrState) -> None:
         assert self._start is not None
         settings = self._settings
-        self._runtime_state = package.runtime_state
         self._last = ArmSample(
             sequence=self._tally.add(package.timestamp_s, receive_time_s),
             device_time_s=package.timestamp_s,

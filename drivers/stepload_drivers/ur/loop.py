@@ -51,7 +51,8 @@ class Loop:
 
     `expect_stop` is set while a stop of the program is wanted; `muted` while nothing is sent;
     `target_m` is the target that the arm follows, None while it follows none; `commanded_m` the
-    last one there was, 0 (where the arm stood) before any.
+    last one there was, 0 (where the arm stood) before any; `sent_s` a time just before the last
+    input to the controller.
     """
 
     def __init__(self, link: Link, settings: Settings, period_s: float) -> None:
@@ -70,20 +71,24 @@ class Loop:
         self._receive = ReceivePort(settings)
         self._state: UrState | None = None
         self._offset_s = 0.0
-        self._sent_s = 0.0
+        self.sent_s = 0.0
         self._refused_s = math.inf
         self._has_fault = False
         self._remote_check: RemoteCheck | None = None
         self.forgive_pause()
         while self._state is None:
             self.step()
-        self.start: Vector6 = self.state.pose
+        self.begin_here()
 
     @property
     def state(self) -> UrState:
         """The newest package."""
         assert self._state is not None
         return self._state
+
+    def begin_here(self) -> None:
+        """Count travel from the pose of the newest package."""
+        self.start: Vector6 = self.state.pose
 
     @property
     def position_m(self) -> float:
@@ -94,15 +99,21 @@ class Loop:
         self._seen_s = time.monotonic()
 
     def follow(self, position_m: float | None) -> None:
-        """Take over a target, or none."""
+        """Take over a target, or none; one that is not finite ends the process."""
+        if position_m is not None and not math.isfinite(position_m):
+            self.die(
+                FaultCode.NOT_FINITE,
+                f"position target {position_m} m is not finite",
+                "a bug of the run: please report it with the record",
+            )
         self.target_m = position_m
         self.fresh_target = position_m is not None
         if position_m is not None:
             self.commanded_m = position_m
 
-    def sent(self) -> None:
-        """An input went out by other means than `step`."""
-        self._sent_s = time.monotonic()
+    def sent(self, at_s: float) -> None:
+        """An input went out by other means than `step`, not before `at_s`."""
+        self.sent_s = at_s
 
     def step(self) -> None:
         """Take in what came from both sides, send what is due, wait a little."""
@@ -210,7 +221,7 @@ class Loop:
         """Forward a fresh target at once; else repeat the last input often enough."""
         now_s = time.monotonic()
         if not self.fresh_target:
-            if now_s - self._sent_s < RESEND_SHARE / self.settings.watchdog_hz:
+            if now_s - self.sent_s < RESEND_SHARE / self.settings.watchdog_hz:
                 return
             if self.target_m is not None and now_s - self.heard_s > self.settings.leash_s:
                 return
@@ -220,7 +231,7 @@ class Loop:
             pose = target_pose(self.start, self.settings.approach, self.target_m)
             sent = control.servo(pose, self._period_s)
         self.fresh_target = False
-        self._sent_s = now_s
+        self.sent_s = now_s
         self._refused_s = math.inf if sent else min(self._refused_s, now_s)
 
     def _report(self, problem: Problem) -> None:

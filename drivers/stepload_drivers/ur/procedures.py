@@ -12,13 +12,15 @@ from collections.abc import Callable
 
 from stepload_drivers.ur.loop import Loop
 from stepload_drivers.ur.ports import ControlPort
-from stepload_drivers.ur.state import PLAYING, UrState, arrived_m, can_move
+from stepload_drivers.ur.state import PLAYING, UrState, arrived_m, can_move, safety_problem
 
 PROGRAM_START_S = 3.0
 STANDSTILL_S = 2.0
 SERVO_STOP_M_S2 = 10.0
 ORPHAN_M_S = 0.01
 ORPHAN_WAIT_S = 1.0
+EARLY_SHARE = 0.5
+"""A program that ends before this share of the watchdog's time was ended by something else."""
 
 
 class RequestError(Exception):
@@ -28,9 +30,13 @@ class RequestError(Exception):
 def connect(loop: Loop) -> None:
     """Control interface, TCP and payload, watchdog; proves the watchdog where asked.
 
+    Travel counts from where the arm then stands: another program may have moved it until the
+    control interface ended that program.
+
     Raises:
         RuntimeError: ur_rtde could not connect or start its program.
-        RequestError: the controller refused something, or its watchdog did not act.
+        RequestError: the controller refused something, its watchdog did not act, or the arm does
+            not stand still.
     """
     loop.control = ControlPort(loop.settings)
     loop.forgive_pause()
@@ -38,14 +44,17 @@ def connect(loop: Loop) -> None:
     if loop.settings.prove_watchdog:
         _trip_watchdog(loop)
         _restart(loop)
+    _wait(loop, lambda _: loop.standstill.still, STANDSTILL_S, "the arm does not stand still")
+    loop.begin_here()
 
 
 def stop_servo(loop: Loop) -> dict[str, object]:
     """Leave servo mode and see the arm stand still. Sent whatever state is believed."""
     control = _control(loop)
     loop.follow(None)
+    at_s = time.monotonic()
     confirmed = control.stop_servo(SERVO_STOP_M_S2)
-    loop.sent()
+    loop.sent(at_s)
     _wait(loop, lambda _: loop.standstill.still, STANDSTILL_S, "the arm does not stand still")
     return {"confirmed": confirmed, "runtime_state": loop.state.runtime_state}
 
@@ -116,20 +125,34 @@ def _wait(loop: Loop, done: Callable[[UrState], bool], timeout_s: float, what: s
 
 def _prepare(loop: Loop) -> None:
     """TCP, payload, watchdog: all of it is lost when the program starts anew."""
+    at_s = time.monotonic()
     if not _control(loop).prepare():
         raise RequestError("the controller refused TCP, payload or watchdog")
-    loop.sent()
+    loop.sent(at_s)
 
 
 def _trip_watchdog(loop: Loop) -> float:
-    """Send nothing until the controller has ended the program; returns how long that took."""
+    """Send nothing until the controller has ended the program; returns how long that took.
+
+    A safety stop, or a program that ends long before the watchdog is due, proves nothing.
+    """
     loop.expect_stop = loop.muted = True
-    return _wait(
+    watchdog_s = 1.0 / loop.settings.watchdog_hz
+    took_s = _wait(
         loop,
         lambda package: package.runtime_state != PLAYING,
-        1.0 / loop.settings.watchdog_hz + 0.5,
+        watchdog_s + 0.5,
         "the watchdog did not stop the program; the arm must not be used",
     )
+    if problem := safety_problem(loop.state):
+        raise RequestError(f"{problem.message} while the watchdog was tried")
+    silent_s = time.monotonic() - loop.sent_s
+    if silent_s < EARLY_SHARE * watchdog_s:
+        raise RequestError(
+            f"the program ended {silent_s * 1e3:.0f} ms after the last input, not by its watchdog "
+            f"({watchdog_s * 1e3:.0f} ms)"
+        )
+    return took_s
 
 
 def _restart(loop: Loop) -> None:

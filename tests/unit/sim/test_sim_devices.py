@@ -10,12 +10,13 @@ from itertools import pairwise
 
 import pytest
 
-from stepload.errors import DeviceError, DomainError
+from stepload.errors import BadInputError, DeviceError, DomainError
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.rig.world import SimulatedRig, WorldFault, WorldSpec
 from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_drivers.sim.noise import smooth_error
+from stepload_drivers.sim.plant import Plant
 from stepload_drivers.sim.world import open_world
 
 SPEC = replace(DEFAULT_SPEC, surface_m=0.1e-3)
@@ -245,3 +246,43 @@ def test_virtual_time_only_passes_by_sleeping() -> None:
 def test_impossible_rigs_are_refused(name: str, value: float) -> None:
     with pytest.raises(DomainError, match=name):
         open_world(replace(SPEC, **{name: value}))
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_target_that_is_not_finite_is_refused_and_never_forwarded(
+    sent: list[float], value: float
+) -> None:
+    rig = opened(SPEC)
+    with pytest.raises(DeviceError) as caught:
+        rig.arm.command(value)
+    assert caught.value.code == FaultCode.NOT_FINITE
+    assert sent == []
+    rig.arm.command(1e-5)
+    assert sent == [1e-5]
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, 0.0, -1e-3])
+@pytest.mark.parametrize("place", [0, 1])
+def test_a_retract_that_is_no_way_back_is_refused_and_never_forwarded(
+    sent: list[float], value: float, place: int
+) -> None:
+    rig = opened(SPEC)
+    numbers = [1e-3, 0.01]
+    numbers[place] = value
+    with pytest.raises(BadInputError, match="not a positive number"):
+        rig.arm.retract(numbers[0], numbers[1], 1.0)
+    assert sent == []
+
+
+@pytest.fixture
+def sent(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Every target that reaches a simulated plant."""
+    targets: list[float] = []
+    forward = Plant.command
+
+    def note(self: Plant, time_s: float, position_m: float) -> None:
+        targets.append(position_m)
+        forward(self, time_s, position_m)
+
+    monkeypatch.setattr(Plant, "command", note)
+    return targets

@@ -11,6 +11,7 @@ from stepload_verify.emulators.canwire import can_wire
 from stepload_verify.emulators.emulator import Emulator
 from stepload_verify.emulators.faults import FaultBoard
 from stepload_verify.emulators.gauge import GaugeDevice
+from stepload_verify.emulators.line import LineCell
 from stepload_verify.emulators.physics import WrenchSource
 from stepload_verify.emulators.robotous import RftCan, RftCore, RftUart
 from stepload_verify.emulators.wire import PtyWire
@@ -55,12 +56,18 @@ def gauge(source: WrenchSource, board: FaultBoard, **options: Any) -> Emulator:
     return Emulator(GaugeDevice(source.physics, board, **options), PtyWire(), board)
 
 
+def line(source: WrenchSource, board: FaultBoard, **options: Any) -> Emulator:
+    """Load cell with lines of text on a pty; options of `LineCell`."""
+    return Emulator(LineCell(source, board, **options), PtyWire(), board)
+
+
 EMULATORS: Mapping[str, Callable[..., Emulator]] = {
     "bota_serial": bota,
     "robotous_uart": robotous_uart,
     "robotous_can": robotous_can,
     "ati_can": ati,
     "gauge_serial": gauge,
+    "line_serial": line,
 }
 CAN_SENSORS = ("robotous_can", "ati_can")
 
@@ -71,4 +78,6 @@ def driver_options(emulator: Emulator) -> dict[str, object]:
     if isinstance(emulator.device, RftCan | AtiDevice):
         interface = "slcan" if address.startswith("/dev/") else "socketcand"
         return {"interface": interface, "channel": address}
+    if isinstance(emulator.device, LineCell):
+        return {"port": address, **emulator.device.options}
     return {"port": address}

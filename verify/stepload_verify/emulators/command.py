@@ -120,6 +120,20 @@ def gauge(
 
 
 @app.command()
+def line(
+    fault: Fault = None,
+    peak: Peak = 10.0,
+    axis: Axis = "+fz",
+    rate: Annotated[float, typer.Option(help="Readings per second.")] = 100.0,
+    request: Annotated[str, typer.Option(help="What asks for a reading; empty: streams.")] = "",
+    unit: Annotated[str, typer.Option(help="Unit of the number: N, kN, kgf, lbf, …")] = "N",
+    until_eof: UntilEof = False,
+) -> None:
+    """Load cell with lines of text on a pseudo-terminal; `Z` and CR zero it."""
+    _run("line_serial", fault, peak, axis, until_eof, rate_hz=rate, request=request, unit=unit)
+
+
+@app.command()
 def rig(
     world: Annotated[Path | None, typer.Option(help="World as JSON; default: a stiff rig.")] = None,
     sensor: Annotated[

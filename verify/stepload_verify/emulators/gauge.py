@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from stepload_drivers.gauge.codec import TERMINATORS, UNITS_M
+from stepload_drivers.gauge.sensor import UNITS_M
+from stepload_drivers.line.codec import TERMINATORS
 from stepload_verify.emulators.faults import FaultBoard
 from stepload_verify.emulators.physics import Physics
 

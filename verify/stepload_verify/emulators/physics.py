@@ -59,6 +59,7 @@ class WrenchSource:
         self, physics: Physics, axis: str = "+fz", noise: float = 0.02, seed: int = 2
     ) -> None:
         self.physics = physics
+        self.axis = axis
         self._index = AXES.index(axis[1:])
         self._sign = -1.0 if axis[0] == "-" else 1.0
         self._noise = noise

@@ -1,38 +1,49 @@
-"""Lines of text as digital gauges send them ("+0012.345", "01A+0.0012")."""
+"""Cuts a byte stream into lines of text, and turns them into finite numbers."""
 
 from __future__ import annotations
 
 import math
-import re
+from collections.abc import Callable
 
-UNITS_M = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 0.0254}
+from stepload.errors import BadInputError
+
 TERMINATORS = {"CR": b"\r", "LF": b"\n", "CRLF": b"\r\n"}
 MAX_LINE_BYTES = 128
+
+
+def escaped_bytes(text: str) -> bytes:
+    r"""The bytes of a plan's command, where `\r` and `\n` may stand for the control characters.
+
+    Raises:
+        BadInputError: not ASCII.
+    """
+    try:
+        return text.replace("\\r", "\r").replace("\\n", "\n").encode("ascii")
+    except UnicodeEncodeError as error:
+        raise BadInputError(f"command {text!r} is not ASCII") from error
 
 
 class LineDecoder:
     """Finds readings in a byte stream.
 
     Args:
-        pattern: regular expression that must match a whole line (without terminator); its group
-            `value` is the number.
-        unit_m: metres per unit of that number.
+        number: the value of one line (stripped, without terminator); raises ValueError for a line
+            that is none.
         terminator: what ends a line.
 
-    The text before the first terminator may be cut and is not used. `damaged` counts lines that do
-    not match, or are longer than 128 bytes, or whose number is not finite.
+    The text before the first terminator may be cut and is not used. `damaged` counts lines that
+    are no reading, are longer than 128 bytes, or whose number is not finite.
     """
 
-    def __init__(self, pattern: str, unit_m: float, terminator: bytes) -> None:
-        self._pattern = re.compile(pattern)
-        self._unit_m = unit_m
+    def __init__(self, number: Callable[[str], float], terminator: bytes) -> None:
+        self._number = number
         self._terminator = terminator
         self._buffer = b""
         self._whole = False
         self.damaged = 0
 
     def feed(self, data: bytes) -> list[float]:
-        """All readings complete with `data`, in m, oldest first."""
+        """All readings complete with `data`, oldest first."""
         *lines, rest = (self._buffer + data).split(self._terminator)
         if lines and not self._whole:
             self._whole = True
@@ -51,12 +62,11 @@ class LineDecoder:
         text = line.strip().decode("ascii", "replace")
         if not text:
             return None
-        match = self._pattern.fullmatch(text) if len(text) <= MAX_LINE_BYTES else None
         try:
-            value = float(match["value"]) if match else math.nan
-        except (ValueError, TypeError):
+            value = self._number(text) if len(text) <= MAX_LINE_BYTES else math.nan
+        except ValueError:
             value = math.nan
         if not math.isfinite(value):
             self.damaged += 1
             return None
-        return value * self._unit_m
+        return value

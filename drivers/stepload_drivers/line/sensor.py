@@ -1,0 +1,155 @@
+"""What all sensors share that send, or answer with, one line of text a reading."""
+
+from __future__ import annotations
+
+import math
+import time
+from abc import abstractmethod
+from operator import attrgetter
+from typing import ClassVar, NamedTuple, TypeVar
+
+from stepload.rig.device import Identity
+from stepload_drivers.arrival import ArrivalCounter, spread_back
+from stepload_drivers.line.codec import LineDecoder
+from stepload_drivers.serialport import WAIT_S, SerialPort
+from stepload_drivers.stream import Stream
+from stepload_drivers.streamed import Deadline, Streamed
+
+Sample = TypeVar("Sample")
+
+ANSWER_PERIODS = 3.0
+STALE_PERIODS = 5.0
+
+
+class LineSettings(NamedTuple):
+    """How a text-line sensor talks.
+
+    Attributes:
+        name: the sensor as the user knows it, for messages.
+        port: serial port, e.g. /dev/ttyUSB0.
+        baud: bit rate in bit/s.
+        rate_hz: readings per second.
+        terminator: what ends a line.
+        request: bytes that ask for one reading; empty: the sensor sends by itself.
+        max_age_s: silence after which the sensor counts as dead, at least five periods.
+        frozen_s: time after which exactly repeated readings are a fault; inf: never.
+        refuse_latency: refuse a USB adapter that delivers in bursts.
+    """
+
+    name: str
+    port: str
+    baud: int
+    rate_hz: float
+    terminator: bytes
+    request: bytes
+    max_age_s: float
+    frozen_s: float
+    refuse_latency: bool
+
+
+class LineSensor(Streamed[Sample]):
+    """Opens the port, asks where asked to, and stamps, counts and watches the readings.
+
+    Lines carry no counter and no clock: losses are estimated from arrival times, or counted as
+    requests without an answer. A subclass gives `reading` and `_sample`, and may give `_identify`.
+    """
+
+    VALUE: ClassVar[str]
+    """The field of a sample that is compared for `frozen_s`."""
+
+    rate_hz: float
+    _port: SerialPort | None = None
+
+    def __init__(self, settings: LineSettings, identity: Identity) -> None:
+        self._line = settings
+        self._identity = identity
+        self._name = settings.name
+        self.rate_hz = settings.rate_hz
+        self._period_s = 1.0 / settings.rate_hz
+
+    @abstractmethod
+    def reading(self, line: str) -> float:
+        """The value of one line in SI units.
+
+        Raises:
+            ValueError: the line is no reading; it is counted as damaged.
+            DeviceError: the line reports a fault of the sensor; it is latched.
+        """
+
+    @abstractmethod
+    def _sample(self, value: float, sequence: int, time_s: float, stream: Stream[Sample]) -> Sample:
+        """The sample of one reading; latches what is wrong with its value."""
+
+    def _identify(self, port: SerialPort, deadline: Deadline) -> Identity:
+        """Who answers: what the driver was told, unless a subclass asks the device."""
+        return self._identity
+
+    def _connect(self, deadline: Deadline) -> Identity:
+        line = self._line
+        port = self._port = SerialPort(line.port, line.baud, refuse_latency=line.refuse_latency)
+        port.discard_input()
+        return self._identify(port, deadline)
+
+    def _new_stream(self) -> Stream[Sample]:
+        line = self._line
+        self._decoder = LineDecoder(self.reading, line.terminator)
+        if line.request:
+            self._decoder.begin_line()
+        self._arrivals = ArrivalCounter(self._period_s)
+        self._sequence = self._damaged = 0
+        self._last_s = self._asked_s = -math.inf
+        self._answered = True
+        stream: Stream[Sample] = Stream(
+            self._name,
+            self._period_s,
+            max(line.max_age_s, STALE_PERIODS * self._period_s),
+            line.frozen_s,
+            attrgetter(self.VALUE),
+        )
+        if self._port is not None and self._port.slow:
+            stream.count("slow_latency_timer")
+        return stream
+
+    def _read(self, stream: Stream[Sample]) -> None:
+        assert self._port is not None
+        data = self._port.read(self._ask(stream) if self._line.request else WAIT_S)
+        arrival_s = time.monotonic()
+        values = self._decoder.feed(data)
+        stream.corrupt("damaged", self._decoder.damaged - self._damaged)
+        self._damaged = self._decoder.damaged
+        if not values:
+            return
+        if self._line.request:
+            self._answered = True
+            times = [arrival_s] * len(values)
+        else:
+            lost = self._arrivals.arrived(len(values), arrival_s)
+            stream.lose(lost)
+            self._sequence += max(0, lost)
+            times = spread_back(len(values), arrival_s, self._arrivals.period_s, self._last_s)
+        self._last_s = arrival_s
+        samples = []
+        for value, time_s in zip(values, times, strict=True):
+            self._sequence += 1
+            samples.append(self._sample(value, self._sequence, time_s, stream))
+        stream.put(samples, arrival_s)
+
+    def _ask(self, stream: Stream[Sample]) -> float:
+        """Send a request when it is time; seconds until the next look."""
+        assert self._port is not None
+        now_s = time.monotonic()
+        if not self._answered and now_s - self._asked_s > ANSWER_PERIODS * self._period_s:
+            stream.count("timeouts")
+            stream.lose(1)
+            self._sequence += 1
+            self._answered = True
+        if self._answered and now_s - self._asked_s >= self._period_s:
+            self._port.write(self._line.request)
+            self._asked_s = now_s
+            self._answered = False
+        return WAIT_S if not self._answered else min(WAIT_S, self._asked_s + self._period_s - now_s)
+
+    def _disconnect(self) -> None:
+        port, self._port = self._port, None
+        if port is not None:
+            port.close()

@@ -1,0 +1,254 @@
+"""The Bota driver in virtual time: dialogue, clock, flags, faults."""
+
+import math
+
+import pytest
+from driver_time import Clock, FakePort
+from read_sensor import connect, look, read
+
+from stepload.errors import BadInputError, DeviceError
+from stepload.rig.faults import FaultCode
+from stepload.rig.samples import Status
+from stepload_drivers import stream as stream_module
+from stepload_drivers import streamed
+from stepload_drivers.bota import dialogue
+from stepload_drivers.bota import sensor as bota_module
+from stepload_drivers.bota.codec import CLOCK_MODULUS_US, Frame, FrameStatus, encode
+from stepload_drivers.bota.sensor import BotaSerial
+
+BANNER = b"App Init\r\nname: SensONE\r\nS/N: B7\r\nFW version: 1.2\r\n"
+
+
+class Sensor(FakePort):
+    """Answers the dialogue, then streams a frame a period while `streams`."""
+
+    def __init__(self, clock):
+        super().__init__(clock)
+        self.period_s = 0.001
+        self.refuses = ""
+        self.streams = False
+        self.next_s = math.inf
+        self.sent = 0
+        self.clock_us = lambda: round(self.sent * self.period_s * 1e6)
+        self.frame = lambda: Frame(0, (0.1, 0.2, -30.0 + 1e-3 * self.sent, 0, 0, 0),
+                                   self.clock_us(), 25.0)  # fmt: skip
+        self.spoil = lambda data: data
+        self.heard = ""
+
+    def write(self, data):
+        super().write(data)
+        self.heard += data.decode()
+        if self.heard.endswith("#"):
+            self.streams = False
+            self.arrives(0.01, BANNER)
+        elif self.heard.endswith("C"):
+            self.reply("C")
+        elif self.heard.endswith("c,0,1,0,4"):
+            self.reply("c")
+        elif "f," in self.heard and self.heard.endswith(("0,0,1", "0,0,0")):
+            self.reply("f")
+        elif self.heard.endswith("R"):
+            self.reply("R")
+            self.streams, self.next_s = True, self._clock.now_s + 0.01
+
+    def reply(self, letter):
+        self.heard = ""
+        self.arrives(0.001, f"r,0,{letter},{1 if letter == self.refuses else 0}".encode())
+
+    def read(self, timeout_s=0.05):
+        end_s = self._clock.now_s + timeout_s
+        while self.streams and self.next_s <= end_s and not self.arriving:
+            self.sent += 1
+            self.arriving.append((self.next_s, self.spoil(encode(self.frame()))))
+            self.next_s += self.period_s
+        return super().read(timeout_s)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    clock = Clock()
+    clock.install(monkeypatch, stream_module, streamed, bota_module, dialogue)
+    return clock
+
+
+@pytest.fixture
+def device(clock, monkeypatch):
+    device = Sensor(clock)
+    monkeypatch.setattr(bota_module, "SerialPort", lambda path, baud, refuse_latency: device)
+    return device
+
+
+@pytest.fixture
+def sensor(device):
+    sensor = BotaSerial(port="p")
+    connect(sensor)
+    return sensor
+
+
+def fault(sensor):
+    return sensor.fault().code if sensor.fault() else None
+
+
+def test_identity_and_rate_are_the_devices_own(device):
+    sensor = BotaSerial(port="p", serial_number="B7")
+    identity = connect(sensor)
+    assert (identity.model, identity.serial_number, identity.firmware) == ("SensONE", "B7", "1.2")
+    assert sensor.rate_hz == 1000.0
+
+
+def test_another_serial_number_is_refused(device):
+    with pytest.raises(DeviceError) as caught:
+        connect(BotaSerial(port="p", serial_number="B8"))
+    assert caught.value.code == FaultCode.WRONG_DEVICE
+
+
+@pytest.mark.parametrize("letter", "CcfR")
+def test_a_command_that_is_refused_is_an_error(device, letter):
+    device.refuses = letter
+    with pytest.raises(DeviceError, match="refused") as caught:
+        connect(BotaSerial(port="p"))
+    assert caught.value.code == FaultCode.REFUSED_COMMAND
+
+
+def test_a_unit_that_is_slower_is_taken_at_its_own_rate(device):
+    device.period_s = 64 * 19.53125e-6
+    sensor = BotaSerial(port="p")
+    connect(sensor)
+    assert sensor.rate_hz == pytest.approx(800.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("period_s", [0.0007, 0.0015])
+def test_a_rate_that_no_setting_gives_is_refused(device, period_s):
+    device.period_s = period_s
+    with pytest.raises(DeviceError, match="by its own clock") as caught:
+        connect(BotaSerial(port="p"))
+    assert caught.value.code == FaultCode.REFUSED_COMMAND
+
+
+def test_a_unit_faster_than_asked_is_refused(device):
+    with pytest.raises(DeviceError, match="by its own clock"):
+        connect(BotaSerial(port="p", rate=200.0))
+
+
+def test_the_line_must_carry_the_rate():
+    with pytest.raises(BadInputError, match="carry"):
+        BotaSerial(port="p", baud=230400)
+
+
+def test_samples_have_force_and_both_times(sensor, device, clock):
+    samples = read(sensor, clock, 0.05)
+    assert [s.sequence for s in samples] == list(range(1, len(samples) + 1))
+    assert samples[-1].wrench[2] == pytest.approx(-30.0 + 1e-3 * device.sent)
+    assert samples[-1].device_time_s == pytest.approx(device.sent * 1e-3)
+    assert samples[-1].receive_time_s == pytest.approx(clock.now_s)
+    assert samples[-1].temperature_c == 25.0
+    assert {s.status for s in samples} == {0}
+    assert sensor.health().lost == 0
+
+
+def test_a_burst_is_stamped_by_the_devices_clock_and_never_later_than_it_came(
+    sensor, device, clock
+):
+    read(sensor, clock, 0.01)
+    device.streams = False
+    frames = []
+    for _ in range(16):
+        device.sent += 1
+        frames.append(encode(device.frame()))
+    device.arrives(0.016, b"".join(frames))
+    samples = look(sensor, clock)
+    stamps = [s.receive_time_s for s in samples]
+    assert stamps[-1] == pytest.approx(clock.now_s)
+    assert stamps[0] == pytest.approx(clock.now_s - 0.015)
+    assert stamps == sorted(stamps)
+
+
+def test_a_lost_frame_is_counted_from_the_clock(sensor, device, clock):
+    samples = read(sensor, clock, 0.01)
+    device.sent += 3
+    samples += read(sensor, clock, 0.01)
+    assert sensor.health().lost == 3
+    assert samples[-1].sequence == len(samples) + 3
+
+
+def test_the_clock_goes_on_over_its_wrap(device, clock):
+    device.clock_us = lambda: (CLOCK_MODULUS_US - 50_000 + device.sent * 1000) % CLOCK_MODULUS_US
+    sensor = BotaSerial(port="p")
+    connect(sensor)
+    read(sensor, clock, 0.1)
+    assert fault(sensor) is None
+    assert sensor.health().lost == 0
+
+
+@pytest.mark.parametrize("step_us", [0, 2_100_000])
+def test_a_clock_that_stands_or_jumps_is_a_fault(sensor, device, clock, step_us):
+    read(sensor, clock, 0.01)
+    at = device.sent
+    device.clock_us = lambda: at * 1000 + (step_us if device.sent > at else 0)
+    read(sensor, clock, 0.005)
+    assert fault(sensor) is FaultCode.CLOCK
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.3])
+def test_a_clock_that_runs_away_from_the_hosts_is_a_fault(sensor, device, clock, factor):
+    read(sensor, clock, 0.5)
+    at = device.sent
+    device.clock_us = lambda: round((at + factor * (device.sent - at)) * 1000)
+    read(sensor, clock, 1.0)
+    assert fault(sensor) is None
+    read(sensor, clock, 1.0)
+    assert fault(sensor) is FaultCode.CLOCK
+
+
+@pytest.mark.parametrize(
+    ("word", "status", "code"),
+    [
+        (FrameStatus.OVERRANGE, Status.OVERRANGE, FaultCode.OVERLOAD),
+        (FrameStatus.INVALID, Status.INVALID, FaultCode.DEVICE_REPORTS),
+        (FrameStatus.RAW, Status.INVALID, FaultCode.DEVICE_REPORTS),
+        (FrameStatus.APP_TOOK_TOO_LONG, 0, None),
+    ],
+)
+def test_status_bits_flag_the_sample_and_latch(sensor, device, clock, word, status, code):
+    device.frame = lambda: Frame(word, (0, 0, 1.0 + device.sent, 0, 0, 0), device.clock_us(), 25.0)
+    assert {s.status for s in read(sensor, clock, 0.005)} == {int(status)}
+    assert fault(sensor) is code
+    if code is None:
+        assert sensor.health().errors["app_took_too_long"] > 0
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_wrench_that_is_not_finite_is_flagged_and_latched(sensor, device, clock, value):
+    device.frame = lambda: Frame(0, (0, 0, 1.0, 0, 0, value), device.clock_us(), 25.0)
+    assert {s.status for s in read(sensor, clock, 0.005)} == {int(Status.INVALID)}
+    assert fault(sensor) is FaultCode.NOT_FINITE
+
+
+def test_damaged_frames_are_counted_and_many_are_a_fault(sensor, device, clock):
+    read(sensor, clock, 0.01)
+
+    def spoil(data):
+        damaged = data[:20] + bytes((data[20] ^ 1,)) + data[21:]
+        return damaged if device.sent % 5 == 0 else data
+
+    device.spoil = spoil
+    read(sensor, clock, 0.05)
+    assert sensor.health().errors["checksum"] == sensor.health().lost > 5
+    assert fault(sensor) is None
+    read(sensor, clock, 0.1)
+    assert fault(sensor) is FaultCode.CORRUPT
+
+
+def test_silence_and_repetition_are_faults(device, clock):
+    for spoiled in ("silent", "frozen"):
+        sensor = BotaSerial(port="p", max_age=0.08)
+        connect(sensor)
+        read(sensor, clock, 0.01)
+        if spoiled == "silent":
+            device.streams = False
+        else:
+            device.frame = lambda: Frame(0, (0, 0, 1.0, 0, 0, 0), device.clock_us(), 25.0)
+        read(sensor, clock, 0.04)
+        assert fault(sensor) is None
+        read(sensor, clock, 0.12)
+        assert fault(sensor) is FaultCode.STALE

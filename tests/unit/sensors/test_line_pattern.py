@@ -1,0 +1,72 @@
+"""Patterns are data: what could be slow or ambiguous is refused before a port is opened."""
+
+import pytest
+
+from stepload.errors import BadInputError
+from stepload_drivers.gauge.sensor import DEFAULT_PATTERN as GAUGE_PATTERN
+from stepload_drivers.gauge.sensor import GaugeSerial
+from stepload_drivers.line.force import DEFAULT_PATTERN, LineSerial
+from stepload_drivers.line.pattern import line_pattern, number_of
+
+SOUND = {
+    DEFAULT_PATTERN: "-1.25",
+    r"ST,GS,\s*(?P<force>[+-]?\d+\.\d+)kg": "ST,GS,  12.5kg",
+    r"(?P<force>[+-]?\d{4}\.\d{2}) (?:kg|lb)": "+0012.50 kg",
+    r"(?:\w++,)*+(?P<force>\d+\.\d)[)*+\]]{1,2}": "a,b,2.5)+",
+    r"\(\*\+(?P<force>\d+)": "(*+25",
+}
+SLOW = [
+    r"(\d+)+(?P<force>\d)",
+    r"(?:\s*\d*)*(?P<force>\d)",
+    r"(?:a|aa)+(?P<force>\d)",
+    r"(?:a?){40}(?P<force>\d)",
+    r"(?:(?:a+)b){2,}(?P<force>\d)",
+    r"(?:a+)+?(?P<force>\d)",
+    r".*.*.*(?P<force>\d+)",
+    r"\d{0,64}\d{0,64}\d{0,64}(?P<force>\d+)",
+]
+
+
+@pytest.mark.parametrize("pattern", SOUND)
+def test_usual_patterns_are_taken(pattern):
+    number = number_of(line_pattern(pattern, "force"), "force", 2.0)
+    assert abs(number(SOUND[pattern])) in (2.5, 5.0, 25.0, 50.0)
+
+
+@pytest.mark.parametrize("pattern", SLOW)
+def test_patterns_that_may_take_for_ever_are_refused(pattern):
+    with pytest.raises(BadInputError, match="hold the run up") as caught:
+        line_pattern(pattern, "force")
+    assert "possessive" in caught.value.hint
+
+
+@pytest.mark.parametrize("pattern", [r"\d+", r"(?P<value>\d+)", r"(?P<force>\d)(?P<more>\d)"])
+def test_there_is_one_named_group(pattern):
+    with pytest.raises(BadInputError, match="`force`"):
+        line_pattern(pattern, "force")
+
+
+def test_what_is_no_pattern_is_refused():
+    with pytest.raises(BadInputError, match="no regular expression"):
+        line_pattern("(", "force")
+
+
+@pytest.mark.parametrize("line", ["1.5 ", " 1.5", "x1.5", "1.5N", "", "1_5"])
+def test_the_whole_line_must_match(line):
+    with pytest.raises(ValueError, match="no reading"):
+        number_of(line_pattern(r"(?P<force>[\d._]+)", "force"), "force", 1.0)(line)
+
+
+def test_a_group_that_took_no_part_is_no_reading():
+    number = number_of(line_pattern(r"OL|(?P<force>\d+)", "force"), "force", 1.0)
+    assert number("7") == 7.0
+    with pytest.raises(ValueError, match="no reading"):
+        number("OL")
+
+
+def test_both_drivers_refuse_before_anything_is_opened():
+    with pytest.raises(BadInputError, match="`value`"):
+        GaugeSerial(port="/dev/null", pattern=r"\d+")
+    with pytest.raises(BadInputError, match="hold the run up"):
+        LineSerial(port="x", range=1.0, rate=1.0, unit="N", pattern=r"(\d+)+(?P<force>\d)")
+    line_pattern(GAUGE_PATTERN, "value")

@@ -1,0 +1,255 @@
+"""Load cells and gauges with lines of text, in virtual time: stamps, counts, faults, commands."""
+
+import itertools
+import math
+
+import pytest
+from driver_time import Clock, FakePort
+
+from stepload.errors import DeviceError
+from stepload.rig.faults import FaultCode
+from stepload.rig.samples import Status
+from stepload_drivers import stream as stream_module
+from stepload_drivers import streamed
+from stepload_drivers.gauge.sensor import GaugeSerial
+from stepload_drivers.line import sensor as line_module
+from stepload_drivers.line.force import UNITS_N, LineSerial
+from stepload_drivers.streamed import Deadline
+
+PERIOD_S = 0.01
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    clock = Clock()
+    clock.install(monkeypatch, stream_module, streamed, line_module)
+    return clock
+
+
+class Bench:
+    """A driver on a fake port, read without a thread."""
+
+    def __init__(self, monkeypatch, clock, kind, **options):
+        self.clock, self.port = clock, FakePort(clock)
+        self.asked = []
+        monkeypatch.setattr(line_module, "SerialPort", self.opened)
+        self.driver = kind(port="cell", **options)
+        self.identity = self.driver._connect(Deadline(1.0))
+        self.stream = self.driver._stream = self.driver._new_stream()
+
+    def opened(self, path, baud, *, refuse_latency):
+        self.asked.append((path, baud, refuse_latency))
+        return self.port
+
+    def read(self, seconds=0.0):
+        """Look as the reader thread does, for `seconds`; what came."""
+        end_s = self.clock.now_s + seconds
+        while True:
+            began_s = self.clock.now_s
+            self.driver._read(self.stream)
+            self.stream.looked(began_s)
+            if self.clock.now_s >= end_s:
+                return self.driver.drain()
+
+    def lines(self, *texts, begin=b"\r"):
+        """Each line a period after the one before."""
+        for number, text in enumerate(texts):
+            self.port.arrives(
+                (number + 1) * PERIOD_S, (begin if not number else b"") + text + b"\r"
+            )
+        return self.read(len(texts) * PERIOD_S)
+
+
+@pytest.fixture
+def cell(monkeypatch, clock):
+    def make(**options):
+        options = {"range": 100.0, "rate": 1.0 / PERIOD_S, "unit": "N", **options}
+        return Bench(monkeypatch, clock, LineSerial, **options)
+
+    return make
+
+
+@pytest.fixture
+def gauge(monkeypatch, clock):
+    return lambda **options: Bench(
+        monkeypatch, clock, GaugeSerial, **{"rate": 1.0 / PERIOD_S, **options}
+    )
+
+
+@pytest.mark.parametrize("unit", UNITS_N)
+def test_a_reading_is_one_sample_in_newton_along_z(cell, clock, unit):
+    bench = cell(unit=unit, range=1e5)
+    started_s = clock.now_s
+    first, second = bench.lines(b"+2.5", b"-3.0")
+    assert first.wrench == pytest.approx((0, 0, 2.5 * UNITS_N[unit], 0, 0, 0))
+    assert second.wrench[2] == pytest.approx(-3.0 * UNITS_N[unit])
+    assert (first.sequence, second.sequence) == (1, 2)
+    assert (first.receive_time_s, second.receive_time_s) == pytest.approx(
+        (started_s + PERIOD_S, started_s + 2 * PERIOD_S)
+    )
+    assert math.isnan(first.device_time_s)
+    assert first.status == 0
+
+
+def test_units_are_the_defined_ones():
+    assert (
+        pytest.approx(
+            {
+                "N": 1,
+                "mN": 1e-3,
+                "kN": 1e3,
+                "gf": 9.80665e-3,
+                "kgf": 9.80665,
+                "lbf": 4.4482216152605,
+            }
+        )
+        == UNITS_N
+    )
+
+
+def test_the_port_is_opened_as_the_plan_says_and_old_bytes_are_thrown_away(cell, gauge):
+    bench = cell(baud=19200, model="LC", serial_number="7")
+    assert bench.asked == [("cell", 19200, True)]  # no clock: an adapter with bursts is refused
+    assert bench.port.discarded == 1
+    assert (bench.identity.driver, bench.identity.model) == ("line_serial", "LC")
+    assert bench.identity.serial_number == "7"
+    assert gauge().asked == [("cell", 9600, False)]
+
+
+def test_a_burst_is_spread_back_over_its_periods(cell, clock):
+    bench = cell()
+    bench.lines(b"1")
+    bench.port.arrives(5 * PERIOD_S, b"1\r2\r3\r")
+    samples = bench.read(6 * PERIOD_S)
+    now_s = clock.now_s
+    stamps = [sample.receive_time_s for sample in samples]
+    assert stamps[-1] <= now_s
+    steps_s = [b - a for a, b in itertools.pairwise(stamps)]
+    assert steps_s == pytest.approx([PERIOD_S] * 2)
+
+
+@pytest.mark.parametrize("force", [b"100.0", b"-100.0", b"250"])
+def test_a_reading_of_the_rated_load_is_flagged_and_latched(cell, force):
+    bench = cell()
+    good, bad = bench.lines(b"99.9", force)
+    assert good.status == 0
+    assert bad.status == Status.OVERRANGE
+    assert bench.driver.fault().code is FaultCode.OVERLOAD
+
+
+@pytest.mark.parametrize("reading", [b"2.1", b"-2.1"])
+def test_a_gauge_beyond_its_range_is_flagged_and_latched(gauge, reading):
+    bench = gauge(range=2e-3)
+    good, bad = bench.lines(b"2.0", reading)
+    assert good.displacement_m == pytest.approx(2e-3)
+    assert (good.status, bad.status) == (0, Status.OVERRANGE)
+    assert bench.driver.fault().code is FaultCode.OUT_OF_RANGE
+
+
+def test_an_inverted_gauge_closes_when_its_reading_falls(gauge):
+    (sample,) = gauge(inverted=True, unit="um").lines(b"-5.0")
+    assert sample.displacement_m == pytest.approx(5e-6)
+
+
+def test_damaged_lines_are_counted_and_five_in_a_second_are_a_fault(cell):
+    bench = cell()
+    bench.lines(b"1", b"?", b"2", b"nan", b"3", b"inf", b"4", b"1.2.3", b"5")
+    assert bench.driver.fault() is None
+    assert bench.driver.health().errors == {"damaged": 4}
+    bench.lines(b"garbage", begin=b"")
+    assert bench.driver.fault().code is FaultCode.CORRUPT
+
+
+def test_silence_is_a_fault_after_the_age_limit_or_five_periods(cell):
+    bench = cell(max_age=0.2, rate=100.0)
+    bench.lines(b"1")
+    bench.read(0.2)
+    assert bench.driver.fault() is None
+    bench.read(0.1)
+    assert bench.driver.fault().code is FaultCode.STALE
+    assert bench.driver.drain() == []
+
+
+def test_a_slow_cell_has_five_periods(cell):
+    bench = cell(rate=10.0)
+    bench.lines(b"1")
+    bench.read(0.45)
+    assert bench.driver.fault() is None
+    bench.read(0.15)
+    assert bench.driver.fault().code is FaultCode.STALE
+
+
+def test_a_frozen_cell_is_a_fault_and_a_gauge_at_rest_is_none(cell, gauge):
+    bench = cell(frozen=0.5)
+    bench.lines(*[b"1.25"] * 50)
+    assert bench.driver.fault() is None
+    bench.lines(*[b"1.25"] * 5, begin=b"")
+    assert bench.driver.fault().code is FaultCode.STALE
+    bench = gauge()
+    bench.lines(*[b"1.25"] * 200)
+    assert bench.driver.fault() is None
+
+
+def test_lost_lines_show_in_sequence_and_health(cell):
+    bench = cell()
+    numbers = []
+    for index in range(200):
+        bench.port.arrives(PERIOD_S, b"\r%d.5\r" % (index % 7) if index != 120 else b"")
+        numbers += [sample.sequence for sample in bench.read()]
+    assert bench.driver.health().lost == 1
+    assert numbers[-1] == 200
+
+
+def test_requests_go_out_at_the_rate_and_a_missing_answer_is_a_lost_sample(cell, clock):
+    bench = cell(request=r"?\r", max_age=1.0)
+    bench.port.arrives(0.004, b"1.0\r")
+    (first,) = bench.read()
+    bench.read(0.06)
+    asked_s = [time_s - bench.port.written[0][0] for time_s, data in bench.port.written]
+    assert {data for _, data in bench.port.written} == {b"?\r"}
+    assert asked_s[1] >= PERIOD_S
+    assert len(asked_s) == 3
+    bench.port.arrives(0.001, b"2.0\r")
+    (second,) = bench.read()
+    health = bench.driver.health()
+    assert health.errors["timeouts"] == health.lost == second.sequence - first.sequence - 1
+
+
+def test_bias_sends_the_zero_command_where_there_is_one(cell):
+    bench = cell(zero=r"Z\r")
+    assert bench.driver.bias(1.0) is True
+    assert [data for _, data in bench.port.written] == [b"Z\r"]
+    bench.driver._disconnect()
+    assert bench.driver.bias(1.0) is False
+    bench = cell()
+    assert bench.driver.bias(1.0) is False
+    assert bench.port.written == []
+
+
+def test_close_gives_the_port_back(cell):
+    bench = cell()
+    bench.driver.close()
+    assert bench.port.closed
+    bench.driver.close()
+
+
+def test_a_port_that_goes_away_under_way_is_the_fault(cell, clock, monkeypatch):
+    bench = cell()
+    bench.lines(b"1")
+
+    def gone(timeout_s=0.0):
+        raise DeviceError("unplugged", code=FaultCode.NOT_CONNECTED, hint="plug it in")
+
+    bench.port.read = gone
+    monkeypatch.setattr(streamed, "prefer_this_thread", lambda: None)
+    streamed.Reader(bench.driver, bench.stream).run()
+    assert bench.driver.fault().code is FaultCode.NOT_CONNECTED
+
+
+def test_a_new_stream_forgets_the_line_that_was_cut(cell):
+    bench = cell()
+    bench.lines(b"1")
+    bench.port.arrives(PERIOD_S, b"12")
+    bench.read(PERIOD_S)
+    bench.stream = bench.driver._stream = bench.driver._new_stream()
+    assert [s.wrench[2] for s in bench.lines(b"34", b"5", begin=b"")] == [5.0]

@@ -1,0 +1,70 @@
+"""A child's loop in virtual time, with ports of ur_rtde that a test can spoil."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from driver_time import Clock
+from ur_fakes import APPROACH, PERIOD_S, Died, FakeLink, FakeUr
+
+from stepload_drivers.ur import arm as arm_module
+from stepload_drivers.ur import client, procedures, rescue
+from stepload_drivers.ur import loop as loop_module
+from stepload_drivers.ur.settings import settings_from
+
+
+@pytest.fixture
+def clock(monkeypatch) -> Clock:
+    clock = Clock()
+    clock.install(monkeypatch, loop_module, procedures, rescue, client, arm_module)
+    return clock
+
+
+@pytest.fixture
+def ur(clock) -> FakeUr:
+    return FakeUr(clock)
+
+
+@pytest.fixture
+def link(clock) -> FakeLink:
+    return FakeLink(clock)
+
+
+@pytest.fixture
+def make_loop(ur, link, monkeypatch):
+    """Makes the child's loop with options of the driver; its control port is there already."""
+
+    def end_process(status: int) -> None:
+        raise Died(status)
+
+    def ask_remote(host: str) -> SimpleNamespace:
+        return SimpleNamespace(done=True, remote=True)
+
+    monkeypatch.setattr(loop_module, "ReceivePort", lambda settings: ur)
+    monkeypatch.setattr(procedures, "ControlPort", lambda settings: ur)
+    monkeypatch.setattr(loop_module, "stay_alive_for", lambda seconds: None)
+    monkeypatch.setattr(loop_module, "os", SimpleNamespace(_exit=end_process))
+    monkeypatch.setattr(loop_module, "RemoteCheck", ask_remote)
+
+    def make(*, control: bool = True, **options: Any) -> loop_module.Loop:
+        settings = settings_from({"host": "127.0.0.1", "approach": APPROACH, **options})
+        loop = loop_module.Loop(link, settings, PERIOD_S)
+        if control:
+            loop.control = ur
+        return loop
+
+    return make
+
+
+@pytest.fixture
+def step_for(clock):
+    """Steps a loop for some time."""
+
+    def run(loop: loop_module.Loop, seconds: float) -> None:
+        end_s = clock.now_s + seconds
+        while clock.now_s < end_s:
+            loop.step()
+
+    return run

@@ -1,0 +1,454 @@
+"""The run's side of the UR arm, with a child process that only a test moves."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from ur_fakes import APPROACH, HOME
+
+from stepload.errors import BadInputError, DeviceError
+from stepload.rig.faults import FaultCode
+from stepload.rig.samples import Status
+from stepload_drivers.ur import arm as arm_module
+from stepload_drivers.ur import wire
+from stepload_drivers.ur.preflight import Controller
+from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, UrState, target_pose
+
+SAFE = {"ok": True, "confirmed": True, "runtime_state": PLAYING}
+FAULT = {"message": "m", "hint": "h", "time_s": 1.0}
+
+
+def sample(clock, position_m: float = 0.0, age_s: float = 0.0, **fields: Any) -> bytes:
+    words = {"robot_mode": ROBOT_RUNNING, "safety_mode": 1, "runtime_state": PLAYING,
+             "safety_bits": 1, "wrench": (0.0,) * 6, **fields}  # fmt: skip
+    pose = tuple(target_pose(HOME, APPROACH, position_m))
+    package = UrState(timestamp_s=clock.now_s, pose=pose, **words)
+    return wire.pack_sample(clock.now_s - age_s, package)
+
+
+class FakeChild:
+    """Answers requests as told; `made` lists every one that was started."""
+
+    made: list[FakeChild]
+    at_start: list[tuple[float, Any]]
+
+    def __init__(self, clock, settings, period_s, connect_s) -> None:
+        self.clock, self.settings, self.period_s = clock, settings, period_s
+        self.ended = self.killed = self.has_quit = self.deaf = False
+        self.answers: dict[str, dict[str, Any] | None] = {}
+        self.sent: list[bytes] = []
+        self.queue: list[tuple[float, Any]] = [
+            (clock.now_s + after_s, message) for after_s, message in self.at_start
+        ]
+        self.made.append(self)
+
+    def arrives(self, message: Any, after_s: float = 0.0) -> None:
+        self.queue.append((self.clock.now_s + after_s, message))
+
+    def receive(self, wait_s: float = 0.0) -> list[bytes]:
+        if not any(at_s <= self.clock.now_s for at_s, _ in self.queue):
+            self.clock.sleep(wait_s)
+        due = [message for at_s, message in self.queue if at_s <= self.clock.now_s]
+        self.queue = [entry for entry in self.queue if entry[0] > self.clock.now_s]
+        messages = []
+        for message in due:
+            made = message(self.clock) if callable(message) else message
+            if made is KeyboardInterrupt:
+                raise KeyboardInterrupt
+            if made is None:
+                self.ended = True
+            else:
+                messages.append(made)
+        return messages
+
+    def send(self, message: bytes) -> bool:
+        if self.deaf or self.killed:
+            return False
+        self.sent.append(message)
+        if message[:1] == wire.REQUEST:
+            request = wire.unpack_json(message)
+            if answer := self.answers.get(request["op"]):
+                reply = wire.pack_json(wire.REPLY, number=request["number"], **answer)
+                self.arrives(reply, 0.05)
+        return True
+
+    def requests(self) -> list[str]:
+        return [wire.unpack_json(m)["op"] for m in self.sent if m[:1] == wire.REQUEST]
+
+    def of(self, kind: bytes) -> list[bytes]:
+        return [message for message in self.sent if message[:1] == kind]
+
+    def last_words(self) -> str:
+        return "ur_rtde crashed"
+
+    def kill(self) -> None:
+        self.killed = True
+
+    def quit(self) -> None:
+        self.has_quit = True
+
+
+HELLO = wire.pack_json(wire.HELLO, start=list(HOME))
+
+
+class Rescue:
+    """What was done without ur_rtde."""
+
+    def __init__(self) -> None:
+        self.done: list[str] = []
+        self.error: DeviceError | None = None
+
+    def stop(self, host: str, deadline_s: float) -> None:
+        self.done.append("stop")
+
+    def retract(self, settings, distance_m, speed_m_s, deadline_s) -> None:
+        self.done.append(f"retract {distance_m} {speed_m_s}")
+        if self.error is not None:
+            raise self.error
+
+
+@pytest.fixture
+def rescue(monkeypatch) -> Rescue:
+    rescue = Rescue()
+    monkeypatch.setattr(arm_module, "rescue", rescue)
+    return rescue
+
+
+@pytest.fixture
+def make_arm(clock, rescue, monkeypatch):
+    """Makes an arm whose children say `at_start` after their start."""
+    FakeChild.made = []
+
+    def make(*at_start: tuple[float, Any], **options: Any):
+        FakeChild.at_start = list(at_start or ((0.2, HELLO), (0.21, sample)))
+        controller = Controller((5, 12, 0, 0), "2024001", "UR5")
+        monkeypatch.setattr(arm_module, "preflight", lambda settings, deadline_s: controller)
+        monkeypatch.setattr(
+            arm_module, "ChildProcess", lambda *arguments: FakeChild(clock, *arguments)
+        )
+        return arm_module.UrArm(host="127.0.0.2", approach=APPROACH, **options)
+
+    return make
+
+
+@pytest.fixture
+def opened(make_arm):
+    """An open arm and its child."""
+
+    def make(**options: Any):
+        arm = make_arm(**{"max_age": 2.0, **options})
+        arm.open(5.0)
+        arm.drain()
+        return arm, FakeChild.made[-1]
+
+    return make
+
+
+def fault(code: FaultCode) -> bytes:
+    return wire.pack_json(wire.FAULT, code=code.value, **FAULT)
+
+
+# open
+
+
+def test_open_returns_with_the_first_sample_of_a_child_that_has_said_hello(make_arm, clock):
+    arm = make_arm((0.1, sample), (0.2, HELLO), (0.5, sample))
+    began_s = clock.now_s
+    identity = arm.open(5.0)
+    assert clock.now_s - began_s >= 0.5
+    assert (identity.model, identity.serial_number) == ("UR5", "2024001")
+    assert [s.position_m for s in arm.drain()] == [0.0]
+    assert arm.health().received == 1
+
+
+def test_open_gives_up_at_its_deadline_says_how_far_it_got_and_leaves_nothing(make_arm, clock):
+    arm = make_arm((0.1, wire.pack_json(wire.STAGE, name="RTDE control interface")), (0.2, HELLO))
+    began_s = clock.now_s
+    with pytest.raises(DeviceError, match="RTDE control interface") as caught:
+        arm.open(2.0)
+    assert 2.0 <= clock.now_s - began_s < 2.1
+    assert caught.value.code == FaultCode.NOT_CONNECTED
+    assert FakeChild.made[-1].killed
+
+
+def test_the_stage_of_an_earlier_open_is_not_told_again(make_arm):
+    arm = make_arm((0.1, wire.pack_json(wire.STAGE, name="RTDE control interface")))
+    with pytest.raises(DeviceError):
+        arm.open(1.0)
+    FakeChild.at_start = []
+    with pytest.raises(DeviceError, match="start of the process"):
+        arm.open(1.0)
+
+
+@pytest.mark.parametrize(
+    "messages",
+    [
+        [(0.1, fault(FaultCode.PROTECTIVE_STOP))],
+        [(0.1, HELLO), (0.1, sample), (0.1, fault(FaultCode.PROTECTIVE_STOP))],
+    ],
+)
+def test_a_stop_during_open_fails_it(make_arm, messages):
+    arm = make_arm(*messages)
+    with pytest.raises(DeviceError) as caught:
+        arm.open(2.0)
+    assert caught.value.code == FaultCode.PROTECTIVE_STOP
+    assert FakeChild.made[-1].killed
+
+
+@pytest.mark.parametrize(
+    "messages", [[(0.1, lambda _: None)], [(0.1, HELLO), (0.2, sample), (0.2, lambda _: None)]]
+)
+def test_a_child_that_ends_during_open_fails_it(make_arm, messages):
+    with pytest.raises(DeviceError, match="crashed") as caught:
+        make_arm(*messages).open(2.0)
+    assert caught.value.code == FaultCode.DRIVER
+
+
+def test_an_interrupt_during_open_leaves_no_child(make_arm):
+    arm = make_arm((0.1, lambda _: KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        arm.open(2.0)
+    assert FakeChild.made[-1].killed
+    assert arm._child is None
+
+
+def test_a_first_sample_that_is_too_old_fails_open(make_arm):
+    old = (0.2, lambda clock: sample(clock, age_s=0.5))
+    with pytest.raises(DeviceError) as caught:
+        make_arm((0.1, HELLO), old).open(2.0)
+    assert caught.value.code == FaultCode.STALE
+
+
+def test_open_again_starts_afresh(opened):
+    arm, child = opened()
+    child.arrives(fault(FaultCode.PROTECTIVE_STOP))
+    assert arm.fault().code is FaultCode.PROTECTIVE_STOP
+    arm.open(5.0)
+    assert child.has_quit
+    assert arm.fault() is None
+    assert len(arm.drain()) == 1
+
+
+# samples
+
+
+def test_a_sample_is_travel_and_force_along_the_approach(opened, clock):
+    arm, child = opened()
+    child.arrives(sample(clock, 2e-3, wrench=(0, 0, 12.0, 0, 0, 0)))
+    child.arrives(sample(clock, 2e-3, safety_mode=3))
+    good, stopped = arm.drain()
+    assert (good.position_m, good.force_n) == pytest.approx((2e-3, 12.0))
+    assert (good.status, stopped.status) == (0, Status.STOPPED)
+    assert good.receive_time_s == clock.now_s
+    assert arm.drain() == []
+
+
+def test_the_run_is_heard_by_the_child_well_within_the_leash(opened, clock):
+    arm, child = opened(leash=0.1)
+    child.sent.clear()
+    for _ in range(100):
+        clock.sleep(0.002)
+        arm.drain()
+    assert 4 <= len(child.of(wire.BEAT)) <= 12
+
+
+def test_old_samples_are_a_fault_and_the_end_of_the_child(opened, clock):
+    arm, child = opened(max_age=0.05)
+    clock.sleep(0.045)
+    assert arm.fault() is None
+    clock.sleep(0.02)
+    assert arm.fault().code is FaultCode.STALE
+    assert child.killed
+
+
+@pytest.mark.parametrize("code", sorted(arm_module.CONNECTION_LOST))
+def test_a_doubtful_connection_ends_the_child(opened, code):
+    arm, child = opened()
+    child.arrives(fault(code))
+    assert arm.fault().code is code
+    assert child.killed
+
+
+def test_a_stop_of_the_controller_keeps_the_child_and_the_first_fault_counts(opened):
+    arm, child = opened()
+    child.arrives(fault(FaultCode.PROTECTIVE_STOP))
+    child.arrives(fault(FaultCode.PROGRAM_STOPPED))
+    assert arm.fault().code is FaultCode.PROTECTIVE_STOP
+    assert not child.killed
+
+
+def test_a_child_that_ends_is_a_fault(opened):
+    arm, child = opened()
+    child.arrives(lambda _: None)
+    assert arm.fault().code is FaultCode.DRIVER
+    assert "crashed" in arm.fault().message
+
+
+# command
+
+
+def targets(child) -> list[float]:
+    return [wire.unpack_target(message) for message in child.of(wire.TARGET)]
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_target_that_is_not_finite_is_refused_and_never_sent(opened, value):
+    arm, child = opened()
+    with pytest.raises(DeviceError) as caught:
+        arm.command(value)
+    assert caught.value.code == FaultCode.NOT_FINITE
+    assert targets(child) == []
+    assert arm._target_m == 0.0
+
+
+def test_a_target_may_lead_the_arm_and_the_last_target_so_far_and_no_further(opened, clock):
+    arm, child = opened(max_lead=0.002)
+    arm.command(0.002)
+    with pytest.raises(DeviceError, match=r"2\.50 mm ahead") as caught:
+        arm.command(0.0025)  # the arm still says 0
+    assert caught.value.code == FaultCode.OUT_OF_RANGE
+    child.arrives(sample(clock, 0.010))
+    with pytest.raises(DeviceError):
+        arm.command(0.0045)  # a position that lies ahead does not let the target run off
+    arm.command(-0.5)
+    assert targets(child) == [0.002, -0.5]
+
+
+def test_a_latched_stop_does_not_keep_a_retract_from_going_out(opened):
+    arm, child = opened()
+    child.arrives(fault(FaultCode.PROTECTIVE_STOP))
+    arm.command(-1e-3)
+    assert targets(child) == [-1e-3]
+
+
+def test_a_target_that_cannot_be_handed_over_is_an_error(opened, make_arm):
+    arm, child = opened()
+    child.deaf = True
+    with pytest.raises(DeviceError, match="not sent"):
+        arm.command(1e-3)
+    child.deaf = False
+    arm.command(2e-3)  # the last one is not taken as sent
+    with pytest.raises(DeviceError) as caught:
+        make_arm().command(0.0)
+    assert caught.value.code == FaultCode.NOT_CONNECTED
+
+
+# safe
+
+
+def test_safe_is_done_when_the_child_confirms(opened, rescue):
+    arm, child = opened()
+    child.answers["safe"] = SAFE
+    arm.safe(2.0)
+    assert child.requests() == ["safe"]
+    assert rescue.done == []
+    assert not child.killed
+
+
+@pytest.mark.parametrize("runtime_state", [1, 3])
+def test_safe_is_done_when_the_program_has_ended(opened, rescue, runtime_state):
+    arm, child = opened()
+    child.answers["safe"] = {"ok": True, "confirmed": False, "runtime_state": runtime_state}
+    arm.safe(2.0)
+    assert rescue.done == []
+
+
+@pytest.mark.parametrize("runtime_state", [PLAYING, arm_module.PAUSED])
+def test_an_unconfirmed_stop_of_a_live_program_goes_to_the_dashboard(opened, rescue, runtime_state):
+    arm, child = opened()
+    child.answers["safe"] = {"ok": True, "confirmed": False, "runtime_state": runtime_state}
+    arm.safe(2.0)
+    assert rescue.done == ["stop"]
+    assert not child.killed
+
+
+@pytest.mark.parametrize("answer", [None, {"ok": False, "message": "moves on"}])
+def test_a_child_that_cannot_stop_the_arm_is_killed_and_the_stop_sent_past_it(
+    opened, rescue, clock, answer
+):
+    arm, child = opened()
+    child.answers["safe"] = answer
+    began_s = clock.now_s
+    arm.safe(2.0)
+    assert child.killed
+    assert rescue.done == ["stop"]
+    assert clock.now_s - began_s < 1.5  # time is left for the other way
+
+
+def test_safe_is_sent_without_a_child(make_arm, rescue):
+    make_arm().safe(1.0)
+    assert rescue.done == ["stop"]
+
+
+# retract
+
+
+def test_retract_is_done_when_the_child_has_done_it(opened, rescue):
+    arm, child = opened()
+    child.answers["retract"] = {"ok": True}
+    arm.retract(2e-3, 0.01, 3.0)
+    assert rescue.done == []
+
+
+@pytest.mark.parametrize("answer", [None, {"ok": False, "message": "does not follow"}])
+def test_a_child_that_cannot_retract_is_killed_and_the_arm_unloaded_past_it(
+    opened, rescue, clock, answer
+):
+    arm, child = opened()
+    child.answers["retract"] = answer
+    began_s = clock.now_s
+    arm.retract(2e-3, 0.01, 1.5)
+    assert child.killed
+    assert rescue.done == ["retract 0.002 0.01"]
+    assert clock.now_s - began_s <= 0.85
+
+
+def test_a_retract_that_fails_ends_in_a_stop(make_arm, rescue):
+    rescue.error = DeviceError("no way", code=FaultCode.NOT_CONNECTED)
+    with pytest.raises(DeviceError, match="no way"):
+        make_arm().retract(2e-3, 0.01, 1.0)
+    assert rescue.done == ["retract 0.002 0.01", "stop"]
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, 0.0, -1.0])
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_a_motion_that_is_no_number_is_refused_and_never_sent(opened, rescue, place, value):
+    arm, child = opened()
+    numbers = [2e-3, 0.01, 1.0]
+    numbers[place] = value
+    for move in (arm.retract, arm.prove_stop):
+        with pytest.raises(BadInputError, match="not a positive number"):
+            move(*numbers)
+    assert child.requests() == []
+    assert rescue.done == []
+
+
+# prove_stop
+
+
+def test_a_proven_stop_is_told(opened):
+    arm, child = opened()
+    child.answers["prove"] = {"ok": True, "stop_s": 0.1, "still_s": 0.2, "travel_m": 1e-3}
+    proof = arm.prove_stop(2e-3, 0.01, 2.0)
+    assert (proof.stop_s, proof.still_s, proof.travel_m) == (0.1, 0.2, 1e-3)
+
+
+@pytest.mark.parametrize("answer", [None, {"ok": False, "message": "the watchdog did not act"}])
+def test_a_stop_that_is_not_proven_ends_in_a_stop(opened, rescue, answer):
+    arm, child = opened()
+    child.answers["prove"] = answer
+    with pytest.raises(DeviceError, match="not proven"):
+        arm.prove_stop(2e-3, 0.01, 1.0)
+    assert child.killed
+    assert rescue.done == ["stop"]
+
+
+def test_close_lets_the_child_leave_by_itself(opened):
+    arm, child = opened()
+    arm.close()
+    arm.close()
+    assert child.has_quit
+    assert not child.killed
+    assert arm.drain() == []

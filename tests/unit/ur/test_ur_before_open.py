@@ -1,0 +1,127 @@
+"""What the preflight refuses before ur_rtde is touched."""
+
+from __future__ import annotations
+
+import pytest
+from ur_fakes import HOME
+
+from stepload.errors import DeviceError
+from stepload.rig.faults import FaultCode
+from stepload_drivers.ur import preflight as preflight_module
+from stepload_drivers.ur.preflight import in_remote_control, preflight
+from stepload_drivers.ur.settings import settings_from
+from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, UrState
+
+SOUND = UrState(1.0, HOME, (0.0,) * 6, ROBOT_RUNNING, 1, PLAYING, 1)
+
+
+class Controller:
+    def __init__(self) -> None:
+        self.version = (5, 12, 6, 0)
+        self.taken: list[str] = []
+        self.state = SOUND
+        self.replies = {
+            "get serial number": "2024001",
+            "get robot model": "UR5",
+            "is in remote control": "true",
+        }
+        self.silent = False
+
+
+@pytest.fixture
+def controller(monkeypatch) -> Controller:
+    controller = Controller()
+
+    class Rtde:
+        def __init__(self, host, deadline_s) -> None:
+            pass
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_) -> None:
+            pass
+
+        def version(self):
+            return controller.version
+
+        def taken_inputs(self, names):
+            assert len(names) == 26
+            return controller.taken
+
+        def start(self, rate_hz) -> None:
+            pass
+
+        def read(self):
+            return controller.state
+
+    def dashboard(host, commands, deadline_s):
+        if controller.silent:
+            raise DeviceError("silent", code=FaultCode.NOT_CONNECTED)
+        return [controller.replies[command] for command in commands]
+
+    monkeypatch.setattr(preflight_module, "RtdeClient", Rtde)
+    monkeypatch.setattr(preflight_module, "dashboard", dashboard)
+    return controller
+
+
+def look(**options):
+    return preflight(settings_from({"host": "10.0.0.2", **options}), 1e12)
+
+
+def test_a_sound_controller_tells_who_it_is(controller):
+    found = look(serial_number="2024001")
+    assert (found.version, found.serial_number, found.model) == ((5, 12, 6, 0), "2024001", "UR5")
+
+
+def test_an_unsupported_version_is_refused(controller):
+    controller.version = (10, 7, 0, 0)
+    with pytest.raises(DeviceError) as caught:
+        look()
+    assert caught.value.code == FaultCode.UNSUPPORTED
+
+
+def test_registers_that_somebody_else_holds_are_refused(controller):
+    controller.taken = ["input_int_register_3"]
+    with pytest.raises(DeviceError, match="input_int_register_3") as caught:
+        look()
+    assert caught.value.code == FaultCode.REFUSED_COMMAND
+
+
+def test_a_stop_in_force_is_refused_with_its_code(controller):
+    controller.state = SOUND._replace(safety_mode=3)
+    with pytest.raises(DeviceError) as caught:
+        look()
+    assert caught.value.code == FaultCode.PROTECTIVE_STOP
+
+
+@pytest.mark.parametrize("reply", ["false", "", "could not understand: 'is in remote control'"])
+def test_local_control_is_refused(controller, reply):
+    controller.replies["is in remote control"] = reply
+    with pytest.raises(DeviceError) as caught:
+        look()
+    assert caught.value.code == FaultCode.NOT_REMOTE
+
+
+def test_an_old_controller_is_not_asked_for_remote_control(controller):
+    controller.version = (5, 4, 0, 0)
+    del controller.replies["is in remote control"]
+    assert look().model == "UR5"
+
+
+@pytest.mark.parametrize("reply", ["2024002", "could not understand: 'get serial number'"])
+def test_another_controller_is_refused(controller, reply):
+    controller.replies["get serial number"] = reply
+    with pytest.raises(DeviceError) as caught:
+        look(serial_number="2024001")
+    assert caught.value.code == FaultCode.WRONG_DEVICE
+
+
+@pytest.mark.parametrize(
+    ("reply", "remote"), [("true", True), ("False", False), ("could not understand", None)]
+)
+def test_remote_control_is_known_or_not(controller, reply, remote):
+    controller.replies["is in remote control"] = reply
+    assert in_remote_control("h", 1.0) is remote
+    controller.silent = True
+    assert in_remote_control("h", 1.0) is None

@@ -1,0 +1,237 @@
+"""Sockets with time-outs of our own: RTDE, dashboard and script ports against fake peers."""
+
+from __future__ import annotations
+
+import struct
+
+import pytest
+from ur_fakes import HOME
+
+from stepload.errors import DeviceError
+from stepload.rig.faults import FaultCode
+from stepload_drivers.ur import client, frames
+from stepload_drivers.ur.client import RtdeClient, dashboard, send_script
+from stepload_drivers.ur.frames import encode
+from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING
+
+HOST = "10.0.0.2"
+TYPES = b"DOUBLE,VECTOR6D,VECTOR6D,INT32,INT32,UINT32,UINT32"
+
+
+class FakeSocket:
+    """A peer that answers what was sent, after `delay_s` each."""
+
+    def __init__(self, clock, answer, greeting=b"", delay_s=0.01) -> None:
+        self.clock, self.answer, self.delay_s = clock, answer, delay_s
+        self.waiting = [greeting] if greeting else []
+        self.got: list[bytes] = []
+        self.closed = False
+        self.timeout_s = 0.0
+
+    def setsockopt(self, *_) -> None:
+        pass
+
+    def settimeout(self, timeout_s: float) -> None:
+        self.timeout_s = timeout_s
+
+    def sendall(self, data: bytes) -> None:
+        self.got.append(data)
+        self.waiting += self.answer(data)
+
+    def recv(self, size: int) -> bytes:
+        if not self.waiting or self.delay_s > self.timeout_s:
+            self.clock.sleep(self.timeout_s)
+            raise TimeoutError
+        self.clock.sleep(self.delay_s)
+        return self.waiting.pop(0)
+
+    def close(self) -> None:
+        self.closed = True
+
+
+@pytest.fixture
+def peers(clock, monkeypatch):
+    """Sockets by port; a port without one refuses. `asked` notes port and time-out."""
+    made: dict[int, FakeSocket] = {}
+    asked: list[tuple[int, float]] = []
+
+    def connect(address, timeout):
+        asked.append((address[1], timeout))
+        if address[1] not in made:
+            raise ConnectionRefusedError("refused")
+        return made[address[1]]
+
+    monkeypatch.setattr(client.socket, "create_connection", connect)
+    made_and_asked = type("Peers", (), {"made": made, "asked": asked})
+    return made_and_asked
+
+
+def package(stamp_s=1.0, pose=HOME) -> bytes:
+    values = (stamp_s, *pose, *(0.0,) * 6, ROBOT_RUNNING, 1, PLAYING, 1)
+    return encode(frames.DATA, b"\x01" + struct.pack(">d12d2i2I", *values))
+
+
+def controller(*packages: bytes, version=(5, 12, 6, 0), accepts=b"\x01", types=TYPES):
+    def answer(data: bytes) -> list[bytes]:
+        kind = data[2]
+        if kind == frames.REQUEST_PROTOCOL_VERSION:
+            return [encode(kind, accepts)]
+        if kind == frames.GET_VERSION:
+            return [encode(kind, struct.pack(">4I", *version))]
+        if kind == frames.SETUP_INPUTS:
+            return [encode(kind, b"\x01INT32,IN_USE")]
+        if kind == frames.SETUP_OUTPUTS:
+            return [encode(kind, b"\x01" + types)]
+        return [encode(kind, accepts), *packages]
+
+    return answer
+
+
+@pytest.fixture
+def rtde(peers, clock):
+    def make(*packages, delay_s=0.01, **options):
+        peers.made[client.RTDE] = FakeSocket(
+            clock, controller(*packages, **options), delay_s=delay_s
+        )
+        return RtdeClient(HOST, clock.now_s + 1.0)
+
+    return make
+
+
+def test_version_inputs_and_a_package(rtde, peers):
+    with rtde(package()) as connection:
+        assert connection.version() == (5, 12, 6, 0)
+        assert connection.taken_inputs(["a", "b"]) == ["b"]
+        connection.start(125.0)
+        assert connection.read().pose == HOME
+    assert peers.made[client.RTDE].closed
+
+
+def test_text_and_packages_of_another_layout_are_passed_over(rtde):
+    other = encode(frames.DATA, b"\x01abc")
+    text = encode(frames.TEXT, b"\x02hi")
+    with rtde(text, other, package(stamp_s=7.0)) as connection:
+        connection.start(125.0)
+        assert connection.read().timestamp_s == 7.0
+
+
+def test_a_package_that_cannot_be_true_is_an_error(rtde):
+    with rtde(package(stamp_s=float("nan"))) as connection:
+        connection.start(125.0)
+        with pytest.raises(DeviceError) as caught:
+            connection.read()
+    assert caught.value.code == FaultCode.NOT_FINITE
+
+
+def test_silence_ends_at_the_deadline(rtde, clock):
+    began_s = clock.now_s
+    with rtde() as connection:
+        connection.start(125.0)
+        with pytest.raises(DeviceError, match="no answer in time"):
+            connection.read()
+    assert clock.now_s - began_s == pytest.approx(1.0)
+
+
+def test_a_peer_that_drips_other_frames_for_ever_ends_at_the_deadline(rtde, clock):
+    began_s = clock.now_s
+    with rtde(*[encode(frames.TEXT, b"x")] * 500) as connection:
+        connection.start(125.0)
+        with pytest.raises(DeviceError, match="in time"):
+            connection.read()
+    assert clock.now_s - began_s < 1.1
+
+
+@pytest.mark.parametrize(
+    ("options", "code"),
+    [
+        ({"accepts": b"\x00"}, FaultCode.UNSUPPORTED),
+        ({"types": b"DOUBLE,NOT_FOUND"}, FaultCode.UNSUPPORTED),
+    ],
+)
+def test_a_controller_without_what_is_needed_is_unsupported(rtde, options, code):
+    def ask():
+        with rtde(**options) as connection:
+            connection.version()
+            connection.start(125.0)
+
+    with pytest.raises(DeviceError) as caught:
+        ask()
+    assert caught.value.code == code
+
+
+def test_a_peer_that_refuses_to_start_is_an_error(rtde, peers):
+    with rtde() as connection:
+        peers.made[client.RTDE].answer = lambda data: [
+            encode(data[2], b"\x01" + TYPES if data[2] == frames.SETUP_OUTPUTS else b"\x00")
+        ]
+        with pytest.raises(DeviceError, match="refused to start"):
+            connection.start(125.0)
+
+
+def test_a_peer_that_is_no_controller_is_told_apart(rtde, peers):
+    with rtde() as connection:
+        peers.made[client.RTDE].answer = lambda data: [b"HTTP/1.0 400"]
+        with pytest.raises(DeviceError) as caught:
+            connection.version()
+    assert caught.value.code == FaultCode.CORRUPT
+
+
+def test_a_closed_connection_is_told(rtde, peers):
+    with rtde() as connection:
+        peers.made[client.RTDE].answer = lambda data: [b""]
+        with pytest.raises(DeviceError, match="closed the connection"):
+            connection.version()
+
+
+def test_no_connection_is_tried_past_the_deadline(peers, clock):
+    with pytest.raises(DeviceError, match="no time left"):
+        RtdeClient(HOST, clock.now_s)
+    assert peers.asked == []
+    with pytest.raises(DeviceError, match="cannot connect"):
+        RtdeClient(HOST, clock.now_s + 0.3)
+    assert peers.asked == [(client.RTDE, pytest.approx(0.3))]
+    with pytest.raises(DeviceError):
+        RtdeClient(HOST, clock.now_s + 30.0)
+    assert peers.asked[-1][1] == client.CONNECT_LIMIT_S
+
+
+def test_dashboard_replies_come_in_order_without_the_greeting(peers, clock):
+    replies = {b"stop\n": b"Stopped\n", b"running\n": b"Program running: false\n"}
+    peers.made[client.DASHBOARD] = FakeSocket(
+        clock, lambda data: [replies[data][:3], replies[data][3:]], b"Connected: UR\n"
+    )
+    got = dashboard(HOST, ["stop", "running"], clock.now_s + 1.0)
+    assert got == ["Stopped", "Program running: false"]
+    assert peers.made[client.DASHBOARD].closed
+
+
+def test_a_dashboard_that_says_nothing_is_given_up_in_time(peers, clock):
+    peers.made[client.DASHBOARD] = FakeSocket(clock, lambda data: [])
+    began_s = clock.now_s
+    with pytest.raises(DeviceError, match="no answer in time"):
+        dashboard(HOST, ["stop"], clock.now_s + 0.5)
+    assert clock.now_s - began_s == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("port", client.SCRIPT_PORTS)
+def test_a_script_goes_whole_to_the_first_port_that_takes_it(peers, clock, port):
+    peers.made[port] = FakeSocket(clock, lambda data: [b"state"] * 3)
+    send_script(HOST, "def x():\nend\n", clock.now_s + 1.0)
+    assert peers.made[port].got == [b"def x():\nend\n"]
+    assert [asked for asked, _ in peers.asked] == list(
+        client.SCRIPT_PORTS[: client.SCRIPT_PORTS.index(port) + 1]
+    )
+
+
+def test_what_a_script_port_streams_is_read_before_it_is_closed(peers, clock):
+    peer = peers.made[30003] = FakeSocket(clock, lambda data: [b"state"] * 100)
+    began_s = clock.now_s
+    send_script(HOST, "x\n", clock.now_s + 1.0)
+    assert clock.now_s - began_s == pytest.approx(client.SCRIPT_LINGER_S, abs=0.02)
+    assert peer.closed
+
+
+def test_no_script_port_is_an_error_that_names_them_all(peers, clock):
+    with pytest.raises(DeviceError) as caught:
+        send_script(HOST, "x\n", clock.now_s + 1.0)
+    assert all(str(port) in caught.value.message for port in client.SCRIPT_PORTS)
