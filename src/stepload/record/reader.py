@@ -270,7 +270,9 @@ def read_recording(path: Path, mean_of: int = 1) -> Recording:
     if "run" not in reading.metadata or not reading.has("tick"):
         raise BadInputError(
             f"{path}: no record of a run" + (f" ({damage})" if damage else ""),
-            hint="`stepload run` writes such records; a CSV file must be named *.csv",
+            hint="`stepload recover` keeps what is whole of it"
+            if damage
+            else "`stepload run` writes such records; a CSV file must be named *.csv",
         )
     try:
         events = _events(reading.texts)

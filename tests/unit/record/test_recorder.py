@@ -24,6 +24,7 @@ from stepload.record import recorder as recorder_module
 from stepload.record.reader import read_recording
 from stepload.record.recorder import Recorder, RecordingFailedError
 from stepload.record.recovery import find_unfinished, is_being_written, recover
+from stepload.record.ring import State
 from stepload.record.scan import count_messages
 from stepload.rig.samples import DisplacementSample
 
@@ -395,6 +396,22 @@ def test_a_full_disk_is_a_problem_and_leaves_a_repairable_file(
     assert got.partial
     assert 200 <= len(got.force.sequence) <= written
     np.testing.assert_array_equal(got.force.sequence, np.arange(len(got.force.sequence)))
+
+
+def test_a_failed_writer_keeps_the_file_until_the_run_lets_go(
+    start: Start, make: SimpleNamespace
+) -> None:
+    recorder = start()
+    size = recorder.part_path.stat().st_size
+    resource.prlimit(recorder.writer_pid, resource.RLIMIT_FSIZE, (size, size))
+    recorder.force(make.force(0))
+    until(lambda: recorder._shared.state == State.FAILED)
+    recorder._file_fd, held = os.open(os.devnull, os.O_RDONLY), recorder._file_fd
+    os.close(held)  # the run's own hold on the file; the writer's is left
+    for _ in range(20):
+        assert recorder._process.poll() is None
+        time.sleep(0.005)
+    assert is_being_written(recorder.part_path)
 
 
 def test_a_disk_that_is_full_from_the_start(virtual_clock: Any, tmp_path: Path) -> None:

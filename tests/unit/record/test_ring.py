@@ -195,10 +195,9 @@ def test_the_writer_s_reason_stands_before_its_state(shared: Shared) -> None:
     assert shared.state == State.FAILED
 
 
-def test_a_long_reason_is_cut(shared: Shared) -> None:
-    push = shared.producer("force", never)
+def test_a_long_reason_is_cut(shared: Shared, make: SimpleNamespace) -> None:
+    shared.producer("force", never)(make.force(1))
     shared.set_state(State.FAILED, "x" * 10_000)
     assert 1000 < len(shared.text) < 4096
     assert set(shared.text) == {"x"}
-    assert len(shared.take("force")) == 0
-    del push
+    assert words(shared.take("force")) == [flat(make.force(1))]
