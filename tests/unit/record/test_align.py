@@ -140,6 +140,16 @@ def test_no_motion_tells_no_lag() -> None:
     assert none.how == "no data in contact"
 
 
+def test_two_windows_tell_no_lag() -> None:
+    time_s = np.arange(0.0, 5.0, 1e-3)
+    position_m = stepped(time_s)
+    noise_n = np.random.default_rng(4).normal(0.0, 0.02, len(time_s))
+    lag = measure_lag(time_s, STIFFNESS_N_PER_M * position_m + noise_n, position_m)
+    assert np.isnan(lag.lag_s)
+    assert np.isinf(lag.sigma_s)
+    assert lag.how.startswith("only 2 windows")
+
+
 def test_bad_samples_and_gaps_are_left_out() -> None:
     record = recording()
     record.force.status[100:110] = Status.SATURATED

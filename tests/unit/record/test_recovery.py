@@ -97,6 +97,21 @@ def test_a_rotten_chunk_does_not_cost_the_ones_behind_it(
     assert sum(indexed(recovered.path).values()) == sum(recovered.counts.values())
 
 
+def test_a_rotten_chunk_of_an_unfinished_record_is_all_that_is_cut(
+    write_record: Callable[..., Path],
+) -> None:
+    path = write_record("run.mcap.part", finished=False)
+    data = bytearray(path.read_bytes())
+    name_at = data.index(b"zstd", len(data) // 2)
+    opcode, length = struct.unpack_from("<BQ", data, name_at - 41)
+    assert opcode == 6
+    data[name_at + 200] ^= 0x10
+    path.write_bytes(data)
+    recovered = recover(path)
+    assert recovered.cut_bytes == 9 + length
+    assert recovered.counts["/force"] == 350
+
+
 def test_a_whole_record_survives_repair_unchanged(write_record: Callable[..., Path]) -> None:
     path = write_record()
     recovered = recover(path)
