@@ -20,6 +20,7 @@ class OtherShape(NamedTuple, Generic[Whole, Number, Six]):
     first: Number
     six: Six
     whole: Whole
+    again: Six
     last: Number
 
 
@@ -78,8 +79,9 @@ def test_rows_of_any_shape_are_flattened(shared: Shared, monkeypatch: pytest.Mon
     other, fd = Shared.create(capacities(RATES_HZ))
     os.close(fd)
     push = other.producer("tick", never)
-    push((1.5, (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), 7, 8.5))
-    assert words(other.take("tick")) == [[1.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7, 8.5]]
+    row = (1.5, (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), 7, (6.0, 5.0, 4.0, 3.0, 2.0, 1.0), 8.5)
+    push(row)
+    assert words(other.take("tick")) == [flat(row)]
     del push
     other.close()
 
