@@ -153,7 +153,7 @@ class Shared:
             groups = (value if isinstance(value, tuple) else (value,) for value in row)
             push_flat(tuple(number for group in groups for number in group))
 
-        # The two busiest rows spelled out: unpacking into names is the fastest way to flatten.
+        # The busiest rows spelled out: unpacking into names is the fastest way to flatten.
         def push_force(row: Any) -> None:
             nonlocal head
             if head == full_at and is_full():
@@ -172,8 +172,18 @@ class Shared:
             head += 1
             counters[i_head] = head
 
+        def push_tick(row: Any) -> None:
+            nonlocal head
+            if head == full_at and is_full():
+                return
+            a, b, c, d, e, f, o, p, q, r, s, t = row
+            pack_into(memory, base + (head & mask) * size, a, b, c, d, e, f, o, p, q, r, s, t)
+            head += 1
+            counters[i_head] = head
+
         any_row = push_nested if KINDS[Six].packed in packed else push_flat
-        return {"qddq6dd": push_force, "qddqdd6d": push_arm}.get(packed, any_row)
+        known = {"qddq6dd": push_force, "qddqdd6d": push_arm, 9 * "d" + 3 * "q": push_tick}
+        return known.get(packed, any_row)
 
     def event_producer(self, wait_for_room: WaitForRoom) -> Callable[[float, bytes], None]:
         """A function that pushes one text with its time."""

@@ -39,6 +39,10 @@ def shared() -> Iterator[Shared]:
     shared.close()
 
 
+def gauge(i: int) -> DisplacementSample:
+    return DisplacementSample(i, float(i), 2.0 * i, 1, 3.0 * i)
+
+
 def flat(row: Any) -> list[float]:
     return [x for field in row for x in (field if isinstance(field, tuple) else (field,))]
 
@@ -59,9 +63,6 @@ def test_rings_hold_sixteen_seconds(rate_hz: float) -> None:
 def test_rows_pass_in_order_also_across_the_ring_s_end(
     shared: Shared, make: SimpleNamespace, name: str
 ) -> None:
-    def gauge(i: int) -> DisplacementSample:
-        return DisplacementSample(i, float(i), 2.0 * i, 1, 3.0 * i)
-
     sample = {**vars(make), "displacement": gauge}[name]
     push, capacity = shared.producer(name, never), shared.capacity[name]
     sent, got = 0, []
@@ -115,18 +116,16 @@ def test_a_full_ring_waits_where_it_may(shared: Shared, make: SimpleNamespace) -
     assert shared.dropped("force") == 0
 
 
-@pytest.mark.parametrize("name", ["force", "arm", "tick"])
+@pytest.mark.parametrize("name", ["force", "arm", "displacement", "tick"])
 def test_a_row_that_cannot_be_packed_is_not_published(
     shared: Shared, make: SimpleNamespace, name: str
 ) -> None:
-    push = shared.producer(name, never)
-    push(getattr(make, name)(1))
-    bad = list(getattr(make, name)(2))
-    bad[0] = "text"
+    push, sample = shared.producer(name, never), {**vars(make), "displacement": gauge}[name]
+    push(sample(1))
     with pytest.raises(struct.error):
-        push(tuple(bad))
+        push(("text", *sample(2)[1:]))
     assert len(shared.take(name)) == 1
-    push(getattr(make, name)(3))
+    push(sample(3))
     assert len(shared.take(name)) == 1
 
 
