@@ -10,6 +10,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import NamedTuple, get_type_hints
 
 import numpy as np
@@ -67,6 +68,7 @@ Fields = Mapping[str, Kind]
 """Fields in the order of their bytes, by name."""
 
 
+@cache
 def fields_of(row: type) -> Fields:
     """The fields of a row type, in the order of its declaration."""
     return {name: KINDS[declared] for name, declared in get_type_hints(row).items()}
