@@ -157,6 +157,33 @@ def test_a_hostile_definition_is_damage(
         read_recording(path)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        (b"\x03\x00\x00\x00cdr", b"\x03\x00\x00\x00xml", "'xml', not"),
+        (b"stepload_msgs/msg/Tick", b"stepload_msgs/msg/Tock", "'stepload_msgs/msg/Tock'"),
+    ],
+)
+def test_messages_of_another_type_or_encoding_are_refused(
+    write_record: Callable[..., Path], old: bytes, new: bytes, match: str
+) -> None:
+    path = write_record(chunks=1)
+    path.write_bytes(path.read_bytes().replace(old, new))
+    with pytest.raises(BadInputError, match=match):
+        read_recording(path)
+
+
+def test_wrenches_without_their_samples_are_refused(
+    write_record: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wrench, _ = STREAMS["force"].topics
+    with monkeypatch.context() as patch:
+        patch.setitem(STREAMS, "force", Stream(ForceSample, (wrench,)))
+        path = write_record(chunks=1)
+    with pytest.raises(BadInputError, match="50 messages on /force, 0 messages on /force/sample"):
+        read_recording(path)
+
+
 def test_rows_come_back_from_columns(write_record: Callable[..., Path], make: Any) -> None:
     got = read_recording(write_record(chunks=1))
     assert rows_of(ForceSample, got.force) == [make.force(i) for i in range(50)]
