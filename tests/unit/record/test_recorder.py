@@ -296,6 +296,7 @@ def test_long_runs_are_read_as_means(start: Start, make: SimpleNamespace) -> Non
     assert (mean.force.status == 3).all()
     np.testing.assert_array_equal(mean.force.sequence, full.force.sequence[4::5])
     np.testing.assert_array_equal(mean.ticks.step, full.ticks.step[4::5])
+    np.testing.assert_array_equal(mean.ticks.target_m, full.ticks.target_m[4::5])
     assert len(mean.arm.receive_time_s) == 40
 
 
