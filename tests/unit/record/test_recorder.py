@@ -481,6 +481,14 @@ def test_a_directory_holds_one_run(start: Start, tmp_path: Path) -> None:
         start()
 
 
+def test_an_unfinished_record_is_not_written_over(start: Start, tmp_path: Path) -> None:
+    part = tmp_path / "run.mcap.part"
+    part.write_bytes(b"mine")
+    with pytest.raises(BadInputError, match="an unfinished record"):
+        start()
+    assert part.read_bytes() == b"mine"
+
+
 def test_a_missing_directory_is_said(virtual_clock: Any, tmp_path: Path) -> None:
     with pytest.raises(BadInputError, match="No such file"):
         Recorder(
