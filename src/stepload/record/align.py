@@ -9,13 +9,7 @@ from numpy.typing import NDArray
 
 from stepload.errors import BadInputError, DomainError
 from stepload.record.reader import Recording
-from stepload.record.rows import (
-    ArmColumns,
-    DisplacementColumns,
-    FloatArray,
-    ForceColumns,
-    IntArray,
-)
+from stepload.record.rows import FloatArray, IntArray, SampleColumns
 from stepload.rig.clockmap import MAX_SKEW, fit_clock
 from stepload.rig.samples import Status
 
@@ -62,9 +56,7 @@ class Aligned:
     left_out: int
 
 
-def sample_times(
-    channel: str, columns: ForceColumns | ArmColumns | DisplacementColumns
-) -> tuple[FloatArray, ChannelClock]:
+def sample_times(channel: str, columns: SampleColumns) -> tuple[FloatArray, ChannelClock]:
     """When each sample was taken, on the run's clock: never falling, shape (N,)."""
     receive_s = columns.receive_time_s
     try:

@@ -10,19 +10,13 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import NamedTuple, get_type_hints
 
 import numpy as np
 
 from stepload.record.rows import TickRow
-from stepload.rig.samples import (
-    ArmSample,
-    DisplacementSample,
-    ForceSample,
-    Number,
-    Six,
-    Whole,
-)
+from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample, Number, Six, Whole
 
 CDR_LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 MESSAGE_OPCODE = 5
@@ -74,6 +68,7 @@ Fields = Mapping[str, Kind]
 """Fields in the order of their bytes, by name."""
 
 
+@cache
 def fields_of(row: type) -> Fields:
     """The fields of a row type, in the order of its declaration."""
     return {name: KINDS[declared] for name, declared in get_type_hints(row).items()}
@@ -182,11 +177,6 @@ def _rows(channel: int, name: str, schema: str, definition: str) -> Topic:
     return Topic(channel, name, f"stepload_msgs/msg/{schema}", definition, fields)
 
 
-def _wrench(channel: int, name: str) -> Topic:
-    wrench = {"wrench": KINDS[Six]}
-    return Topic(channel, f"/{name}", "geometry_msgs/msg/WrenchStamped", _WRENCH, wrench, name)
-
-
 class Stream(NamedTuple):
     """What the loop pushes rows of one type into, and the topics made of each row."""
 
@@ -194,30 +184,29 @@ class Stream(NamedTuple):
     topics: tuple[Topic, ...]
 
 
-_FORCE_SAMPLE = _define(
-    ForceSample,
-    about="How the wrench with the same place in the stream was taken",
-    without="wrench",
-    last="status",
-)
-STREAMS: Mapping[str, Stream] = {
-    "force": Stream(
-        ForceSample,
-        (_wrench(1, "force"), _rows(2, "/force/sample", "ForceSample", _FORCE_SAMPLE)),
-    ),
-    "second_force": Stream(
+def _force(first: int, name: str) -> Stream:
+    about = "How the wrench with the same place in the stream was taken"
+    definition = _define(ForceSample, about, without="wrench", last="status")
+    wrench = {"wrench": KINDS[Six]}
+    return Stream(
         ForceSample,
         (
-            _wrench(3, "second_force"),
-            _rows(4, "/second_force/sample", "ForceSample", _FORCE_SAMPLE),
+            Topic(first, f"/{name}", "geometry_msgs/msg/WrenchStamped", _WRENCH, wrench, name),
+            _rows(first + 1, f"/{name}/sample", "ForceSample", definition),
         ),
-    ),
-    "arm": Stream(ArmSample, (_rows(5, "/arm", "ArmSample", _define(ArmSample)),)),
-    "displacement": Stream(
-        DisplacementSample,
-        (_rows(6, "/displacement", "DisplacementSample", _define(DisplacementSample)),),
-    ),
-    "tick": Stream(TickRow, (_rows(7, "/tick", "Tick", _define(TickRow)),)),
+    )
+
+
+def _stream(channel: int, name: str, schema: str, row: type) -> Stream:
+    return Stream(row, (_rows(channel, name, schema, _define(row)),))
+
+
+STREAMS: Mapping[str, Stream] = {
+    "force": _force(1, "force"),
+    "second_force": _force(3, "second_force"),
+    "arm": _stream(5, "/arm", "ArmSample", ArmSample),
+    "displacement": _stream(6, "/displacement", "DisplacementSample", DisplacementSample),
+    "tick": _stream(7, "/tick", "Tick", TickRow),
 }
 EVENTS = Topic(8, "/events", "std_msgs/msg/String", "string data\n", {})
 TOPICS = {t.name: t for t in [t for stream in STREAMS.values() for t in stream.topics] + [EVENTS]}

@@ -15,17 +15,8 @@ from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
-from stepload.record.layout import (
-    EVENTS,
-    MESSAGE_HEAD,
-    MESSAGE_OPCODE,
-    RECORD_HEAD,
-    STREAMS,
-    TOPICS,
-    Topic,
-    fields_of,
-    read_definition,
-)
+from stepload.record import layout
+from stepload.record.layout import MESSAGE_HEAD, MESSAGE_OPCODE, RECORD_HEAD, STREAMS, Topic
 from stepload.record.rows import ArmColumns, DisplacementColumns, ForceColumns, TickColumns
 from stepload.record.scan import DamageError, RawRecord, Run, Scan, open_scan, parse, runs
 
@@ -184,7 +175,7 @@ class _Reading:
             self._schemas[schema.id] = schema.name, schema.data
         elif record.opcode == Opcode.CHANNEL:
             channel = parse(records.Channel, record)
-            if (known := TOPICS.get(channel.topic)) is None:
+            if (known := layout.TOPICS.get(channel.topic)) is None:
                 return
             name, definition = self._schemas.get(channel.schema_id, ("", b""))
             if name != known.schema or channel.message_encoding != "cdr":
@@ -201,7 +192,7 @@ class _Reading:
         topic = self._topics.get(run.channel)
         if topic is None:
             return
-        if topic is EVENTS:
+        if topic is layout.EVENTS:
             if len(self.texts) + run.number > MOST_EVENTS:
                 raise DamageError(at, f"more than {MOST_EVENTS} events, which no run has")
             for i in range(run.number):
@@ -228,7 +219,7 @@ class _Reading:
                 f"{path}: {told}; they belong together",
                 hint="use the file as stepload wrote it, or `stepload recover` it",
             )
-        fields = fields_of(STREAMS[name].row)
+        fields = layout.fields_of(STREAMS[name].row)
         for field in fields.keys() - found.keys():  # declared after the file was made
             column = found[field] = np.empty(number, fields[field].numpy)
             column[:] = np.nan if column.dtype.kind == "f" else 0
@@ -240,7 +231,7 @@ def _as_defined(at: int, known: Topic, definition: bytes) -> Topic:
     if known.frame is not None or not known.fields:  # of a standard type, which does not change
         return known
     try:
-        fields = read_definition(definition.decode())
+        fields = layout.read_definition(definition.decode())
         if any(fields[name] != known.fields[name] for name in fields.keys() & known.fields.keys()):
             raise ValueError("a field has another type than ours")
         return replace(known, fields=fields)
@@ -270,7 +261,9 @@ def read_recording(path: Path, mean_of: int = 1) -> Recording:
     if "run" not in reading.metadata or not reading.has("tick"):
         raise BadInputError(
             f"{path}: no record of a run" + (f" ({damage})" if damage else ""),
-            hint="`stepload run` writes such records; a CSV file must be named *.csv",
+            hint="`stepload recover` keeps what is whole of it"
+            if damage
+            else "`stepload run` writes such records; a CSV file must be named *.csv",
         )
     try:
         events = _events(reading.texts)

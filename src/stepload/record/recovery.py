@@ -227,7 +227,7 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
             except DamageError as error:
                 damage = str(error)
                 repair.cut_bytes += os.fstat(file.fileno()).st_size - error.at
-            damage = damage or repair.damage
+            damage = repair.damage or damage
             repair.finish(path.name, damage)
         except BaseException:
             unverified.unlink()

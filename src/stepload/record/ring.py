@@ -122,8 +122,8 @@ class Shared:
             wait_for_room: called with a test when the ring is full; whether there is room now.
         """
         memory, counters = self.memory, self.counters
-        kinds = list(fields_of(STREAMS[name].row).values())
-        pack_into = struct.Struct("@" + "".join(kind.packed for kind in kinds)).pack_into
+        packed = "".join(kind.packed for kind in fields_of(STREAMS[name].row).values())
+        pack_into = struct.Struct("@" + packed).pack_into
         size, base, capacity = self._dtypes[name].itemsize, self.base[name], self.capacity[name]
         mask = capacity - 1
         i_head, i_tail = self._counter(name, 0), self._counter(name, _TAIL)
@@ -149,8 +149,12 @@ class Shared:
             head += 1
             counters[i_head] = head
 
-        # Spelled out by shape: unpacking into names is the fastest way to flatten, by a third.
-        def push_4_six_1(row: Any) -> None:
+        def push_nested(row: tuple[Any, ...]) -> None:
+            groups = (value if isinstance(value, tuple) else (value,) for value in row)
+            push_flat(tuple(number for group in groups for number in group))
+
+        # The busiest rows spelled out: unpacking into names is the fastest way to flatten.
+        def push_force(row: Any) -> None:
             nonlocal head
             if head == full_at and is_full():
                 return
@@ -159,7 +163,7 @@ class Shared:
             head += 1
             counters[i_head] = head
 
-        def push_6_six(row: Any) -> None:
+        def push_arm(row: Any) -> None:
             nonlocal head
             if head == full_at and is_full():
                 return
@@ -168,15 +172,18 @@ class Shared:
             head += 1
             counters[i_head] = head
 
-        if KINDS[Six] not in kinds:
-            return push_flat
-        six = kinds.index(KINDS[Six])
+        def push_tick(row: Any) -> None:
+            nonlocal head
+            if head == full_at and is_full():
+                return
+            a, b, c, d, e, f, o, p, q, r, s, t = row
+            pack_into(memory, base + (head & mask) * size, a, b, c, d, e, f, o, p, q, r, s, t)
+            head += 1
+            counters[i_head] = head
 
-        def push_nested(row: Any) -> None:
-            push_flat((*row[:six], *row[six], *row[six + 1 :]))
-
-        shapes = {(4, 1): push_4_six_1, (6, 0): push_6_six}
-        return shapes.get((six, len(kinds) - six - 1), push_nested)
+        any_row = push_nested if KINDS[Six].packed in packed else push_flat
+        known = {"qddq6dd": push_force, "qddqdd6d": push_arm, 9 * "d" + 3 * "q": push_tick}
+        return known.get(packed, any_row)
 
     def event_producer(self, wait_for_room: WaitForRoom) -> Callable[[float, bytes], None]:
         """A function that pushes one text with its time."""

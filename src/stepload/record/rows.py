@@ -68,28 +68,12 @@ class TickRow(TickFields[int, float]):
     __slots__ = ()
 
 
-class TickColumns(TickFields[IntArray, FloatArray]):
-    """What the engine decided in N ticks."""
-
-    __slots__ = ()
-
-
-class ForceColumns(ForceFields[IntArray, FloatArray, FloatArray]):
-    """N samples of a force sensor; `wrench` has the shape (N, 6)."""
-
-    __slots__ = ()
-
-
-class ArmColumns(ArmFields[IntArray, FloatArray, FloatArray]):
-    """N samples of the arm; `pose` has the shape (N, 6)."""
-
-    __slots__ = ()
-
-
-class DisplacementColumns(DisplacementFields[IntArray, FloatArray]):
-    """N samples of a displacement gauge."""
-
-    __slots__ = ()
+ForceColumns = ForceFields[IntArray, FloatArray, FloatArray]
+ArmColumns = ArmFields[IntArray, FloatArray, FloatArray]
+DisplacementColumns = DisplacementFields[IntArray, FloatArray]
+TickColumns = TickFields[IntArray, FloatArray]
+SampleColumns = ForceColumns | ArmColumns | DisplacementColumns
+"""N rows: every field an array of shape (N,); wrench and pose of shape (N, 6)."""
 
 
 def rows_of(row: Callable[..., Row], columns: tuple[NDArray[Any], ...] | None) -> list[Row]:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 import os
+import struct
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+import zstandard
+from mcap.records import Chunk, MessageIndex, Statistics
+from mcap.stream_reader import StreamReader
 
 from stepload.record.container import Appender
 from stepload.record.ring import Shared, capacities
@@ -97,3 +101,25 @@ def write_record(tmp_path: Path) -> Callable[..., Path]:
 def make() -> SimpleNamespace:
     """Sample i of each stream, all different."""
     return SimpleNamespace(force=force_sample, arm=arm_sample, tick=tick_row)
+
+
+@pytest.fixture
+def check_indexes() -> Callable[[Path], None]:
+    """See that each entry of a file's message indexes points to its message."""
+
+    def check(path: Path) -> None:
+        with path.open("rb") as file:
+            found = list(StreamReader(file, emit_chunks=True).records)
+        content, checked = b"", 0
+        for record in found:
+            if isinstance(record, Chunk):
+                content = zstandard.decompress(record.data)
+            elif isinstance(record, MessageIndex):
+                for time_ns, at in record.records:
+                    message = struct.unpack_from("<BQHIQ", content, at)
+                    assert (message[0], message[2], message[4]) == (5, record.channel_id, time_ns)
+                    checked += 1
+        (statistics,) = [record for record in found if isinstance(record, Statistics)]
+        assert checked == statistics.message_count > 0
+
+    return check

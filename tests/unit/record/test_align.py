@@ -10,10 +10,16 @@ import numpy as np
 import pytest
 
 from stepload.errors import BadInputError
-from stepload.record.align import align, project
+from stepload.record.align import align, project, sample_times
 from stepload.record.lag import measure_lag
 from stepload.record.reader import Recording
-from stepload.record.rows import ArmColumns, ForceColumns, Phase, TickColumns
+from stepload.record.rows import (
+    ArmColumns,
+    DisplacementColumns,
+    ForceColumns,
+    Phase,
+    TickColumns,
+)
 from stepload.rig.samples import Status
 
 STIFFNESS_N_PER_M = 2e6
@@ -134,6 +140,16 @@ def test_no_motion_tells_no_lag() -> None:
     assert none.how == "no data in contact"
 
 
+def test_two_windows_tell_no_lag() -> None:
+    time_s = np.arange(0.0, 5.0, 1e-3)
+    position_m = stepped(time_s)
+    noise_n = np.random.default_rng(4).normal(0.0, 0.02, len(time_s))
+    lag = measure_lag(time_s, STIFFNESS_N_PER_M * position_m + noise_n, position_m)
+    assert np.isnan(lag.lag_s)
+    assert np.isinf(lag.sigma_s)
+    assert lag.how.startswith("only 2 windows")
+
+
 def test_bad_samples_and_gaps_are_left_out() -> None:
     record = recording()
     record.force.status[100:110] = Status.SATURATED
@@ -143,9 +159,75 @@ def test_bad_samples_and_gaps_are_left_out() -> None:
     keep[5000:5100] = False
     arm = ArmColumns(*(column[keep] for column in record.arm))
     got = align(replace(record, arm=arm))
+    assert np.isfinite(got.force_n).all()
     assert 10 + 1 + 198 <= got.left_out <= 10 + 1 + 203 + 10
     inside = (got.time_s > 10.001) & (got.time_s < 10.199)
     assert not inside.any()
+
+
+@pytest.mark.parametrize("bit", [Status.SATURATED, Status.INVALID, Status.DEVICE_FAULT])
+def test_samples_that_their_device_disowns_are_left_out(bit: Status) -> None:
+    record = recording()
+    before = align(record).left_out
+    record.force.status[1000:1010] = bit | Status.OVERRANGE
+    assert align(record).left_out == before + 10
+
+
+def test_positions_that_are_no_numbers_are_left_out() -> None:
+    record = recording()
+    record.arm.position_m[5000:5010] = np.nan
+    got = align(record)
+    assert np.isfinite(got.position_m).all()
+    assert got.left_out >= 20
+
+
+@pytest.mark.parametrize("stream", ["arm", "ticks"])
+def test_samples_outside_another_stream_are_left_out(stream: str) -> None:
+    record = recording()
+    columns = getattr(record, stream)
+    time_s = columns[2] if stream == "arm" else columns[0]
+    kept = (time_s >= 1.0) & ((time_s <= 39.0) | (stream == "ticks"))
+    kind = ArmColumns if stream == "arm" else TickColumns
+    got = align(replace(record, **{stream: kind(*(column[kept] for column in columns))}))
+    assert got.time_s[0] >= 1.0
+    assert got.time_s[0] < 1.01
+    if stream == "arm":
+        assert 38.99 < got.time_s[-1] <= 39.0
+
+
+def gauge(time_s: np.ndarray) -> DisplacementColumns:
+    return DisplacementColumns(
+        sequence=np.arange(len(time_s)),
+        device_time_s=np.full(len(time_s), np.nan),
+        receive_time_s=time_s,
+        status=np.zeros(len(time_s), np.int64),
+        displacement_m=time_s * 1e-6,
+    )
+
+
+def test_a_gauge_is_read_at_the_force_s_times_and_its_gaps_are_left_out() -> None:
+    time_s = np.arange(0.0, 40.0, 0.02)
+    time_s = time_s[(time_s < 10.0) | (time_s > 11.0)]
+    got = align(replace(recording(), displacement=gauge(time_s)))
+    assert got.displacement_m is not None
+    np.testing.assert_allclose(got.displacement_m, got.time_s * 1e-6, atol=1e-12)
+    assert not ((got.time_s > 10.01) & (got.time_s < 10.99)).any()
+    assert [clock.channel for clock in got.clocks] == ["force", "arm", "displacement"]
+
+
+def test_a_device_clock_that_no_quartz_can_have_is_not_believed() -> None:
+    record = recording()
+    record.force.device_time_s[:] = 77.0 + (record.force.device_time_s - 77.0) * 1.01
+    clock = align(record).clocks[0]
+    assert clock.how == "receive time"
+    assert "1000 ppm" in clock.why
+
+
+def test_times_of_arrival_never_fall() -> None:
+    time_s = np.array([0.0, 0.02, 0.01, 0.03])
+    found, clock = sample_times("displacement", gauge(time_s))
+    assert clock.how == "receive time"
+    assert found.tolist() == [0.0, 0.02, 0.02, 0.03]
 
 
 def test_projection() -> None:

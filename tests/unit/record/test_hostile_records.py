@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
+import os
 import struct
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,7 +20,7 @@ from stepload.record import reader
 from stepload.record.container import MAGIC
 from stepload.record.reader import read_recording
 from stepload.record.recovery import recover
-from stepload.record.scan import runs
+from stepload.record.scan import DamageError, RawRecord, Scan, runs
 
 Change = tuple[int, bytes]
 
@@ -69,8 +72,6 @@ def test_mutated_files_are_read_or_refused(
 @settings(max_examples=300, deadline=None)
 @given(st.binary(max_size=400))
 def test_chunk_content_of_any_bytes_adds_up_or_fails(raw: bytes) -> None:
-    from stepload.record.scan import DamageError
-
     end = 0
     try:
         for run in runs(0, raw):
@@ -101,6 +102,30 @@ def test_huge_lengths_ask_for_no_memory(tmp_path: Path) -> None:
     path.write_bytes(MAGIC + struct.pack("<BQ", 6, 2**63))
     with pytest.raises(BadInputError, match="beyond the file's end"):
         read_recording(path)
+
+
+def test_a_record_larger_than_any_of_ours_is_not_read(tmp_path: Path) -> None:
+    path = tmp_path / "large.mcap"
+    length = (1 << 28) + 1
+    path.write_bytes(MAGIC + struct.pack("<BQ", 6, length))
+    os.truncate(path, length + 1000)  # takes no room on the disk
+    with pytest.raises(BadInputError, match=f"a record of {length} bytes, limit"):
+        read_recording(path)
+
+
+@pytest.mark.parametrize(
+    ("claimed", "crc", "damaged"),
+    [(5, zlib.crc32(b"12345"), False), (5, 0, False), (5, 1, True), (6, 0, True), (4, 0, True)],
+)
+def test_a_chunk_is_what_it_says(claimed: int, crc: int, damaged: bool) -> None:
+    body = struct.pack("<QQQIIQ", 0, 0, claimed, crc, 0, 5) + b"12345"
+    scan = Scan(io.BytesIO(), 100)
+    record = RawRecord(0, 6, body)
+    if damaged:
+        with pytest.raises(DamageError, match="checksum"):
+            scan.chunk(record)
+    else:
+        assert scan.chunk(record).raw == b"12345"
 
 
 def test_other_files_are_named_for_what_they_are(tmp_path: Path) -> None:

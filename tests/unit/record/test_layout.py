@@ -13,8 +13,9 @@ import pytest
 from stepload.errors import BadInputError
 from stepload.record import layout
 from stepload.record.layout import STREAMS, TOPICS, Stream, read_definition
-from stepload.record.reader import read_recording
+from stepload.record.reader import _text, read_recording
 from stepload.record.rows import TickFields, TickRow, rows_of
+from stepload.record.scan import DamageError
 from stepload.rig.samples import ArmSample, ForceSample, Number, Whole
 
 DEFINITIONS = {
@@ -154,6 +155,56 @@ def test_a_hostile_definition_is_damage(
         patch.setitem(STREAMS, "arm", Stream(ArmSample, (hostile,)))
         path = write_record(chunks=1)
     with pytest.raises(BadInputError, match="the message definition of /arm"):
+        read_recording(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        (b"\x03\x00\x00\x00cdr", b"\x03\x00\x00\x00xml", "'xml', not"),
+        (b"stepload_msgs/msg/Tick", b"stepload_msgs/msg/Tock", "'stepload_msgs/msg/Tock'"),
+    ],
+)
+def test_messages_of_another_type_or_encoding_are_refused(
+    write_record: Callable[..., Path], old: bytes, new: bytes, match: str
+) -> None:
+    path = write_record(chunks=1)
+    path.write_bytes(path.read_bytes().replace(old, new))
+    with pytest.raises(BadInputError, match=match):
+        read_recording(path)
+
+
+def test_messages_of_another_length_than_defined_are_damage(
+    write_record: Callable[..., Path], monkeypatch: pytest.MonkeyPatch, make: Any
+) -> None:
+    row, stream = changed(without="", later_n=Number)
+    (longer,) = stream.topics
+    definition = STREAMS["tick"].topics[0].definition
+    lying = layout.Topic(longer.channel, longer.name, longer.schema, definition, longer.fields)
+    with monkeypatch.context() as patch:
+        patch.setitem(STREAMS, "tick", Stream(row, (lying,)))
+        path = write_record(chunks=1, tick=lambda i: row(*make.tick(i), 7.0))
+    assert "/tick has a message of 130 bytes, not 122" in read_recording(path).damage
+
+
+@pytest.mark.parametrize("length", [0, 7, 2**32 - 1])
+def test_a_text_that_its_message_does_not_hold_is_damage(length: int) -> None:
+    message = layout.string_record(layout.EVENTS, 0, 0, b"hello")
+    assert _text(memoryview(message), 0) == b"hello"
+    at = message.index(b"hello") - 4
+    lying = message[:at] + struct.pack("<I", length) + message[at + 4 :]
+    with pytest.raises(DamageError, match="beyond its message"):
+        _text(memoryview(lying), 0)
+
+
+def test_wrenches_without_their_samples_are_refused(
+    write_record: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wrench, _ = STREAMS["force"].topics
+    with monkeypatch.context() as patch:
+        patch.setitem(STREAMS, "force", Stream(ForceSample, (wrench,)))
+        path = write_record(chunks=1)
+    with pytest.raises(BadInputError, match="50 messages on /force, 0 messages on /force/sample"):
         read_recording(path)
 
 

@@ -24,6 +24,7 @@ from stepload.record import recorder as recorder_module
 from stepload.record.reader import read_recording
 from stepload.record.recorder import Recorder, RecordingFailedError
 from stepload.record.recovery import find_unfinished, is_being_written, recover
+from stepload.record.ring import State
 from stepload.record.scan import count_messages
 from stepload.rig.samples import DisplacementSample
 
@@ -295,6 +296,7 @@ def test_long_runs_are_read_as_means(start: Start, make: SimpleNamespace) -> Non
     assert (mean.force.status == 3).all()
     np.testing.assert_array_equal(mean.force.sequence, full.force.sequence[4::5])
     np.testing.assert_array_equal(mean.ticks.step, full.ticks.step[4::5])
+    np.testing.assert_array_equal(mean.ticks.target_m, full.ticks.target_m[4::5])
     assert len(mean.arm.receive_time_s) == 40
 
 
@@ -397,6 +399,22 @@ def test_a_full_disk_is_a_problem_and_leaves_a_repairable_file(
     np.testing.assert_array_equal(got.force.sequence, np.arange(len(got.force.sequence)))
 
 
+def test_a_failed_writer_keeps_the_file_until_the_run_lets_go(
+    start: Start, make: SimpleNamespace
+) -> None:
+    recorder = start()
+    size = recorder.part_path.stat().st_size
+    resource.prlimit(recorder.writer_pid, resource.RLIMIT_FSIZE, (size, size))
+    recorder.force(make.force(0))
+    until(lambda: recorder._shared.state == State.FAILED)
+    recorder._file_fd, held = os.open(os.devnull, os.O_RDONLY), recorder._file_fd
+    os.close(held)  # the run's own hold on the file; the writer's is left
+    for _ in range(20):
+        assert recorder._process.poll() is None
+        time.sleep(0.005)
+    assert is_being_written(recorder.part_path)
+
+
 def test_a_disk_that_is_full_from_the_start(virtual_clock: Any, tmp_path: Path) -> None:
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (8 << 20, before[1]))
@@ -461,6 +479,14 @@ def test_a_directory_holds_one_run(start: Start, tmp_path: Path) -> None:
     start().finish({}, "identified")
     with pytest.raises(BadInputError, match="exists already"):
         start()
+
+
+def test_an_unfinished_record_is_not_written_over(start: Start, tmp_path: Path) -> None:
+    part = tmp_path / "run.mcap.part"
+    part.write_bytes(b"mine")
+    with pytest.raises(BadInputError, match="an unfinished record"):
+        start()
+    assert part.read_bytes() == b"mine"
 
 
 def test_a_missing_directory_is_said(virtual_clock: Any, tmp_path: Path) -> None:

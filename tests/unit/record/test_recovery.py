@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import struct
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -11,13 +12,16 @@ import numpy as np
 import pytest
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
-from mcap.records import Channel, Message
+from mcap.records import Channel, Message, MessageIndex
 from mcap.stream_reader import StreamReader
+from mcap.writer import Writer
 
 from stepload.errors import BadInputError
 from stepload.record import recovery
+from stepload.record.container import INDEX_ENTRY, Appender
 from stepload.record.reader import read_recording
 from stepload.record.recovery import find_unfinished, recover
+from stepload.record.scan import count_messages
 
 
 def streamed(path: Path) -> Counter[str]:
@@ -87,9 +91,25 @@ def test_a_rotten_chunk_does_not_cost_the_ones_behind_it(
     recovered = recover(path)
     assert recovered.path.name == "run.recovered.mcap"
     assert recovered.damage
+    assert 200 < recovered.cut_bytes < len(data) / 4
     assert recovered.counts["/force"] == 350
     assert path.exists()
     assert sum(indexed(recovered.path).values()) == sum(recovered.counts.values())
+
+
+def test_a_rotten_chunk_of_an_unfinished_record_is_all_that_is_cut(
+    write_record: Callable[..., Path],
+) -> None:
+    path = write_record("run.mcap.part", finished=False)
+    data = bytearray(path.read_bytes())
+    name_at = data.index(b"zstd", len(data) // 2)
+    opcode, length = struct.unpack_from("<BQ", data, name_at - 41)
+    assert opcode == 6
+    data[name_at + 200] ^= 0x10
+    path.write_bytes(data)
+    recovered = recover(path)
+    assert recovered.cut_bytes == 9 + length
+    assert recovered.counts["/force"] == 350
 
 
 def test_a_whole_record_survives_repair_unchanged(write_record: Callable[..., Path]) -> None:
@@ -105,12 +125,15 @@ def test_a_whole_record_survives_repair_unchanged(write_record: Callable[..., Pa
     assert before.results == after.results
 
 
-def test_lost_indexes_are_made_again(write_record: Callable[..., Path], tmp_path: Path) -> None:
+def test_lost_indexes_are_made_again(
+    write_record: Callable[..., Path], tmp_path: Path, check_indexes: Callable[[Path], None]
+) -> None:
     data = write_record(finished=False).read_bytes()
     cut = tmp_path / "noindex.mcap.part"
     cut.write_bytes(data[: data.rindex(b"\x07")])
     recovered = recover(cut)
     assert indexed(recovered.path) == Counter(recovered.counts)
+    check_indexes(recovered.path)
 
 
 @pytest.mark.parametrize("content", [b"", b"\x89MCAP0\r", b"not a record at all"])
@@ -178,3 +201,116 @@ def test_unfinished_records_are_looked_for_here_and_not_behind_links(
     monkeypatch.setattr(recovery, "is_being_written", locked)
     found = {path.parent.name for path in find_unfinished(runs)}
     assert found == {"a", "b"}
+
+
+def test_a_damaged_attachment_is_left_out(write_record: Callable[..., Path]) -> None:
+    path = write_record()
+    path.write_bytes(path.read_bytes().replace(b'"k": 1.5', b'"k": 1.6'))
+    damaged = read_recording(path)
+    assert "checksum of an attachment" in damaged.damage
+    assert damaged.results is None
+    recovered = recover(path)
+    assert "checksum of an attachment" in recovered.damage
+    got = read_recording(recovered.path)
+    assert set(got.attachments) == {"plan.yaml"}
+    assert len(got.force.sequence) == 400
+
+
+def test_damage_before_the_first_sample_is_a_case_for_repair(
+    write_record: Callable[..., Path],
+) -> None:
+    path = write_record()
+    path.write_bytes(path.read_bytes().replace(b"payload: {}", b"payload: []"))
+    with pytest.raises(BadInputError, match="checksum of an attachment") as refused:
+        read_recording(path)
+    assert "stepload recover" in refused.value.hint
+    assert len(read_recording(recover(path).path).force.sequence) == 400
+
+
+def test_a_changed_byte_that_only_the_data_section_tells(write_record: Callable[..., Path]) -> None:
+    path = write_record()
+    path.write_bytes(path.read_bytes().replace(b"+fz", b"+fy"))
+    got = read_recording(path)
+    assert "data section" in got.damage
+    assert got.partial
+
+
+def test_a_copy_that_does_not_read_back_is_not_given_its_name(
+    write_record: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    part = write_record("run.mcap.part", finished=False)
+    monkeypatch.setattr(recovery, "count_messages", lambda path: {"/force": 399})
+    with pytest.raises(BadInputError, match="read back"):
+        recover(part)
+    assert part.exists()
+    assert not part.with_suffix("").exists()
+
+
+def test_the_copy_s_name_is_on_the_disk_when_a_repair_is_done(
+    write_record: Callable[..., Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    part = write_record("run.mcap.part", finished=False)
+    synced = []
+    monkeypatch.setattr(
+        recovery,
+        "sync_directory",
+        lambda path: synced.append(sorted(p.name for p in path.iterdir())),
+    )
+    recover(part)
+    assert synced == [["run.mcap"]]
+
+
+def test_a_copy_elsewhere_leaves_the_original(
+    write_record: Callable[..., Path], tmp_path: Path
+) -> None:
+    part = write_record("run.mcap.part", finished=False)
+    recovered = recover(part, tmp_path / "other.mcap")
+    assert recovered.path == tmp_path / "other.mcap"
+    assert part.exists()
+
+
+def test_messages_out_of_order_are_indexed_in_order(tmp_path: Path) -> None:
+    path = tmp_path / "foreign.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start("ros2")
+        channel = writer.register_channel("/t", "cdr", writer.register_schema("s", "ros2msg", b""))
+        for time_ns in (5, 3, 9, 7):
+            writer.add_message(channel, time_ns, b"data", time_ns)
+        writer.finish()
+    recovered = recover(path)
+    assert recovered.counts == {"/t": 4}
+    with recovered.path.open("rb") as file:
+        found = list(StreamReader(file, emit_chunks=True).records)
+    (index,) = [r for r in found if isinstance(r, MessageIndex)]
+    assert [time_ns for time_ns, _ in index.records] == [3, 5, 7, 9]
+
+
+def test_a_message_of_no_channel_is_damage(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with path.open("wb") as file:
+        out = Appender(file.fileno())
+        out.start()
+        out.add_metadata("run", {})
+        index = np.zeros(1, INDEX_ENTRY)
+        message = struct.pack("<BQHIQQ", 5, 22, 99, 0, 0, 0)
+        out.add_chunk([(99, index, message)])
+        out.finish()
+    recovered = recover(path)
+    assert "unknown channel 99" in recovered.damage
+    assert recovered.counts == {}
+
+
+def test_long_files_are_whole_by_their_checksum(tmp_path: Path) -> None:
+    path = tmp_path / "long.mcap"
+    noise = np.random.default_rng(0).bytes(9 << 20)
+    with path.open("wb") as file:
+        out = Appender(file.fileno())
+        out.start()
+        out.add_attachment("noise.bin", noise, 0)
+        out.finish()
+    assert count_messages(path) == {}
+    data = path.read_bytes()
+    path.write_bytes(data[:-8])
+    with pytest.raises(BadInputError, match="no footer"):
+        count_messages(path)
