@@ -92,9 +92,10 @@ def test_what_is_for_a_page_only_is_not_on_the_terminal(
 
 def test_a_terminal_shows_what_it_would_obey(capsys: pytest.CaptureFixture[str]) -> None:
     bad = "\x1b[2Jname"
-    rows = Table("t", ("c",), [[bad]], [bad])
+    rows = Table("t", ("c",), [[bad], ["[red]run"]], [bad])
     text = shown(document(rows, text=bad), capsys)
     assert "\x1b" not in text
+    assert "[red]run" in text
     assert text.count(r"\x1b[2Jname") == 3
 
 
