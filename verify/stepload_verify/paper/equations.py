@@ -11,11 +11,11 @@ from stepload.contact.power_law import secant_stiffness
 from stepload.identify.identifiability import identifiability
 from stepload.identify.ls import rs_btls
 from stepload_verify.paper import laws, printed
+from stepload_verify.paper.chart import Line, chart
 from stepload_verify.paper.printed import PAYLOADS, SECANT_FORCE_N, Estimate
 from stepload_verify.paper.rows import Row, number, table
 from stepload_verify.paper.section import Section
 from stepload_verify.paper.step_load import STVF
-from stepload_verify.paper.svg import Line, chart
 
 KINDS = (("RS-BTLS", "rs_btls"), ("RS-RTLS", "rs_rtls"))
 

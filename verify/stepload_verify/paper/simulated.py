@@ -18,6 +18,7 @@ from stepload.identify.selection import select
 from stepload.identify.sources import Sources
 from stepload.identify.system import SystemStiffnessFit, fit_system_stiffness
 from stepload_verify.paper import laws
+from stepload_verify.paper.chart import Line, chart
 from stepload_verify.paper.printed import PAYLOADS, SECANT_FORCE_N, Estimate, Payload
 from stepload_verify.paper.rows import Row, number, table
 from stepload_verify.paper.section import Section
@@ -31,7 +32,6 @@ from stepload_verify.paper.step_load import (
     StepRig,
     press,
 )
-from stepload_verify.paper.svg import Line, chart
 
 RUNS = 40
 _SEED = 2009

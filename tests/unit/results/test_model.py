@@ -1,0 +1,117 @@
+"""One figure, told once, is the same for programs, on a terminal and on a page."""
+
+from __future__ import annotations
+
+import html
+import json
+from dataclasses import dataclass
+
+import pytest
+
+from stepload.results.model import (
+    NOTHING,
+    Document,
+    Field,
+    Finding,
+    Table,
+    Verdict,
+    by_name,
+    data,
+    interval,
+    named,
+    number,
+    quantity,
+    table,
+)
+from stepload.results.page import render
+from stepload.results.terminal import Output
+
+
+@dataclass(frozen=True)
+class Spring:
+    """Something with figures."""
+
+    stiffness_n_per_m: float
+    ends_m: tuple[float, float] | None
+    turns: int
+
+
+FIELDS = (
+    named("stiffness_n_per_m", "stiffness", quantity("N/m")),
+    named("ends_m", "ends", interval("m")),
+    named("turns"),
+    Field(lambda spring: spring.turns / 3, label="turns / 3", show=number(".2f")),
+)
+SOFT, STIFF = Spring(2.5e3, (1e-3, 2e-3), 7), Spring(1e6, None, 3)
+TABLE = table("Springs", FIELDS, [SOFT, STIFF], ["none is [bold]new[/bold]"])
+
+
+def document(*tables: Table, text: str = "Two springs") -> Document:
+    return Document("Springs", Verdict("good", "sound", text), reasons=["because"], tables=tables)
+
+
+def shown(document: Document, capsys: pytest.CaptureFixture[str]) -> str:
+    Output(as_json=False).show(document)
+    return capsys.readouterr().out
+
+
+def test_programs_get_what_has_a_key_and_people_what_has_a_label() -> None:
+    assert data(FIELDS, SOFT) == {"stiffness_n_per_m": 2.5e3, "ends_m": (1e-3, 2e-3), "turns": 7}
+    assert TABLE.columns == ["stiffness", "ends", "turns / 3"]
+    assert TABLE.rows == [
+        ["2.5 kN/m", "[1 mm, 2 mm]", "2.33"],
+        ["1 MN/m", NOTHING, "1.00"],
+    ]
+
+
+def test_fields_of_a_part_are_none_where_the_part_is_missing() -> None:
+    fields: list[Field[tuple[str, Spring | None]]] = by_name("name", FIELDS)
+    rows = table("", fields, [("soft", SOFT), ("none", None)]).rows
+    assert rows == [["soft", "2.5 kN/m", "[1 mm, 2 mm]", "2.33"], ["none", *[NOTHING] * 3]]
+    assert data(fields, ("none", None)) == dict.fromkeys(("stiffness_n_per_m", "ends_m", "turns"))
+
+
+def test_terminal_and_page_show_the_same_cells_and_notes(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    text = shown(document(TABLE), capsys)
+    page = html.unescape(render(document(TABLE)))
+    for cell in [*TABLE.columns, *TABLE.rows[0], *TABLE.rows[1], *TABLE.notes, "because"]:
+        assert cell in text
+        assert cell in page
+    assert "SOUND: Two springs" in text
+
+
+def test_what_is_for_a_page_only_is_not_on_the_terminal(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    long = Table("All of them", ("which",), [["every spring there is"]], page_only=True)
+    assert "every spring there is" not in shown(document(long), capsys)
+    assert "every spring there is" in render(document(long))
+
+
+def test_a_terminal_shows_what_it_would_obey(capsys: pytest.CaptureFixture[str]) -> None:
+    bad = "\x1b[2Jname"
+    rows = Table("t", ("c",), [[bad], ["[red]run"]], [bad])
+    text = shown(document(rows, text=bad), capsys)
+    assert "\x1b" not in text
+    assert "[red]run" in text
+    assert text.count(r"\x1b[2Jname") == 3
+
+
+def test_a_finding_says_what_to_do(capsys: pytest.CaptureFixture[str]) -> None:
+    Output(as_json=False).finding(Finding("warn", "it squeaks", "oil it"))
+    assert capsys.readouterr().out == "WARN    it squeaks\n        -> oil it\n"
+
+
+def test_with_json_one_object_goes_out_and_text_to_the_other_stream(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    out = Output(as_json=True)
+    out.show(document(TABLE))
+    out.result(data(FIELDS, STIFF) | {"nothing": float("nan")})
+    told = capsys.readouterr()
+    assert "Two springs" in told.err
+    assert json.loads(told.out) == {
+        "stiffness_n_per_m": 1e6, "ends_m": None, "turns": 3, "nothing": None,
+    }  # fmt: skip
