@@ -87,12 +87,12 @@ def check_safe(trial: Trial) -> None:
     _safe_or_refused(device)
     try:
         device.open(trial.open_timeout_s)
-        for time_word in ("the first", "the second"):
+        for which in ("the first", "the second"):
             try:
                 device.safe(trial.open_timeout_s)
             except DeviceError as error:
                 raise ContractViolation(
-                    f"{time_word} safe() of a sound device failed: {error}"
+                    f"{which} safe() of a sound device failed: {error}"
                 ) from error
     finally:
         device.close()
