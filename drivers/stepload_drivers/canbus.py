@@ -12,6 +12,7 @@ import re
 import select
 import socket
 import time
+from collections.abc import Mapping
 from typing import Any
 
 import can
@@ -21,9 +22,16 @@ from can.interfaces.socketcand import SocketCanDaemonBus
 
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import FaultCode
+from stepload.rig.options import Option
 from stepload_drivers.canframe import CanFrame
 from stepload_drivers.serialport import MAX_LATENCY_MS, latency_timer_ms
 
+CAN_OPTIONS: Mapping[str, Option] = {
+    "interface": Option(
+        "text", "python-can interface: socketcan, slcan, socketcand, pcan, …", default="socketcan"
+    ),
+    "channel": Option("text", "can0, /dev/ttyACM0, HOST:PORT/can0", required=True),
+}
 WAIT_S = 0.1
 MAX_BATCH = 64
 """A reader that is starved of time hands on what it has instead of running after the bus."""

@@ -9,7 +9,7 @@ import pytest
 from stepload.errors import DeviceError
 from stepload.rig.contract import CheckStatus, Trial, run_trial
 from stepload.rig.faults import FaultCode
-from stepload_drivers.line.force import UNITS_N
+from stepload_drivers.units import UNITS_N
 from stepload_verify.emulators.emulator import Emulator
 from stepload_verify.emulators.faults import FaultBoard
 from stepload_verify.emulators.physics import Sine, WrenchSource

@@ -10,6 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
+from stepload_drivers.units import UNITS_N
+
 AXES = 6
 DEFAULT_BASE = 0x20
 OLD_COUNTS = 1_000_000
@@ -17,12 +19,8 @@ UNITS_FIRMWARE = (3, 7)
 GAUGE_LOW, GAUGE_HIGH = -32768, 32767
 
 FORCE_UNITS_N = {
-    1: ("lbf", 4.4482216152605),
-    2: ("N", 1.0),
-    3: ("klbf", 4448.2216152605),
-    4: ("kN", 1000.0),
-    5: ("kgf", 9.80665),
-    6: ("gf", 9.80665e-3),
+    code: (name, UNITS_N[name])
+    for code, name in enumerate(("lbf", "N", "klbf", "kN", "kgf", "gf"), start=1)
 }
 TORQUE_UNITS_NM = {
     1: ("lbf-in", 0.1129848290276167),

@@ -18,7 +18,7 @@ from stepload_drivers.ati import codec
 from stepload_drivers.ati.codec import Calibration, Op, frame_id
 from stepload_drivers.ati.link import Dialogue
 from stepload_drivers.ati.poller import Answer, Poller
-from stepload_drivers.canbus import CanLink
+from stepload_drivers.canbus import CAN_OPTIONS, CanLink
 from stepload_drivers.identity import require_serial_number
 from stepload_drivers.stream import Stream
 from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
@@ -35,12 +35,7 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
 
     DRIVER = "ati_can"
     OPTIONS: ClassVar[Mapping[str, Option]] = {
-        "interface": Option(
-            "text",
-            "python-can interface: socketcan, slcan, socketcand, pcan, …",
-            default="socketcan",
-        ),
-        "channel": Option("text", "can0, /dev/ttyACM0, HOST:PORT/can0", required=True),
+        **CAN_OPTIONS,
         "bitrate": Option("integer", "bit/s; the device's default is 250000", default=250_000),
         "base": Option("integer", "base id of the device", default=0x20, low=0, high=0x7F),
         "rate": Option("quantity", "polling rate", unit="Hz", default=500.0, low=10.0, high=1000.0),

@@ -7,6 +7,8 @@ from binascii import crc_hqx
 from enum import IntFlag
 from typing import NamedTuple
 
+from stepload_drivers.resync import FrameDecoder
+
 HEADER = 0xAA
 FRAME_BYTES = 37
 CLOCK_MODULUS_US = 1 << 32
@@ -59,51 +61,11 @@ def decode(raw: bytes) -> Frame | None:
     return Frame(status, (fx, fy, fz, mx, my, mz), clock_us, temperature_c)
 
 
-class Decoder:
-    """Finds frames in a byte stream, one byte further after each failure.
-
-    AA is common inside a frame, so the header alone means nothing. `damaged` counts places where
-    synchronisation was lost (not before the first good frame), `skipped` the bytes given up.
-    """
+class Decoder(FrameDecoder[Frame]):
+    """Finds frames in a byte stream; AA is common inside a frame."""
 
     def __init__(self) -> None:
-        self._buffer = bytearray()
-        self._synchronised = False
-        self._started = False
-        self.damaged = 0
-        self.skipped = 0
-
-    def feed(self, data: bytes) -> list[Frame]:
-        """All frames complete with `data`, oldest first."""
-        buffer = self._buffer
-        buffer += data
-        found = []
-        at, end = 0, len(buffer)
-        while True:
-            start = buffer.find(HEADER, at)
-            if start != at:
-                start = end if start < 0 else start
-                self._skip(start - at)
-                at = start
-            if end - at < FRAME_BYTES:
-                break
-            frame = decode(bytes(buffer[at : at + FRAME_BYTES]))
-            if frame is None:
-                self._skip(1)
-                at += 1
-            else:
-                found.append(frame)
-                self._synchronised = self._started = True
-                at += FRAME_BYTES
-        del buffer[:at]
-        return found
-
-    def _skip(self, count: int) -> None:
-        if self._synchronised and count:
-            self.damaged += 1
-            self._synchronised = False
-        if self._started:
-            self.skipped += count
+        super().__init__(HEADER, FRAME_BYTES, decode)
 
 
 class DeviceClock:

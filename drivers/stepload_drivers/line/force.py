@@ -15,16 +15,7 @@ from stepload_drivers.line.pattern import line_pattern, number_of
 from stepload_drivers.line.sensor import LineSensor, LineSettings
 from stepload_drivers.stream import Stream
 from stepload_drivers.streamed import MAX_AGE, STALE_S
-
-UNITS_N = {
-    "N": 1.0,
-    "mN": 1e-3,
-    "kN": 1e3,
-    "gf": 9.80665e-3,
-    "kgf": 9.80665,
-    "lbf": 4.4482216152605,
-}
-"""Newton per unit, by standard gravity and the international pound."""
+from stepload_drivers.units import UNITS_N
 
 FROZEN_S = 1.0
 DEFAULT_PATTERN = r"(?P<force>[+-]?\d+(?:\.\d+)?)"

@@ -9,6 +9,7 @@ import struct
 from enum import IntEnum
 
 from stepload_drivers.canframe import CanFrame, together
+from stepload_drivers.resync import FrameDecoder
 from stepload_drivers.robotous.models import Model
 
 PAYLOAD_BYTES = 16
@@ -81,52 +82,18 @@ def text(payload: bytes) -> str:
     return payload[1:].split(b"\0")[0].decode("ascii", "replace").strip()
 
 
-class UartDecoder:
-    """Finds 16-byte payloads in a byte stream.
+def uart_payload(raw: bytes) -> bytes | None:
+    """The payload of exactly 19 bytes; None when start, end or sum do not fit."""
+    payload = raw[1:17]
+    ends = raw[0] == UART_START and raw[18] == UART_END
+    return payload if ends and sum(payload) & 0xFF == raw[17] else None
 
-    Data bytes may be 55 or AA, so a frame counts only if start, end and sum agree; otherwise the
-    search goes on one byte further. `damaged` counts places where synchronisation was lost (not
-    before the first good frame), `skipped` the bytes given up there.
-    """
+
+class UartDecoder(FrameDecoder[bytes]):
+    """Finds 16-byte payloads in a byte stream; data bytes may be 55 or AA."""
 
     def __init__(self) -> None:
-        self._buffer = bytearray()
-        self._synchronised = False
-        self._started = False
-        self.damaged = 0
-        self.skipped = 0
-
-    def feed(self, data: bytes) -> list[bytes]:
-        """All payloads complete with `data`, oldest first."""
-        buffer = self._buffer
-        buffer += data
-        found = []
-        at, end = 0, len(buffer)
-        while True:
-            start = buffer.find(UART_START, at)
-            if start != at:
-                start = end if start < 0 else start
-                self._skip(start - at)
-                at = start
-            if end - at < UART_FRAME_BYTES:
-                break
-            payload = buffer[at + 1 : at + 17]
-            if buffer[at + 18] == UART_END and sum(payload) & 0xFF == buffer[at + 17]:
-                found.append(bytes(payload))
-                self._synchronised = self._started = True
-                at += UART_FRAME_BYTES
-            else:
-                self._skip(1)
-                at += 1
-        del buffer[:at]
-        return found
-
-    def _skip(self, count: int) -> None:
-        if self._synchronised and count:
-            self.damaged += 1
-            self._synchronised = False
-        if self._started:
-            self.skipped += count
+        super().__init__(UART_START, UART_FRAME_BYTES, uart_payload)
 
 
 class CanPairer:

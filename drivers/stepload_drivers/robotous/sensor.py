@@ -15,7 +15,7 @@ from stepload.rig.faults import FaultCode
 from stepload.rig.options import Option
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.arrival import ArrivalCounter, spread_back
-from stepload_drivers.canbus import CanLink
+from stepload_drivers.canbus import CAN_OPTIONS, CanLink
 from stepload_drivers.identity import require_serial_number
 from stepload_drivers.robotous import codec
 from stepload_drivers.robotous.codec import Command
@@ -264,12 +264,7 @@ class RobotousCan(_Robotous):
 
     DRIVER = "robotous_can"
     OPTIONS: ClassVar[Mapping[str, Option]] = {
-        "interface": Option(
-            "text",
-            "python-can interface: socketcan, slcan, socketcand, pcan, …",
-            default="socketcan",
-        ),
-        "channel": Option("text", "can0, /dev/ttyACM0, HOST:PORT/can0", required=True),
+        **CAN_OPTIONS,
         "receiver_id": Option("integer", "id the sensor listens to", default=0x64, low=1, high=255),
         "first_id": Option("integer", "id of D1..D8", default=1, low=1, high=255),
         "second_id": Option("integer", "id of D9..D16", default=2, low=1, high=255),

@@ -168,6 +168,22 @@ def test_a_request_under_way_ends_a_retract(pressing, ur, link, op):
     assert ur.true_m > AT_M - 1e-3
 
 
+@pytest.mark.parametrize("gone", [False, True])
+def test_nothing_is_waited_for_against_another_request_or_without_a_run(
+    pressing, ur, link, clock, gone
+):
+    loop = pressing()
+    ur.pose_of = lambda _: (HOME[0], HOME[1], HOME[2] - 0.1 * (clock.now_s % 1.0))
+    began_s = clock.now_s
+    if gone:
+        clock.at(began_s + 0.05, lambda: setattr(link, "closed", True))
+    else:
+        link.arrives(0.05, wire.pack_json(wire.REQUEST, op="quit", number=2))
+    with pytest.raises(RequestError, match="another request"):
+        procedures.stop_servo(loop)
+    assert clock.now_s - began_s < 0.1
+
+
 def test_prove_measures_the_stop_under_way(pressing, ur, clock):
     loop = pressing()
     ur.watchdog_s = 0.1

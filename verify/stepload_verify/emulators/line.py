@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stepload_drivers.line.codec import TERMINATORS, escaped_bytes
-from stepload_drivers.line.force import UNITS_N
+from stepload_drivers.units import UNITS_N
 from stepload_verify.emulators.emulator import Measured
 from stepload_verify.emulators.faults import FaultBoard
 from stepload_verify.emulators.physics import AXES, WrenchSource

@@ -1,0 +1,62 @@
+"""Finds frames of a fixed size in a byte stream, one byte further after each failure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+Frame = TypeVar("Frame")
+
+
+class FrameDecoder(Generic[Frame]):
+    """Cuts a byte stream into frames.
+
+    The start byte may occur inside a frame too, so it alone means nothing: `decode` gives the frame
+    in exactly `size` bytes, or None where checksum or end do not fit.
+
+    Attributes:
+        damaged: places where synchronisation was lost (not before the first good frame).
+        skipped: bytes given up there.
+    """
+
+    def __init__(self, start: int, size: int, decode: Callable[[bytes], Frame | None]) -> None:
+        self._start = start
+        self._size = size
+        self._decode = decode
+        self._buffer = bytearray()
+        self._synchronised = False
+        self._started = False
+        self.damaged = 0
+        self.skipped = 0
+
+    def feed(self, data: bytes) -> list[Frame]:
+        """All frames complete with `data`, oldest first."""
+        buffer, size = self._buffer, self._size
+        buffer += data
+        found = []
+        at, end = 0, len(buffer)
+        while True:
+            start = buffer.find(self._start, at)
+            if start != at:
+                start = end if start < 0 else start
+                self._skip(start - at)
+                at = start
+            if end - at < size:
+                break
+            frame = self._decode(bytes(buffer[at : at + size]))
+            if frame is None:
+                self._skip(1)
+                at += 1
+            else:
+                found.append(frame)
+                self._synchronised = self._started = True
+                at += size
+        del buffer[:at]
+        return found
+
+    def _skip(self, count: int) -> None:
+        if self._synchronised and count:
+            self.damaged += 1
+            self._synchronised = False
+        if self._started:
+            self.skipped += count
