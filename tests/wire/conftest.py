@@ -12,6 +12,20 @@ from stepload_verify.emulators.physics import Sine, WrenchSource
 
 BOUND_S = 10.0
 
+TOLERATES_S = {"emulated": 0.01, "start_emulator": 0.02, "emulated_run": 0.01}
+"""Whoever uses one of these fixtures runs in real time, and may fail in a longer stall.
+
+An ATI sensor's question is given up after 10 ms, and the engine's shortest limit on the age of a
+sample is 12 ms; the arms of tests have limits of 100 ms and more, and several processes.
+"""
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        for fixture, tolerates_s in TOLERATES_S.items():
+            if fixture in item.fixturenames:
+                item.add_marker(pytest.mark.realtime(tolerates_s=tolerates_s))
+
 
 class Pair:
     """A driver that is open on its emulator."""

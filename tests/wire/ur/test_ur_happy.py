@@ -75,6 +75,17 @@ def test_stop_is_proven_in_motion_and_the_arm_can_be_used_afterwards(
     assert arm.fault() is None
 
 
+def test_a_program_that_ur_rtde_sees_late_is_waited_for(start_emulator, make_arm):
+    """Its two connections are read one after the other, further apart where the host stalls."""
+    emulator = start_emulator()
+    arm = make_arm(emulator.host)
+    arm.open(15.0)
+    emulator.command("control-late 0.05")
+    assert arm.prove_stop(0.001, 0.01, 10.0).stop_s > 0.15
+    assert emulator.state()["watchdog_hz"] == 5.0
+    assert arm.fault() is None
+
+
 def test_idle_arm_is_kept_alive_by_the_child_alone(start_emulator, make_arm):
     emulator = start_emulator()
     arm = make_arm(emulator.host, watchdog=20.0)
