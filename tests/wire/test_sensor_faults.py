@@ -172,11 +172,8 @@ def test_bursts_of_16_ms_lose_nothing_and_are_spread_back(emulated):
         numbers = [sample.sequence for sample in pair.samples]
         assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
         steps_s = [
-            (
-                later.receive_time_s - sample.receive_time_s,
-                later.device_time_s - sample.device_time_s,
-            )
-            for sample, later in itertools.pairwise(pair.samples[100:])
+            (new.receive_time_s - old.receive_time_s, new.device_time_s - old.device_time_s)
+            for old, new in itertools.pairwise(pair.samples[100:])
         ]
         off = [step for step in steps_s if step[0] != pytest.approx(step[1], abs=1e-4)]
         assert len(off) <= BURST, "but for one burst, by which the device's clock was set anew"
