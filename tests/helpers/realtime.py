@@ -112,5 +112,6 @@ def _lines(stats: dict[str, list[Any]]) -> Iterator[str]:
     for mark in ("rerun", "inconclusive"):
         for report in stats.get(mark, ()):
             lengths = ", ".join(f"{length_s * 1e3:.0f} ms" for length_s in _stalled(report)[1:])
-            why = str(report.longrepr).strip().splitlines()
-            yield f"{mark}: {report.nodeid}: the host stalled for {lengths}; {why[-1]}"
+            crash = getattr(report.longrepr, "reprcrash", None)
+            why = str(crash.message if crash else report.longrepr).strip().partition("\n")[0]
+            yield f"{mark}: {report.nodeid}: the host stalled for {lengths}; {why}"
