@@ -5,6 +5,7 @@ stall of the host it cannot survive. Such a test that fails is run again if, and
 saw a longer stall while it ran, at most `RERUNS` times. Then it is reported as inconclusive, with
 the stalls' lengths, and counted in the last line; it neither passes nor fails the session. A test
 without the mark is never run again, and a failure without a measured stall is a failure.
+With `-p no:realtime` every failure is one.
 """
 
 from __future__ import annotations
@@ -22,14 +23,6 @@ STALLED = "stalled for"
 """A report's property: "rerun" or "inconclusive", then the longest stall of each attempt in s."""
 
 _METER = pytest.StashKey[StallMeter]()
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    config.addinivalue_line(
-        "markers",
-        "realtime(tolerates_s): runs against the wall clock, and may fail where the host stalls "
-        "for longer than this",
-    )
 
 
 def meter_of(config: pytest.Config) -> StallMeter:
