@@ -8,7 +8,7 @@ READY  := $(VENV)/.ready
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-wire test lint types imports unit installed wire campaign bench fuzz paper clean
+.PHONY: help demo demo-wire test lint types imports virtual realtime test-under-load installed wire campaign bench fuzz paper clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -27,7 +27,8 @@ demo-wire: $(READY) ## A whole plan with real drivers against emulated devices, 
 	$(BIN)/python -m stepload_verify.trials.demo_wire
 
 test: $(READY) ## Everything CI runs
-	@$(MAKE) --no-print-directory --jobs=2 lint types imports unit
+	@$(MAKE) --no-print-directory --jobs=2 lint types imports virtual
+	@$(MAKE) --no-print-directory realtime
 
 lint: $(READY)
 	$(BIN)/ruff check .
@@ -39,8 +40,14 @@ types: $(READY)
 imports: $(READY)
 	$(BIN)/lint-imports --no-cache
 
-unit: $(READY)
-	$(BIN)/pytest
+virtual: $(READY) ## The tests that no clock on the wall can fail, on every core
+	$(BIN)/pytest -m 'not realtime and not long' -n auto --dist loadfile
+
+realtime: $(READY) ## The tests against the wall clock, alone, under a meter of the host's stalls
+	$(BIN)/pytest -m 'realtime and not long'
+
+test-under-load: $(READY) ## Both of these, ten times beside busy loops and ten times with stops
+	$(BIN)/python tests/helpers/under_load.py --runs 10 -- $(MAKE) --no-print-directory virtual realtime
 
 installed: ## The wheels in a clean environment, outside the checkout
 	.ci/installed

@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+pytest_plugins = ["pytester", "realtime"]
+
 GRACE_S = 3.0
 
 # The same examples every time, so that a test fails because of a change and not by chance;

@@ -12,6 +12,21 @@ from stepload_verify.emulators.physics import Sine, WrenchSource
 
 BOUND_S = 10.0
 
+TOLERATES_S = {"emulated": 0.01, "start_emulator": 0.02, "emulated_run": 0.05}
+"""Whoever uses one of these fixtures runs in real time, and may fail in a longer stall.
+
+A question to an ATI sensor is given up after 10 ms; the emulated UR controller makes up for 20 ms
+and then skips periods; the limits of an emulated run are 1.5 s, but its loop may miss 50 ms only
+before its second channel disagrees.
+"""
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        for fixture, tolerates_s in TOLERATES_S.items():
+            if fixture in item.fixturenames:
+                item.add_marker(pytest.mark.realtime(tolerates_s=tolerates_s))
+
 
 class Pair:
     """A driver that is open on its emulator."""

@@ -150,10 +150,10 @@ def test_rft_counts_every_torn_pair(emulated):
         pair.run(0.4)
         pair.emulator.board.clear()
         pair.run(0.2)
-        torn, overrun = pair.emulator.spoiled, pair.emulator.overrun
+        torn = pair.emulator.spoiled
         assert torn > 0
-        assert torn <= pair.driver.health().errors.get("orphans", 0) <= torn + overrun
-        assert torn <= pair.driver.health().lost <= torn + overrun
+        assert pair.driver.health().errors == {"orphans": torn}
+        assert pair.driver.health().lost == torn
 
 
 def test_ati_late_answers_do_not_shift_the_pairs(emulated):
@@ -177,8 +177,8 @@ def test_bursts_of_16_ms_lose_nothing_and_are_spread_back(emulated):
         assert pair.driver.fault() is None
         numbers = [sample.sequence for sample in pair.samples]
         assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
-        times = {sample.receive_time_s for sample in pair.samples[100:]}
-        assert len(times) > 0.5 * len(pair.samples[100:])  # as received: one in sixteen
+        delays_s = [sample.receive_time_s - sample.device_time_s for sample in pair.samples]
+        assert max(delays_s) - min(delays_s) < 0.016 - 2.0 * pair.driver._period_s
 
 
 def test_bota_clock_goes_on_over_its_wrap(emulated):

@@ -36,7 +36,7 @@ def test_every_sample_arrives_once(emulated, name, device):
         assert health.errors == {}
         numbers = [sample.sequence for sample in pair.samples]
         assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
-        assert len(numbers) > 0.5 * 0.5 * pair.driver.rate_hz
+        assert len(numbers) > 0.9 * 0.5 * pair.driver.rate_hz
 
 
 @pytest.mark.parametrize(("name", "device"), SENSORS)
@@ -104,7 +104,7 @@ def test_bota_that_can_only_do_800_hz_says_so(emulated):
 def test_gauge_streams(emulated):
     with emulated("gauge_serial", device={"rate_hz": 100.0}, rate=100.0) as pair:
         pair.run(0.3)
-        assert len(pair.samples) > 15
+        assert len(pair.samples) > 25
         assert all(-1e-6 < sample.displacement_m < 20e-6 for sample in pair.samples)
 
 
@@ -123,7 +123,7 @@ def test_gauge_answers_requests(emulated):
     device = {"rate_hz": 50.0, "request": b"?\r"}
     with emulated("gauge_serial", device=device, rate=50.0, request=r"?\r") as pair:
         pair.run(0.3)
-        assert len(pair.samples) > 5
+        assert len(pair.samples) > 12
         assert pair.driver.health().lost == 0
 
 

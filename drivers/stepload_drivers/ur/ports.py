@@ -105,6 +105,13 @@ class ControlPort:
     def end_program(self) -> None:
         self._rtde.stopScript()
 
+    def program_runs(self) -> bool:
+        """Whether ur_rtde's control interface, on a connection of its own, sees the program run.
+
+        It refuses every command until then, which may be later than `ReceivePort` sees it.
+        """
+        return bool(self._rtde.isProgramRunning())
+
     def upload(self) -> bool:
         """Send the control program again; True says only that it was sent."""
         try:

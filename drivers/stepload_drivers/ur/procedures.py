@@ -158,9 +158,14 @@ def _trip_watchdog(loop: Loop) -> float:
 def _restart(loop: Loop) -> None:
     """Upload again, see it run, arm the watchdog again."""
     loop.follow(None)
-    if not _control(loop).upload():
+    control = _control(loop)
+    if not control.upload():
         raise RequestError("the controller refused the control program")
-    _wait(loop, can_move, PROGRAM_START_S, "the control program did not start")
+
+    def started(package: UrState) -> bool:
+        return can_move(package) and control.program_runs()
+
+    _wait(loop, started, PROGRAM_START_S, "the control program did not start")
     _prepare(loop)
     loop.muted = loop.expect_stop = False
 

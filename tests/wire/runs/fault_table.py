@@ -21,7 +21,7 @@ A UR controller and its link
   NaN or random payload                  nan on, random on
   wrong type, wrong recipe id            wrong-type on; wrong-recipe on: sound
   short package                          short on
-  wrong size                             wrong-size
+  wrong size                             wrong-size receive, wrong-size control
   registers in use, 2nd control object   claim 0 23; the second arm in test_run_faults.py
   no data at construction                freeze on (before the run)
   blackhole at construction              blackhole on (before the run)
@@ -97,7 +97,7 @@ def _sensor(name: str, fault: str, end: str = RETRACTED, says: str = "", **more:
     return Row((f"{name} {fault}",), end, says, sensor=name, **more)
 
 
-_LINK_LOST = "(device|loop) .*(the controller closed the connection|ur_rtde crashed)"
+_LINK_LOST = "(device|loop) .*the controller closed the connection"
 
 
 def _flagged(code: str) -> str:
@@ -127,7 +127,8 @@ ARM = (
     _arm("wrong-type on", says=_OLD),
     _arm("wrong-recipe on", end=UNHARMED),
     _arm("short on", says="(device|loop) .*(not.finite|out.of.range|clock)"),
-    _arm("wrong-size", says="(device|loop) .*ur_rtde crashed"),
+    _arm("wrong-size receive", says="(device|loop) .*ur_rtde crashed"),
+    _arm("wrong-size control", says="(device|loop) .*the controller closed the connection"),
     _arm("host kill", says="(device|loop) .*ur_rtde crashed"),
     _arm("local on", end=REFUSED, says="not_remote", at_start=True, always=True),
     _arm("claim 0 23", end=REFUSED, says="refused_command.*in use", at_start=True),

@@ -1,7 +1,4 @@
-"""Faults of controller and network while the arm moves: what is reported, and that it stands still.
-
-"Reported in time" is checked against the driver's own limit with a wide margin for the machine.
-"""
+"""Faults of controller and network while the arm moves: what is told, and that it stands still."""
 
 from __future__ import annotations
 
@@ -14,19 +11,16 @@ from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import Status
 
-REPORT_WITHIN_S = 3.0
-STOP_WITHIN_S = 3.0
+GIVE_UP_S = 10.0
 
 UNTRUE = {FaultCode.NOT_FINITE, FaultCode.OUT_OF_RANGE}
 NO_MORE_DATA = {FaultCode.STALE, FaultCode.NOT_CONNECTED, FaultCode.DRIVER} | UNTRUE
 """After these the driver hands out nothing any more."""
-CRASHED = ("crashed (SIG", "closed its connection to the run")
-"""The second where the host stalls, and the process is not gone yet when it is asked."""
 
 
 def wait_until_still(emulator):
     """The truth: where the arm stands, once its program has ended or nothing moves it."""
-    give_up_s = time.monotonic() + STOP_WITHIN_S
+    give_up_s = time.monotonic() + GIVE_UP_S
     last = emulator.state()
     while time.monotonic() < give_up_s:
         time.sleep(0.1)
@@ -49,7 +43,8 @@ def wait_until_still(emulator):
         (["wrong-type on"], {FaultCode.STALE}),
         (["nan on"], {FaultCode.NOT_FINITE}),
         (["random on"], UNTRUE),
-        (["wrong-size"], {FaultCode.DRIVER, FaultCode.NOT_CONNECTED}),
+        (["wrong-size receive"], {FaultCode.DRIVER}),
+        (["wrong-size control"], {FaultCode.NOT_CONNECTED}),
         (["protective-stop"], {FaultCode.PROTECTIVE_STOP}),
         (["emergency-stop"], {FaultCode.EMERGENCY_STOP}),
         (["safeguard on"], {FaultCode.SAFEGUARD_STOP}),
@@ -67,33 +62,25 @@ def test_fault_is_told_apart_and_the_arm_stops(
     follow(arm, after(0.2))
     for command in commands:
         emulator.command(command)
-    switched_s = time.monotonic()
     with contextlib.suppress(DeviceError):  # once the link is gone, targets are refused
-        follow(arm, lambda: arm.fault() is not None, REPORT_WITHIN_S)
+        follow(arm, lambda: arm.fault() is not None)
     fault = arm.fault()
     assert fault is not None
-    if codes == {FaultCode.NOT_CONNECTED} and fault.code == FaultCode.DRIVER:
-        # ur_rtde's own reconnect sometimes crashes before the loss can be reported.
-        assert any(words in fault.message for words in CRASHED)
-    else:
-        assert fault.code in codes, fault.message
-    if commands == ["wrong-size"] and fault.code == FaultCode.DRIVER:
-        assert "SIGABRT" in fault.message or CRASHED[1] in fault.message
+    assert fault.code in codes, fault.message
+    if fault.code == FaultCode.DRIVER:
+        assert "crashed (SIGABRT)" in fault.message
     assert fault.hint
-    assert fault.time_s - switched_s < REPORT_WITHIN_S
     try:
         arm.safe(2.0)
     except DeviceError:
         assert commands[0] in ("refuse on", "blackhole on")
-    # Where the host stalls, ur_rtde's own reconnect may upload once before its process is ended.
-    most_uploads = 2 if commands[0].startswith("drop") else 1
-    assert wait_until_still(emulator)["uploads"] <= most_uploads
+    assert wait_until_still(emulator)["uploads"] == 1
     with_status = arm.drain()
     if with_status and fault.code not in NO_MORE_DATA:
         assert with_status[-1].status == Status.STOPPED
 
 
-@pytest.mark.parametrize("command", ["drop", "repeat on", "wrong-size", "kill-program"])
+@pytest.mark.parametrize("command", ["drop", "repeat on", "wrong-size receive", "kill-program"])
 def test_retract_goes_out_when_ur_rtde_is_gone(start_emulator, make_arm, follow, after, command):
     emulator = start_emulator()
     arm = make_arm(emulator.host)
@@ -199,7 +186,7 @@ def test_short_packages_end_in_a_fault_before_an_untrue_value_gets_out(
     arm.open(15.0)
     samples = follow(arm, after(0.2)).samples
     emulator.command("short on")
-    give_up_s = time.monotonic() + REPORT_WITHIN_S
+    give_up_s = time.monotonic() + GIVE_UP_S
     while arm.fault() is None and time.monotonic() < give_up_s:
         samples += arm.drain()
         time.sleep(0.002)

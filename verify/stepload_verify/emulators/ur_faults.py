@@ -21,9 +21,12 @@ random on|off         random bytes as values
 wrong-type on|off     data packages under an unknown type
 wrong-recipe on|off   data packages with another recipe id
 short on|off          data packages cut in half, size field correct
-wrong-size            one data package whose size field lies
+wrong-size receive|control
+                      one data package to clients that only receive, or that control as well, whose
+                      size field lies
 rate HZ               send at most HZ packages a second; 0: every period
 jitter SECONDS        delay each package by a random time up to SECONDS
+control-late SECONDS  delay each package to clients that control by so much
 claim FIRST LAST      another client owns these input registers
 state                 print the truth as one line of JSON
 quit                  end"""
@@ -49,9 +52,10 @@ class Faults:
     wrong_type: bool = False
     wrong_recipe: bool = False
     short: bool = False
-    wrong_size: bool = False
+    wrong_size: str = ""
     rate_hz: float = 0.0
     jitter_s: float = 0.0
+    control_late_s: float = 0.0
     claimed: tuple[int, int] = (0, -1)
 
     def switch(self, words: list[str]) -> bool:
@@ -65,12 +69,14 @@ class Faults:
                 setattr(self, name.replace("-", "_"), value == "on")
             case [name, *_] if name in SWITCHES:
                 raise ValueError(f"{name}: on or off expected")
-            case ["wrong-size"]:
-                self.wrong_size = True
+            case ["wrong-size", "receive" | "control" as to]:
+                self.wrong_size = to
             case ["rate", hz]:
                 self.rate_hz = float(hz)
             case ["jitter", seconds]:
                 self.jitter_s = float(seconds)
+            case ["control-late", seconds]:
+                self.control_late_s = float(seconds)
             case ["claim", first, last]:
                 self.claimed = (int(first), int(last))
             case _:

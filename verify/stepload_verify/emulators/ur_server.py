@@ -35,6 +35,7 @@ class _Link:
         self.sock = sock
         self.port = port
         self.outbox = bytearray()
+        self.delayed: deque[tuple[float, bytes]] = deque()
         self.text = ""
         self.session: Session | None = None
 
@@ -60,7 +61,6 @@ class UrServer:
         self._selector = selectors.DefaultSelector()
         self._listeners: list[socket.socket] = []
         self._links: list[_Link] = []
-        self._delayed: deque[tuple[float, _Link, bytes]] = deque()
         self._random = random.Random(2)
         self._stop = False
         self._commands = ""
@@ -109,19 +109,17 @@ class UrServer:
         every = round(self._controller.rate_hz / faults.rate_hz) if faults.rate_hz else 1
         if self._cycle % max(1, every):
             return
-        sent = False
         for link in self._links:
             if link.session is not None and (package := link.session.package()):
                 due_s = now_s + self._random.uniform(0.0, faults.jitter_s)
-                self._delayed.append((due_s, link, package))
-                sent = True
-        if sent:
-            faults.wrong_size = False
+                if link.session.controls:
+                    due_s += faults.control_late_s
+                link.delayed.append((due_s, package))
 
     def _flush(self, now_s: float) -> None:
-        while self._delayed and self._delayed[0][0] <= now_s:
-            _, link, package = self._delayed.popleft()
-            link.outbox += package
+        for link in self._links:
+            while link.delayed and link.delayed[0][0] <= now_s:
+                link.outbox += link.delayed.popleft()[1]
         if self._controller.faults.blackhole:
             return
         for link in list(self._links):
@@ -212,7 +210,6 @@ class UrServer:
         self._links.remove(link)
         if link.session is not None:
             self._controller.sessions.remove(link.session)
-        self._delayed = deque(item for item in self._delayed if item[1] is not link)
         if link.sock in self._selector.get_map():
             self._selector.unregister(link.sock)
         if rst:

@@ -43,6 +43,11 @@ class Session:
         self._random = random.Random(1)
         self.registers: set[str] = set()
 
+    @property
+    def controls(self) -> bool:
+        """Whether this client writes inputs, as ur_rtde's control interface does."""
+        return bool(self._inputs)
+
     def feed(self, data: bytes) -> bytes:
         """Answer to what the client sent.
 
@@ -119,8 +124,8 @@ class Session:
         if not (faults.repeat and self._last):
             self._last = encode(DATA, self._payload(faults))
         package = self._last
-        if faults.wrong_size:
-            package = struct.pack(">H", 1) + package[2:]
+        if faults.wrong_size == ("control" if self.controls else "receive"):
+            package, faults.wrong_size = struct.pack(">H", 1) + package[2:], ""
         if faults.wrong_type:
             package = package[:2] + b"Z" + package[3:]
         return package

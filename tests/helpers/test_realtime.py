@@ -1,0 +1,147 @@
+"""What the plugin for real-time tests makes of failures with and without a stall of the host."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+
+import pytest
+from stall_meter import StallMeter, longest_s
+
+FAKE = """
+import time
+import realtime
+from stall_meter import Stall, StallMeter
+
+STALLS = []
+
+class FakeMeter(StallMeter):
+    def __init__(self):
+        self._stalls = []
+
+    def _new(self):
+        new, STALLS[:] = list(STALLS), []
+        return new
+
+    def close(self):
+        pass
+
+realtime.StallMeter = FakeMeter
+"""
+
+HEAD = """
+import time
+import pytest
+from conftest import STALLS, Stall
+
+def stall(length_s):
+    now_s = time.monotonic()
+    STALLS.append(Stall(now_s - length_s, now_s))
+
+runs = []
+"""
+
+LONG, SHORT = "stall(0.05)", "stall(0.01)"
+
+
+@pytest.fixture
+def run(pytester, monkeypatch):
+    """Runs these tests under the plugin, whose meter sees what they say it does."""
+    pytester.makeconftest(FAKE)
+    pytester.makeini("[pytest]\naddopts = -p realtime")
+    monkeypatch.setattr("realtime.StallMeter", StallMeter)  # put back after the fake
+
+    def started(text, *arguments):
+        pytester.makepyfile(HEAD + text)
+        return pytester.runpytest_inprocess(*arguments)
+
+    return started
+
+
+def of_a_test(body, mark="@pytest.mark.realtime(tolerates_s=0.02)"):
+    return f"{mark}\ndef test_it():\n    runs.append(1)\n    {body}\n"
+
+
+@pytest.mark.parametrize("stall", ["pass", SHORT], ids=["none", "short"])
+def test_a_failure_without_a_long_stall_fails_at_once(run, stall):
+    result = run(of_a_test(f"{stall}; assert not runs"))
+    assert result.ret == 1
+    result.assert_outcomes(failed=1)
+    result.stdout.no_fnmatch_line("*stalls of the host*")
+
+
+def test_a_failure_in_a_stall_is_run_again_and_told(run):
+    result = run(of_a_test(f"{LONG}; assert len(runs) == 3"))
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(
+        ["rerun: *::test_it: the host stalled for 50 ms; *", "*1 passed, 2 rerun in*"]
+    )
+
+
+def test_a_failure_in_three_stalled_reruns_is_inconclusive(run):
+    result = run(of_a_test(f"{LONG}; assert False, len(runs)"))
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(
+        ["inconclusive: *::test_it: the host stalled for 50 ms, 50 ms, 50 ms, 50 ms; *",
+         "*3 rerun, 1 inconclusive in*"],
+    )  # fmt: skip
+
+
+def test_a_stall_once_does_not_excuse_a_failure_later(run):
+    result = run(of_a_test(f"{LONG} if len(runs) == 1 else None; assert False"))
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(["*1 failed, 1 rerun in*"])
+
+
+def test_a_stall_in_another_test_excuses_nothing(run):
+    before = of_a_test(LONG).replace("test_it", "test_before")
+    result = run(before + of_a_test("assert False"))
+    assert result.ret == 1
+    result.assert_outcomes(passed=1, failed=1)
+
+
+def test_a_test_that_does_not_run_in_real_time_is_never_run_again(run):
+    result = run(of_a_test(f"{LONG}; assert False", mark=""))
+    assert result.ret == 1
+    result.assert_outcomes(failed=1)
+
+
+def test_a_stall_does_not_touch_a_test_that_passes(run):
+    result = run(of_a_test(LONG))
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["*1 passed in*"])
+
+
+@pytest.mark.parametrize("place", ["setup", "teardown"])
+def test_fixtures_are_set_up_and_torn_down_anew(run, place):
+    fixture = (
+        "@pytest.fixture\ndef device():\n    runs.append(1)\n"
+        + (f"    {LONG}; assert len(runs) == 2\n    yield\n" if place == "setup" else "    yield\n")
+        + (f"    {LONG}; assert len(runs) == 2\n" if place == "teardown" else "")
+    )
+    test = "@pytest.mark.realtime(tolerates_s=0.02)\ndef test_it(device):\n    pass\n"
+    result = run(fixture + test)
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["*1 passed, 1 rerun in*"])
+
+
+def test_what_is_said_reaches_the_last_line_from_worker_processes(run):
+    result = run(of_a_test(f"{LONG}; assert len(runs) == 2"), "-n", "1")
+    assert result.ret == 0
+    result.stdout.fnmatch_lines(["rerun: *the host stalled for 50 ms; *", "*1 passed, 1 rerun in*"])
+
+
+def test_the_meter_sees_that_it_was_stopped():
+    meter = StallMeter()
+    try:
+        meter.between(0.0, 0.0)  # it is up
+        os.kill(meter._process.pid, signal.SIGSTOP)
+        begin_s = time.monotonic()
+        time.sleep(0.1)
+        end_s = time.monotonic()
+        os.kill(meter._process.pid, signal.SIGCONT)
+        assert longest_s(meter.between(begin_s, end_s)) > 0.08
+        assert meter.between(end_s + 3600.0, end_s + 7200.0) == []
+    finally:
+        meter.close()
