@@ -1,84 +1,72 @@
-"""Measures how late the host wakes a process that asked to sleep: what stalls, and for how long.
-
-A process of its own, because a thread beside a test would also be late where the test itself holds
-the interpreter, and that is no fault of the host's.
-"""
+"""Measures how late the host wakes a thread that asked to sleep: what stalls, and for how long."""
 
 from __future__ import annotations
 
-import json
-import select
-import subprocess
-import sys
+import threading
 import time
+from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
-PERIOD_S = 0.005
-SHORTEST_S = 0.005
+PERIOD_S = 0.002
+SHORTEST_S = 0.002
 
 
 class Stall(NamedTuple):
-    """The host gave the meter no time from `begin_s` to `end_s` (monotonic), when it was due."""
+    """From `begin_s` (monotonic) on, the host gave this process no time for `length_s`."""
 
     begin_s: float
-    end_s: float
+    length_s: float
 
-    @property
-    def length_s(self) -> float:
-        return self.end_s - self.begin_s
+
+def withheld_s(late_s: float, own_cpu_s: float) -> float:
+    """How much of a thread's lateness is the host's doing, in s.
+
+    What the process itself computed meanwhile, with the interpreter held, is not.
+    """
+    return late_s - own_cpu_s
 
 
 class StallMeter:
-    """Sees what stops this process together with its children, and what keeps them waiting."""
+    """A thread of the process whose tests it watches.
+
+    It shares the interpreter with them: whatever preempts the thread that holds it stalls the
+    meter as well, and so does what stops the process.
+    """
 
     def __init__(self) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-S", __file__],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        self._stalls: list[Stall] = []
+        self._stalls: deque[Stall] = deque()
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="stall meter", daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        now_s, cpu_s = time.monotonic(), time.process_time()
+        while not self._over.is_set():
+            due_s = now_s + PERIOD_S
+            time.sleep(PERIOD_S)
+            began_cpu_s, cpu_s = cpu_s, time.process_time()
+            now_s = time.monotonic()
+            length_s = withheld_s(now_s - due_s, cpu_s - began_cpu_s)
+            if length_s > SHORTEST_S:
+                self._stalls.append(Stall(due_s, length_s))
 
     def between(self, begin_s: float, end_s: float) -> list[Stall]:
-        """The stalls that were not over at `begin_s` and had begun by `end_s`, oldest first."""
-        self._stalls = [s for s in self._stalls + self._new() if s.end_s > begin_s]
+        """The stalls that were not over at `begin_s` and had begun by `end_s`, oldest first.
+
+        Earlier ones are forgotten.
+        """
+        time.sleep(2.0 * PERIOD_S)  # the meter must have seen what this thread has been through
+        while self._stalls and sum(self._stalls[0]) <= begin_s:
+            self._stalls.popleft()
         return [s for s in self._stalls if s.begin_s < end_s]
 
-    def _new(self) -> list[Stall]:
-        """The stalls since the last call."""
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        print(file=self._process.stdin, flush=True)
-        return [Stall(*pair) for pair in json.loads(self._process.stdout.readline())]
-
     def close(self) -> None:
-        """End the process."""
-        self._process.communicate()
+        """End the thread."""
+        self._over.set()
+        self._thread.join()
 
 
 def longest_s(stalls: Sequence[Stall]) -> float:
     """The length of the longest of `stalls`, 0 without any."""
     return max((stall.length_s for stall in stalls), default=0.0)
-
-
-def main() -> None:
-    """For each line on standard input, the stalls since the last as a line of JSON."""
-    stalls: list[tuple[float, float]] = []
-    now_s = time.monotonic()
-    while True:
-        due_s = now_s + PERIOD_S
-        asked = bool(select.select([sys.stdin], [], [], PERIOD_S)[0])
-        now_s = time.monotonic()
-        if now_s - due_s > SHORTEST_S:
-            stalls.append((due_s, now_s))
-        if asked:
-            if not sys.stdin.readline():
-                return
-            print(json.dumps(stalls), flush=True)
-            stalls.clear()
-
-
-if __name__ == "__main__":
-    main()

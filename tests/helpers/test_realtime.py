@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-import os
 import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import pytest
-from stall_meter import StallMeter, longest_s
+from stall_meter import Stall, StallMeter, withheld_s
 
 FAKE = """
-import time
+from collections import deque
 import realtime
 from stall_meter import Stall, StallMeter
 
-STALLS = []
+STALLS = deque()
 
 class FakeMeter(StallMeter):
     def __init__(self):
-        self._stalls = []
-
-    def _new(self):
-        new, STALLS[:] = list(STALLS), []
-        return new
+        self._stalls = STALLS
 
     def close(self):
         pass
@@ -37,7 +35,7 @@ from conftest import STALLS, Stall
 
 def stall(length_s):
     now_s = time.monotonic()
-    STALLS.append(Stall(now_s - length_s, now_s))
+    STALLS.append(Stall(now_s - length_s, length_s))
 
 runs = []
 """
@@ -49,7 +47,7 @@ LONG, SHORT = "stall(0.05)", "stall(0.01)"
 def run(pytester, monkeypatch):
     """Runs these tests under the plugin, whose meter sees what they say it does."""
     pytester.makeconftest(FAKE)
-    pytester.makeini("[pytest]\naddopts = -p realtime")
+    pytester.makeini("[pytest]\naddopts = -p realtime\nmarkers = realtime")
     monkeypatch.setattr("realtime.StallMeter", StallMeter)  # put back after the fake
 
     def started(text, *arguments):
@@ -132,16 +130,44 @@ def test_what_is_said_reaches_the_last_line_from_worker_processes(run):
     result.stdout.fnmatch_lines(["rerun: *the host stalled for 50 ms; *", "*1 passed, 1 rerun in*"])
 
 
-def test_the_meter_sees_that_it_was_stopped():
+METERED = """
+import sys, time
+from stall_meter import StallMeter, longest_s
+meter = StallMeter()
+print("metering", flush=True)
+sys.stdin.readline()
+print(longest_s(meter.between(0.0, time.monotonic())), flush=True)
+"""
+
+
+def test_the_meter_sees_that_its_process_was_stopped():
+    with subprocess.Popen(
+        [sys.executable, "-c", METERED],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=Path(__file__).parent,
+    ) as process:
+        assert process.stdout.readline() == "metering\n"
+        process.send_signal(signal.SIGSTOP)
+        time.sleep(0.2)
+        process.send_signal(signal.SIGCONT)
+        out, _ = process.communicate("\n")
+    assert float(out) > 0.15
+
+
+def test_what_the_process_computes_itself_is_no_stall():
+    assert withheld_s(0.3, own_cpu_s=0.3) == 0.0
+    assert withheld_s(0.3, own_cpu_s=0.0) == 0.3
+
+
+def test_a_stall_before_or_after_is_not_between():
     meter = StallMeter()
-    try:
-        meter.between(0.0, 0.0)  # it is up
-        os.kill(meter._process.pid, signal.SIGSTOP)
-        begin_s = time.monotonic()
-        time.sleep(0.1)
-        end_s = time.monotonic()
-        os.kill(meter._process.pid, signal.SIGCONT)
-        assert longest_s(meter.between(begin_s, end_s)) > 0.08
-        assert meter.between(end_s + 3600.0, end_s + 7200.0) == []
-    finally:
-        meter.close()
+    meter.close()
+    stalls = [Stall(1.0, 0.1), Stall(2.0, 0.2), Stall(3.0, 0.3)]
+    meter._stalls.clear()  # its own
+    meter._stalls.extend(stalls)
+    assert meter.between(1.5, 2.5) == [stalls[1]]
+    assert meter.between(2.1, 3.5) == stalls[1:]
+    assert meter.between(3.0, 3.5) == stalls[2:]
+    assert meter.between(3.4, 3.5) == []
