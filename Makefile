@@ -8,7 +8,8 @@ READY  := $(VENV)/.ready
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-wire test lint types imports unit installed wire campaign bench fuzz paper clean
+.PHONY: help demo demo-wire test lint types imports unit mutants installed wire campaign bench fuzz \
+  paper clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -41,6 +42,9 @@ imports: $(READY)
 
 unit: $(READY)
 	$(BIN)/pytest
+
+mutants: $(READY) ## Changes the product on purpose, place by place; a test must fail each time
+	$(BIN)/python tests/mutants/run.py
 
 installed: ## The wheels in a clean environment, outside the checkout
 	.ci/installed
