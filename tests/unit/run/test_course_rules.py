@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -268,7 +269,7 @@ def test_motion_to_a_goal_has_bounded_speed_and_acceleration_and_comes_to_rest_t
         assert course.target_m == goal_m
         assert max(speeds) == pytest.approx(0.01)
         fastest = 1.001 * PLANNED.acceleration_m_s2 * PERIOD_S
-        assert all(b - a <= fastest for a, b in zip(speeds, speeds[1:], strict=False))
+        assert all(b - a <= fastest for a, b in pairwise(speeds))
         assert speeds[-1] < 3.0 * fastest
         assert course.speed_m_s == 0.0
 
