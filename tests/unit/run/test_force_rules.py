@@ -143,6 +143,15 @@ def test_r5_waits_exactly_its_time_and_forgets_it_when_the_channels_agree() -> N
     assert passed_s == pytest.approx(PLANNED.cross_time_s + PERIOD_S, abs=1.01 * PERIOD_S)
 
 
+def test_r5_sees_a_step_of_one_channel_when_the_skew_has_passed() -> None:
+    """A filtered step of 30 N is above 11 N + 5 % after 3 ticks."""
+    feed = Feed(at_n=20.0, second_noise_n=0.0)
+    feed.tick(20.0)
+    passed_s = feed.until("R5", 0.2, 20.0, second_n=50.0)
+    expected_s = 3.0 * PERIOD_S + PLANNED.channel_skew_s + PLANNED.cross_time_s
+    assert passed_s == pytest.approx(expected_s, abs=2.0 * PERIOD_S)
+
+
 def test_r5_the_tolerance_grows_with_the_force() -> None:
     feed = Feed(at_n=300.0)
     feed.ticks(500, 300.0, second_n=300.0 + PLANNED.cross_tolerance_n + 0.9 * 0.05 * 300.0)
@@ -217,7 +226,7 @@ def test_r9_a_jump_without_motion(sign: float) -> None:
 def test_r9_each_jump_is_judged_from_the_sample_before_it() -> None:
     feed = Feed()
     for tick in range(60):
-        feed.tick(0.9 * PLANNED.jump_n * (tick % 2))
+        feed.tick(0.9 * PLANNED.jump_n * tick)
     assert feed.supervisor.cause is None
 
 
@@ -318,8 +327,8 @@ def test_r6_noise_is_no_answer() -> None:
 
 def test_r6_begins_anew_where_loading_does() -> None:
     feed = Feed(**CALM)
-    feed.moving(1000, 0.95 * LEASH_N / K, phase=Phase.LOAD)
-    for _ in range(4):
+    for _ in range(3):
+        feed.moving(500, 2.0 * LEASH_SHARE * LEASH_N / K, phase=Phase.LOAD)
         feed.ticks(1000, phase=Phase.LOAD)
         feed.tick(phase=Phase.HOLD)
     assert feed.supervisor.cause is None
