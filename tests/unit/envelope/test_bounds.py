@@ -31,7 +31,6 @@ from stepload.envelope.leash import leash_travel
 from stepload.envelope.limits import LEASH_TIME_S, MODEL_LAG_S
 from stepload.envelope.press import PressRig, largest_speed, series_stiffness, speed_terms
 from stepload.envelope.pressing import (
-    GUARDED_SHARE,
     HARD_STOP_IMPACT_FACTOR,
     HARD_STOP_N_PER_M,
     LONGEST_STALL_S,
@@ -281,7 +280,7 @@ def test_the_guarded_approach_spends_its_share_of_the_limit_or_what_a_dead_chann
     for plan in (PLAN, quick, on_rig(second_force=ALONE)):
         found = pressing(plan)
         rig, second = found.rig, plan.rig.second_force
-        bounds = [budgeted(found, GUARDED_SHARE * found.forces.limit_n, 3.0, rig.reaction_s),
+        bounds = [budgeted(found, 0.4 * found.forces.limit_n, 3.0, rig.reaction_s),
                   (found.forces.allowed_n - 3.0 - 6.0 * 0.3) / rigid(found, 3.0)]  # fmt: skip
         if second.source is not SecondForceSource.NONE:
             late_s = rig.reaction_s + rig.cross_check_s

@@ -10,7 +10,7 @@ from course_feed import PERIOD_S, PLAN, PLANNED, Stage, swing
 from stepload.envelope.bounds import Measured
 from stepload.errors import RefusedError
 from stepload.record.rows import Phase
-from stepload.run.free_air import ALLOWED_SHARE, FREE_SIGMAS, LOOK_S, FreeAir
+from stepload.run.free_air import FREE_SIGMAS, LOOK_S, FreeAir
 from stepload.run.operator import StopLevel
 from stepload.run.tare import TareWindow
 from stepload.run.zeroing import DRIFT_CHECK_S, NOISE_FACTOR, STEP_RATES, Zeroing
@@ -34,7 +34,7 @@ def back_off(stage: Stage) -> None:
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("second", [False, True])
 def test_force_that_changes_by_backing_off_was_contact(sign: float, second: bool) -> None:
-    limit_n = ALLOWED_SHARE * (TOLERANCE_N if second else DRIFT_N)
+    limit_n = 0.5 * (TOLERANCE_N if second else DRIFT_N)
     for share, free in ((0.99, True), (1.01, False)):
         stage = Stage()
         free_air(stage)
@@ -55,7 +55,7 @@ def test_a_change_that_noise_explains_is_none() -> None:
     """Six standard errors of the difference of the two looks."""
     noise_n, count = 3.0, LOOK + 1
     error_n = FREE_SIGMAS * noise_n * math.sqrt(2.0 / count)
-    assert error_n > ALLOWED_SHARE * DRIFT_N
+    assert error_n > 0.5 * DRIFT_N
     for share, free in ((0.95, True), (1.05, False)):
         stage = Stage()
         free_air(stage)
@@ -155,7 +155,7 @@ def test_a_tare_that_is_not_a_number_is_no_zero() -> None:
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("second", [False, True])
 def test_a_zero_must_stay_on_both_channels(sign: float, second: bool) -> None:
-    limit_n = ALLOWED_SHARE * TOLERANCE_N if second else DRIFT_N
+    limit_n = 0.5 * TOLERANCE_N if second else DRIFT_N
     for share, stays in ((0.99, True), (1.01, False)):
         zero = Zero()
         zero.tare([0.0] * zero.count, [0.0] * zero.count)
