@@ -19,6 +19,7 @@ killed, 2 where a list or the unchanged tests are wrong.
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import queue
 import re
@@ -36,6 +37,33 @@ ROOT = Path(__file__).resolve().parents[2]
 LISTS = Path(__file__).resolve().parent
 LEAST_SHARE = 0.95
 TIMEOUT_S = 120
+FORKER = """
+import json, os, sys, traceback
+import hypothesis.strategies, numpy, pytest, scipy.linalg, scipy.optimize, scipy.special
+
+def run(arguments, place):
+    out = os.open(place, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+    os.dup2(out, 1)
+    os.dup2(out, 2)
+    os.close(out)
+    try:
+        code = int(pytest.main(arguments))
+        sys.stdout.flush()
+    except BaseException:
+        traceback.print_exc()
+        code = 3
+    os._exit(code)
+
+assert not any(name.startswith("stepload") for name in sys.modules)
+for line in sys.stdin:
+    arguments, place = json.loads(line)
+    child = os.fork()
+    if child == 0:
+        run(arguments, place)
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+"""
+"""Runs pytest again and again, each time in a fork of a process that has loaded what is slow to
+load and is no part of the product."""
 COPIED = ("src", "drivers", "verify", "tests", "procedures", "docs", "pyproject.toml", "README.md")
 IMPORTED = ("src", "drivers", "verify")
 KILLED = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.MULTILINE)
@@ -120,9 +148,15 @@ class Copy:
 
     def __init__(self, root: Path) -> None:
         self.root = root
-        self.environment = os.environ | {
+        self._environment = os.environ | {
             "PYTHONPATH": os.pathsep.join(str(root / part) for part in IMPORTED)
         }
+        self._forker: subprocess.Popen[str] | None = None
+
+    def close(self) -> None:
+        """End the process that tests are forked from."""
+        if self._forker is not None:
+            self._forker.communicate()
 
     def check_imports(self) -> None:
         """See that the copy's code is what is imported.
@@ -132,26 +166,29 @@ class Copy:
         """
         code = "import stepload, stepload_drivers as d, stepload_verify as v\n"
         code += "print(stepload.__file__, d.__file__, v.__file__)"
-        done = self._python("-c", code)
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            cwd=self.root, env=self._environment, capture_output=True, text=True, check=False,
+        )  # fmt: skip
         places = done.stdout.split()
         if done.returncode or not all(place.startswith(str(self.root)) for place in places):
             raise RuntimeError(f"the copy is not what is imported: {done.stdout}{done.stderr}")
 
-    def failing(self, tests: Sequence[str], *, keep_bytecode: bool = False) -> str:
+    def failing(self, tests: Sequence[str]) -> str:
         """The first test that fails; "" where all pass.
 
         Raises:
             RuntimeError: the tests did not run.
         """
-        done = self._python(
-            "-m", "pytest", "-x", "-q", "-rfE", "--tb=no", "-p", "no:cacheprovider",
-            f"--timeout={TIMEOUT_S}", *tests, keep_bytecode=keep_bytecode,
-        )  # fmt: skip
-        if done.returncode == 0:
+        arguments = ["-x", "-q", "-rfE", "--tb=no", "-p", "no:cacheprovider",
+                     "-W", "ignore::pytest.PytestAssertRewriteWarning",
+                     f"--timeout={TIMEOUT_S}", *tests]  # fmt: skip
+        code, output = self._pytest(arguments)
+        if code == 0:
             return ""
-        if done.returncode not in (1, 2):
-            raise RuntimeError(f"pytest ended with {done.returncode}:\n{done.stdout}{done.stderr}")
-        found = KILLED.search(done.stdout)
+        if code not in (1, 2):
+            raise RuntimeError(f"pytest ended with {code}:\n{output}")
+        found = KILLED.search(output)
         return found[1] if found else "a test"
 
     def kills(self, mutant: Mutant) -> Result:
@@ -159,23 +196,31 @@ class Copy:
         file = self.root / mutant.file
         source = file.read_text(encoding="utf-8")
         file.write_text(mutant.applied(source), encoding="utf-8")
-        for stale in file.parent.glob(f"__pycache__/{file.stem}.*.pyc"):
-            stale.unlink()
+        self._forget(file)
         try:
             return Result(mutant, self.failing(mutant.tests.split()))
         finally:
             file.write_text(source, encoding="utf-8")
+            self._forget(file)
 
-    def _python(
-        self, *arguments: str, keep_bytecode: bool = True
-    ) -> subprocess.CompletedProcess[str]:
-        environment = dict(self.environment)
-        if not keep_bytecode:  # a mutant's bytecode must not outlive it
-            environment["PYTHONDONTWRITEBYTECODE"] = "1"
-        return subprocess.run(
-            [sys.executable, *arguments],
-            cwd=self.root, env=environment, capture_output=True, text=True, check=False,
-        )  # fmt: skip
+    def _forget(self, file: Path) -> None:
+        """Remove the bytecode of a file: it tells its source by time and size alone."""
+        for stale in file.parent.glob(f"__pycache__/{file.stem}.*.pyc"):
+            stale.unlink()
+
+    def _pytest(self, arguments: Sequence[str]) -> tuple[int, str]:
+        """Exit code and output of a run of pytest in the copy."""
+        if self._forker is None:
+            self._forker = subprocess.Popen(
+                [sys.executable, "-c", FORKER], cwd=self.root, env=self._environment,
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+            )  # fmt: skip
+        assert self._forker.stdin is not None
+        assert self._forker.stdout is not None
+        place = self.root / "output"
+        print(json.dumps([list(arguments), str(place)]), file=self._forker.stdin, flush=True)
+        code = int(self._forker.stdout.readline())
+        return code, place.read_text(encoding="utf-8")
 
 
 def copy_of(source: Path, target: Path) -> Copy:
@@ -247,12 +292,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         first = copy_of(ROOT, Path(place, "0"))
         first.check_imports()
         paths = list(dict.fromkeys(path for mutant in tried for path in mutant.tests.split()))
-        if paths and (broken := first.failing(paths, keep_bytecode=True)):
+        if paths and (broken := first.failing(paths)):
             print(f"the tests do not pass without any mutant: {broken}", file=sys.stderr)
+            first.close()
             return 2
         copies = [first]
         copies += [copy_of(first.root, Path(place, str(n))) for n in range(1, max(1, given.jobs))]
         results = try_all(tried, copies)
+        for copy in copies:
+            copy.close()
     print(table(results, equivalent))
     killed = sum(bool(result.by) for result in results)
     return 0 if killed >= LEAST_SHARE * len(results) else 1
