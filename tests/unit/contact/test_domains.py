@@ -90,6 +90,19 @@ def test_dimensions_that_are_no_dimensions_are_refused(value: float) -> None:
             law_for(shape, SOFT, HARD)
 
 
+@pytest.mark.parametrize(
+    ("shape", "what"),
+    [
+        (Sphere(-1.0), "radius"),
+        (FlatPunch(-1.0), "punch radius"),
+        (PowerProfile(3.0, -1.0), "b is"),
+    ],
+)
+def test_the_dimension_that_is_wrong_is_named(shape: Geometry, what: str) -> None:
+    with pytest.raises(DomainError, match=what):
+        law_for(shape, SOFT, HARD)
+
+
 @pytest.mark.parametrize("slope", [0.0, -0.1, 0.5 * math.pi, 2.0, math.nan])
 def test_a_cones_slope_lies_between_flat_and_upright(slope: float) -> None:
     with pytest.raises(DomainError, match="slope"):
