@@ -41,7 +41,7 @@ from stepload.envelope.pressing import (
 )
 from stepload.envelope.schedule import schedule
 from stepload.envelope.theory import theory_of
-from stepload.errors import RefusedError
+from stepload.errors import DomainError, RefusedError
 from stepload.plan.model import Plan, Provenance, SecondForce, SecondForceSource
 
 F_C = 727.0
@@ -368,10 +368,40 @@ def test_the_limits_of_a_run_are_made_of_the_plan() -> None:
     assert lost.still_m == pytest.approx(2.0 * (2e-6 + 6.0 * 3e-7 + 1e-5))
 
 
-def test_the_fast_approach_stays_within_the_leash() -> None:
-    quick = limits_for(on_rig(with_arm(effective_mass_kg=0.5, max_push_n=5e3), second_force=ALONE))
-    leash_speed = 0.7 * quick.leash_free_m / quick.reaction_s
-    assert quick.fast_speed_m_s <= leash_speed * (1.0 + 1e-12)
+def light(plan: Plan) -> Plan:
+    """A light arm without damping and one force channel: little bounds its speed."""
+    stiffness = replace(plan.rig.system_stiffness, damping_n_s_per_m=0.0)
+    plan = on_rig(with_arm(plan, effective_mass_kg=0.05), second_force=ALONE)
+    return on_rig(plan, system_stiffness=stiffness)
+
+
+def test_the_guarded_approach_spends_two_fifths_of_the_limit() -> None:
+    found = pressing(light(PLAN))
+    bound = budgeted(found, 0.4 * found.forces.limit_n, 3.0, found.rig.reaction_s)
+    assert found.guarded_speed_m_s == pytest.approx(bound)
+
+
+def test_no_approach_leaves_the_leash() -> None:
+    limits = limits_for(light(PLAN))
+    leash_speed = 0.7 * limits.leash_free_m / limits.reaction_s
+    assert limits.fast_speed_m_s == pytest.approx(leash_speed)
+    assert pressing(light(PLAN)).fast_speed_m_s > 1.2 * leash_speed
+    material = replace(PLAN.payload.material, youngs_modulus_pa=1e8)
+    soft = light(replace(PLAN, payload=replace(PLAN.payload, material=material)))
+    limits = limits_for(soft)
+    assert limits.guarded_speed_m_s == limits.fast_speed_m_s
+    assert envelope_for(soft).guarded_speed_m_s > 1.2 * limits.guarded_speed_m_s
+
+
+def test_the_target_leads_by_no_more_than_the_leash() -> None:
+    low = stvf_plan(top_force_n=20.0, step_n=10.0)
+    assert limits_for(low).ahead_m == limits_for(low).leash_free_m < pressing(low).ahead_m
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, 0.0, -1.0])
+def test_an_elastic_limit_that_is_no_number_has_no_ladder(value: float) -> None:
+    with pytest.raises(DomainError, match="elastic limit F_c"):
+        ladder(elastic_limit_n=value)
 
 
 def test_clocks_are_given_their_periods_and_the_ages_allowed() -> None:
