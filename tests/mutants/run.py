@@ -66,7 +66,7 @@ for line in sys.stdin:
 load and is no part of the product."""
 COPIED = ("src", "drivers", "verify", "tests", "procedures", "docs", "pyproject.toml", "README.md")
 IMPORTED = ("src", "drivers", "verify")
-KILLED = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.MULTILINE)
+KILLED = re.compile(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", re.MULTILINE)
 
 
 @dataclass(frozen=True)
