@@ -8,7 +8,8 @@ READY  := $(VENV)/.ready
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-wire test lint types imports virtual realtime test-under-load installed wire campaign bench fuzz paper clean
+.PHONY: help demo demo-wire test lint types imports virtual realtime test-under-load mutants \
+  mutants-generated installed wire campaign bench fuzz paper clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -49,6 +50,13 @@ realtime: $(READY) ## The tests against the wall clock, alone, under a meter of 
 test-under-load: $(READY) ## Both of these, ten times beside busy loops and ten times with stops
 	$(BIN)/python tests/helpers/under_load.py --runs 10 -- $(MAKE) --no-print-directory virtual realtime
 
+mutants: $(READY) ## Changes the product on purpose, place by place; a test must fail each time
+	$(BIN)/python tests/mutants/run.py
+
+mutants-generated: $(READY) ## The same with every operator of mutmut on the safety rooms (long)
+	$(BIN)/mutmut run --max-children 1 | tail -n 1
+	$(BIN)/mutmut results
+
 installed: ## The wheels in a clean environment, outside the checkout
 	.ci/installed
 
@@ -70,4 +78,4 @@ paper: $(READY) ## Regenerate docs/paper.md
 	$(BIN)/python -m stepload_verify.paper --out docs/paper.md
 
 clean: ## Remove the environment and what was generated
-	rm -rf $(VENV) runs campaign .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) runs campaign mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis

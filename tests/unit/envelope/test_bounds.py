@@ -1,0 +1,504 @@
+"""Every bound of the envelope from the numbers of a plan, term by term."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from run_plans import envelope_for, limits_for, stvf_plan, ur_plan
+
+from stepload.contact.power_law import ContactLaw
+from stepload.envelope.bounds import (
+    Measured,
+    age_limit_s,
+    channel_skew_s,
+    comparison_period_s,
+    follow_travel,
+    largest_stiffness,
+    press_rig,
+    retract_speed_m_s,
+    step_patience_s,
+    step_rate_per_s,
+)
+from stepload.envelope.catch_up import catch_up_force, largest_catch_up
+from stepload.envelope.envelope import envelope_of
+from stepload.envelope.hazards import hazards
+from stepload.envelope.ladder import ForceLimits, force_limits
+from stepload.envelope.leash import leash_travel
+from stepload.envelope.limits import LEASH_TIME_S, MODEL_LAG_S
+from stepload.envelope.press import PressRig, largest_speed, series_stiffness, speed_terms
+from stepload.envelope.pressing import (
+    HARD_STOP_IMPACT_FACTOR,
+    HARD_STOP_N_PER_M,
+    LONGEST_STALL_S,
+    TOP_SPEED_SHARE,
+    Pressing,
+    largest_top_force,
+    pressing_for,
+)
+from stepload.envelope.schedule import schedule
+from stepload.envelope.theory import theory_of
+from stepload.errors import DomainError, RefusedError
+from stepload.plan.model import Plan, Provenance, SecondForce, SecondForceSource
+
+F_C = 727.0
+PLAN = stvf_plan()
+LAW = theory_of(PLAN.payload).law
+ALONE = SecondForce(SecondForceSource.NONE, 0, 0, 0, 0)
+LADDER: dict[str, float] = {
+    "top_force_n": 100.0, "step_n": 10.0, "noise_n": 0.5, "tolerance_n": 8.0,
+    "tolerance_relative": 0.1, "bias_n": 2.0, "capacity_n": 1e4,
+}  # fmt: skip
+
+
+def on_rig(plan: Plan = PLAN, **changes: Any) -> Plan:
+    return replace(plan, rig=replace(plan.rig, **changes))
+
+
+def with_arm(plan: Plan = PLAN, **changes: Any) -> Plan:
+    return on_rig(plan, arm=replace(plan.rig.arm, **changes))
+
+
+def with_force(plan: Plan = PLAN, **changes: Any) -> Plan:
+    return on_rig(plan, force=replace(plan.rig.force, **changes))
+
+
+def with_second(plan: Plan = PLAN, **changes: Any) -> Plan:
+    return on_rig(plan, second_force=replace(plan.rig.second_force, **changes))
+
+
+def with_stiffness(**changes: Any) -> Plan:
+    return on_rig(system_stiffness=replace(PLAN.rig.system_stiffness, **changes))
+
+
+def with_sensor(hz: float = 1000.0, delay_s: float = 0.001) -> Plan:
+    sensor = replace(PLAN.rig.force, rate_hz=hz, delay_s=delay_s, max_age_s=None)
+    return with_second(source=SecondForceSource.SENSOR, sensor=sensor)
+
+
+def pressing(plan: Plan = PLAN, elastic_limit_n: float = F_C, **options: Any) -> Pressing:
+    return pressing_for(plan, LAW, elastic_limit_n, **options)
+
+
+def ladder(elastic_limit_n: float = 300.0, **changes: float) -> ForceLimits:
+    return force_limits(elastic_limit_n, **(LADDER | changes))
+
+
+def test_the_largest_reading_allowed_leaves_room_for_all_that_cannot_be_seen() -> None:
+    assert ladder().allowed_n == pytest.approx((300.0 - 8.0 - 2.0) / 1.1)
+    assert ladder(bias_n=5.0).allowed_n == pytest.approx((300.0 - 8.0 - 5.0) / 1.1)
+    assert ladder(tolerance_relative=0.0).allowed_n == pytest.approx(300.0 - 8.0 - 2.0)
+    assert ladder(tolerance_n=0.0).allowed_n == pytest.approx((300.0 - 2.0) / 1.1)
+    assert ladder(capacity_n=200.0).allowed_n == 200.0
+
+
+def test_the_headroom_is_eight_sigma_and_some() -> None:
+    assert ladder().headroom_n == pytest.approx(8.0 * 0.5 + 0.5)
+    assert ladder(step_n=50.0).headroom_n == pytest.approx(8.0 * 0.5 + 1.0)
+    limits = ladder()
+    assert limits.largest_top_n == pytest.approx(limits.allowed_n - limits.headroom_n)
+    ladder(top_force_n=0.9999 * limits.largest_top_n)
+    with pytest.raises(RefusedError, match="above the largest safe top force"):
+        ladder(top_force_n=1.0001 * limits.largest_top_n)
+    with pytest.raises(RefusedError, match="leaves no room"):
+        ladder(elastic_limit_n=14.9)
+    ladder(elastic_limit_n=16.5, top_force_n=0.5)
+
+
+def test_the_force_limit_is_a_quarter_above_the_top_force_and_never_above_what_is_allowed() -> None:
+    assert ladder().limit_n == pytest.approx(125.0)
+    assert ladder(top_force_n=10.0).limit_n == pytest.approx(14.5)
+    high = ladder(top_force_n=0.999 * ladder().largest_top_n)
+    assert high.limit_n == high.allowed_n < 1.25 * 0.999 * high.largest_top_n
+
+
+@pytest.mark.parametrize(
+    ("provenance", "sigma", "expected"),
+    [
+        (Provenance.MEASURED, 1e4, 1.03e6),
+        (Provenance.DECLARED, 1e4, 1.1e6),
+        (Provenance.DECLARED, 1e5, 1.3e6),
+        (Provenance.INDICATIVE, 1e4, 1.3e6),
+    ],
+)
+def test_stiffness_is_doubted_upwards(
+    provenance: Provenance, sigma: float, expected: float
+) -> None:
+    system = replace(
+        PLAN.rig.system_stiffness, stiffness_n_per_m=1e6, sigma_n_per_m=sigma,
+        provenance=provenance,
+    )  # fmt: skip
+    assert largest_stiffness(system) == pytest.approx(expected)
+
+
+def test_data_stop_a_run_at_their_age_and_never_before_four_periods() -> None:
+    force = PLAN.rig.force
+    assert age_limit_s(force) == 0.012
+    assert age_limit_s(replace(force, rate_hz=100.0)) == pytest.approx(0.04)
+    assert age_limit_s(replace(force, max_age_s=0.3)) == 0.3
+    assert age_limit_s(replace(force, max_age_s=0.001)) == pytest.approx(0.004)
+
+
+def test_channels_are_compared_at_the_slower_ones_period() -> None:
+    assert comparison_period_s(PLAN.rig) == 1e-3
+    assert comparison_period_s(with_force(rate_hz=50.0).rig) == 0.02
+    assert comparison_period_s(with_arm(rate_hz=125.0).rig) == 0.008
+    assert comparison_period_s(with_sensor(hz=40.0).rig) == 0.025
+
+
+def test_the_skew_of_the_channels_counts_delay_period_and_two_ticks() -> None:
+    assert channel_skew_s(PLAN.rig) == pytest.approx(0.001 + 0.001 + 0.002)
+    assert channel_skew_s(with_force(rate_hz=25.0).rig) == pytest.approx(0.001 + 0.04 + 0.002)
+    assert channel_skew_s(with_sensor(40.0, 0.008).rig) == pytest.approx(0.008 + 0.025 + 0.002)
+    assert channel_skew_s(with_arm(rate_hz=500.0).rig) == pytest.approx(0.001 + 0.002 + 0.004)
+
+
+def test_the_reaction_is_the_sum_of_all_delays() -> None:
+    plan = with_arm(rate_hz=500.0, command_delay_s=0.01, lag_s=0.02)
+    rig = press_rig(with_force(plan, delay_s=0.003, rate_hz=200.0).rig, 0.1)
+    total_s = 0.003 + 0.005 + 0.002 + 0.002 + 0.01 + 0.02
+    assert rig.reaction_s == rig.loop_s == pytest.approx(total_s)
+    assert len(rig.reaction) == 6
+    shorter = press_rig(on_rig(plan, loop_delay_s=0.001).rig, 0.1)
+    assert shorter.loop_s == 0.001
+    assert shorter.reaction_s > 0.03
+    longer = press_rig(on_rig(plan, loop_delay_s=0.5).rig, 0.1)
+    assert longer.loop_s == longer.reaction_s == 0.5
+
+
+def test_the_second_channel_speaks_later_by_all_that_it_waits_for() -> None:
+    rig = PLAN.rig
+    expected_s = 0.02 + 0.005 + channel_skew_s(rig) + comparison_period_s(rig)
+    assert press_rig(rig, 0.3).cross_check_s == pytest.approx(expected_s)
+    assert press_rig(on_rig(second_force=ALONE).rig, 0.3).cross_check_s == 0.0
+
+
+def test_speeds_rates_and_patience() -> None:
+    assert step_rate_per_s(0.05) == pytest.approx(5.0)
+    assert retract_speed_m_s(PLAN.rig) == 0.02
+    assert retract_speed_m_s(with_arm(max_speed_m_s=0.01).rig) == 0.005
+    assert step_patience_s(PLAN.procedure) == 60.0
+    arm = replace(
+        PLAN.rig.arm, position_resolution_m=1e-6, position_noise_m=2e-6, lost_motion_m=5e-6
+    )
+    assert follow_travel(arm) == pytest.approx(2e-6 + 8e-6 + 5e-6)
+
+
+def hand(**changes: Any) -> PressRig:
+    values: dict[str, Any] = {
+        "stiffness_n_per_m": 1e6, "damping_n_s_per_m": 300.0, "mass_kg": 10.0,
+        "acceleration_m_s2": 2.0, "lag_s": 0.004, "noise_n": 0.5, "reaction": (),
+        "reaction_s": 0.01, "loop_s": 0.01, "cross_check_s": 0.02,
+    }  # fmt: skip
+    return PressRig(**(values | changes))
+
+
+def test_the_terms_of_the_force_budget() -> None:
+    tangent = 4e6
+    k_eff = series_stiffness(1e6, tangent)
+    assert k_eff == pytest.approx(1e6 * tangent / 5e6)
+    omega = math.sqrt(5e6 / 10.0)
+    named = {term.name: term.value for term in speed_terms(hand(), tangent, 0.03)}
+    assert named == {
+        "travel during reaction": pytest.approx(k_eff * 0.03),
+        "damping": 300.0,
+        "impact": pytest.approx(3.0 * math.sqrt(10.0 * tangent) * math.sqrt(tangent / 5e6)),
+        "ringing": pytest.approx(k_eff * min(2.0 / (omega**2 * 0.004), 1.0 / omega)),
+    }
+    for lag_s, ringing_s in ((0.0, 1.0 / omega), (1e-5, 1.0 / omega)):
+        term = speed_terms(hand(lag_s=lag_s), tangent, 0.03)[3]
+        assert term.value == pytest.approx(k_eff * ringing_s)
+
+
+def test_the_largest_speed_leaves_room_for_touch_noise_and_braking() -> None:
+    tangent, force_n, touch_n = 4e6, 50.0, 3.0
+    speed = largest_speed(
+        hand(), force_n=force_n, threshold_n=touch_n, tangent_n_per_m=tangent, delay_s=0.03
+    )
+    linear = sum(term.value for term in speed_terms(hand(), tangent, 0.03))
+    braking = series_stiffness(1e6, tangent) * speed**2 / (2.0 * 2.0)
+    assert touch_n + 6.0 * 0.5 + linear * speed + braking == pytest.approx(force_n)
+    none = largest_speed(
+        hand(), force_n=6.0, threshold_n=3.0, tangent_n_per_m=tangent, delay_s=0.03
+    )
+    assert none == 0.0
+
+
+def test_a_catch_up_hits_with_travel_damping_and_impact() -> None:
+    rig, tangent, travel_m = hand(), 4e6, 1e-5
+    speed = min(math.sqrt(2.0 * travel_m), travel_m / 0.004)
+    impact = 3.0 * math.sqrt(10.0 * tangent * (tangent / 5e6))
+    expected_n = series_stiffness(1e6, tangent) * travel_m + (300.0 + impact) * speed
+    assert catch_up_force(rig, travel_m, tangent) == pytest.approx(expected_n)
+
+
+def rigid(found: Pressing, factor: float) -> float:
+    """Force per speed against a hidden hard stop, in N s/m."""
+    rig = found.rig
+    linear = (
+        1.1 * rig.stiffness_n_per_m * (rig.reaction_s + rig.cross_check_s)
+        + rig.damping_n_s_per_m
+        + factor * math.sqrt(rig.mass_kg * HARD_STOP_N_PER_M)
+    )
+    braking = rig.stiffness_n_per_m * found.forces.limit_n / linear / (2.0 * rig.acceleration_m_s2)
+    return linear + braking
+
+
+def test_in_contact_a_hidden_hard_stop_is_counted_with() -> None:
+    found = pressing()
+    assert found.contact_n_s_per_m == pytest.approx(rigid(found, HARD_STOP_IMPACT_FACTOR))
+
+
+def test_no_approach_is_faster_than_a_rigid_obstacle_could_bear() -> None:
+    """A plan whose budget against its soft payload would let it go faster."""
+    soft = ContactLaw(2e5, 1.0, "(3)")
+    plan = with_second(with_arm(effective_mass_kg=20.0), tolerance_n=1.0, time_s=0.001)
+    found = pressing_for(plan, soft, F_C)
+    room_n = found.forces.allowed_n - 3.0 - 6.0 * 0.3
+    bound = room_n / rigid(found, 3.0)
+    assert found.fast_speed_m_s == pytest.approx(bound)
+    assert found.guarded_speed_m_s <= bound
+    budget = largest_speed(
+        found.rig, force_n=found.forces.limit_n, threshold_n=3.0,
+        tangent_n_per_m=found.tangent_n_per_m, delay_s=found.rig.reaction_s,
+    )  # fmt: skip
+    assert budget > 1.5 * bound
+
+
+def budgeted(found: Pressing, force_n: float, threshold_n: float, delay_s: float) -> float:
+    return largest_speed(
+        found.rig, force_n=force_n, threshold_n=threshold_n,
+        tangent_n_per_m=found.tangent_n_per_m, delay_s=delay_s,
+    )  # fmt: skip
+
+
+def test_the_guarded_approach_spends_its_share_of_the_limit_or_what_a_dead_channel_leaves() -> None:
+    quick = with_second(tolerance_n=2.0, time_s=1e-4)
+    for plan in (PLAN, quick, on_rig(second_force=ALONE)):
+        found = pressing(plan)
+        rig, second = found.rig, plan.rig.second_force
+        bounds = [budgeted(found, 0.4 * found.forces.limit_n, 3.0, rig.reaction_s),
+                  (found.forces.allowed_n - 3.0 - 6.0 * 0.3) / rigid(found, 3.0)]  # fmt: skip
+        if second.source is not SecondForceSource.NONE:
+            late_s = rig.reaction_s + rig.cross_check_s
+            bounds.append(budgeted(found, F_C, second.tolerance_n, late_s))
+        if found.ahead_m == found.follow_m:
+            catch_m = largest_catch_up(rig, found.forces.allowed_n, found.tangent_n_per_m)
+            bounds.append(catch_m / LONGEST_STALL_S)
+        assert found.guarded_speed_m_s == pytest.approx(min(bounds))
+
+
+def test_where_following_cannot_be_seen_the_approach_is_slow() -> None:
+    coarse = pressing(with_arm(lost_motion_m=1e-3))
+    catch_m = largest_catch_up(coarse.rig, coarse.forces.allowed_n, coarse.tangent_n_per_m)
+    assert coarse.follow_m > catch_m
+    assert coarse.ahead_m == coarse.follow_m
+    assert coarse.guarded_speed_m_s == pytest.approx(catch_m / LONGEST_STALL_S)
+    fine = pressing()
+    assert fine.ahead_m > fine.follow_m
+
+
+def test_no_speed_is_above_four_fifths_of_the_arms() -> None:
+    slow = pressing(with_arm(max_speed_m_s=1e-4))
+    assert slow.guarded_speed_m_s == slow.fast_speed_m_s == pytest.approx(TOP_SPEED_SHARE * 1e-4)
+
+
+def test_the_leash_and_the_noise_of_a_reading() -> None:
+    found = pressing()
+    assert found.reading_noise_n == pytest.approx(math.hypot(0.3, 0.05 / math.sqrt(12.0)))
+    assert found.leash_free_m == pytest.approx(
+        leash_travel(375.0, 3.0, found.reading_noise_n, found.rig.stiffness_n_per_m)
+    )
+    assert found.tangent_n_per_m == pytest.approx(LAW.tangent(375.0))
+
+
+def test_noise_and_drift_found_in_the_run_count_where_they_are_worse() -> None:
+    worse = pressing(measured=Measured(0.7, 4.0))
+    assert worse.rig.noise_n == 0.7
+    assert worse.forces.headroom_n == pytest.approx(8.0 * 0.7 + 1.0)
+    assert worse.forces.allowed_n == pytest.approx((F_C - 11.0 - 4.0) / 1.05)
+    better = pressing(measured=Measured(0.01, 0.0))
+    assert better == pressing()
+    with pytest.raises(RefusedError, match="noise would be taken for a touch"):
+        pressing(measured=Measured(0.76, 0.0), plan=stvf_plan(touch_force_n=3.0))
+
+
+def test_one_channel_alone_pays_with_three_times_its_gain_and_capacity_bounds_all() -> None:
+    alone = on_rig(second_force=ALONE)
+    assert pressing(alone).forces.allowed_n == pytest.approx((F_C - 1.0) / 1.015)
+    assert pressing(with_arm(max_push_n=500.0)).forces.allowed_n == 500.0
+    assert pressing(with_force(range_n=500.0)).forces.allowed_n == pytest.approx(475.0)
+    with pytest.raises(RefusedError, match="nothing checks"):
+        pressing(alone, 14.99)
+    assert largest_top_force(alone, 300.0) == pytest.approx((300.0 - 1.0) / 1.015 - 8.0 * 0.3 - 1.0)
+    assert largest_top_force(alone, 2.0) == 0.0
+
+
+def test_the_limits_of_a_run_are_made_of_the_plan() -> None:
+    limits, found = limits_for(PLAN), pressing()
+    noise_n = found.reading_noise_n
+    assert limits.elastic_limit_n == F_C
+    assert limits.full_scale_n == 1000.0
+    assert limits.reaction_s == found.rig.reaction_s
+    assert limits.jump_n == pytest.approx(10.0 * noise_n + 2.0 * 0.05)
+    assert limits.search_end_m == pytest.approx(0.003 - 0.0005 + 0.002)
+    assert limits.still_m == pytest.approx(2.0 * (2e-6 + 6.0 * 3e-7))
+    assert limits.band_n == pytest.approx(0.6)
+    assert limits_for(with_force(noise_n=0.1)).band_n == 0.25
+    assert limits.model_lag_s == MODEL_LAG_S
+    assert limits.leash_time_s == LEASH_TIME_S
+    assert limits.acceleration_m_s2 == 1.0
+    assert limits.arm_acceleration_m_s2 == 2.0
+    assert limits.period_s == 1e-3
+    assert limits.channel_skew_s == channel_skew_s(PLAN.rig)
+    assert limits.step_rate_per_s == pytest.approx(0.25 / found.rig.loop_s)
+    assert limits.ahead_m == min(found.ahead_m, found.leash_free_m)
+    leash_speed = 0.7 * found.leash_free_m / found.rig.reaction_s
+    assert limits.fast_speed_m_s == pytest.approx(min(found.fast_speed_m_s, leash_speed))
+    assert limits.guarded_speed_m_s == min(found.guarded_speed_m_s, limits.fast_speed_m_s)
+    assert (limits.cross_tolerance_n, limits.cross_relative, limits.cross_time_s) == (
+        11,
+        0.05,
+        0.02,
+    )
+    lost = limits_for(with_arm(lost_motion_m=1e-5))
+    assert lost.still_m == pytest.approx(2.0 * (2e-6 + 6.0 * 3e-7 + 1e-5))
+
+
+def light(plan: Plan) -> Plan:
+    """A light arm without damping and one force channel: little bounds its speed."""
+    stiffness = replace(plan.rig.system_stiffness, damping_n_s_per_m=0.0)
+    plan = on_rig(with_arm(plan, effective_mass_kg=0.05), second_force=ALONE)
+    return on_rig(plan, system_stiffness=stiffness)
+
+
+def test_the_guarded_approach_spends_two_fifths_of_the_limit() -> None:
+    found = pressing(light(PLAN))
+    bound = budgeted(found, 0.4 * found.forces.limit_n, 3.0, found.rig.reaction_s)
+    assert found.guarded_speed_m_s == pytest.approx(bound)
+
+
+def test_no_approach_leaves_the_leash() -> None:
+    limits = limits_for(light(PLAN))
+    leash_speed = 0.7 * limits.leash_free_m / limits.reaction_s
+    assert limits.fast_speed_m_s == pytest.approx(leash_speed)
+    assert pressing(light(PLAN)).fast_speed_m_s > 1.2 * leash_speed
+    material = replace(PLAN.payload.material, youngs_modulus_pa=1e8)
+    soft = light(replace(PLAN, payload=replace(PLAN.payload, material=material)))
+    limits = limits_for(soft)
+    assert limits.guarded_speed_m_s == limits.fast_speed_m_s
+    assert envelope_for(soft).guarded_speed_m_s > 1.2 * limits.guarded_speed_m_s
+
+
+def test_the_target_leads_by_no_more_than_the_leash() -> None:
+    low = stvf_plan(top_force_n=20.0, step_n=10.0)
+    assert limits_for(low).ahead_m == limits_for(low).leash_free_m < pressing(low).ahead_m
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, 0.0, -1.0])
+def test_an_elastic_limit_that_is_no_number_has_no_ladder(value: float) -> None:
+    with pytest.raises(DomainError, match="elastic limit F_c"):
+        ladder(elastic_limit_n=value)
+
+
+def test_clocks_are_given_their_periods_and_the_ages_allowed() -> None:
+    assert limits_for(PLAN).clock_s == 0.015
+    assert limits_for(with_force(rate_hz=100.0)).clock_s == pytest.approx(0.05)
+    assert limits_for(with_force(max_age_s=0.2)).clock_s == 0.2
+    assert limits_for(with_arm(max_age_s=0.3)).clock_s == 0.3
+
+
+def test_the_second_streams_age_is_its_own() -> None:
+    slow = with_sensor(hz=40.0)
+    assert limits_for(slow).stale_second_s == pytest.approx(0.1)
+    assert limits_for(with_arm(max_age_s=0.3)).stale_second_s == 0.3
+
+
+def test_a_sensor_that_is_found_noisier_is_not_called_frozen_later() -> None:
+    coarse = with_force(resolution_n=0.9)
+    planned = limits_for(coarse).identical_counts
+    assert limits_for(coarse, measured=Measured(0.6, 0.0)).identical_counts == planned
+
+
+def test_a_heavy_arm_and_a_runaway_drive_are_named() -> None:
+    found = pressing()
+    named = {reason.code: reason for reason in hazards(PLAN, found)}
+    assert named["drive_runaway"].value == pytest.approx(3.49e6 * 0.05 * found.rig.reaction_s)
+    impact_n = catch_up_force(found.rig, found.ahead_m, HARD_STOP_N_PER_M)
+    assert ("held_back_commands" in named) == (impact_n > found.forces.allowed_n)
+    assert "both_channels_alike" in named
+    alone = on_rig(second_force=ALONE)
+    assert "both_channels_alike" not in {r.code for r in hazards(alone, pressing(alone))}
+
+
+def codes(plan: Plan) -> set[str]:
+    return {reason.code for reason in envelope_of(plan).reasons}
+
+
+@pytest.mark.parametrize(
+    ("code", "there", "not_there"),
+    [
+        ("arm_too_weak", with_arm(max_push_n=299.0), with_arm(max_push_n=400.0)),
+        ("sensor_range", with_force(range_n=299.0), with_force(range_n=400.0)),
+        ("patient", with_arm(max_age_s=0.013), with_arm(max_age_s=0.012)),
+        ("patient", with_force(max_age_s=0.013), with_force(max_age_s=0.012)),
+        ("one_force_channel", on_rig(second_force=ALONE), PLAN),
+        ("stiffness_uncertain", with_stiffness(sigma_n_per_m=0.051 * 3.49e6),
+         with_stiffness(sigma_n_per_m=0.049 * 3.49e6)),
+        ("stiffness_indicative", with_stiffness(provenance=Provenance.INDICATIVE), PLAN),
+        ("calibration_simulated", with_stiffness(simulated=True, record=Path("ks.json")), PLAN),
+        ("calibration_record", with_stiffness(validity_problem="expired"), PLAN),
+    ],
+)  # fmt: skip
+def test_each_reason_is_given_where_it_holds_and_nowhere_else(
+    code: str, there: Plan, not_there: Plan
+) -> None:
+    assert code in codes(there)
+    assert code not in codes(not_there)
+
+
+def test_a_lower_declared_limit_counts_and_a_higher_one_does_not() -> None:
+    for declared_n, expected_n in (
+        (400.0, 400.0),
+        (4000.0, theory_of(PLAN.payload).elastic_limit_n),
+    ):
+        payload = replace(PLAN.payload, declared_force_limit_n=declared_n)
+        assert theory_of(payload).elastic_limit_n == expected_n
+
+
+def test_a_refused_plan_is_shown_at_the_largest_safe_force() -> None:
+    envelope = envelope_for(stvf_plan(), 250.0)
+    assert envelope.limits is None
+    assert envelope.verdict == "refused"
+    assert 0.0 < envelope.force_limit_n < 250.0
+    assert envelope.guarded_speed_m_s > 0.0
+    with pytest.raises(RefusedError):
+        _ = envelope.run_limits
+    hopeless = envelope_for(stvf_plan(), 5.0)
+    assert hopeless.guarded_speed_m_s == hopeless.force_limit_n == 0.0
+    assert hopeless.stages == ()
+
+
+def test_the_schedule_adds_up() -> None:
+    plan = stvf_plan(cycles=2)
+    procedure = plan.procedure
+    stages = {
+        stage.name: stage
+        for stage in schedule(
+            procedure, fast_speed_m_s=0.01, guarded_speed_m_s=0.001, retract_speed_m_s=0.02,
+            step_rate_per_s=10.0,
+        )
+    }  # fmt: skip
+    step_s = 50.0 / 1000.0 + 0.46 + 0.5
+    assert stages["load step with hold"].total_s == pytest.approx(12 * step_s)
+    assert stages["unload step with hold"].total_s == pytest.approx(10 * step_s)
+    assert stages["fast approach"].total_s == pytest.approx(0.25)
+    assert stages["guarded approach"].total_s == pytest.approx(0.5 + 0.3)
+    assert stages["tare and drift check"].total_s == pytest.approx(1.0)
+    assert stages["touch again"].repeats == 1
+    assert envelope_of(ur_plan()).duration_s == pytest.approx(
+        sum(stage.total_s for stage in envelope_of(ur_plan()).stages)
+    )
