@@ -24,7 +24,7 @@ DRIVERS = {
     "ati_can socketcand": ("ati_can", TCP, {}),
     "gauge_serial": ("gauge_serial", {"rate_hz": 100.0}, {"rate": 100.0}),
     "line_serial": ("line_serial", {"unit": "kgf"}, {}),
-    "line_serial asked": ("line_serial", {"rate_hz": 50.0, "request": "?\\r"}, {}),
+    "line_serial asked": ("line_serial", {"request": "?\\r"}, {}),
 }
 
 

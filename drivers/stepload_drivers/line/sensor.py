@@ -143,9 +143,10 @@ class LineSensor(Streamed[Sample]):
             stream.lose(1)
             self._sequence += 1
             self._answered = True
-        if self._answered and now_s - self._asked_s >= self._period_s:
+        due_s = self._asked_s + self._period_s
+        if self._answered and now_s >= due_s:
             self._port.write(self._line.request)
-            self._asked_s = now_s
+            self._asked_s = due_s if now_s - due_s < self._period_s else now_s
             self._answered = False
         return WAIT_S if not self._answered else min(WAIT_S, self._asked_s + self._period_s - now_s)
 

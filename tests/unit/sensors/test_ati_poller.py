@@ -99,3 +99,11 @@ def test_any_frames_at_any_time_give_only_whole_answers(events):
         answer = poller.feed(CanFrame(frame_id, data, now_s), now_s)
         assert answer is None or (len(answer.first), len(answer.second)) == (8, 6)
         assert poller.pause_s(now_s) >= 0.0
+
+
+def test_an_answer_that_nobody_asked_for_is_none():
+    poller = Poller(0x20, PERIOD_S, 1e-3)
+    assert poller.due(10.0)
+    answers = [poller.feed(frame, 10.0003) for _ in range(2) for frame in frames(1, 10.0002)]
+    assert [answer is not None for answer in answers] == [False, True, False, False]
+    assert poller.late == 1

@@ -180,13 +180,13 @@ def test_the_clock_goes_on_over_its_wrap(device, clock):
     assert sensor.health().lost == 0
 
 
-@pytest.mark.parametrize("step_us", [0, 2_100_000])
-def test_a_clock_that_stands_or_jumps_is_a_fault(device, clock, step_us):
+@pytest.mark.parametrize("speed_and_jump_us", [(0, 0), (1000, 2_100_000)])
+def test_a_clock_that_stands_or_jumps_is_a_fault(device, clock, speed_and_jump_us):
     sensor = BotaSerial(port="p", max_age=5.0)  # the watch over both clocks would come late
     connect(sensor)
     read(sensor, clock, 0.01)
-    at = device.sent
-    device.clock_us = lambda: at * 1000 + (step_us if device.sent > at else 0)
+    at, (speed, jump_us) = device.sent, speed_and_jump_us
+    device.clock_us = lambda: at * 1000 + speed * (device.sent - at) + jump_us
     read(sensor, clock, 0.005)
     assert fault(sensor) is FaultCode.CLOCK
 

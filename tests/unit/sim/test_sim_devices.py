@@ -286,3 +286,16 @@ def sent(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
     monkeypatch.setattr(Plant, "command", note)
     return targets
+
+
+def test_a_target_far_ahead_of_the_last_one_is_refused_and_never_forwarded(
+    sent: list[float],
+) -> None:
+    rig = opened(SPEC)
+    with pytest.raises(DeviceError, match="ahead of the last one") as caught:
+        rig.arm.command(1.1e-3)
+    assert caught.value.code == FaultCode.OUT_OF_RANGE
+    rig.arm.command(0.9e-3)
+    rig.arm.command(1.8e-3)
+    rig.arm.command(-5e-3)
+    assert sent == [0.9e-3, 1.8e-3, -5e-3]
