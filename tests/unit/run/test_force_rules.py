@@ -328,7 +328,7 @@ def test_r6_noise_is_no_answer() -> None:
 def test_r6_begins_anew_where_loading_does() -> None:
     feed = Feed(**CALM)
     for _ in range(3):
-        feed.moving(500, 2.0 * LEASH_SHARE * LEASH_N / K, phase=Phase.LOAD)
+        feed.moving(500, 4.0 * LEASH_SHARE * LEASH_N / K, phase=Phase.LOAD)
         feed.ticks(1000, phase=Phase.LOAD)
         feed.tick(phase=Phase.HOLD)
     assert feed.supervisor.cause is None
