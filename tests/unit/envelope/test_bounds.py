@@ -29,7 +29,7 @@ from stepload.envelope.hazards import hazards
 from stepload.envelope.ladder import ForceLimits, force_limits
 from stepload.envelope.leash import leash_travel
 from stepload.envelope.limits import LEASH_TIME_S, MODEL_LAG_S, identical_counts
-from stepload.envelope.press import PressRig, largest_speed, series_stiffness, speed_terms
+from stepload.envelope.press import PressRig, Term, largest_speed, series_stiffness, speed_terms
 from stepload.envelope.pressing import (
     HARD_STOP_IMPACT_FACTOR,
     HARD_STOP_N_PER_M,
@@ -526,3 +526,15 @@ def test_a_frozen_value_is_as_many_as_a_quantised_sensor_never_repeats() -> None
         assert counts > 25
     assert identical_counts(replace(sensor, resolution_n=0.0), 0.3) == 25
     assert identical_counts(replace(sensor, resolution_n=1e-300), 0.3, 7) == 7
+
+
+def test_each_delay_of_the_reaction_is_named_with_its_source() -> None:
+    rig = PLAN.rig
+    assert press_rig(rig, 0.1).reaction == (
+        Term("force sensor delay", 0.001, "s", "rig: force.delay"),
+        Term("force sensor period", 0.001, "s", "rig: 1 / force.rate"),
+        Term("tick", 0.001, "s", "rig: 1 / arm.rate"),
+        Term("computing and jitter", 0.001, "s", "one tick"),
+        Term("command delay", 0.003, "s", "rig: arm.command_delay"),
+        Term("arm lag", 0.004, "s", "rig: arm.lag"),
+    )

@@ -315,6 +315,25 @@ def test_r6_an_answer_in_force_starts_the_leash_anew() -> None:
     feed.until("R6", 3.0, force_n, phase=Phase.LOAD)
 
 
+@pytest.mark.parametrize(("share", "found"), [(0.9995, False), (1.0005, True)])
+def test_r6_the_leash_is_shorter_by_what_is_pressed_already(share: float, found: bool) -> None:
+    feed = Feed(**CALM, at_n=100.0)
+    feed.tick(100.0)
+    room_n = LIMIT_N - 100.0 - 6.0 * NOISE_N
+    feed.moving(1000, share * LEASH_SHARE * room_n / K, 100.0, phase=Phase.LOAD)
+    cause = feed.ticks(1600, 100.0, phase=Phase.LOAD)
+    assert (cause is not None) == found
+    assert cause is None or cause.rule == "R6"
+
+
+def test_r6_waits_its_whole_time_after_an_answer() -> None:
+    feed = Feed(**CALM)
+    feed.tick()
+    feed.ticks(2000, 4.0 * NOISE_N, phase=Phase.LOAD)
+    feed.moving(200, 5.0 * LEASH_N / K, 4.0 * NOISE_N, phase=Phase.LOAD)
+    assert feed.until("R6", 3.0, 4.0 * NOISE_N, phase=Phase.LOAD) > 0.9 * PLANNED.leash_time_s
+
+
 def test_r6_noise_is_no_answer() -> None:
     """Six standard deviations of the average, and no less, are an answer."""
     rise_n = 6.0 * NOISE_N * math.sqrt(0.5 * PERIOD_S / 0.3)
