@@ -28,8 +28,8 @@ from stepload.envelope.envelope import envelope_of
 from stepload.envelope.hazards import hazards
 from stepload.envelope.ladder import ForceLimits, force_limits
 from stepload.envelope.leash import leash_travel
-from stepload.envelope.limits import LEASH_TIME_S, MODEL_LAG_S
-from stepload.envelope.press import PressRig, largest_speed, series_stiffness, speed_terms
+from stepload.envelope.limits import LEASH_TIME_S, MODEL_LAG_S, identical_counts
+from stepload.envelope.press import PressRig, Term, largest_speed, series_stiffness, speed_terms
 from stepload.envelope.pressing import (
     HARD_STOP_IMPACT_FACTOR,
     HARD_STOP_N_PER_M,
@@ -501,4 +501,40 @@ def test_the_schedule_adds_up() -> None:
     assert stages["touch again"].repeats == 1
     assert envelope_of(ur_plan()).duration_s == pytest.approx(
         sum(stage.total_s for stage in envelope_of(ur_plan()).stages)
+    )
+
+
+def test_the_second_channels_thresholds_are_nothing_where_there_is_none() -> None:
+    limits = limits_for(PLAN)
+    assert (limits.cross_check, limits.second_noise_n) == ("arm", 1.5)
+    assert limits.second_identical_counts == 100
+    alone = limits_for(on_rig(second_force=SecondForce(SecondForceSource.NONE, 9, 9, 9, 9)))
+    assert (alone.cross_check, alone.second_noise_n) == ("", 0.0)
+    assert (alone.cross_tolerance_n, alone.cross_relative, alone.cross_time_s) == (0.0, 0.0, 0.0)
+    sensor = replace(PLAN.rig.force, resolution_n=4.0)
+    coarse = limits_for(with_second(source=SecondForceSource.SENSOR, sensor=sensor))
+    assert coarse.cross_check == "sensor"
+    assert coarse.second_identical_counts == identical_counts(sensor, 1.5, 100) > 100
+
+
+def test_a_frozen_value_is_as_many_as_a_quantised_sensor_never_repeats() -> None:
+    sensor = PLAN.rig.force
+    for quantum, noise in ((0.5, 0.2), (0.9, 0.3)):
+        stays = math.erf(quantum / (2.0 * math.sqrt(2.0) * noise))
+        counts = math.ceil(math.log(1e-11) / math.log(stays))
+        assert identical_counts(replace(sensor, resolution_n=quantum), noise) == max(25, counts)
+        assert counts > 25
+    assert identical_counts(replace(sensor, resolution_n=0.0), 0.3) == 25
+    assert identical_counts(replace(sensor, resolution_n=1e-300), 0.3, 7) == 7
+
+
+def test_each_delay_of_the_reaction_is_named_with_its_source() -> None:
+    rig = PLAN.rig
+    assert press_rig(rig, 0.1).reaction == (
+        Term("force sensor delay", 0.001, "s", "rig: force.delay"),
+        Term("force sensor period", 0.001, "s", "rig: 1 / force.rate"),
+        Term("tick", 0.001, "s", "rig: 1 / arm.rate"),
+        Term("computing and jitter", 0.001, "s", "one tick"),
+        Term("command delay", 0.003, "s", "rig: arm.command_delay"),
+        Term("arm lag", 0.004, "s", "rig: arm.lag"),
     )

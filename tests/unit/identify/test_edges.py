@@ -18,14 +18,16 @@ from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
 from stepload.identify.fit_all import above_elastic_limit
 from stepload.identify.identifiability import Binding, identifiability
 from stepload.identify.identification import _zero_sigma, identify, judge_fit
+from stepload.identify.inverse_law import joint
 from stepload.identify.judge import ResultVerdict, judge
 from stepload.identify.ls import ill_conditioned, rs_btls
 from stepload.identify.points import checked, loaded, positive
+from stepload.identify.pool import pool
 from stepload.identify.recursive import MEMORY_SHARE, RsRtls, moving
 from stepload.identify.runin import run_in
 from stepload.identify.sampling import at_rate, rest_band, uniform_in_force
 from stepload.identify.selection import payload_deformation, select
-from stepload.identify.sensitivity import law_compliance
+from stepload.identify.sensitivity import joint_sensitivity, law_compliance
 from stepload.identify.smooth import (
     NORMAL_95,
     few_degrees,
@@ -522,3 +524,64 @@ def test_too_few_samples_in_contact_are_refused() -> None:
     with pytest.raises(BadInputError, match="9 samples with positive force"):
         identify(selected, conditions())
     assert rs_btls(DEFORMATION, FORCE).n == pytest.approx(N)
+
+
+def test_runs_of_their_own_share_no_error() -> None:
+    force = np.concatenate([FORCE[:20], FORCE[:20]])
+    columns = np.stack([np.ones_like(force), force], axis=1)
+    run = np.repeat([0, 1], 20)
+    y = 1e-6 * np.sin(np.arange(40.0))
+    apart = fit_with_smooth_error(columns, y, force, 50.0, run=run)
+    correlation = smooth_correlation(force, 50.0) * (run[:, None] == run)
+    expected = apart.sensitivity @ correlation @ apart.sensitivity.T
+    same(apart.unit_covariance, expected)
+    whole = fit_with_smooth_error(columns, y, force, 50.0)
+    assert whole.unit_covariance[1, 1] > 1.5 * apart.unit_covariance[1, 1]
+
+
+def test_a_bend_of_the_rig_is_a_doubt_about_its_stiffness() -> None:
+    time = np.linspace(0.0, 10.0, 4000)
+    force = 500.0 * (1.0 - np.abs(time - 5.0) / 5.0)
+    bent = force / 3.5e6 * (1.0 + 0.2 * force / 500.0)
+    found = fit_system_stiffness(time, bent, force, known_error_m=1e-8)
+    assert found.bend_sigma_n_per_m > 0.0
+    own = found.error_gain_n_per_m2 * 1e-8
+    assert found.sigma_n_per_m == pytest.approx(math.hypot(own, found.bend_sigma_n_per_m))
+
+
+def test_the_bound_of_the_damping_is_below_what_was_fitted() -> None:
+    time = np.linspace(0.0, 10.0, 4000)
+    travel = 1.4e-4 * (1.0 - np.abs(time - 5.0) / 5.0)
+    force = np.maximum(3.5e6 * travel + 2e5 * np.gradient(travel, time), 0.0)
+    bounds = [
+        fit_system_stiffness(time, travel, force, known_error_m=error_m)
+        for error_m in (1e-9, 1e-6, 1e-4)
+    ]
+    for found in bounds:
+        assert found.damping_n_s_per_m == pytest.approx(2e5, rel=0.1)
+    lows = [found.damping_lower_bound_n_s_per_m for found in bounds]
+    assert lows[0] > 0.9 * bounds[0].damping_n_s_per_m
+    assert lows[0] > lows[1] > lows[2] == 0.0
+
+
+def test_the_lowest_damping_of_all_runs_is_the_bound() -> None:
+    one = ramp()
+    runs = [replace(one, damping_lower_bound_n_s_per_m=value) for value in (100.0, 50.0, 70.0)]
+    assert pool(runs).damping_lower_bound_n_s_per_m == 50.0
+
+
+def test_forces_that_are_all_alike_tell_nothing() -> None:
+    alike = np.linspace(100.0, 100.0001, 20)
+    with pytest.raises(DomainError, match="cannot tell K, n and the zero apart"):
+        joint_sensitivity(fit(), alike)
+    assert joint_sensitivity(fit(), FORCE).shape == (3, 60)
+
+
+def test_the_residuals_sigma_counts_three_parameters() -> None:
+    bent = DEFORMATION + 1e-6 * np.where(np.arange(60) % 2, 1.0, -1.0)
+    own, given = joint(bent, FORCE), joint(bent, FORCE, sigma_m=1e-6)
+    assert own.covariance is not None
+    assert given.covariance is not None
+    residual = bent - own.zero_m - (FORCE / own.k) ** (1.0 / own.n)
+    square = float(residual @ residual) / (60 - 3)
+    assert own.covariance[1, 1] / given.covariance[1, 1] == pytest.approx(square / 1e-12)

@@ -261,7 +261,11 @@ def test_the_third_ctrl_c_leaves_out_the_sensors_and_no_other_level_does(level: 
     skipped = level is StopLevel.ARM_ONLY
     assert called == (["stop"] if skipped else ["stop", "sensor"])
     assert results[1].sent is not skipped
-    assert bool(results[1].error) is skipped
+    assert results[1].start_s > 0.0
+    if skipped:
+        reason = "skipped on the operator's request"
+        assert (results[1].name, results[1].error) == ("sensor", reason)
+        assert results[1].duration_s == 0.0
 
 
 def test_the_third_ctrl_c_ends_the_wait_for_a_sensor_but_not_for_the_arm() -> None:
@@ -291,7 +295,16 @@ def test_an_action_is_sent_where_no_thread_can_be_had(monkeypatch: pytest.Monkey
         [Action("stop", lambda: called.append("stop"), 1.0, arm=True)], Operator()
     )
     assert called == ["stop"]
-    assert (result.sent, result.error) == (True, "")
+    assert (result.name, result.sent, result.error) == ("stop", True, "")
+    assert result.start_s > 0.0
+    assert 0.0 <= result.duration_s < result.start_s
+
+
+def test_a_thread_that_is_left_behind_does_not_keep_the_process() -> None:
+    seen: list[threading.Thread] = []
+    make_safe([Action("stop", lambda: seen.append(threading.current_thread()), 1.0)], Operator())
+    assert seen[0].daemon
+    assert seen[0].name == "safing stop"
 
 
 def test_the_paragraph_tells_what_triggered_and_what_safing_did() -> None:
@@ -307,5 +320,7 @@ def test_the_paragraph_tells_what_triggered_and_what_safing_did() -> None:
     assert "Safing, force sensor: no answer (+500 ms, took 1000 ms)." in text
     assert "could not confirm a retract" in why_it_stopped("stopped", cause, False, (), 10.0, 13.0)
     assert why_it_stopped("completed", None, True, (), 0.0, 1.0) == "The run was completed."
+    silent = why_it_stopped("interrupted", None, True, (), 0.0, 1.0)
+    assert silent.startswith("The run was interrupted on the operator's request. The run itself")
     asked = why_it_stopped("interrupted", None, True, (), 0.0, 1.0, 15)
     assert asked.startswith("The run was interrupted on the operator's request (SIGTERM).")

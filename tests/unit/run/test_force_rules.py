@@ -24,7 +24,7 @@ def test_r1_trips_above_the_limit_and_not_at_it() -> None:
         feed = Feed(**CALM, at_n=300.0, reaction_s=1e-9)
         cause = feed.tick(force_n)
         assert (cause is not None) == found
-        assert cause is None or cause[:3] == ("R1", force_n, LIMIT_N)
+        assert cause is None or cause[:5] == ("R1", force_n, LIMIT_N, "N", 0.0)
 
 
 def test_r1_judges_the_tared_force() -> None:
@@ -63,7 +63,7 @@ def test_r2_a_rising_force_is_followed_to_where_it_is_when_the_arm_gives_way() -
     assert sup.predicted_n == pytest.approx(sup.smooth_n + 4.0 * NOISE_N + rise_n)
     while sup.cause is None:
         feed.tick(sup.force_n + rate * PERIOD_S)
-    assert sup.cause.rule == "R2"
+    assert (sup.cause.rule, sup.cause.unit) == ("R2", "N")
     assert sup.cause.value == sup.predicted_n > LIMIT_N
     assert sup.force_n < LIMIT_N - 4.0 * NOISE_N - 0.5 * rise_n
 
@@ -121,6 +121,7 @@ def test_r5_both_signs_count_and_only_after_their_time(sign: float) -> None:
     assert cause is not None
     assert math.copysign(1.0, cause.value) == sign
     assert cause.limit == pytest.approx(tolerance_n + 0.05 * 20.0)
+    assert cause.unit == "N"
     late_s = PLANNED.channel_skew_s + 4.0 * PLANNED.cross_filter_s
     assert time_s < passed_s < time_s + late_s
 
@@ -220,7 +221,7 @@ def test_r9_a_jump_without_motion(sign: float) -> None:
         feed.ticks(10, 50.0 - 50.0)
         cause = feed.tick(sign * jump_n)
         assert (cause is not None) == found
-        assert cause is None or cause[:3] == ("R9", sign * jump_n, PLANNED.jump_n)
+        assert cause is None or cause[:4] == ("R9", sign * jump_n, PLANNED.jump_n, "N")
 
 
 def test_r9_each_jump_is_judged_from_the_sample_before_it() -> None:
@@ -266,7 +267,7 @@ def test_the_speed_cap_leaves_what_a_hidden_hard_stop_would_add() -> None:
         cause = feed.supervisor.cause
         assert (cause is not None) == found
         if cause is not None:
-            assert cause.rule == "CAP"
+            assert (cause.rule, cause.unit) == ("CAP", "m/s")
             assert cause[1:3] == (pytest.approx(speed), pytest.approx(cap, rel=1e-6))
 
 
@@ -295,6 +296,7 @@ def test_r6_trips_after_its_time_at_the_end_of_the_leash_and_not_short_of_it() -
         assert passed_s == pytest.approx(PLANNED.leash_time_s, abs=0.02)
         cause = feed.supervisor.cause
         assert cause is not None
+        assert cause.unit == "m"
         assert cause.value == pytest.approx(travel_m, rel=2e-3)
         assert cause.limit == pytest.approx(LEASH_SHARE * LEASH_N / K, rel=2e-3)
 
@@ -313,6 +315,25 @@ def test_r6_an_answer_in_force_starts_the_leash_anew() -> None:
     feed.until("R6", 3.0, force_n, phase=Phase.LOAD)
 
 
+@pytest.mark.parametrize(("share", "found"), [(0.9995, False), (1.0005, True)])
+def test_r6_the_leash_is_shorter_by_what_is_pressed_already(share: float, found: bool) -> None:
+    feed = Feed(**CALM, at_n=100.0)
+    feed.tick(100.0)
+    room_n = LIMIT_N - 100.0 - 6.0 * NOISE_N
+    feed.moving(1000, share * LEASH_SHARE * room_n / K, 100.0, phase=Phase.LOAD)
+    cause = feed.ticks(1600, 100.0, phase=Phase.LOAD)
+    assert (cause is not None) == found
+    assert cause is None or cause.rule == "R6"
+
+
+def test_r6_waits_its_whole_time_after_an_answer() -> None:
+    feed = Feed(**CALM)
+    feed.tick()
+    feed.ticks(2000, 4.0 * NOISE_N, phase=Phase.LOAD)
+    feed.moving(200, 5.0 * LEASH_N / K, 4.0 * NOISE_N, phase=Phase.LOAD)
+    assert feed.until("R6", 3.0, 4.0 * NOISE_N, phase=Phase.LOAD) > 0.9 * PLANNED.leash_time_s
+
+
 def test_r6_noise_is_no_answer() -> None:
     """Six standard deviations of the average, and no less, are an answer."""
     rise_n = 6.0 * NOISE_N * math.sqrt(0.5 * PERIOD_S / 0.3)
@@ -328,7 +349,7 @@ def test_r6_noise_is_no_answer() -> None:
 def test_r6_begins_anew_where_loading_does() -> None:
     feed = Feed(**CALM)
     for _ in range(3):
-        feed.moving(500, 2.0 * LEASH_SHARE * LEASH_N / K, phase=Phase.LOAD)
+        feed.moving(500, 4.0 * LEASH_SHARE * LEASH_N / K, phase=Phase.LOAD)
         feed.ticks(1000, phase=Phase.LOAD)
         feed.tick(phase=Phase.HOLD)
     assert feed.supervisor.cause is None

@@ -30,8 +30,7 @@ def test_r7_a_position_off_the_model_at_rest(sign: float) -> None:
         cause = feed.tick(position_m=sign * share * TOLERANCE_M)
         assert (cause is not None) == found
         if cause is not None:
-            assert cause.rule == "R7"
-            assert cause.limit == TOLERANCE_M
+            assert (cause.rule, cause.limit, cause.unit) == ("R7", TOLERANCE_M, "m")
             assert cause.value == pytest.approx(sign * share * TOLERANCE_M)
 
 
@@ -133,7 +132,7 @@ def test_r8_ends_the_search_at_its_end(phase: Phase) -> None:
         feed = Feed(model_tolerance_m=1.0, still_m=1.0)
         cause = feed.tick(position_m=end_m + offset_m, phase=phase)
         assert (cause is not None) == found
-        assert cause is None or cause[:3] == ("R8", end_m + offset_m, end_m)
+        assert cause is None or cause[:4] == ("R8", end_m + offset_m, end_m, "m")
 
 
 def test_r8_is_one_of_the_search_only() -> None:
@@ -150,7 +149,7 @@ def test_r7_an_approach_that_gets_nowhere_ends_after_its_time(phase: Phase) -> N
     cause = feed.supervisor.cause
     assert cause is not None
     assert "no progress" in cause.message
-    assert cause.limit == PLANNED.leash_time_s
+    assert (cause.limit, cause.unit) == (PLANNED.leash_time_s, "s")
 
 
 def test_r7_progress_is_a_step_that_positions_can_show() -> None:

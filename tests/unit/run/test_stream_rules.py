@@ -49,9 +49,9 @@ def test_r3_trips_when_the_age_limit_has_passed_and_not_before(watch: Any) -> No
     assert found[:12] == [None] * 12
     breach = found[12]
     assert breach is not None
-    assert (breach.rule, breach.limit) == ("R3", STALE_S)
+    assert (breach.rule, breach.limit, breach.unit) == ("R3", STALE_S, "s")
     assert breach.value == pytest.approx(0.013)
-    assert not stream.fresh
+    assert stream.fresh is False
     assert take(stream, sample._replace(sequence=99, receive_time_s=0.02, device_time_s=0.02)) is (
         None
     )
@@ -96,7 +96,7 @@ def test_r4_what_is_beyond_full_scale_on_either_side_or_not_finite_is_no_reading
     assert take(watch, force_sample(1, -0.99 * FULL_N)) is None
     breach = take(watch, force_sample(2, newton))
     assert breach is not None
-    assert (breach.rule, breach.limit) == ("R4", FULL_N)
+    assert (breach.rule, breach.limit, breach.unit) == ("R4", FULL_N, "N")
     assert watch.raw_n == -0.99 * FULL_N
 
 
@@ -125,7 +125,7 @@ def test_r4_equal_samples_are_frozen_from_the_count_on() -> None:
     found = [take(watch, still._replace(sequence=i)) for i in range(COUNTS + 1)]
     assert found[:COUNTS] == [None] * COUNTS
     assert found[COUNTS] is not None
-    assert found[COUNTS][:3] == ("R4", COUNTS + 1.0, float(COUNTS))
+    assert found[COUNTS][:4] == ("R4", COUNTS + 1.0, float(COUNTS), "samples")
 
 
 def test_r4_one_other_sample_ends_the_count() -> None:
@@ -174,6 +174,7 @@ def test_r4_the_arms_numbers_are_finite(value: float) -> None:
     assert position is not None
     assert force is not None
     assert position.rule == force.rule == "R4"
+    assert (position.unit, force.unit) == ("m", "N")
     assert "position" in position.message
     assert "arm force" in force.message
     assert watch.position_m == 2e-3
@@ -209,7 +210,7 @@ def test_r10_a_stamp_of_the_future_is_refused_at_once(ahead_s: float, found: boo
         if breach is not None:
             assert breach.rule == "R10"
             assert breach.value == pytest.approx(ahead_s)
-            assert breach.limit == AHEAD_S
+            assert (breach.limit, breach.unit) == (AHEAD_S, "s")
 
 
 def clock(watch: ForceWatch, offsets_s: list[float]) -> list[Breach | None]:
@@ -228,7 +229,7 @@ def test_r10_a_device_clock_that_steps_is_seen_once_it_has_lasted(sign: float) -
     assert breach is not None
     assert breach.rule == "R10"
     assert breach.value == pytest.approx(sign * 1.1 * CLOCK_S)
-    assert breach.limit == CLOCK_S
+    assert (breach.limit, breach.unit) == (CLOCK_S, "s")
     near = [0.3] + [0.3 + sign * 0.9 * CLOCK_S] * 50
     assert clock(force_watch(), near) == [None] * 51
 
