@@ -313,14 +313,20 @@ def test_the_paragraph_tells_what_triggered_and_what_safing_did() -> None:
         ActionResult("force sensor", True, "no answer", 100.5, 1.0),
     )
     cause = Cause("R1", 400.0, 375.0, "N", 0.001, 12.5, "force 400 N is above 375 N")
-    text = why_it_stopped("stopped", cause, True, done, 10.0, 13.0)
+    text = why_it_stopped("stopped", cause, True, "", done, 10.0, 13.0)
     assert text.startswith("The run was stopped by R1 at 2.500 s: force 400 N is above 375 N")
     assert "was clear of the surface at 3.000 s." in text
     assert "Safing, arm stop: confirmed (+0 ms, took 250 ms)." in text
     assert "Safing, force sensor: no answer (+500 ms, took 1000 ms)." in text
-    assert "could not confirm a retract" in why_it_stopped("stopped", cause, False, (), 10.0, 13.0)
-    assert why_it_stopped("completed", None, True, (), 0.0, 1.0) == "The run was completed."
-    silent = why_it_stopped("interrupted", None, True, (), 0.0, 1.0)
+    assert "could not confirm a retract" in why_it_stopped(
+        "stopped", cause, False, "", (), 10.0, 13.0
+    )
+    assert why_it_stopped("completed", None, True, "", (), 0.0, 1.0) == "The run was completed."
+    silent = why_it_stopped("interrupted", None, True, "", (), 0.0, 1.0)
     assert silent.startswith("The run was interrupted on the operator's request. The run itself")
-    asked = why_it_stopped("interrupted", None, True, (), 0.0, 1.0, 15)
+    asked = why_it_stopped("interrupted", None, True, "", (), 0.0, 1.0, 15)
     assert asked.startswith("The run was interrupted on the operator's request (SIGTERM).")
+    doubt = why_it_stopped(
+        "interrupted", None, True, "the force sensor still reads +9 N", (), 0.0, 1.0
+    )
+    assert "at its end at 1.000 s; the force sensor still reads +9 N." in doubt
