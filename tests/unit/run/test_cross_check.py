@@ -95,3 +95,11 @@ def test_noise_is_no_difference() -> None:
         found.append(abs(cross.difference_n))
     assert statistics.mean(found) < 0.5
     assert max(found) < 4.0
+
+
+def test_a_range_is_narrowed_by_the_filtered_noise() -> None:
+    """A filter of 0.4 a tick leaves half of white noise."""
+    cross = CrossCheck(PERIOD_S, SKEW_S, 0.005, noise_n=(0.0, 1.5))
+    cross.add(0.0, 0.0)
+    cross.add(0.0, 100.0)
+    assert cross.difference_n == pytest.approx(0.5 * 1.5)
