@@ -38,6 +38,10 @@ class FakeUr:
         self.clock_ahead_s = 0.0
         self._silent_stamp_s = 0.0
 
+    def program_runs(self) -> bool:
+        """What the control connection sees of the program."""
+        return bool(self.fields["runtime_state"] == PLAYING)
+
     def _input(self, what: str, target_m: float = 0.0) -> bool:
         self.inputs.append((what, target_m, self._clock.now_s))
         return self.accepts

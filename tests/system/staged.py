@@ -28,7 +28,7 @@ from stepload.record.recorder import Recorder
 from stepload.record.rows import Phase
 from stepload.results import analyse
 from stepload.rig.world import WorldFault
-from stepload.run import controller, loop, open_rig, supervisor, tick
+from stepload.run import controller, open_rig, safe_end, supervisor, tick
 from stepload.session import experiment
 from stepload_drivers.sim.arm import WorldArm
 from stepload_drivers.sim.sensors import WorldForceSensor
@@ -50,7 +50,7 @@ PARTS: dict[str, tuple[Any, str]] = {
     "controller": (controller.StepController, "step"),
     "event": (Recorder, "event"),
     "read back": (recorder, "count_messages"),
-    "safing": (loop, "make_safe"),
+    "safing": (safe_end, "make_safe"),
     "evaluation": (experiment, "evaluate"),
     "reading": (experiment, "read_recording"),
     "report": (experiment, "run_document"),

@@ -5,14 +5,11 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from pathlib import Path
-
-SCRIPT = Path(__file__).parents[2] / "bench" / "kill_recorder.py"
 
 
 def test_killed_runners_leave_their_data() -> None:
     done = subprocess.run(
-        [sys.executable, str(SCRIPT), "--kills", "6", "--json"],
+        [sys.executable, "-m", "stepload_verify.trials.kill_recorder", "--kills", "6", "--json"],
         capture_output=True,
         text=True,
         check=False,

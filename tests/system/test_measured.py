@@ -1,4 +1,4 @@
-"""Small versions of the measurements in bench/: kills, seeds, memory."""
+"""Small versions of the trials and of a bench: kills, seeds, memory."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import pytest
 from real_runs import ENVIRONMENT, ROOT
 
 
-def _measured(script: str, *arguments: str) -> list[dict[str, Any]]:
+def _measured(*command: str) -> list[dict[str, Any]]:
     done = subprocess.run(
-        [sys.executable, str(ROOT / "bench" / script), *arguments, "--json"],
+        [sys.executable, *command, "--json"],
         capture_output=True,
         text=True,
         check=False,
@@ -35,20 +35,20 @@ def _check_kills(kills: list[dict[str, Any]]) -> None:
 
 
 def test_killed_runs_lose_nothing_that_was_on_the_disk() -> None:
-    kills = _measured("kill_runs.py", "--kills", "3", "--wire", "0")
+    kills = _measured("-m", "stepload_verify.trials.kill_runs", "--kills", "3", "--wire", "0")
     assert [kill["kind"] for kill in kills] == ["dry"] * 3
     _check_kills(kills)
 
 
 @pytest.mark.long
 def test_killed_runs_on_the_wire_lose_nothing_that_was_on_the_disk() -> None:
-    kills = _measured("kill_runs.py", "--kills", "2", "--wire", "2")
+    kills = _measured("-m", "stepload_verify.trials.kill_runs", "--kills", "2", "--wire", "2")
     assert [kill["kind"] for kill in kills] == ["wire"] * 2
     _check_kills(kills)
 
 
 def test_two_seeds_of_the_plastic_sphere() -> None:
-    for one in _measured("seeds.py", "--seeds", "2"):
+    for one in _measured("-m", "stepload_verify.trials.seeds", "--seeds", "2"):
         assert one["status"] == "completed"
         assert abs(one["joint_ratio"] - 1.0) < 0.03
         assert one["covered"]
@@ -56,7 +56,7 @@ def test_two_seeds_of_the_plastic_sphere() -> None:
 
 
 def test_memory_does_not_grow_with_the_run() -> None:
-    (one,) = _measured("dry_run.py", "--hours", "0.06")
+    (one,) = _measured(str(ROOT / "bench" / "dry_run.py"), "--hours", "0.06")
     assert one["virtual_s"] > 180.0
     assert one["loop_mb"] < 30.0
     assert one["runner_mb"] < 300.0

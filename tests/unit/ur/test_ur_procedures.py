@@ -74,6 +74,16 @@ def test_a_program_that_does_not_start_is_an_error(make_loop, ur):
         procedures.connect(make_loop(control=False))
 
 
+def test_commands_wait_until_the_control_connection_sees_the_program(make_loop, ur, clock):
+    loop, seen = make_loop(control=False), []
+    ur.watchdog_s = 0.1
+    ur.program_runs = lambda: seen.append(clock.now_s) or len(seen) > 5
+    procedures.connect(loop)
+    last_prepare_s = max(time_s for what, _, time_s in ur.inputs if what == "prepare")
+    assert len(seen) > 5
+    assert last_prepare_s >= seen[-1]
+
+
 def test_a_program_stopped_by_somebody_else_proves_no_watchdog(make_loop, ur, clock):
     loop = make_loop(control=False)
     clock.at(clock.now_s + 0.03, lambda: ur.fields.update(runtime_state=1))
