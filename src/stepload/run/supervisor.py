@@ -67,9 +67,9 @@ class Supervisor:
         "_delayed", "_delayed_at", "_found", "_last_n", "_last_target_m", "_least_progress_m",
         "_limits", "_mean_n", "_model_alpha", "_model_m", "_now_s", "_progress_m", "_progress_s",
         "_progress_time_s", "_recent_m_s", "_rest", "_rest_steps", "_second_is_arm",
-        "_slope_noise_n_per_s", "_slow_n", "_sound", "_speed_decay", "_standing", "_steps",
-        "_still_blur_m", "_still_m", "_still_model_m", "_tared", "_taut_s", "_wrong_way", "arm",
-        "cause", "force", "force_n", "predicted_n",
+        "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound", "_speed_decay", "_standing",
+        "_steps", "_still_blur_m", "_still_m", "_still_model_m", "_tared", "_taut_s", "_wrong_way",
+        "arm", "cause", "force", "force_n", "predicted_n",
         "second", "second_n", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n",
         "smooth_tau_s", "speed_m_s", "zero_n",
     )  # fmt: skip
@@ -110,7 +110,8 @@ class Supervisor:
         )
         period_s = limits.period_s
         self.smooth_tau_s = tau_s = max(0.25 * limits.reaction_s, 2.0 * period_s)
-        self.smooth_alpha = period_s / tau_s
+        self.smooth_alpha = alpha = period_s / tau_s
+        self._slope_span_s = tau_s * (1.0 - alpha)  # by which the slower filter lags behind a ramp
         self._model_alpha = period_s / (limits.arm_lag_s + period_s)
         self._delayed = [math.nan] * max(1, round(limits.command_delay_s / period_s))
         self._delayed_at = 0
@@ -144,7 +145,8 @@ class Supervisor:
         """Judge by these thresholds from now on: those of the same plan, for another noise."""
         noise_n = limits.noise_n
         self._limits = limits
-        self._slope_noise_n_per_s = 1.5 * noise_n * math.sqrt(self.smooth_alpha) / self.smooth_tau_s
+        slope_noise_n = 1.5 * noise_n * math.sqrt(self.smooth_alpha)
+        self._slope_noise_n_per_s = slope_noise_n / self._slope_span_s
         self._answer_rise_n = 6.0 * noise_n * math.sqrt(0.5 * self._answer_alpha)
         self.force.identical_counts = limits.identical_counts
 
@@ -301,7 +303,7 @@ class Supervisor:
         alpha = self.smooth_alpha
         self.smooth_n = smooth_n = self.smooth_n + alpha * (force_n - self.smooth_n)
         self._slow_n = slow_n = self._slow_n + alpha * (smooth_n - self._slow_n)
-        self.slope_n_per_s = slope = (smooth_n - slow_n) / self.smooth_tau_s
+        self.slope_n_per_s = slope = (smooth_n - slow_n) / self._slope_span_s
         breach = None
 
         rise = slope - self._slope_noise_n_per_s
@@ -327,7 +329,7 @@ class Supervisor:
         if breach is None and peak_n > limit_n:
             breach = self._found(
                 "R2", peak_n, limit_n, "N",
-                f"force {force_n:.4g} N would rise to {peak_n:.4g} N, above {limit_n:.4g} N,"
+                f"force {force_n:.4g} N would grow to {peak_n:.4g} N, above {limit_n:.4g} N,"
                 " before the arm can give way",
             )  # fmt: skip
 

@@ -16,7 +16,7 @@ LIMIT_N, NOISE_N, REACTION_S = PLANNED.force_limit_n, PLANNED.noise_n, PLANNED.r
 CALM = {"jump_n": 1e9, "cross_tolerance_n": 1e9}
 """Limits under which forces may jump and channels differ."""
 ALPHA, TAU_S = PERIOD_S / (0.25 * REACTION_S), 0.25 * REACTION_S
-SLOPE_NOISE = 1.5 * NOISE_N * math.sqrt(ALPHA) / TAU_S
+SLOPE_NOISE = 1.5 * NOISE_N * math.sqrt(ALPHA) / (TAU_S * (1.0 - ALPHA))
 
 
 def test_r1_trips_above_the_limit_and_not_at_it() -> None:
@@ -57,9 +57,8 @@ def test_r2_a_rising_force_is_followed_to_where_it_is_when_the_arm_gives_way() -
         feed.tick(rate * PERIOD_S * tick)
     sup = feed.supervisor
     assert sup.cause is None
-    slope = (1.0 - ALPHA) * rate  # what the difference of the two filters shows of a ramp
-    assert sup.slope_n_per_s == pytest.approx(slope, rel=1e-6)
-    rise_n = (slope - SLOPE_NOISE) * REACTION_S
+    assert sup.slope_n_per_s == pytest.approx(rate, rel=1e-6)
+    rise_n = (rate - SLOPE_NOISE) * REACTION_S
     assert sup.predicted_n == pytest.approx(sup.smooth_n + 4.0 * NOISE_N + rise_n)
     while sup.cause is None:
         feed.tick(sup.force_n + rate * PERIOD_S)
