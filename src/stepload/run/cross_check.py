@@ -13,6 +13,9 @@ from __future__ import annotations
 
 import math
 
+FILTERS = 8.0
+"""Time constants after which a filter holds 3e-4 of a step: 0.1 N of 300 N."""
+
 
 class _Range:
     """Lowest and highest of the last filtered readings of one channel, without their noise."""
@@ -49,19 +52,21 @@ class Standing:
 
     What a channel reads is at most `skew_s` older than what the other one reads. So while the
     second has read the same from t0 to t, the main one's readings from t0 + skew to t - skew are
-    of times in which the second saw no change.
+    of times in which the second saw no change. The filter needs `FILTERS` time constants more to
+    forget what was before.
 
     Args:
         period_s: of the tick.
         skew_s, filter_s: as in `CrossCheck`.
     """
 
-    __slots__ = ("_alpha", "_at", "_delayed", "_high_n", "_low_n", "_main_n", "moved_n",
+    __slots__ = ("_alpha", "_at", "_delayed", "_high_n", "_low_n", "_main_n", "_wait", "moved_n",
                  "second_n", "ticks")  # fmt: skip
 
     def __init__(self, period_s: float, skew_s: float, filter_s: float) -> None:
         self._alpha = min(1.0, period_s / filter_s)
         self._delayed = [math.nan] * (1 + math.ceil(skew_s / period_s - 1e-9))
+        self._wait = 2 * len(self._delayed) + math.ceil(FILTERS * filter_s / period_s - 1e-9)
         self.restart()
 
     def restart(self) -> None:
@@ -83,7 +88,7 @@ class Standing:
             self._low_n, self._high_n, self.moved_n = math.inf, -math.inf, 0.0
             return
         self.ticks += 1
-        if self.ticks >= 2 * len(delayed):
+        if self.ticks >= self._wait:
             self._low_n, self._high_n = min(self._low_n, then_n), max(self._high_n, then_n)
             self.moved_n = self._high_n - self._low_n
 
