@@ -120,7 +120,7 @@ def test_a_frozen_one_is_found_when_the_force_has_moved_by_the_threshold() -> No
 
 
 def test_a_force_that_falls_at_once_leaves_no_trace_in_the_filter() -> None:
-    """A stiff contact that opens: the second sensor reads zero, the main one's filter still falls."""
+    """A stiff contact that opens: the second reads zero, the main one's filter still falls."""
     limits = limits_for(coarse_plan(), F_C)
     standing = Standing(limits.period_s, limits.channel_skew_s, limits.cross_filter_s)
     largest_n = 0.0
