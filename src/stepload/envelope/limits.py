@@ -162,6 +162,8 @@ def identical_counts(force: ForceSpec, noise_n: float, least: int = IDENTICAL_CO
     """
     if force.resolution_n <= 0.0:
         return least
+    if noise_n <= 0.0:
+        return 0
     stays = math.erf(force.resolution_n / (2.0 * math.sqrt(2.0) * noise_n))
     if stays >= 1.0 - 1e-6:
         return 0

@@ -48,7 +48,7 @@ def copy_plan(name: str, directory: Path) -> list[Path]:
     needed = [plan, *_named_by(plan)]
     texts = {directory / path.relative_to(plan.parent): path.read_bytes() for path in needed}
     for path, text in texts.items():
-        if path.exists() and path.read_bytes() != text:
+        if path.is_symlink() or (path.exists() and path.read_bytes() != text):
             raise BadInputError(
                 f"{path} is there already, and is another file",
                 hint="name another directory",

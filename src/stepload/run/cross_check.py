@@ -50,23 +50,35 @@ class _Range:
 class Standing:
     """How far the main channel has moved while the second one has stood; `moved_n` says it.
 
-    What a channel reads is at most `skew_s` older than what the other one reads. So while the
-    second has read the same from t0 to t, the main one's readings from t0 + skew to t - skew are
-    of times in which the second saw no change. The filter needs `FILTERS` time constants more to
-    forget what was before.
+    In any while of `skew_s` a sound second sensor has looked at the force once at least. So where
+    the main one has read above a level for as long, the second has seen that level, and where it
+    has read below another one, that too: the difference of the two is what it has seen and not
+    shown. What came and went between two of its looks counts for nothing. The first such while
+    begins `skew_s` after the second's last change, and `FILTERS` time constants later, when the
+    filter has forgotten what was before.
 
     Args:
         period_s: of the tick.
         skew_s, filter_s: as in `CrossCheck`.
     """
 
-    __slots__ = ("_alpha", "_at", "_delayed", "_high_n", "_low_n", "_main_n", "_wait", "moved_n",
-                 "second_n", "ticks")  # fmt: skip
+    __slots__ = (
+        "_alpha",
+        "_at",
+        "_high_n",
+        "_last",
+        "_low_n",
+        "_main_n",
+        "_wait",
+        "moved_n",
+        "second_n",
+        "ticks",
+    )  # fmt: skip
 
     def __init__(self, period_s: float, skew_s: float, filter_s: float) -> None:
         self._alpha = min(1.0, period_s / filter_s)
-        self._delayed = [math.nan] * (1 + math.ceil(skew_s / period_s - 1e-9))
-        self._wait = 2 * len(self._delayed) + math.ceil(FILTERS * filter_s / period_s - 1e-9)
+        self._last = [math.nan] * (1 + math.ceil(skew_s / period_s - 1e-9))
+        self._wait = 2 * len(self._last) + math.ceil(FILTERS * filter_s / period_s - 1e-9)
         self.restart()
 
     def restart(self) -> None:
@@ -76,21 +88,21 @@ class Standing:
 
     def add(self, main_n: float, second_n: float) -> None:
         """Take in what both channels read in this tick."""
-        delayed, at = self._delayed, self._at
+        last, at = self._last, self._at
         if self._main_n != self._main_n:
             self._main_n = main_n
-            delayed[:] = [main_n] * len(delayed)
-        then_n = delayed[at]
-        delayed[at] = self._main_n = self._main_n + self._alpha * (main_n - self._main_n)
-        self._at = at + 1 if at + 1 < len(delayed) else 0
+            last[:] = [main_n] * len(last)
+        last[at] = self._main_n = self._main_n + self._alpha * (main_n - self._main_n)
+        self._at = at + 1 if at + 1 < len(last) else 0
         if second_n != self.second_n:
             self.second_n, self.ticks = second_n, 0
             self._low_n, self._high_n, self.moved_n = math.inf, -math.inf, 0.0
             return
         self.ticks += 1
         if self.ticks >= self._wait:
-            self._low_n, self._high_n = min(self._low_n, then_n), max(self._high_n, then_n)
-            self.moved_n = self._high_n - self._low_n
+            self._low_n = min(self._low_n, max(last))
+            self._high_n = max(self._high_n, min(last))
+            self.moved_n = max(0.0, self._high_n - self._low_n)
 
 
 class CrossCheck:

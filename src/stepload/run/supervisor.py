@@ -40,7 +40,7 @@ STILL_SHARE = 0.25
 WRONG_WAY_SAMPLES = 2
 """Fresh samples in a row that pull in an approach before R11 trips; as many make a touch."""
 ACROSS_SIGMAS = 8.0
-"""Two noisy components, less a zero that is one noisy sample of each."""
+"""Two noisy components, less the zero of each."""
 ANSWER_FILTER_S = 0.3
 """Time constant of the force that R6 looks for an answer in."""
 
@@ -167,6 +167,10 @@ class Supervisor:
         if limits.cross_check:
             allowed_n = max(limits.touch_force_n, limits.cross_tolerance_n)
             readings.append(("second force channel", self.second_n, allowed_n))
+        allowed_n = max(limits.touch_force_n, ACROSS_SIGMAS * limits.noise_n)
+        readings.append(
+            ("force sensor across the pressing axis", self.force.smooth_across_n, allowed_n)
+        )
         for name, read_n, allowed_n in readings:
             if not -allowed_n <= read_n <= allowed_n:
                 return f"the {name} still reads {read_n:+.3g} N: the contact may not be open"
@@ -352,18 +356,20 @@ class Supervisor:
         return breach
 
     def _judge_side(self, force_n: float, phase: int) -> Breach | None:
-        """R1 for the force across the axis, and R11: in an approach a surface can only push."""
+        """R1 and R2 for the whole force, and R11: in an approach a surface can only push."""
         limits, across_n = self._limits, self.force.across_n
-        if across_n > limits.force_limit_n:
-            return self._found(
-                "R1", across_n, limits.force_limit_n, "N",
-                f"the force across the pressing axis is {across_n:.4g} N, beyond"
-                f" {limits.force_limit_n:.4g} N",
-            )  # fmt: skip
+        for rule, along_n, word in (("R1", force_n, "is"), ("R2", self.predicted_n, "would be")):
+            whole_n = math.hypot(along_n, across_n)
+            if across_n > limits.touch_force_n and whole_n > limits.force_limit_n:
+                return self._found(
+                    rule, whole_n, limits.force_limit_n, "N",
+                    f"with {across_n:.4g} N across the pressing axis the whole force {word}"
+                    f" {whole_n:.4g} N, beyond {limits.force_limit_n:.4g} N",
+                )  # fmt: skip
         if phase not in _SEARCHING:
             self._wrong_way = 0
             return None
-        limit_n = limits.touch_force_n
+        limit_n, across_n = limits.touch_force_n, self.force.smooth_across_n
         across_limit_n = max(limit_n, ACROSS_SIGMAS * limits.noise_n)
         pulls = force_n < -limit_n
         across = across_n > across_limit_n and across_n > 2.0 * abs(force_n)
@@ -387,7 +393,7 @@ class Supervisor:
     def _judge_cross_check(self, force_n: float, smooth_n: float) -> Breach | None:
         """R5: the channels differ by more than the plan allows, for longer than it allows.
 
-        While the target moves away, which is safe, nothing is counted. R4 where the second sensor
+        While the target moves away, which is safe, the count rests. R4 where the second sensor
         stands while the main one moves.
         """
         limits = self._limits
@@ -406,8 +412,10 @@ class Supervisor:
         self._cross.add(force_n, second_n)
         difference_n = self._cross.difference_n
         tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(smooth_n)
-        if -tolerance_n <= difference_n <= tolerance_n or self.speed_m_s < 0.0:
+        if -tolerance_n <= difference_n <= tolerance_n:
             self._cross_s = 0.0
+            return None
+        if self.speed_m_s < 0.0:
             return None
         self._cross_s += limits.period_s
         if self._cross_s <= limits.cross_time_s:

@@ -137,6 +137,8 @@ class Engine:
             self.target_m = course.step(now_s, step_s)
             self._phase = course.phase
             done = course.done
+            if done:
+                self.still_closed = sup.still_closed(now_s)
             if course.failure is not None:
                 reason, value, limit, unit, message = course.failure
                 age_s = max(0.0, now_s - sup.force.receive_s)

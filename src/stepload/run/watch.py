@@ -14,6 +14,8 @@ EMPTY_TICKS = 3
 LATE_CLOCK_TICKS = 5
 AHEAD_S = 1e-4
 """A sample stamped this much later than its tick has no age that R3 could judge."""
+ACROSS_ALPHA = 0.1
+"""Share of a new reading in the smoothed force across the pressing axis, per tick."""
 CLOCK_TRACKING = 1e-3
 """Share of a clock difference that is taken for slow drift and followed, per tick."""
 
@@ -143,6 +145,7 @@ class ForceWatch(_StreamWatch):
 
     __slots__ = (
         "_across",
+        "_across_smooth",
         "_across_zero",
         "_full_scale_n",
         "_index",
@@ -168,6 +171,7 @@ class ForceWatch(_StreamWatch):
         self._index, self._sign = wrench_axis(axis)
         self._across = tuple(index for index in AXES.values() if index != self._index)
         self._across_zero = (0.0, 0.0)
+        self._across_smooth: tuple[float, float] | None = None
         self._full_scale_n = full_scale_n
         self.identical_counts = identical_counts
         self._wrench: tuple[float, ...] = ()
@@ -183,11 +187,18 @@ class ForceWatch(_StreamWatch):
         zero_i, zero_j = self._across_zero
         return math.hypot(self._wrench[i] - zero_i, self._wrench[j] - zero_j)
 
+    @property
+    def smooth_across_n(self) -> float:
+        """The same, smoothed over some ticks: its noise is not that of the pressing axis."""
+        if self._across_smooth is None:
+            return 0.0
+        (smooth_i, smooth_j), (zero_i, zero_j) = self._across_smooth, self._across_zero
+        return math.hypot(smooth_i - zero_i, smooth_j - zero_j)
+
     def tare_across(self) -> None:
-        """Take the newest force across the pressing axis for zero."""
-        if self._wrench:
-            i, j = self._across
-            self._across_zero = self._wrench[i], self._wrench[j]
+        """Take the smoothed force across the pressing axis for zero."""
+        if self._across_smooth is not None:
+            self._across_zero = self._across_smooth
 
     def project(self, sample: ForceSample) -> float:
         """Force along the pressing axis, not tared."""
@@ -212,14 +223,28 @@ class ForceWatch(_StreamWatch):
                     "R4", float(status), 0.0, "",
                     f"{self.name}: the device flags its sample (status {status})",
                 )  # fmt: skip
-            if -self._full_scale_n < raw_n < self._full_scale_n:
+            whole_n = wrench[0] + wrench[1] + wrench[2]
+            if -self._full_scale_n < raw_n < self._full_scale_n and whole_n - whole_n == 0.0:
                 self.raw_n = raw_n
             else:
                 breach = breach or self.found(
                     "R4", raw_n, self._full_scale_n, "N",
-                    f"{self.name}: {raw_n:.4g} N is not finite or beyond full scale",
+                    f"{self.name}: {raw_n:.4g} N, or a force across it, is not finite or beyond"
+                    " full scale",
                 )  # fmt: skip
+        if breach is None:
+            self._smooth_across(self._wrench)
         return breach
+
+    def _smooth_across(self, wrench: Sequence[float]) -> None:
+        i, j = self._across
+        if self._across_smooth is None:
+            self._across_smooth = wrench[i], wrench[j]
+        smooth_i, smooth_j = self._across_smooth
+        self._across_smooth = (
+            smooth_i + ACROSS_ALPHA * (wrench[i] - smooth_i),
+            smooth_j + ACROSS_ALPHA * (wrench[j] - smooth_j),
+        )
 
 
 class ArmWatch(_StreamWatch):

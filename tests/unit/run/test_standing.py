@@ -11,7 +11,7 @@ from run_bench import bench_for, run, run_to, spec_for
 from run_plans import SIM, limits_for, ur_plan
 
 from stepload.contact.materials import FlatPunch, Material
-from stepload.envelope.limits import RunLimits, second_stands_n
+from stepload.envelope.limits import RunLimits, identical_counts, second_stands_n
 from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
 from stepload.record.rows import Phase
 from stepload.rig.world import WorldFault
@@ -129,6 +129,23 @@ def test_a_force_that_falls_at_once_leaves_no_trace_in_the_filter() -> None:
         standing.add(force_n, force_n)
         largest_n = max(largest_n, standing.moved_n)
     assert largest_n < 0.2
+
+
+def test_what_came_and_went_between_two_looks_is_not_held_against_the_second_sensor() -> None:
+    """A touch that bounces for 30 ms beside a sensor of 25 Hz."""
+    standing = Standing(0.002, 0.048, 0.005)
+    for tick in range(2000):
+        standing.add(8.0 if tick % 500 < 15 else 0.0, 0.0)
+        assert standing.moved_n < 0.1
+    for _ in range(60):
+        standing.add(8.0, 0.0)
+    assert standing.moved_n > 7.0
+
+
+def test_a_noise_of_zero_has_no_count_that_tells_a_frozen_sensor() -> None:
+    sensor = coarse_plan().rig.second_force.sensor
+    assert sensor is not None
+    assert identical_counts(sensor, 0.0) == 0
 
 
 def test_the_threshold_holds_every_term() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
+from random import Random
 from typing import Any
 
 import pytest
@@ -78,6 +79,82 @@ def test_the_force_limit_holds_for_every_direction(axis: int, direction: float) 
         assert (found.rule if found else None) in ((rule, "R9") if rule is None else (rule,))
 
 
+@pytest.mark.parametrize("along", [1.0, -1.0])
+def test_the_size_of_the_whole_force_is_limited(along: float) -> None:
+    """A sensor mounted at 45 degrees shows 0.7 of the force along its axis and 0.7 across it."""
+    limits = limits_for(stvf_plan(), F_C)
+    supervisor = Supervisor(limits, "+fz")
+    supervisor.force.take([_sample(0, [0.0] * 6)], 0.0)
+    supervisor.tare(0.0, 0.0)
+    tick, found = 0, None
+    while found is None:
+        tick += 1
+        part_n = 0.001 * limits.force_limit_n * tick
+        wrench = [part_n, 0.0, along * part_n, 0.0, 0.0, 0.0]
+        supervisor.force.take([_sample(tick, wrench)], 1e-3 * tick)
+        found = supervisor._judge_force(0.0, 0.0, int(Phase.HOLD))
+    assert found.rule == "R2"
+    assert "across the pressing axis" in found.message
+    assert 2.0**0.5 * part_n < limits.force_limit_n
+
+
+@pytest.mark.parametrize("bad", [float("nan"), float("inf"), float("-inf")])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_force_across_the_axis_that_is_no_number_is_a_fault(axis: int, bad: float) -> None:
+    supervisor = Supervisor(limits_for(stvf_plan(), F_C), "+fz")
+    wrench = [0.0] * 6
+    wrench[axis] = bad
+    found = supervisor.force.take([_sample(1, wrench)], 0.001)
+    assert found is not None
+    assert found.rule == "R4"
+    assert supervisor.force.smooth_across_n == 0.0
+
+
+def test_noise_across_the_axis_is_no_wrong_axis() -> None:
+    plan = replace(stvf_plan(), rig=replace(stvf_plan().rig, second_force=ALONE))
+    limits, chance = limits_for(plan, F_C), Random(4)
+    supervisor = Supervisor(limits, "-fz")
+    for tick in range(8000):
+        wrench = [chance.gauss(5.0, 1.5), chance.gauss(0.0, 1.5), 0.0, 0.0, 0.0, 0.0]
+        supervisor.force.take([_sample(tick, wrench)], 1e-3 * tick)
+        if tick == 300:
+            supervisor.tare(0.0, 0.0)
+        if tick > 300:
+            assert supervisor._judge_force(0.0, 0.0, int(Phase.GUARDED_APPROACH)) is None
+
+
+def test_a_count_of_disagreement_rests_while_the_target_moves_away() -> None:
+    """A target that dithers must not begin the count anew with each step back."""
+    limits = limits_for(stvf_plan(), F_C)
+    supervisor = Supervisor(limits, "+fz")
+    supervisor.force.take([_sample(0, [0.0] * 6)], 0.0)
+    supervisor.tare(0.0, 0.0)
+    supervisor.arm.force_n = 300.0
+    found, ticks = None, 0
+    while found is None and ticks < 1000:
+        ticks += 1
+        supervisor.speed_m_s = -1e-3 if ticks % 3 == 0 else 1e-3
+        found = supervisor._judge_cross_check(0.0, 0.0)
+    assert found is not None
+    assert found.rule == "R5"
+    assert ticks * limits.period_s < 2.0 * (limits.cross_time_s + 0.03)
+    supervisor.speed_m_s = -1e-3
+    assert supervisor._judge_cross_check(0.0, 0.0) is None
+
+
+def test_a_stop_before_the_first_zero_is_not_called_clear() -> None:
+    """The start pose lies in the surface: nothing was ever seen of the force."""
+    plan = ur_plan(**QUICK)
+    bench = bench_for(plan, F_C, spec_for(plan, 3, surface_m=-0.003))
+    for device in (bench.rig.arm, bench.rig.force):
+        device.open(1.0)
+    bench.operator.press()
+    outcome = run_loop(bench.engine, bench.rig, NullRecorder())
+    assert outcome.status == "interrupted"
+    assert bench.rig.world.true_force_n > 50.0
+    assert "no sound force reading proves that the contact is open" in outcome.why
+
+
 def test_an_offset_across_the_axis_is_tared_away() -> None:
     limits = limits_for(stvf_plan(), F_C)
     supervisor = Supervisor(limits, "-fz")
@@ -133,6 +210,10 @@ def test_clear_is_said_only_where_every_channel_shows_it() -> None:
         assert "force sensor still reads" in told(force_n, 0.0)
         assert "second force channel still reads" in told(0.0, force_n)
     assert "no sound" in told(0.0, 0.0, later_s=1.0)
+    supervisor.force.take([_sample(2, [0.0] * 6)], 0.0)
+    for tick in range(50):
+        supervisor.force.take([_sample(tick + 3, [80.0, 0, 0, 0, 0, 0])], 0.0)
+    assert "across the pressing axis still reads" in supervisor.still_closed(0.0)
 
 
 def test_force_that_stays_leads_back_to_the_start_pose_and_is_told() -> None:
