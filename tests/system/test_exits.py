@@ -364,3 +364,11 @@ def test_a_negative_seed_is_refused(quick: Path) -> None:
     done = stepload("run", quick, "--dry-run", "--seed", "-5")
     assert done.returncode == 2
     assert "seed" in done.stderr
+
+
+def test_simulated_drivers_are_no_devices(quick: Path, tmp_path: Path) -> None:
+    done = stepload("run", quick, "--out", tmp_path / "run")
+    assert done.returncode == 3
+    for said in ("rig.arm names the driver sim", "no measurement", "--dry-run", "rig.force.driver"):
+        assert said in " ".join(done.stderr.split())
+    assert not (tmp_path / "run").exists()

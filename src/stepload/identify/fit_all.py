@@ -82,13 +82,24 @@ def above_elastic_limit(peak_force_n: float, elastic_limit_n: float | None) -> t
 
 
 def _possible(attempts: list[Callable[[], Fit]]) -> list[Fit]:
-    """The fits that can be had; the first refusal where there is none."""
+    """The fits that can be had; the first refusal where there is none.
+
+    One estimator that fails on numbers it cannot work with does not take the others with it.
+    """
     fits, refusals = [], []
     for attempt in attempts:
         try:
-            fits.append(attempt())
+            with np.errstate(all="ignore"):
+                fits.append(attempt())
         except DomainError as refusal:
             refusals.append(refusal)
+        except (np.linalg.LinAlgError, ArithmeticError) as error:
+            refusals.append(
+                DomainError(
+                    f"these points determine no law ({error})",
+                    hint="is K_s right? A system stiffer than believed leaves no deformation",
+                )
+            )
     if not fits:
         raise refusals[0]
     return fits

@@ -16,6 +16,7 @@ from stepload.results.model import Figure
 from stepload.units import format_quantity as f
 
 FloatArray = NDArray[np.float64]
+LARGEST_EXPONENT = 700.0
 
 
 def _law(fit: Fit) -> Callable[[FloatArray], FloatArray]:
@@ -86,6 +87,8 @@ def figures_of(run: Evaluation) -> list[Figure]:
     if (stated := found.budget) is not None:
         ln_k, n = stated.ellipse.outline()
         points = [(name, found.fits[name].k, found.fits[name].n) for name in laws]
+        if np.abs(ln_k).max() > LARGEST_EXPONENT:  # says nothing about K any more
+            return made
         made.append(
             Figure(
                 "ellipse", "What K and n can be together",

@@ -17,6 +17,7 @@ from typing import Any
 from stepload.envelope.envelope import Envelope, refusal_of
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import LeftEarlyError, RefusedError
+from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan
 from stepload.record.outcome import RunOutcome
 from stepload.record.plain import json_text, plain
 from stepload.record.reader import read_recording
@@ -37,6 +38,8 @@ from stepload.session.resume import Resumed, resumable
 
 WHOLE_TICKS, MEAN_TICKS = 250_000, 80_000
 """A run longer than the first is evaluated as so many means, to bound the memory it takes."""
+
+SIMULATED = "sim"
 
 Progress = Callable[[Engine, Envelope], None]
 RigOpener = Callable[..., contextlib.AbstractContextManager[OpenRig]]
@@ -160,6 +163,25 @@ def _check_that_it_may_run(envelope: Envelope, dry_run: bool) -> None:
         raise RefusedError(
             f"the calibration record {stiffness.record} was made in a dry run",
             hint="measure K_s on the rig: stepload calibrate PLAN --record FILE",
+        )
+    if not dry_run:
+        _refuse_simulated(envelope.plan)
+
+
+def _refuse_simulated(plan: Plan) -> None:
+    """A simulated device outside a dry run presses a payload of its own: that measures nothing."""
+    rig, second = plan.rig, plan.rig.second_force.sensor
+    specs: dict[str, ArmSpec | ForceSpec | DisplacementSpec | None] = {
+        "arm": rig.arm, "force": rig.force, "second_force.sensor": second,
+        "displacement": rig.displacement,
+    }  # fmt: skip
+    named = [key for key, spec in specs.items() if spec and spec.driver.name == SIMULATED]
+    if named:
+        raise RefusedError(
+            f"rig.{named[0]} names the driver {SIMULATED}, which simulates a payload of its own and"
+            " not the plan's: what it says is no measurement",
+            hint="rehearse the plan with --dry-run, or name the drivers of your devices: "
+            + ", ".join(f"rig.{key}.driver" for key in named),
         )
 
 

@@ -119,3 +119,31 @@ def test_unusable_data_are_refused() -> None:
         fit_all(x, y, system_stiffness_n_per_m=K_S, secant_force_n=300.0, time_s=time_s[:-1])
     with pytest.raises(DomainError, match="secant force"):
         fit_all(x, y, system_stiffness_n_per_m=K_S, secant_force_n=-1.0)
+
+
+@pytest.mark.parametrize("stiffer", [1.5, 2.5, 3.0, 5.0])
+def test_a_system_stiffer_than_believed_breaks_no_estimator(
+    stiffer: float, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Deformations around and below zero: an estimator may refuse them, and alone."""
+    force_n = run()[2]
+    believed = force_n / K_S
+    displacement_m = (force_n / 6.57e8) ** (1 / 1.5) + believed / stiffer
+    fits = fit_all(
+        displacement_m, force_n, system_stiffness_n_per_m=K_S, secant_force_n=300.0,
+        sigma_m=1e-6, sigma_n=0.3,
+    )  # fmt: skip
+    assert fits
+    captured = capfd.readouterr()
+    assert (captured.out, captured.err) == ("", "")
+
+
+def test_an_estimator_that_breaks_is_left_out_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    def breaks(*_: Any, **__: Any) -> Fit:
+        raise np.linalg.LinAlgError("SVD did not converge")
+
+    _, displacement_m, force_n = run()
+    monkeypatch.setattr(room, "log_tls", breaks)
+    fits = fit_all(displacement_m, force_n, system_stiffness_n_per_m=K_S, secant_force_n=300.0)
+    assert "log_tls" not in fits
+    assert "joint" in fits
