@@ -40,7 +40,7 @@ RISE_N = 2.0
 @pytest.fixture(autouse=True)
 def no_drawing(monkeypatch):
     """The report is drawn in a test of its own."""
-    monkeypatch.setattr(experiment, "compose", lambda findings: None)
+    monkeypatch.setattr(experiment, "run_document", lambda findings: None)
     monkeypatch.setattr(experiment, "render", lambda page: "")
 
 
