@@ -4,6 +4,9 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
+# One test more at a time than there are cores: some of them wait.
+WORKERS ?= $(shell expr $$(nproc 2>/dev/null || echo 2) + 1)
+
 # Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
@@ -42,7 +45,7 @@ imports: $(READY)
 	$(BIN)/lint-imports --no-cache
 
 virtual: $(READY) ## The tests that no clock on the wall can fail, on every core
-	$(BIN)/pytest -m 'not realtime and not long' -n auto --dist loadfile
+	$(BIN)/pytest -m 'not realtime and not long' -n $(WORKERS) --dist loadfile
 
 realtime: $(READY) ## The tests against the wall clock, alone, under a meter of the host's stalls
 	$(BIN)/pytest -m 'realtime and not long'
