@@ -4,8 +4,8 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-# One test more at a time than there are cores: some of them wait.
-WORKERS ?= $(shell expr $$(nproc 2>/dev/null || echo 2) + 1)
+# Two tests more at a time than there are cores: some of them wait.
+WORKERS ?= $(shell expr $$(nproc 2>/dev/null || echo 2) + 2)
 
 # Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.
 export OPENBLAS_NUM_THREADS := 1
