@@ -73,7 +73,7 @@ class Standing:
         "moved_n",
         "second_n",
         "ticks",
-    )  # fmt: skip
+    )
 
     def __init__(self, period_s: float, skew_s: float, filter_s: float) -> None:
         self._alpha = min(1.0, period_s / filter_s)

@@ -346,6 +346,8 @@ class Supervisor:
             )  # fmt: skip
         if limits.cross_check:
             breach = self._judge_cross_check(force_n, smooth_n) or breach
+        if self.second is not None:
+            breach = self._judge_standing(force_n, self.second.raw_n) or breach
         side = self._judge_side(force_n, phase)
         breach = breach or side
         if phase == _LOAD:
@@ -356,19 +358,25 @@ class Supervisor:
         return breach
 
     def _judge_side(self, force_n: float, phase: int) -> Breach | None:
-        """R1 and R2 for the whole force, and R11: in an approach a surface can only push."""
+        """R1 and R2 for the whole force; R11 in an approach, where a surface can only push."""
         limits, across_n = self._limits, self.force.across_n
+        breach = None
         for rule, along_n, word in (("R1", force_n, "is"), ("R2", self.predicted_n, "would be")):
             whole_n = math.hypot(along_n, across_n)
             if across_n > limits.touch_force_n and whole_n > limits.force_limit_n:
-                return self._found(
+                breach = breach or self._found(
                     rule, whole_n, limits.force_limit_n, "N",
                     f"with {across_n:.4g} N across the pressing axis the whole force {word}"
                     f" {whole_n:.4g} N, beyond {limits.force_limit_n:.4g} N",
                 )  # fmt: skip
-        if phase not in _SEARCHING:
-            self._wrong_way = 0
-            return None
+        if phase in _SEARCHING:
+            return breach or self._judge_way(force_n)
+        self._wrong_way = 0
+        return breach
+
+    def _judge_way(self, force_n: float) -> Breach | None:
+        """R11: the force grows the wrong way along the pressing axis, or across it."""
+        limits = self._limits
         limit_n, across_n = limits.touch_force_n, self.force.smooth_across_n
         across_limit_n = max(limit_n, ACROSS_SIGMAS * limits.noise_n)
         pulls = force_n < -limit_n
@@ -390,25 +398,27 @@ class Supervisor:
             " the tool sideways",
         )  # fmt: skip
 
+    def _judge_standing(self, force_n: float, second_raw_n: float) -> Breach | None:
+        """R4: the second sensor stands while the main one moves."""
+        standing, limit_n = self._standing, self._limits.second_stands_n
+        standing.add(force_n, second_raw_n)
+        if standing.moved_n <= limit_n:
+            return None
+        return self._found(
+            "R4", standing.moved_n, limit_n, "N",
+            f"the second force sensor has read {self.second_n:+.4g} N for"
+            f" {standing.ticks * self._limits.period_s:.3g} s while the force sensor moved by"
+            f" {standing.moved_n:.3g} N: it is frozen",
+        )  # fmt: skip
+
     def _judge_cross_check(self, force_n: float, smooth_n: float) -> Breach | None:
         """R5: the channels differ by more than the plan allows, for longer than it allows.
 
-        While the target moves away, which is safe, the count rests. R4 where the second sensor
-        stands while the main one moves.
+        While the target moves away, which is safe, the count rests.
         """
         limits = self._limits
         raw_n = self.arm.force_n if self.second is None else self.second.raw_n
         self.second_n = second_n = raw_n - self.second_zero_n
-        if self.second is not None:
-            self._standing.add(force_n, raw_n)
-            if self._standing.moved_n > limits.second_stands_n:
-                standing = self._standing
-                return self._found(
-                    "R4", standing.moved_n, limits.second_stands_n, "N",
-                    f"the second force sensor has read {second_n:+.4g} N for"
-                    f" {standing.ticks * limits.period_s:.3g} s while the force sensor moved by"
-                    f" {standing.moved_n:.3g} N: it is frozen",
-                )  # fmt: skip
         self._cross.add(force_n, second_n)
         difference_n = self._cross.difference_n
         tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(smooth_n)

@@ -14,8 +14,11 @@ from stepload.contact.materials import FlatPunch, Material
 from stepload.envelope.limits import RunLimits, identical_counts, second_stands_n
 from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
 from stepload.record.rows import Phase
+from stepload.rig.samples import ForceSample
 from stepload.rig.world import WorldFault
 from stepload.run.cross_check import Standing
+from stepload.run.supervisor import Supervisor
+from stepload.run.watch import Breach, Found
 
 F_C = 23.89
 
@@ -64,6 +67,35 @@ def test_a_main_channel_that_reads_too_little_and_a_frozen_second_one(loaded_s: 
     engine = run(bench, 25.0)
     assert engine.cause is not None
     assert bench.peak_n < 0.7 * F_C
+
+
+def test_a_rule_that_is_left_out_takes_no_other_one_with_it() -> None:
+    """Without R4 a standing channel is still compared; without R1 the whole force still judged."""
+
+    def without(left_out: str) -> Found:
+        return lambda rule, *rest: None if rule == left_out else Breach(rule, *rest)
+
+    limits = limits_for(coarse_plan(), F_C)
+    supervisor = Supervisor(limits, "-fz", "+fz", without("R4"))
+    assert supervisor.second is not None
+    supervisor.tare(0.0, 0.0)
+    supervisor.second.raw_n, found = 0.0, []
+    for tick in range(800):
+        supervisor.second.fresh = supervisor.force.fresh = True
+        supervisor.force.raw_n = min(0.02 * tick, 8.0)
+        found.append(supervisor._judge_force(0.0, 0.0, int(Phase.HOLD)))
+    assert "R5" in {breach.rule for breach in found if breach}
+
+    supervisor = Supervisor(limits, "-fz", "", without("R1"))
+    sideways = ForceSample(1, 0.0, 0.0, 0, (0.0,) * 6, 20.0)
+    supervisor.force.take([sideways], 0.0)
+    supervisor.tare(0.0, 0.0)
+    wrench = (2.0 * limits.force_limit_n, 0.0, 0.0, 0.0, 0.0, 0.0)
+    sample = sideways._replace(sequence=2, wrench=wrench)
+    supervisor.force.take([sample], 0.0)
+    breach = supervisor._judge_force(0.0, 0.0, int(Phase.HOLD))
+    assert breach is not None
+    assert breach.rule == "R2"
 
 
 def test_the_same_rig_without_faults_completes() -> None:
