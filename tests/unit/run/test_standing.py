@@ -78,8 +78,9 @@ def test_a_rule_that_is_left_out_takes_no_other_one_with_it() -> None:
     limits = limits_for(coarse_plan(), F_C)
     supervisor = Supervisor(limits, "-fz", "+fz", without("R4"))
     assert supervisor.second is not None
+    supervisor.force.raw_n = supervisor.second.raw_n = 0.0
     supervisor.tare(0.0, 0.0)
-    supervisor.second.raw_n, found = 0.0, []
+    found = []
     for tick in range(800):
         supervisor.second.fresh = supervisor.force.fresh = True
         supervisor.force.raw_n = min(0.02 * tick, 8.0)
