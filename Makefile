@@ -11,7 +11,7 @@ WORKERS ?= $(shell expr $$(nproc 2>/dev/null || echo 2) + 2)
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-wire test lint types imports virtual realtime test-under-load mutants \
+.PHONY: help long demo demo-wire test lint types imports virtual realtime test-under-load mutants \
   mutants-generated installed wire campaign bench fuzz paper clean
 
 help: ## Show this list
@@ -66,6 +66,9 @@ installed: ## The wheels in a clean environment, outside the checkout
 wire: $(READY) ## Every fault of the documents under a whole run, real time
 	$(BIN)/pytest tests/wire/runs -m 'long or not long' --durations=10
 
+long: $(READY) ## Tests that are too long for every commit: the page's commands, memory, more plans
+	$(BIN)/pytest tests/system -m long --durations=10
+
 campaign: $(READY) ## The fault campaign, 100,000 runs (hours; resumable)
 	$(BIN)/stepload campaign procedures/campaign.yaml --runs 100000 --faults all --seed 1 --out campaign
 
@@ -78,7 +81,7 @@ fuzz: $(READY) ## Property tests on new examples; random frames into every decod
 	$(BIN)/python bench/fuzz_decoders.py --frames 10000000
 
 paper: $(READY) ## Regenerate docs/paper.md
-	$(BIN)/python -m stepload_verify.paper --out docs/paper.md
+	$(BIN)/stepload paper --out docs/paper.md
 
 clean: ## Remove the environment and what was generated
 	rm -rf $(VENV) runs campaign mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis

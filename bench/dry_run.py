@@ -39,8 +39,8 @@ def measure(hours: float) -> dict[str, float]:
 
     plan = load_plan(PLAN)
     if hours:
-        each_s = envelope_of(replace(plan, procedure=replace(plan.procedure, cycles=2))).duration_s
-        each_s -= envelope_of(plan).duration_s
+        each_s = envelope_of(plan).duration_s
+        each_s -= envelope_of(replace(plan, procedure=replace(plan.procedure, cycles=1))).duration_s
         cycles = round(hours * 3600.0 / each_s)
         plan = replace(plan, procedure=replace(plan.procedure, cycles=cycles))
     loop_s = cpu_s = loop_mb = 0.0

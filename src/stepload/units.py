@@ -25,7 +25,7 @@ _Dimension = tuple[int, int, int, int, int]
 
 _NONE: _Dimension = (0, 0, 0, 0, 0)
 
-_PREFIXES = {"n": -9, "µ": -6, "m": -3, "c": -2, "": 0, "k": 3, "M": 6, "G": 9}
+_PREFIXES = {"p": -12, "n": -9, "µ": -6, "m": -3, "c": -2, "": 0, "k": 3, "M": 6, "G": 9}
 
 _SYMBOLS: dict[str, tuple[_Dimension, str, str]] = {
     "m": ((1, 0, 0, 0, 0), "1", "nµmc"),
@@ -34,7 +34,7 @@ _SYMBOLS: dict[str, tuple[_Dimension, str, str]] = {
     "min": ((0, 0, 1, 0, 0), "60", ""),
     "h": ((0, 0, 1, 0, 0), "3600", ""),
     "Hz": ((0, 0, -1, 0, 0), "1", "kM"),
-    "N": ((1, 1, -2, 0, 0), "1", "µmkMG"),
+    "N": ((1, 1, -2, 0, 0), "1", "pnµmkMG"),
     "Pa": ((-1, 1, -2, 0, 0), "1", "kMG"),
     "K": ((0, 0, 0, 1, 0), "1", "m"),
     "rad": ((0, 0, 0, 0, 1), "1", "mµ"),
@@ -89,6 +89,7 @@ _CELSIUS = ("degC", "°C")
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 _FACTOR = re.compile(r"([A-Za-zµμ]+|[%°])(?:\^?([-+]?[0-9]|[²³]))?")
 _POWERS = {"²": 2, "³": 3}
+_PLUS_MINUS = re.compile(r"±|\+/-|\+-")
 
 
 def _parse_unit(text: str) -> _Unit:
@@ -182,6 +183,15 @@ def parse_quantity(text: object, unit: str) -> float:
     if not math.isfinite(value):
         raise QuantityError(f"{shown} is not a finite number", hint=expected)
     return value
+
+
+def split_uncertainty(text: str) -> tuple[str, str | None]:
+    """What stands before and after the first "±" of `text` ("+-" and "+/-" are the same).
+
+    The second part is None where no uncertainty is written.
+    """
+    before, *after = _PLUS_MINUS.split(text, maxsplit=1)
+    return before.strip(), after[0].strip() if after else None
 
 
 def _scaled(number: str, scale: Decimal) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -11,7 +13,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from real_runs import QUICK, ROOT, Staged, stepload
+from real_runs import CYCLES, QUICK, Staged, stepload
 
 
 @pytest.fixture
@@ -22,14 +24,47 @@ def quick(tmp_path: Path) -> Path:
     return path
 
 
+def _dry_run(place: Path, plan: Path) -> Path:
+    """The directory of a dry run in `place`, made by whichever worker comes first."""
+    place.mkdir(exist_ok=True)
+    with (place / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (place / "run" / "results.json").exists():
+            done = stepload("run", plan, "--dry-run", "--quiet", "--out", place / "run")
+            assert done.returncode == 0, done.stderr
+    return place / "run"
+
+
 @pytest.fixture(scope="session")
-def plastic_sphere(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The directory of one dry run of the paper's plastic sphere."""
-    directory = tmp_path_factory.mktemp("plastic-sphere") / "run"
-    plan = ROOT / "procedures" / "plastic-sphere.yaml"
-    done = stepload("run", plan, "--dry-run", "--quiet", "--out", directory)
-    assert done.returncode == 0, done.stderr
-    return directory
+def for_all_workers(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A directory that all processes of the session have in common."""
+    base = tmp_path_factory.getbasetemp()
+    return base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+
+def _plan(path: Path, text: str) -> Path:
+    """The plan as a file, whole whenever another worker reads it."""
+    made = path.with_suffix(f".{os.getpid()}")
+    made.write_text(text)
+    return made.rename(path)
+
+
+@pytest.fixture(scope="session")
+def quick_plan(for_all_workers: Path) -> Path:
+    """The quick plan as a file of the session."""
+    return _plan(for_all_workers / "quick.yaml", QUICK)
+
+
+@pytest.fixture(scope="session")
+def quick_run(quick_plan: Path, for_all_workers: Path) -> Path:
+    """The directory of one dry run of the quick plan; to be read only."""
+    return _dry_run(for_all_workers / "quick", quick_plan)
+
+
+@pytest.fixture(scope="session")
+def cycles_run(for_all_workers: Path) -> Path:
+    """The same for a quick plan of two cycles, with unloading; its payload is identified."""
+    return _dry_run(for_all_workers / "cycles", _plan(for_all_workers / "cycles.yaml", CYCLES))
 
 
 @pytest.fixture

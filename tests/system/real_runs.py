@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import json
 import os
 import select
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+import pytest
+
+from stepload.cli.main import main
+from stepload.session import experiment
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -31,12 +38,14 @@ procedure:
   hold: 0.3 s
   touches: 1
   unload: false
+  cycles: 1
   surface_distance: 2 mm
   surface_uncertainty: 0.3 mm
   tare: 0.3 s
   warm_up: 0 s
   settle_timeout: 0.3 s
 """
+CYCLES = QUICK.replace("unload: false\n  cycles: 1", "unload: true\n  cycles: 2")
 ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
 
 
@@ -50,6 +59,43 @@ def stepload(*arguments: object, **options: Any) -> subprocess.CompletedProcess[
         env=ENVIRONMENT,
         timeout=PATIENCE_S,
         **options,
+    )
+
+
+def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
+    """Reports of words only: drawing takes longer than a quick run."""
+    render = experiment.render
+    patch.setattr(experiment, "render", lambda document: render(replace(document, figures=())))
+
+
+class Said(NamedTuple):
+    """One command: exit code and what it printed, as of a process."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def in_process(*arguments: object, cwd: Path | None = None, drawn: bool = True) -> Said:
+    """One `stepload` command in this process, which is quicker where the process is not the point.
+
+    Not `drawn`, the report of a run has no figures.
+    """
+    out, err = io.StringIO(), io.StringIO()
+    with (
+        contextlib.chdir(cwd or Path.cwd()),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+        pytest.MonkeyPatch.context() as patch,
+    ):
+        patch.setattr(sys, "argv", ["stepload", *map(str, arguments)])
+        if not drawn:
+            leave_out_figures(patch)
+        with pytest.raises(SystemExit) as ended:
+            main()
+    code = ended.value.code
+    return Said(
+        code if isinstance(code, int) else int(code is not None), out.getvalue(), err.getvalue()
     )
 
 

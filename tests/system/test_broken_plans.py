@@ -132,7 +132,7 @@ BROKEN = [
     ),
     Broken("no touches", _END, _END + "  touches: 0\n", 22, 12, "out of range", "whole number"),
     Broken("half a cycle", _END, _END + "  cycles: 1.5\n", 22, 11, "not a whole number"),
-    Broken("endless", "hold: 3 s", "hold: 20 h", 20, 9, "240.0 h", "24 h"),
+    Broken("endless", "hold: 3 s", "hold: 20 h", 20, 9, "480.0 h", "24 h"),
     Broken("zero rate", _RIG, _STVF + "arm: {rate: 0 Hz}", 18, 15, "out of range", "1 Hz"),
     Broken("axis", _RIG, _STVF + "force: {axis: z}", 18, 17, "'z' is not a choice", "+fz"),
     Broken("driver", _RIG, _STVF + "arm: {driver: nosuch}", 18, 17, "no driver named", "sim"),

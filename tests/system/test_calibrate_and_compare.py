@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
+import hashlib
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from real_runs import ROOT
+from real_runs import ROOT, in_process
 
-from stepload.cli.main import main
 from stepload.errors import BadInputError
 from stepload.plan.calibration import read_calibration, write_calibration
 from stepload.results.calibration import from_system_runs
@@ -22,6 +19,7 @@ from stepload.results.saved import saved_run
 
 KS = 3.49e6
 PAYLOADS = ROOT / "procedures" / "payloads"
+SMOOTH = "simulation: {law: smooth}"
 QUICK = """
 procedure:
   step: 60 N
@@ -55,17 +53,8 @@ class Ran(NamedTuple):
 
 
 def command(*arguments: object) -> Ran:
-    out, err, argv = io.StringIO(), io.StringIO(), sys.argv
-    sys.argv = ["stepload", *map(str, arguments), "--json"]
-    try:
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            main()
-    except SystemExit as done:
-        text = out.getvalue()
-        return Ran(int(done.code or 0), json.loads(text) if text else {}, err.getvalue())
-    finally:
-        sys.argv = argv
-    raise AssertionError("main() returned")
+    done = in_process(*arguments, "--json", drawn="calibrate" in arguments)
+    return Ran(done.returncode, json.loads(done.stdout or "{}"), done.stderr)
 
 
 def plan_file(directory: Path, name: str, payload: object, rig: str, **how: object) -> Path:
@@ -104,7 +93,11 @@ def payload_runs(lab: Path) -> list[Path]:
     made = []
     for seed, cycles in ((3, 1), (4, 2)):
         plan = plan_file(
-            lab, f"sphere-{seed}", PAYLOADS / "plastic-sphere.yaml", "stvf", cycles=cycles
+            lab,
+            f"sphere-{seed}",
+            PAYLOADS / "plastic-sphere.yaml",
+            f"{{profile: stvf, {SMOOTH}}}",
+            cycles=cycles,
         )
         made.append(lab / f"sphere-run-{seed}")
         ran = command("run", plan, "--dry-run", "--quiet", "--seed", seed, "--out", made[-1])
@@ -169,7 +162,8 @@ def test_two_reference_spheres_give_the_same_stiffness(lab: Path) -> None:
 
 
 def test_a_plan_goes_by_its_record(lab: Path, system_runs: list[tuple[Path, Ran]]) -> None:
-    rig = "{profile: stvf, system_stiffness: {record: flat-2.json, policy: refuse}}"
+    stiffness = "system_stiffness: {record: flat-2.json, policy: refuse}"
+    rig = f"{{profile: stvf, {stiffness}, {SMOOTH}}}"
     plan = plan_file(lab, "with-record", PAYLOADS / "plastic-sphere.yaml", rig)
     record = read_calibration(lab / "flat-2.json")
     checked = command("preflight", plan)
@@ -178,11 +172,15 @@ def test_a_plan_goes_by_its_record(lab: Path, system_runs: list[tuple[Path, Ran]
     ran = command("run", plan, "--dry-run", "--quiet", "--seed", 5, "--out", lab / "recorded")
     assert ran.code == 0, ran.text
     lines = {line["source"]: line["size"] for line in ran.data["budget"]}
-    relative = 100 * record.sigma_n_per_m / record.stiffness_n_per_m
-    assert lines["system stiffness K_s"] == f"{relative:.3g} %"
+    rows = f"rows {record.deflection_sigma_m[0] * 1e6:.3g} µm"
+    common = f"common {100 * record.deflection_common:.3g} %"
+    assert lines["system stiffness K_s"] == f"table of this pose, {rows}, {common}"
+    assert "deflection_table" in {reason["code"] for reason in checked.data["reasons"]}
     assert "degrees of freedom" in lines["smooth deformation error"]
     low, high = ran.data["interval_secant_n_per_m"]
     assert low < 5.06e6 < high
+    made = saved_run(lab / "recorded").metadata["calibration"]
+    assert made == f"sha256 {hashlib.sha256((lab / 'flat-2.json').read_bytes()).hexdigest()}"
     for_real = command("run", plan, "--quiet", "--out", lab / "for-real")
     assert for_real.code == 3
     assert "made in a dry run" in for_real.data["error"]
@@ -289,8 +287,30 @@ def test_compare_sets_runs_side_by_side(lab: Path, payload_runs: list[Path]) -> 
     assert page.count("data:image/svg+xml") == 2
 
 
-def write_curve(path: Path, modulus_factor: float) -> Path:
-    force = np.linspace(5.0, 330.0, 80)
+def test_compare_says_what_it_could_have_seen(lab: Path, payload_runs: list[Path]) -> None:
+    one, two = payload_runs
+    ran = command("compare", one, "vs", two)
+    assert ran.code == 0, ran.text
+    (found,) = ran.data["differences"]
+    assert ran.data["groups"] == [found["first"], found["second"]]
+    assert ran.data["groups"][0][0].startswith("sphere-3 ")
+    assert found["interval"][0] < 0.0 < found["interval"][1]
+    assert 0.0 < found["smallest_detectable"] < 0.2 == found["tolerance"]
+    assert found["verdict"] == ran.data["agreement"] == "agree"
+    lines = {line["source"]: line for line in found["lines"]}
+    gain = lines["force calibration"]
+    assert gain["common"] == "by all"
+    assert gain["left"] < 0.1 * gain["first"]
+    assert "AGREE: Chord stiffness" in ran.text
+    assert "smallest difference that these runs could have shown" in ran.text
+    strict = command("compare", one, two, "--tolerance", "1 %")
+    assert strict.data["verdict"] == strict.data["agreement"] == "cannot tell"
+    assert "CANNOT TELL: " in strict.text
+    assert saved_run(one).metadata["calibration"] == "declared"
+
+
+def write_curve(path: Path, modulus_factor: float, top_n: float = 330.0) -> Path:
+    force = np.linspace(5.0, top_n, 80)
     deformation = (force / (6.57e8 * modulus_factor)) ** (1 / 1.5)
     np.savetxt(
         path, np.column_stack([deformation, force]), "%.9g", ",",
@@ -329,6 +349,19 @@ def test_a_curve_against_steel_is_corrected_for_the_modulus(
     assert any("no modulus" in note for note in plain.data["notes"])
 
 
+def test_a_curve_that_ends_at_the_secant_force_keeps_its_secant(
+    lab: Path, payload_runs: list[Path]
+) -> None:
+    """Corrected from steel to aluminium, 300 N become 293 N: both are compared there."""
+    curve = write_curve(lab / "to-300.csv", 1.0246, 300.0)
+    ran = command("compare", payload_runs[0], "--curve", curve, "--curve-plate", "200 GPa, 0.29")
+    (found,) = ran.data["curve"]
+    assert found["secant_force_n"] == pytest.approx(300.0 / 1.0246, rel=1e-3)
+    assert abs(found["secant_change"]) < 0.03
+    assert abs(found["chord_change"]) < 0.03
+    assert found["verdict"] == "agree"
+
+
 def test_a_curve_of_another_payload_disagrees(lab: Path, payload_runs: list[Path]) -> None:
     curve = write_curve(lab / "softer.csv", 0.6)
     ran = command("compare", payload_runs[0], "--curve", curve)
@@ -342,6 +375,11 @@ def test_what_cannot_be_compared_is_refused(
     curve = write_curve(lab / "curve.csv", 1.0)
     for arguments, said in (
         ((payload_runs[0],), "nothing to compare with"),
+        ((payload_runs[0], payload_runs[0]), "given twice"),
+        ((payload_runs[0], "vs"), "nothing to compare with"),
+        ((payload_runs[0], "vs", "vs", payload_runs[1]), "a group of runs is empty"),
+        ((*payload_runs, "--tolerance", "0 %"), "tolerance"),
+        ((*payload_runs, "--tolerance", "5 N"), "5 N"),
         ((payload_runs[0], system_runs[0][0]), "a system-stiffness run"),
         ((payload_runs[0], payload_runs[1], "--curve-plate", "200 GPa, 0.29"), "no --curve"),
         ((payload_runs[0], "--curve", curve, "--curve-plate", "200 GPa"), "Poisson"),

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from real_runs import ENVIRONMENT, QUICK, ROOT, stepload
+from real_runs import ENVIRONMENT, ROOT
 
 sys.path.insert(0, str(ROOT / "bench" / "fuzz"))
 
@@ -32,13 +32,9 @@ FEW: dict[str, Any] = {
 
 
 @pytest.fixture(scope="module")
-def honest(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, forge.Record]:
+def honest(quick_plan: Path, quick_run: Path) -> tuple[Path, forge.Record]:
     """A plan, and the thinned-out record of its dry run."""
-    place = tmp_path_factory.mktemp("honest")
-    (place / "plan.yaml").write_text(QUICK)
-    done = stepload("run", place / "plan.yaml", "--dry-run", "--out", place / "run", "--quiet")
-    assert done.returncode == 0, done.stderr
-    return place / "plan.yaml", forge.load(place / "run" / "run.mcap", 16)
+    return quick_plan, forge.load(quick_run / "run.mcap", 16)
 
 
 @pytest.fixture
@@ -65,7 +61,7 @@ def _ends_well(capsys: pytest.CaptureFixture[str], *arguments: object) -> int:
     return int(ended.value.code or 0)
 
 
-@settings(max_examples=20, **FEW)
+@settings(max_examples=8, **FEW)
 @given(data=st.data())
 def test_forged_records_are_replayed_and_repaired_or_refused(
     honest: tuple[Path, forge.Record],
@@ -94,7 +90,7 @@ def test_names_in_records_lead_nowhere(
     assert path.exists()
 
 
-@settings(max_examples=40, **FEW)
+@settings(max_examples=15, **FEW)
 @given(
     rows=st.lists(
         st.tuples(

@@ -5,10 +5,14 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import pytest
-from real_runs import ENVIRONMENT, ROOT
+from real_runs import ENVIRONMENT, ROOT, leave_out_figures
+
+from stepload_verify.trials import seeds
 
 
 def _measured(*command: str) -> list[dict[str, Any]]:
@@ -35,8 +39,8 @@ def _check_kills(kills: list[dict[str, Any]]) -> None:
 
 
 def test_killed_runs_lose_nothing_that_was_on_the_disk() -> None:
-    kills = _measured("-m", "stepload_verify.trials.kill_runs", "--kills", "3", "--wire", "0")
-    assert [kill["kind"] for kill in kills] == ["dry"] * 3
+    kills = _measured("-m", "stepload_verify.trials.kill_runs", "--kills", "2", "--wire", "0")
+    assert [kill["kind"] for kill in kills] == ["dry"] * 2
     _check_kills(kills)
 
 
@@ -47,17 +51,27 @@ def test_killed_runs_on_the_wire_lose_nothing_that_was_on_the_disk() -> None:
     _check_kills(kills)
 
 
-def test_two_seeds_of_the_plastic_sphere() -> None:
-    for one in _measured("-m", "stepload_verify.trials.seeds", "--seeds", "2"):
+def test_two_seeds_of_a_plan(
+    quick_plan: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["seeds", "--seeds", "2", "--plan", str(quick_plan), "--json"]
+    monkeypatch.setattr(sys, "argv", words)
+    leave_out_figures(monkeypatch)
+    monkeypatch.setattr(seeds, "ProcessPoolExecutor", lambda *_, **__: ThreadPoolExecutor(1))
+    assert seeds.main() == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [one["seed"] for one in found] == [1, 2]
+    for one in found:
         assert one["status"] == "completed"
         assert abs(one["joint_ratio"] - 1.0) < 0.03
         assert one["covered"]
         assert one["peak_ratio"] < 0.6
 
 
+@pytest.mark.long
 def test_memory_does_not_grow_with_the_run() -> None:
-    (one,) = _measured(str(ROOT / "bench" / "dry_run.py"), "--hours", "0.06")
-    assert one["virtual_s"] > 180.0
+    (one,) = _measured(str(ROOT / "bench" / "dry_run.py"), "--hours", "0.04")
+    assert one["virtual_s"] > 120.0
     assert one["loop_mb"] < 30.0
     assert one["runner_mb"] < 300.0
     assert one["writer_mb"] < 150.0

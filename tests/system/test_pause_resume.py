@@ -16,7 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from real_runs import ENVIRONMENT, HERE, PATIENCE_S, Staged, results, stepload
+from real_runs import ENVIRONMENT, HERE, PATIENCE_S, Staged, in_process, leave_out_figures, results
 
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
@@ -31,6 +31,11 @@ from stepload.session.experiment import run_plan
 from stepload.session.files import run_directory
 
 Stage = Callable[..., Staged]
+
+
+@pytest.fixture(autouse=True)
+def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_out_figures(monkeypatch)
 
 
 def _phases(recording: Recording) -> list[str]:
@@ -52,12 +57,12 @@ def test_pause_from_another_terminal(stage: Stage, quick: Path, tmp_path: Path) 
         "run", quick, "--dry-run", "--out", directory, "--quiet",
     )  # fmt: skip
     staged.wait_until_there()
-    paused = stepload("pause", directory, "--json")
+    paused = in_process("pause", directory, "--json")
     assert paused.returncode == 0, paused.stderr
     assert json.loads(paused.stdout)["paused"] is True
     answer = _wait_for_phase(directory, "PAUSED")
     assert abs(float(str(answer["force_n"]))) < 3.0  # unloaded
-    told = stepload("pause", directory, "--resume")
+    told = in_process("pause", directory, "--resume")
     assert told.returncode == 0
     assert "goes on" in told.stdout
     assert staged.finish()[0] == 0
@@ -148,7 +153,7 @@ def test_ctrl_c_ends_a_paused_run(stage: Stage, quick: Path, tmp_path: Path) -> 
 def test_a_cycle_cut_short_by_a_pause_is_not_compared(
     quick: Path, tmp_path: Path, cut: int, whole: list[int], problem: str
 ) -> None:
-    quick.write_text(quick.read_text().replace("unload: false", "cycles: 3"))
+    quick.write_text(quick.read_text().replace("unload: false\n  cycles: 1", "cycles: 3"))
     operator, seen = Operator(), []
 
     def pause_on_the_way_down(engine: Engine, _check: object) -> None:
@@ -186,7 +191,7 @@ def test_a_cycle_cut_short_by_a_pause_is_not_compared(
 def test_a_run_of_cycles_that_ends_early_has_a_report_of_the_whole_ones(
     quick: Path, tmp_path: Path, at: tuple[Phase, int, int], level: StopLevel, whole: list[int]
 ) -> None:
-    quick.write_text(quick.read_text().replace("unload: false", "cycles: 3"))
+    quick.write_text(quick.read_text().replace("unload: false\n  cycles: 1", "cycles: 3"))
     operator, out = Operator(), tmp_path / "run"
 
     def stop_there(engine: Engine, _check: object) -> None:
@@ -224,7 +229,7 @@ def test_a_run_of_cycles_that_ends_early_has_a_report_of_the_whole_ones(
 
 
 def test_what_was_never_touched_is_virgin_when_it_is_taken_up(quick: Path, tmp_path: Path) -> None:
-    quick.write_text(quick.read_text().replace("unload: false", "cycles: 2"))
+    quick.write_text(quick.read_text().replace("unload: false\n  cycles: 1", "cycles: 2"))
     plan, operator = envelope_of(load_plan(quick)), Operator()
 
     def stop_in_free_air(engine: Engine, _check: object) -> None:
@@ -263,7 +268,7 @@ def test_an_interrupted_run_is_taken_up(stage: Stage, quick: Path, tmp_path: Pat
     while is_being_written(first / "run.mcap.part"):  # by the writer that outlives its run
         assert time.monotonic() < give_up_at
         time.sleep(0.01)
-    done = stepload("run", quick, "--dry-run", "--resume", first, "--out", second, "--json")
+    done = in_process("run", quick, "--dry-run", "--resume", first, "--out", second, "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     old, new = (read_recording(d / "run.mcap") for d in (first, second))
@@ -280,16 +285,10 @@ def test_an_interrupted_run_is_taken_up(stage: Stage, quick: Path, tmp_path: Pat
     assert found["believe"] in found["fits"]
 
 
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+@pytest.fixture
+def finished(quick_plan: Path, quick_run: Path) -> tuple[Path, Path]:
     """(plan, directory) of a finished dry run."""
-    from real_runs import QUICK
-
-    place = tmp_path_factory.mktemp("finished")
-    (place / "plan.yaml").write_text(QUICK)
-    done = stepload("run", place / "plan.yaml", "--dry-run", "--out", place / "run", "--quiet")
-    assert done.returncode == 0
-    return place / "plan.yaml", place / "run"
+    return quick_plan, quick_run
 
 
 def test_what_cannot_be_resumed(finished: tuple[Path, Path], tmp_path: Path) -> None:

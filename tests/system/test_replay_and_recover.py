@@ -6,21 +6,17 @@ import json
 from pathlib import Path
 
 import pytest
-from real_runs import QUICK, stepload
+from real_runs import in_process, stepload
 
 from stepload.errors import BadInputError
 from stepload.record.reader import read_recording
 from stepload.run import replayed
 
 
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture
+def finished(quick_run: Path) -> Path:
     """The record of a dry run."""
-    place = tmp_path_factory.mktemp("finished")
-    (place / "plan.yaml").write_text(QUICK)
-    done = stepload("run", place / "plan.yaml", "--dry-run", "--out", place / "run", "--quiet")
-    assert done.returncode == 0, done.stderr
-    return place / "run" / "run.mcap"
+    return quick_run / "run.mcap"
 
 
 def test_replay_says_which_rule_when_and_by_how_much(finished: Path) -> None:
@@ -45,7 +41,7 @@ def test_replay_says_which_rule_when_and_by_how_much(finished: Path) -> None:
 def test_any_threshold_can_be_another(finished: Path, limit: str, rule: str) -> None:
     wishes = [limit, "cross_relative=0"] if rule == "R5" else [limit]
     options = [text for wish in wishes for text in ("--limit", wish)]
-    found = json.loads(stepload("replay", finished, *options, "--json").stdout)
+    found = json.loads(in_process("replay", finished, *options, "--json").stdout)
     assert found["cause"]["rule"] == rule
     assert found["cause"]["time_s"] >= found["start_s"]
 
@@ -67,7 +63,7 @@ def test_replay_of_a_part_says_so(finished: Path, tmp_path: Path) -> None:
     data = finished.read_bytes()
     cut, none = tmp_path / "cut.mcap", tmp_path / "none.mcap"
     cut.write_bytes(data[: len(data) // 2])
-    done = stepload("replay", cut)
+    done = in_process("replay", cut)
     assert done.returncode == 0
     assert "note: the record is damaged, and was judged up to there" in done.stdout
     sizes = range(1000, len(data) // 4, 2000)
@@ -90,15 +86,15 @@ def test_limits_of_anybody_take_no_memory(finished: Path) -> None:
 
 
 def test_recover_says_by_its_exit_code_what_it_did(finished: Path, tmp_path: Path) -> None:
-    assert stepload("recover", tmp_path / "nowhere").returncode == 2
-    assert stepload("recover", tmp_path).returncode == 0
-    assert stepload("recover", "/dev/zero").returncode == 2
+    assert in_process("recover", tmp_path / "nowhere").returncode == 2
+    assert in_process("recover", tmp_path).returncode == 0
+    assert in_process("recover", "/dev/zero").returncode == 2
     bare = tmp_path / "record"
     bare.write_bytes(finished.read_bytes()[:-200])
-    done = stepload("recover", bare)
+    done = in_process("recover", bare)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "record.recovered.mcap").exists()
     (tmp_path / "broken.mcap.part").write_bytes(b"no record")
-    done = stepload("recover", tmp_path)
+    done = in_process("recover", tmp_path)
     assert done.returncode == 2
     assert "not repaired: " in done.stdout

@@ -12,9 +12,9 @@ FIGURES = ["time", "limit", "law", "residuals", "ellipse"]
 
 @pytest.mark.browser
 @pytest.mark.skipif(chromium.PATH is None, reason="chromium is not installed: no browser to look")
-def test_the_report_in_chromium(plastic_sphere: Path, tmp_path: Path) -> None:
+def test_the_report_in_chromium(cycles_run: Path, tmp_path: Path) -> None:
     with chromium.page(tmp_path / "profile") as page:
-        page.open(plastic_sphere / "report.html")
+        page.open(cycles_run / "report.html")
         assert page.evaluate("document.querySelector('.word').textContent") == "identified"
         shown = page.evaluate("[...document.querySelectorAll('figure')].map(f => f.id)")
         assert shown == FIGURES

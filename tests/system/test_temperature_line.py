@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from real_runs import QUICK, results, stepload
+from real_runs import QUICK, in_process, results
 
 PAYLOAD = """
 payload:
@@ -35,16 +35,17 @@ def test_a_plan_says_how_well_the_temperature_is_known(tmp_path: Path) -> None:
     plan = tmp_path / "plan.yaml"
     text = QUICK.replace(named, PAYLOAD).replace("  profile: stvf", RIG)
     plan.write_text(text + "identify: {temperature_uncertainty: 0.5 K}\n")
-    done = stepload("run", plan, "--dry-run", "--quiet", "--out", tmp_path / "run")
+    out = tmp_path / "run"
+    done = in_process("run", plan, "--dry-run", "--quiet", "--out", out, drawn=False)
     assert done.returncode == 0, done.stderr
     line = _temperature(results(tmp_path / "run"))
     assert line["size"] == "0.5 K"
     # The travel grows by 6.7 µm where the sphere gives way by 59 µm; the modulus alone is 0.1 %.
     assert 0.05 < line["sigma_secant_relative"] < 0.2
-    again = stepload("identify", tmp_path / "run" / "run.mcap", "--json")
+    again = in_process("identify", tmp_path / "run" / "run.mcap", "--json")
     assert _temperature(json.loads(again.stdout)) == pytest.approx(line)
 
 
-def test_otherwise_its_line_is_zero(plastic_sphere: Path) -> None:
-    line = _temperature(results(plastic_sphere))
+def test_otherwise_its_line_is_zero(cycles_run: Path) -> None:
+    line = _temperature(results(cycles_run))
     assert (line["size"], line["sigma_secant_relative"]) == ("0 K", 0.0)

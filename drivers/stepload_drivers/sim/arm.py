@@ -129,7 +129,8 @@ class WorldArm(Arm):
         start_m = min(self._measured_m(), host.world.plant.target_m)
         goal_m = start_m - distance_m
         quantum_m = host.world.spec.position_quantum_m
-        near_m = max(_ARRIVED_M, _ARRIVED_QUANTA * quantum_m, host.world.spec.lost_motion_m)
+        lost_m = host.world.spec.lost_motion_m + host.world.spec.slip_m
+        near_m = max(_ARRIVED_M, _ARRIVED_QUANTA * quantum_m, lost_m)
         problem = ""
         while True:
             travelled_m = min(distance_m, speed_m_s * (now_s - begin_s + self.period_s))

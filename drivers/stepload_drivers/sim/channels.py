@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample, Status
 from stepload.rig.world import WorldSpec
@@ -25,7 +25,7 @@ SECOND_CLOCK_S = 350.0
 GAUGE_CLOCK_S = 400.0
 
 Wrench = tuple[float, float, float, float, float, float]
-_WRENCHES: dict[str, Callable[[float], Wrench]] = {
+WRENCHES: dict[str, Callable[[float], Wrench]] = {
     "+fx": lambda force_n: (force_n, 0.0, 0.0, 0.0, 0.0, 0.0),
     "-fx": lambda force_n: (-force_n, 0.0, 0.0, 0.0, 0.0, 0.0),
     "+fy": lambda force_n: (0.0, force_n, 0.0, 0.0, 0.0, 0.0),
@@ -57,7 +57,6 @@ class Channel:
         "_held",
         "_newest_s",
         "_noise",
-        "_plant",
         "_quantum",
         "_range",
         "disturbed",
@@ -73,7 +72,6 @@ class Channel:
 
     def __init__(
         self,
-        plant: Plant,
         *,
         rate_hz: float,
         delay_s: float,
@@ -95,7 +93,6 @@ class Channel:
         self.disturbed = False
         """Whether a fault has ever been active."""
         self.raising = False
-        self._plant = plant
         self._delay_s = delay_s
         self._clock_s = clock_s
         self._noise = noise
@@ -154,14 +151,29 @@ class Channel:
         self._emit(device_s, receive_s, status, value)
 
 
-class ForceChannel(Channel):
-    """A force sensor: true contact force → wrench."""
+class Pressed(Protocol):
+    """What a force sensor feels: the force now, and a base step ago."""
 
-    __slots__ = ("_drift", "_offset", "_wrench")
+    @property
+    def force_n(self) -> float: ...
+
+    @property
+    def last_force_n(self) -> float: ...
+
+
+class ForceChannel(Channel):
+    """A force sensor: contact force → wrench.
+
+    Args:
+        pressed: what it feels along its axis.
+        wrench: from that reading to the whole wrench; along the axis alone if None.
+    """
+
+    __slots__ = ("_drift", "_offset", "_pressed", "_wrench")
 
     def __init__(
         self,
-        plant: Plant,
+        pressed: Pressed,
         *,
         rate_hz: float,
         axis: str,
@@ -175,9 +187,9 @@ class ForceChannel(Channel):
         seed: int,
         stream: int,
         faults: Schedule,
+        wrench: Callable[[float], Wrench] | None = None,
     ) -> None:
         super().__init__(
-            plant,
             rate_hz=rate_hz,
             delay_s=delay_s,
             clock_s=clock_s,
@@ -186,15 +198,16 @@ class ForceChannel(Channel):
             limit=range_n,
             faults=faults,
         )
+        self._pressed = pressed
         self._offset = offset_n
         self._drift = drift_n_per_s
-        self._wrench = _WRENCHES[axis]
+        self._wrench = wrench or WRENCHES[axis]
 
     def sample(self, time_s: float, back: float) -> None:
-        plant = self._plant
-        truth = plant.force_n
+        pressed = self._pressed
+        truth = pressed.force_n
         if back:
-            truth -= back * (truth - plant.last_force_n)
+            truth -= back * (truth - pressed.last_force_n)
         value = truth + self._offset + self._drift * time_s + self._noise()
         limit = self._range
         status = 0
@@ -233,13 +246,12 @@ class ForceChannel(Channel):
 class GaugeChannel(Channel):
     """A displacement gauge across the contact; its zero is anywhere within ±20 µm."""
 
-    __slots__ = ("_offset",)
+    __slots__ = ("_offset", "_plant")
 
     def __init__(
         self, plant: Plant, spec: WorldSpec, *, offset_m: float, stream: int, faults: Schedule
     ) -> None:
         super().__init__(
-            plant,
             rate_hz=spec.gauge_rate_hz,
             delay_s=0.0,
             clock_s=GAUGE_CLOCK_S,
@@ -248,11 +260,12 @@ class GaugeChannel(Channel):
             limit=math.inf,
             faults=faults,
         )
+        self._plant = plant
         self._offset = offset_m
 
     def sample(self, time_s: float, back: float) -> None:
         plant = self._plant
-        truth = plant.tip_m - plant.surface_m - back * plant.step_s * plant.tip_speed
+        truth = plant.closed_m - back * plant.step_s * plant.tip_speed
         value = _quantised(truth + self._offset + self._noise(), self._quantum)
         self.sequence += 1
         if self.disturbed or time_s >= self._faults.next_s:
@@ -277,6 +290,7 @@ class ArmChannel(Channel):
         "_force_noise",
         "_force_offset",
         "_has_force",
+        "_plant",
         "arm_force_n",
     )
 
@@ -284,7 +298,6 @@ class ArmChannel(Channel):
         self, plant: Plant, spec: WorldSpec, *, force_offset_n: float, faults: Schedule
     ) -> None:
         super().__init__(
-            plant,
             rate_hz=spec.arm_rate_hz,
             delay_s=0.0,
             clock_s=ARM_CLOCK_S,
@@ -293,6 +306,7 @@ class ArmChannel(Channel):
             limit=math.inf,
             faults=faults,
         )
+        self._plant = plant
         self._error = smooth_error(spec.seed, 11, spec.kinematic_error_m, spec.kinematic_length_m)
         self._has_force = spec.arm_has_force
         self._force_noise = normal_source(spec.seed, 12, spec.arm_force_noise_n)
@@ -304,7 +318,7 @@ class ArmChannel(Channel):
 
     def sample(self, time_s: float, back: float) -> None:
         plant = self._plant
-        value = plant.drive_m
+        value = plant.measured_m
         if self._error is not None:
             value += self._error(value)
         value += self._noise()

@@ -1,6 +1,7 @@
-"""The contact as it really is: force and tangent stiffness over deformation, with its memory.
+"""What a payload is made of: force and tangent stiffness over deformation, with its memory.
 
 A curve or law maps a deformation in m to (force in N, tangent stiffness in N/m); 0, 0 apart.
+`contact` puts them together.
 """
 
 from __future__ import annotations
@@ -10,14 +11,12 @@ from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stepload.errors import DomainError
-from stepload.rig.world import PayloadTruth
 
 Curve = Callable[[float], tuple[float, float]]
-
-HARD_STOP_STIFFNESS_N_PER_M = 1e9
-"""A hidden stop stands for a rigid body: 10 times stiffer than the stiffest payload."""
+Points = NDArray[np.float64]
 
 TURNING_SHARE = 0.05
 """Share of the deformation over which a reversal passes from the loading to the unloading curve."""
@@ -53,11 +52,22 @@ def power_curve(k: float, n: float) -> Curve:
 
 
 def rough_curve(k: float, n: float, roughness_m: float, kappa: float) -> Curve:
-    """Rough sphere (8)–(12), inverted to force over deformation, as a log–log cubic table.
+    """Rough sphere (8)–(12), inverted to force over deformation."""
+    log_deformation, log_hertz = _rough_points(roughness_m, kappa)
+    return _log_cubic(log_deformation, math.log(k) + n * log_hertz)
+
+
+def rough_layer(roughness_m: float, kappa: float) -> Curve:
+    """Deformation of the smooth body over that of the rough one (8)–(12), and its slope."""
+    return _log_cubic(*_rough_points(roughness_m, kappa))
+
+
+def _rough_points(roughness_m: float, kappa: float) -> tuple[Points, Points]:
+    """ln δ (10) and ln δ_H, rising.
 
     The equations leave two gaps that a simulator has to close: where the branches of (12) do not
-    meet (p0 = 0.47, −0.89 %) the table passes smoothly over 0.44 ≤ p0 ≤ 0.51, and below p0 = 0.01,
-    where F is of the order of millinewtons, it goes on as a power of δ down to 0.
+    meet (p0 = 0.47, −0.89 %) the points pass smoothly over 0.44 ≤ p0 ≤ 0.51, and below p0 = 0.01,
+    where F is of the order of millinewtons, the table goes on as a power of δ down to 0.
     """
     scale_m = 1.22 * roughness_m * kappa**-0.16
     parts = [np.geomspace(0.01, 0.44, 400), 1.0 - np.geomspace(0.49, 1e-5, 1600)]
@@ -65,33 +75,36 @@ def rough_curve(k: float, n: float, roughness_m: float, kappa: float) -> Curve:
     hertz_m = scale_m * p0 / (1.0 - p0)
     a_l = np.where(p0 <= 0.47, 1.605 / np.sqrt(p0), 3.51 - 2.51 * p0)
     bulk = 8.0 * p0 * a_l / (math.pi**2 * (4.79 - 3.17 * p0**3.13))
-    log_d = np.log(hertz_m * (0.5 * a_l**2 + bulk))
-    log_f = math.log(k) + n * np.log(hertz_m)
+    return np.log(hertz_m * (0.5 * a_l**2 + bulk)), np.log(hertz_m)
+
+
+def _log_cubic(log_x: Points, log_y: Points) -> Curve:
+    """A cubic table over even steps of `log_x`; below it a power of x down to 0."""
     count = 2048
-    start, step = float(log_d[0]), float(log_d[-1] - log_d[0]) / (count - 1)
+    start, step = float(log_x[0]), float(log_x[-1] - log_x[0]) / (count - 1)
     grid = start + step * np.arange(count)
-    values = np.interp(grid, log_d, log_f)
+    values = np.interp(grid, log_x, log_y)
     values_list = values.tolist()
     slopes = np.gradient(values).tolist()
     first_slope = slopes[0] / step
 
-    def curve(deformation_m: float) -> tuple[float, float]:
-        if deformation_m <= 0.0:
+    def curve(x: float) -> tuple[float, float]:
+        if x <= 0.0:
             return 0.0, 0.0
-        place = (math.log(deformation_m) - start) / step
+        place = (math.log(x) - start) / step
         if place < 0.0:
-            force_n = math.exp(values_list[0] + slopes[0] * place)
-            return force_n, force_n * first_slope / deformation_m
+            y = math.exp(values_list[0] + slopes[0] * place)
+            return y, y * first_slope / x
         i = int(place)
         if i >= count - 1:
-            raise DomainError(f"rough contact beyond its table: {deformation_m:.3g} m")
+            raise DomainError(f"rough contact beyond its table: {x:.3g} m")
         s = place - i
         y0, y1, m0, m1 = values_list[i], values_list[i + 1], slopes[i], slopes[i + 1]
         c2 = 3.0 * (y1 - y0) - 2.0 * m0 - m1
         c3 = m0 + m1 - 2.0 * (y1 - y0)
-        force_n = math.exp(y0 + s * (m0 + s * (c2 + s * c3)))
+        y = math.exp(y0 + s * (m0 + s * (c2 + s * c3)))
         log_slope = (m0 + s * (2.0 * c2 + 3.0 * s * c3)) / step
-        return force_n, force_n * log_slope / deformation_m
+        return y, y * log_slope / x
 
     return curve
 
@@ -217,11 +230,12 @@ class Hysteresis:
 
 
 class HardStop:
-    """A rigid body hidden at a deformation of `stop_m`, parallel to `inner`."""
+    """A body of `stiffness` hidden at a deformation of `stop_m`, parallel to `inner`."""
 
-    def __init__(self, inner: ContactLaw, stop_m: float) -> None:
+    def __init__(self, inner: ContactLaw, stop_m: float, stiffness_n_per_m: float) -> None:
         self._inner = inner
         self._stop_m = stop_m
+        self._stiffness = stiffness_n_per_m
         self.remember = inner.remember
 
     @property
@@ -233,34 +247,4 @@ class HardStop:
         beyond_m = deformation_m - self._stop_m
         if beyond_m <= 0.0:
             return force_n, stiffness
-        added_n = HARD_STOP_STIFFNESS_N_PER_M * beyond_m
-        return force_n + added_n, stiffness + HARD_STOP_STIFFNESS_N_PER_M
-
-
-def contact_law(payload: PayloadTruth) -> ContactLaw:
-    """The law of `payload` in its virgin state.
-
-    Raises:
-        DomainError: numbers that no payload has, or an unknown law.
-    """
-    if not (0.0 < payload.k < math.inf and 1.0 <= payload.n <= 10.0):
-        raise DomainError(f"payload law K = {payload.k:g} N/m^n, n = {payload.n:g} is impossible")
-    law: ContactLaw
-    if payload.law == "smooth":
-        law = Elastic(power_curve(payload.k, payload.n))
-    elif payload.law == "rough":
-        if not (payload.roughness_m > 0.0 and payload.kappa > 0.0):
-            raise DomainError("law 'rough' needs a positive roughness and kappa")
-        law = Elastic(rough_curve(payload.k, payload.n, payload.roughness_m, payload.kappa))
-    elif payload.law == "elastic_plastic":
-        limit_n = payload.elastic_limit_n
-        if payload.n != 1.5 or not 0.0 < limit_n < math.inf:
-            raise DomainError("law 'elastic_plastic' needs n = 1.5 and a finite elastic limit")
-        law = Plastic(elastic_plastic_curve(payload.k, limit_n), payload.k, limit_n)
-    else:
-        raise DomainError(f"unknown law {payload.law!r}; one of smooth, rough, elastic_plastic")
-    if payload.hysteresis:
-        law = Hysteresis(law, payload.hysteresis, payload.n)
-    if payload.hard_stop_m < math.inf:
-        law = HardStop(law, payload.hard_stop_m)
-    return law
+        return force_n + self._stiffness * beyond_m, stiffness + self._stiffness

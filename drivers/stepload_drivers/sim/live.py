@@ -148,7 +148,7 @@ class LiveWorld:
             tip_m=plant.tip_m,
             force_n=plant.force_n,
             arm_force_n=self.world.arm.arm_force_n,
-            deformation_m=plant.tip_m - plant.surface_m,
+            deformation_m=plant.closed_m,
             peak_force_n=plant.peak_n,
         )
 

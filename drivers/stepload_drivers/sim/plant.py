@@ -15,7 +15,7 @@ import math
 from collections import deque
 
 from stepload.rig.world import WorldSpec
-from stepload_drivers.sim.laws import contact_law
+from stepload_drivers.sim.contact import Contact, contact_of, path_give
 
 _EARLY_S = 1e-9
 SWING_RAD = 0.4
@@ -37,6 +37,7 @@ class Plant:
     Args:
         spec: the truth.
         step_s: base step; drive speed is constant within it.
+        contact: the law, where it has been made already.
         swing_rad, error_factor: refine the sub-stepping (tests of convergence).
     """
 
@@ -53,6 +54,7 @@ class Plant:
         "_follower",
         "_free",
         "_gamma",
+        "_give",
         "_half_lost",
         "_law",
         "_mass",
@@ -60,6 +62,7 @@ class Plant:
         "_max_speed",
         "_peak_n",
         "_resting",
+        "_slip_share",
         "_steps",
         "_stiffness",
         "_sub_s",
@@ -87,6 +90,7 @@ class Plant:
         step_s: float,
         swing_rad: float = SWING_RAD,
         error_factor: float = 1.0,
+        contact: Contact | None = None,
     ) -> None:
         self.step_s = step_s
         self.time_s = 0.0
@@ -97,7 +101,8 @@ class Plant:
         self.sub_steps = self._steps = 0
         self._follower = 0.0
         self._commands: deque[tuple[float, float]] = deque()
-        self._law = contact_law(spec.payload)
+        self._law = (contact or contact_of(spec)).law
+        self._give = path_give(spec)
         self._evaluate = self._law.evaluate
         self._surface = spec.surface_m
         self._contact_m = spec.surface_m + self._law.residual_m
@@ -107,7 +112,9 @@ class Plant:
         self._gamma = 0.5 * self._damping / self._mass
         self._max_speed = spec.max_speed_m_s
         self._max_push = spec.max_push_n
-        self._half_lost = 0.5 * spec.lost_motion_m
+        lost_m = spec.lost_motion_m + spec.slip_m
+        self._half_lost = 0.5 * lost_m
+        self._slip_share = spec.slip_m / lost_m if spec.slip_m > 0.0 else 0.0
         lag_s = spec.lag_s
         share = 1.0 - math.exp(-step_s / lag_s) if lag_s > 0.0 else 1.0
         self._follow = share / step_s
@@ -145,6 +152,21 @@ class Plant:
     def surface_m(self) -> float:
         """Travel at which the virgin payload touches."""
         return self._surface
+
+    @property
+    def closed_m(self) -> float:
+        """Approach of payload and plate, negative apart; without the give of the load path."""
+        closed_m = self.tip_m - self._surface
+        if self._give is not None and self.force_n > 0.0:
+            closed_m -= self._give(self.force_n)[0]
+        return closed_m
+
+    @property
+    def measured_m(self) -> float:
+        """Travel where the arm measures it: before what slips."""
+        if self._slip_share:
+            return self.drive_m + self._slip_share * (self._follower - self.drive_m)
+        return self.drive_m
 
     def command(self, apply_s: float, target_m: float) -> None:
         """Let the drive follow `target_m` from `apply_s` on; commands take effect in order."""
@@ -284,7 +306,8 @@ class Plant:
             ringing = tangent * amplitude
             if dt > left:
                 dt = left
-            small = ringing < RINGING_N + RINGING_SHARE * force
+            size = force if force > 0.0 else -force
+            small = ringing < RINGING_N + RINGING_SHARE * size
             square = omega2 - gamma * gamma
             if not small and square > 0.0 and square * dt * dt > self._swing * self._swing:
                 dt = self._swing / math.sqrt(square)
@@ -294,11 +317,12 @@ class Plant:
                 v1 = drift + p21 * u + p22 * w
                 force1, tangent1 = evaluate(x1 - surface)
                 error = force1 - force - tangent * (x1 - x)
-                allowed = self._error_factor * (ERROR_N + ERROR_SHARE * force1)
+                size = force1 if force1 > 0.0 else -force1
+                allowed = self._error_factor * (ERROR_N + ERROR_SHARE * size)
                 if dt <= _SHORTEST_S:
                     break
                 if -allowed <= error <= allowed and (
-                    force1 > 0.0 or force > 0.0 or not self._turns_inside(x, v, v1, dt)
+                    force1 != 0.0 or force != 0.0 or not self._turns_inside(x, v, v1, dt)
                 ):
                     break
                 dt *= 0.5

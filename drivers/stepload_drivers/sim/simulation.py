@@ -16,8 +16,11 @@ from stepload_drivers.sim.channels import (
     ForceChannel,
     GaugeChannel,
 )
+from stepload_drivers.sim.contact import contact_of
 from stepload_drivers.sim.faults import Schedule, check_kinds
-from stepload_drivers.sim.plant import Plant
+from stepload_drivers.sim.noise import normal_source
+from stepload_drivers.sim.sensor_errors import Bent, sideways
+from stepload_drivers.sim.slow import plant_of
 
 _EARLY_S = 1e-9
 _LONGEST_STEP_S = 1e-3
@@ -53,7 +56,7 @@ class World:
         self.spec = spec
         period_s = 1.0 / spec.arm_rate_hz
         parts = math.ceil(period_s / _LONGEST_STEP_S - 1e-6)
-        self.plant = Plant(spec, step_s=period_s / parts)
+        self.plant = plant_of(spec, contact_of(spec), step_s=period_s / parts)
         self._step_s = self.plant.step_s
         chance = np.random.default_rng([spec.seed, 0])
         arm_offset_n = float(chance.normal()) * spec.arm_force_noise_n
@@ -62,8 +65,9 @@ class World:
         self.arm = ArmChannel(
             self.plant, spec, force_offset_n=arm_offset_n, faults=Schedule.for_arm(spec.faults)
         )
+        bent = spec.lateral * spec.cross_talk or spec.sensor_quadratic or spec.sensor_cubic
         self.force = ForceChannel(
-            self.plant,
+            Bent(self.plant, spec) if bent else self.plant,
             rate_hz=spec.force_rate_hz,
             axis=spec.force_axis,
             noise_n=spec.force_noise_n,
@@ -76,6 +80,12 @@ class World:
             seed=spec.seed,
             stream=20,
             faults=Schedule(spec.faults, prefix="force_"),
+            wrench=sideways(
+                self.plant,
+                spec.force_axis,
+                share=spec.lateral,
+                noise=normal_source(spec.seed, 21, spec.force_noise_n),
+            ),
         )
         self.channels: list[Channel] = [self.arm, self.force]
         self.second_force: ForceChannel | None = None
@@ -94,6 +104,12 @@ class World:
                 seed=spec.seed,
                 stream=30,
                 faults=Schedule(spec.faults, prefix="second_"),
+                wrench=sideways(
+                    self.plant,
+                    spec.second_force_axis,
+                    share=spec.lateral,
+                    noise=normal_source(spec.seed, 31, spec.second_force_noise_n),
+                ),
             )
             self.channels.append(self.second_force)
         self.gauge: GaugeChannel | None = None

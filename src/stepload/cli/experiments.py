@@ -158,19 +158,35 @@ def identify(
     msde: Annotated[
         str | None, typer.Option("--msde", help='Smooth deformation error, "0.54 um".')
     ] = None,
+    smooth_length: Annotated[
+        str | None,
+        typer.Option("--smooth-length", help='Force that error stays alike over, "50 N".'),
+    ] = None,
+    force_noise: Annotated[
+        str | None, typer.Option("--force-noise", help='Noise (σ) of a force sample, "0.7 N".')
+    ] = None,
+    position_noise: Annotated[
+        str | None,
+        typer.Option("--position-noise", help='Noise (σ) of a position sample, "0.2 um".'),
+    ] = None,
     secant_force: Annotated[
         str | None, typer.Option("--secant-force", help='Force of the secant, "300 N".')
     ] = None,
     elastic_limit: Annotated[
         str | None, typer.Option("--elastic-limit", help='F_c, to flag data above it, "727 N".')
     ] = None,
+    payload: Annotated[
+        Path | None,
+        typer.Option("--payload", help="YAML of the payload: its law and F_c check the units."),
+    ] = None,
     kind: Annotated[str, typer.Option("--kind", help="payload or system.")] = "payload",
     as_json: AsJson = False,
 ) -> None:
     """Identify the contact law from a record or a CSV file; nothing is moved or changed."""
     from stepload.results.data import identification_data, system_data
-    from stepload.results.from_file import Wishes, identify_file, system_of_file
+    from stepload.results.from_file import identify_file, system_of_file
     from stepload.results.run_document import identification_document, system_document
+    from stepload.results.wishes import Wishes, wishes_of_payload
     from stepload.units import parse_quantity
 
     def quantity(text: str | None, unit: str) -> float | None:
@@ -182,7 +198,12 @@ def identify(
         smooth_error_m=quantity(msde, "m"),
         secant_force_n=quantity(secant_force, "N"),
         elastic_limit_n=quantity(elastic_limit, "N"),
+        smooth_length_n=quantity(smooth_length, "N"),
+        force_noise_n=quantity(force_noise, "N"),
+        position_noise_m=quantity(position_noise, "m"),
     )
+    if payload is not None:
+        wishes = wishes_of_payload(payload, wishes)
     out = Output(as_json=as_json)
     if kind == "system":
         fit = system_of_file(file)

@@ -12,7 +12,16 @@ from typing import Annotated
 import typer
 
 from stepload import __version__
-from stepload.cli import devices, doctor, experiments, plans, records, results, shipped
+from stepload.cli import (
+    devices,
+    doctor,
+    experiments,
+    plans,
+    records,
+    results,
+    shipped,
+    snippets,
+)
 from stepload.errors import BadInputError, ExitCode, LeftEarlyError, SteploadError
 from stepload.results.terminal import Output
 
@@ -27,7 +36,7 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for room in (plans, shipped, experiments, records, results, devices, doctor):
+for room in (plans, shipped, experiments, records, results, snippets, devices, doctor):
     room.register(app)
 
 

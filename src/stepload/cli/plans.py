@@ -14,6 +14,7 @@ from stepload.results.terminal import AsJson, Output
 if TYPE_CHECKING:
     from stepload.envelope.envelope import Envelope
     from stepload.envelope.limits import RunLimits
+    from stepload.envelope.theory import CountedLimit
 
 PlanFile = Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)]
 PayloadFile = Annotated[
@@ -32,6 +33,7 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "reasons": envelope.reasons,
         "elastic_limit_n": envelope.theory.elastic_limit_n,
         "elastic_limit_equation": envelope.theory.limit_equation,
+        "elastic_limit": envelope.theory.counted,
         "k": envelope.theory.law.k,
         "n": envelope.theory.law.n,
         "top_force_n": envelope.top_force_n,
@@ -63,6 +65,7 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
     theory, found = envelope.theory, envelope.identifiability
     rows = [
         ("elastic limit F_c", f(theory.elastic_limit_n, "N"), theory.limit_equation),
+        *_counted_rows(theory.counted),
         ("largest safe top force", f(envelope.largest_safe_force_n, "N"), "F_allowed - headroom"),
         ("force limit F_lim (R1)", f(envelope.force_limit_n, "N"), "supervisor"),
         ("top force", f(envelope.top_force_n, "N"), "plan"),
@@ -81,6 +84,24 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
         force_budget_table(envelope),
         table(f"Schedule: about {envelope.duration_s:.0f} s", fields.STAGE, envelope.stages),
     )
+
+
+def _counted_rows(counted: CountedLimit) -> list[tuple[str, str, str]]:
+    """How well F_c is known and what of it is counted on."""
+    from stepload.units import format_quantity as f
+
+    if counted.sigma_ln == 0.0:
+        return []
+    most = max(counted.sources, key=lambda source: source.sigma_ln)
+    end = f"k = {counted.coverage:g}: lower still with a probability of {counted.probability:.2g}"
+    return [
+        (
+            "  standard uncertainty of ln F_c",
+            f"{counted.sigma_ln:.1%}",
+            f"mostly {most.what} {most.shown}",
+        ),
+        ("  lower end, counted on", f(counted.lower_n, "N"), end),
+    ]
 
 
 def show_thresholds(limits: RunLimits, out: Output) -> None:

@@ -12,6 +12,8 @@ from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
 CALIBRATION = "calibration.json"
+VERSUS = "vs"
+"""Parts groups of runs on the command line; a directory of that name is `./vs/run.mcap`."""
 
 
 def calibrate(
@@ -124,9 +126,24 @@ def _plate_modulus(text: str) -> float:
     return parse_quantity(modulus, "Pa") / (1.0 - poisson**2)
 
 
+def _groups(runs: list[Path]) -> list[list[Path]]:
+    """The runs, parted where the word `vs` stands."""
+    groups: list[list[Path]] = [[]]
+    for path in runs:
+        if path == Path(VERSUS):
+            groups.append([])
+        else:
+            groups[-1].append(path)
+    return groups
+
+
 def compare(
     runs: Annotated[
-        list[Path], typer.Argument(help="Runs (run.mcap or its directory); the first is test 1.")
+        list[Path],
+        typer.Argument(
+            help="Runs (run.mcap or its directory). A word `vs` between them parts repeats: "
+            "A1 A2 A3 vs B1 B2 B3; without it, runs of one plan are repeats."
+        ),
     ],
     curve: Annotated[
         Path | None,
@@ -143,17 +160,27 @@ def compare(
     secant_force: Annotated[
         str | None, typer.Option("--secant-force", help='Force of the secants, "300 N".')
     ] = None,
+    tolerance: Annotated[
+        str | None,
+        typer.Option(
+            "--tolerance", help='Difference of stiffness that matters, "5 %"; else 1/t of the plan.'
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Directory for compare.html and compare.json.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compare runs with each other and with an imported curve; nothing is moved or changed."""
+    """Compare runs with each other and with an imported curve; nothing is moved or changed.
+
+    AGREE, DIFFER or CANNOT TELL, and always the smallest difference that could have been seen.
+    """
     from stepload.record.curves import read_curve
     from stepload.record.plain import json_text
     from stepload.results.comparison import CurveGiven
     from stepload.results.comparison import compare as compare_runs
     from stepload.results.comparison_document import comparison_data, comparison_document
+    from stepload.results.from_curve import deformation_curve
     from stepload.results.page import render
     from stepload.results.saved import saved_run
     from stepload.session.files import write_file
@@ -167,14 +194,17 @@ def compare(
         raise BadInputError("--curve-modulus and --curve-plate: give one of them")
     if curve is not None:
         given = CurveGiven(
-            read_curve(curve),
+            deformation_curve(read_curve(curve)),
             modulus_pa=parse_quantity(curve_modulus, "Pa") if curve_modulus else None,
             plate_pa=_plate_modulus(curve_plate) if curve_plate else None,
         )
+    groups = _groups(runs)
     found = compare_runs(
-        [saved_run(path) for path in runs],
+        [saved_run(path) for group in groups for path in group],
         secant_force_n=parse_quantity(secant_force, "N") if secant_force else None,
         given=given,
+        sizes=[len(group) for group in groups] if len(groups) > 1 else None,
+        tolerance=parse_quantity(tolerance, "%") if tolerance else None,
     )
     document, data = comparison_document(found), comparison_data(found)
     output.show(document)

@@ -106,3 +106,43 @@ def law_for(geometry: Geometry, material: Material, plate: Material) -> ContactL
             return ContactLaw(2.0 * m / (m + 1.0) * modulus * size, (m + 1.0) / m, "(3), (5)")
         case _:
             raise DomainError(f"no contact law for a {type(geometry).__name__}")
+
+
+def contact_radius(geometry: Geometry, deformation_m: float) -> float:
+    """Radius a of the contact in m, from δ = C_m b a^m.
+
+    Raises:
+        DomainError: `deformation_m` is not finite and positive, or there is no law (3).
+    """
+    require_positive(deformation_m, "deformation", "m")
+    radius = equivalent_radius(geometry)
+    if radius is not None:
+        return math.sqrt(radius * deformation_m)
+    match geometry:
+        case SharpCone(slope_rad=slope):
+            return deformation_m / (0.5 * math.pi * math.tan(slope))
+        case FlatPunch(radius_m=punch_radius):
+            return punch_radius
+        case PowerProfile(exponent=m, coefficient=b):
+            log_power = math.log(deformation_m) - math.log(profile_constant(m)) - math.log(b)
+            return math.exp(min(log_power / m, 700.0))
+        case _:
+            raise DomainError(f"no contact radius of a {type(geometry).__name__}")
+
+
+def edge_slope(geometry: Geometry, deformation_m: float) -> float:
+    """Slope dz/dr of the gap at the edge of the contact; 0 of a flat punch, whose gap is flat.
+
+    Raises:
+        DomainError: as `contact_radius`.
+    """
+    contact = contact_radius(geometry, deformation_m)
+    match geometry:
+        case SharpCone(slope_rad=slope):
+            return math.tan(slope)
+        case FlatPunch():
+            return 0.0
+        case PowerProfile(exponent=m):
+            return m * deformation_m / (profile_constant(m) * contact)
+        case _:
+            return 2.0 * deformation_m / (profile_constant(2.0) * contact)

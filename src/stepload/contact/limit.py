@@ -64,12 +64,24 @@ def elastic_limit(geometry: Geometry, material: Material, plate: Material) -> El
     Raises:
         DomainError: a number outside the domain of the theory.
     """
-    radius = equivalent_radius(geometry)
     softer = softer_body(material, plate)
-    if radius is None or softer is None or softer.yield_strength_pa is None:
+    return None if softer is None else onset_in(softer, geometry, material, plate)
+
+
+def onset_in(
+    body: Material, geometry: Geometry, material: Material, plate: Material
+) -> ElasticLimit | None:
+    """F_c and δ_c (13) if it is `body`, the payload or the plate, that yields first; None where
+    theory has none for this geometry, or the yield strength of `body` is not known.
+
+    Raises:
+        DomainError: a number outside the domain of the theory.
+    """
+    radius = equivalent_radius(geometry)
+    if radius is None or body.yield_strength_pa is None:
         return None
     modulus = equivalent_modulus(material, plate)
-    pressure = math.pi * (0.454 + 0.41 * softer.poisson_ratio) * 2.8 * softer.yield_strength_pa
+    pressure = math.pi * (0.454 + 0.41 * body.poisson_ratio) * 2.8 * body.yield_strength_pa
     return ElasticLimit(
         force_n=pressure**3 * radius**2 / (6.0 * modulus**2),
         deformation_m=(pressure / (2.0 * modulus)) ** 2 * radius,

@@ -7,12 +7,18 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """An isotropic linear elastic body; `yield_strength_pa` is None where it is not known."""
+    """An isotropic linear elastic body; `yield_strength_pa` is None where it is not known.
+
+    A `…_sigma` is the standard uncertainty of a number, in its unit; None where none is stated.
+    """
 
     name: str
     youngs_modulus_pa: float
     poisson_ratio: float
     yield_strength_pa: float | None = None
+    youngs_modulus_sigma_pa: float | None = None
+    poisson_ratio_sigma: float | None = None
+    yield_strength_sigma_pa: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +27,8 @@ class Sphere:
 
     radius_m: float
     counter_radius_m: float | None = None
+    radius_sigma_m: float | None = None
+    counter_radius_sigma_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +37,7 @@ class BluntTip:
 
     kind: str
     radius_m: float
+    radius_sigma_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +52,7 @@ class FlatPunch:
     """Rigid-edged flat punch of `radius_m`."""
 
     radius_m: float
+    radius_sigma_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from stepload.envelope.advice import advised
 from stepload.envelope.bounds import Measured, press_rig, retract_speed_m_s, step_rate_per_s
+from stepload.envelope.cycles import cycle_reasons
+from stepload.envelope.domains import domain_reasons
 from stepload.envelope.hazards import hazards
+from stepload.envelope.limit_reasons import limit_reasons
 from stepload.envelope.limits import RunLimits, limits_of
 from stepload.envelope.press import PressRig, Term
 from stepload.envelope.pressing import Pressing, largest_top_force, pressing_for
@@ -17,6 +21,7 @@ from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
 from stepload.envelope.reasons import age_reasons, force_reasons, identifiable_reasons, rig_reasons
 from stepload.envelope.schedule import Stage, schedule
 from stepload.envelope.softness import softness
+from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
 from stepload.errors import DomainError, RefusedError
 from stepload.identify.identifiability import Identifiability, identifiability
@@ -85,6 +90,9 @@ class Envelope:
 def envelope_of(plan: Plan, measured: Measured | None = None) -> Envelope:
     """Derive everything that is known about a plan before it moves anything.
 
+    Before the run the remedies are tried, each by an envelope of its own. During a run there is
+    neither time nor use for them.
+
     Args:
         measured: noise and drift that the run itself has found, where they are worse than planned.
 
@@ -92,13 +100,28 @@ def envelope_of(plan: Plan, measured: Measured | None = None) -> Envelope:
         RefusedError: no elastic limit is known, so nothing can be judged.
         DomainError: a number outside the domain of contact theory.
     """
+    envelope = derive(plan, measured)
+    if measured is not None:
+        return envelope
+    return replace(envelope, reasons=advised(plan, envelope.reasons, lambda p: derive(p).reasons))
+
+
+def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
+    """The envelope of a plan with remedies as they come, none of them tried; as `envelope_of`."""
     theory = theory_of(plan.payload)
-    limit_n = theory.elastic_limit_n
-    safe_n = largest_top_force(plan, limit_n)
+    safe_n = largest_top_force(plan, theory.counted.lower_n)
     pressing, limits, refusal = _pressed(plan, theory, safe_n, measured)
     secant_at_top = theory.law.secant(plan.procedure.top_force_n)
     found = None if plan.identify.kind == "system" else _identifiability_of(plan)
-    reasons = [*force_reasons(plan, safe_n, refusal), *rig_reasons(plan), *age_reasons(plan)]
+    reasons = [
+        *force_reasons(plan, safe_n, refusal, theory.counted),
+        *limit_reasons(theory),
+        *domain_reasons(plan, theory),
+        *rig_reasons(plan),
+        *age_reasons(plan),
+        *cycle_reasons(plan),
+        *stiffness_reasons(plan),
+    ]
     if found is not None:
         reasons += identifiable_reasons(plan, secant_at_top, found)
     if pressing is not None:
@@ -144,13 +167,13 @@ def _pressed(
     A refused plan is shown at the largest force that is safe, if there is any.
     """
     try:
-        pressing = pressing_for(plan, theory.law, theory.elastic_limit_n, measured)
-        return pressing, limits_of(plan, pressing), None
+        pressing = pressing_for(plan, theory.law, theory.counted.lower_n, measured)
+        return pressing, limits_of(plan, pressing, theory.elastic_limit_n), None
     except (RefusedError, DomainError) as error:
         refusal = error
     try:
         lower = _with_top(plan, min(plan.procedure.top_force_n, ALMOST * safe_n))
-        return pressing_for(lower, theory.law, theory.elastic_limit_n, measured), None, refusal
+        return pressing_for(lower, theory.law, theory.counted.lower_n, measured), None, refusal
     except (RefusedError, DomainError):
         return None, None, refusal
 

@@ -13,8 +13,9 @@ from stepload.errors import RefusedError
 class ForceLimits:
     """The ladder of forces below F_c; each lower rung leaves room for what the upper cannot see.
 
-    `allowed_n` is the largest reading at which the true force is surely below F_c, `limit_n` is
-    F_lim, at which the run is stopped, `largest_top_n` the highest top force a plan may ask for.
+    `elastic_limit_n` is what of F_c may be counted on, its lower end; `allowed_n` is the largest
+    reading at which the true force is surely below it, `limit_n` is F_lim, at which the run is
+    stopped, `largest_top_n` the highest top force a plan may ask for.
     """
 
     elastic_limit_n: float
@@ -35,7 +36,7 @@ def force_limits(
     bias_n: float,
     capacity_n: float,
 ) -> ForceLimits:
-    """F_lim and the largest safe top force.
+    """F_lim and the largest safe top force, from the lower end of F_c.
 
     A force error within the cross-check tolerance cannot be seen, hence
     F_allowed = (F_c − tol_abs − |bias|)/(1 + tol_rel). F_lim lies a quarter above the top force,
@@ -58,7 +59,7 @@ def force_limits(
     allowed_n = min(allowed_n, capacity_n)
     largest_top_n = allowed_n - headroom_n
     arithmetic = (
-        f"(F_c {elastic_limit_n:.4g} N - {tolerance_n:.3g} N tolerance - {bias_n:.3g} N drift)"
+        f"({elastic_limit_n:.4g} N of F_c - {tolerance_n:.3g} N tolerance - {bias_n:.3g} N drift)"
         f" / (1 + {tolerance_relative:.3g}), at most {capacity_n:.4g} N capacity,"
         f" less {headroom_n:.3g} N headroom = {largest_top_n:.4g} N"
     )

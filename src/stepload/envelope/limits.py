@@ -58,8 +58,9 @@ class RunLimits:
 
     cross_check: str
     elastic_limit_n: float = _limit("N", "F_c of the payload")
+    counted_limit_n: float = _limit("N", "F_c less its uncertainty")
     force_limit_n: float = _limit("N", "F_lim, 1.25 F_top, at most F_allowed", "R1, R2")
-    allowed_n: float = _limit("N", "(F_c - tol_abs - drift)/(1 + tol_rel)")
+    allowed_n: float = _limit("N", "(counted F_c - tol_abs - drift)/(1 + tol_rel)")
     largest_top_n: float = _limit("N", "F_allowed - headroom")
     top_force_n: float = _limit("N", "plan")
     noise_n: float = _limit("N", "noise and resolution of the force sensor")
@@ -197,8 +198,8 @@ def second_stands_n(plan: Plan, noise_n: float) -> float:
     )
 
 
-def limits_of(plan: Plan, pressing: Pressing) -> RunLimits:
-    """All thresholds of a run from its plan and from how it may press.
+def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimits:
+    """All thresholds of a run from its plan and from how it may press; F_c as it is believed.
 
     Raises:
         DomainError: a threshold would not be finite and positive.
@@ -213,7 +214,8 @@ def limits_of(plan: Plan, pressing: Pressing) -> RunLimits:
     near_edge_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
     return RunLimits(
         cross_check=second.source.value if has_second else "",
-        elastic_limit_n=forces.elastic_limit_n,
+        elastic_limit_n=elastic_limit_n,
+        counted_limit_n=forces.elastic_limit_n,
         force_limit_n=forces.limit_n,
         allowed_n=forces.allowed_n,
         largest_top_n=forces.largest_top_n,

@@ -1,4 +1,7 @@
-"""Reasons for and against a plan, each with its numbers and a way out."""
+"""Reasons for and against a plan, each with its numbers.
+
+What would change a plan's forces or devices is not told here: `advice` tries it first.
+"""
 
 from __future__ import annotations
 
@@ -6,27 +9,30 @@ import math
 from collections.abc import Iterator
 
 from stepload.envelope.bounds import AGE_S
+from stepload.envelope.limit_reasons import counted_on
 from stepload.envelope.reason import Reason, Severity
+from stepload.envelope.theory import CountedLimit
 from stepload.errors import DomainError, RefusedError
-from stepload.identify.identifiability import Identifiability, gauge_resolution_for, top_force_for
+from stepload.identify.identifiability import Identifiability
 from stepload.plan.model import Plan, Provenance, SecondForceSource
 from stepload.units import format_quantity
 
 
 def force_reasons(
-    plan: Plan, safe_n: float, refusal: RefusedError | DomainError | None
+    plan: Plan,
+    safe_n: float,
+    refusal: RefusedError | DomainError | None,
+    counted: CountedLimit,
 ) -> Iterator[Reason]:
     """Why the forces asked for may not be pressed."""
     top_n = plan.procedure.top_force_n
     if refusal:
-        useful = safe_n > 3.0 * plan.procedure.touch_force_n
+        why = f". {counted_on(counted)}" if counted.sigma_ln > 0.0 and top_n > safe_n else ""
         yield Reason(
             "top_force_above_safe_limit" if top_n > safe_n else "no_safe_way_to_press",
             Severity.REFUSE,
-            f"{refusal.message}. This cannot be overridden",
-            f"reduce top_force to {math.floor(safe_n * 10.0) / 10.0:g} N"
-            if useful and top_n > safe_n
-            else refusal.hint,
+            f"{refusal.message}{why}. This cannot be overridden",
+            "",
             top_n,
             safe_n,
             "N",
@@ -38,7 +44,7 @@ def force_reasons(
             Severity.REFUSE,
             f"the arm pushes at most {format_quantity(push_n, 'N')}, top force is "
             f"{format_quantity(top_n, 'N')}",
-            f"reduce top_force to {format_quantity(0.9 * push_n, 'N')} or use a stronger arm",
+            "",
             top_n,
             push_n,
             "N",
@@ -50,36 +56,11 @@ def force_reasons(
             Severity.REFUSE,
             f"top force {format_quantity(top_n, 'N')} is beyond the force sensor's range "
             f"{format_quantity(range_n, 'N')}",
-            "reduce top_force or use a sensor with a larger range",
+            "",
             top_n,
             range_n,
             "N",
         )
-
-
-def _way_out(plan: Plan, secant_n_per_m: float) -> str:
-    """What would make a payload of this secant identifiable."""
-    top_n = plan.procedure.top_force_n
-    p, t = plan.identify.resolution_multiple_p, plan.identify.accuracy_t
-    gauge_m = gauge_resolution_for(secant_n_per_m, top_n, p=p, t=t)
-    ways = [
-        f"a displacement gauge of {format_quantity(gauge_m, 'm')} across the contact raises "
-        f"K_max to {format_quantity(secant_n_per_m, 'N/m')}"
-    ]
-    if plan.rig.displacement is None:
-        force_n = top_force_for(
-            secant_n_per_m,
-            plan.rig.arm.position_resolution_m,
-            plan.rig.system_stiffness.stiffness_n_per_m,
-            p=p,
-            s=plan.identify.compensation_quality_s,
-            t=t,
-        )
-        if force_n is None:
-            ways.append("no top force would: the system stiffness rules")
-        else:
-            ways.append(f"so would a top force of {format_quantity(force_n, 'N')}")
-    return "; ".join(ways)
 
 
 def identifiable_reasons(
@@ -96,21 +77,18 @@ def identifiable_reasons(
     )
     if secant_n_per_m <= k_max:
         yield Reason(
-            "close_to_k_max", Severity.WARN, figures, _way_out(plan, secant_n_per_m),
-            secant_n_per_m, k_max, "N/m",
+            "close_to_k_max", Severity.WARN, figures, "", secant_n_per_m, k_max, "N/m",
         )  # fmt: skip
     elif plan.identify.accept_unidentifiable:
         yield Reason(
             "unidentifiable_accepted", Severity.WARN,
             f"not identifiable on this rig: {figures}; accepted in the plan: "
             f"“{plan.identify.accept_unidentifiable}”",
-            _way_out(plan, secant_n_per_m), secant_n_per_m, k_max, "N/m",
+            "", secant_n_per_m, k_max, "N/m",
         )  # fmt: skip
     else:
         yield Reason(
-            "unidentifiable", Severity.REFUSE, f"not identifiable on this rig: {figures}",
-            _way_out(plan, secant_n_per_m)
-            + "; or accept it in writing with identify.accept_unidentifiable",
+            "unidentifiable", Severity.REFUSE, f"not identifiable on this rig: {figures}", "",
             secant_n_per_m, k_max, "N/m",
         )  # fmt: skip
 
@@ -160,7 +138,7 @@ def rig_reasons(plan: Plan) -> Iterator[Reason]:
             Severity.WARN,
             "one force channel: a wrong gain, a bias or a stuck mean under live noise cannot be "
             "seen, and would press on through F_c",
-            "declare a second force channel (the arm's own, or a second sensor)",
+            "",
         )
 
 

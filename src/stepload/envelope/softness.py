@@ -1,4 +1,7 @@
-"""Where a sound but soft payload would end a run, or make it slow; warnings, for it may go well."""
+"""Where a sound but soft payload would end a run, or make it slow; warnings, for it may go well.
+
+What would help against them is tried by `advice` before it is told.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from dataclasses import replace
 
 from stepload.contact.elastic import law_for
 from stepload.contact.power_law import ContactLaw
-from stepload.envelope.bounds import LOAD_TIMEOUTS, step_patience_s
+from stepload.envelope.bounds import step_patience_s
 from stepload.envelope.press import NOISE_MULTIPLE
 from stepload.envelope.pressing import Pressing, pressing_for
 from stepload.envelope.reason import Reason, Severity
@@ -49,7 +52,7 @@ def softness(plan: Plan, pressing: Pressing, theory: Theory) -> Iterator[Reason]
             f"a surface at the far edge answers with the touch force after"
             f" {format_quantity(needed_m, 'm')}, the search ends after"
             f" {format_quantity(procedure.search_distance_m, 'm')} (R8)",
-            f"raise search_distance to {format_quantity(1.2 * needed_m, 'm')}",
+            "",
             needed_m, procedure.search_distance_m, "m",
         )  # fmt: skip
     patience_s = step_patience_s(procedure)
@@ -60,18 +63,17 @@ def softness(plan: Plan, pressing: Pressing, theory: Theory) -> Iterator[Reason]
             f"the payload is so soft that a load step may last"
             f" {format_quantity(step_s, 's')}; steps are given up after"
             f" {format_quantity(patience_s, 's')}",
-            f"raise settle_timeout to {format_quantity(3.0 * step_s / LOAD_TIMEOUTS, 's')}, or"
-            " lower the step",
+            "",
             step_s, patience_s, "s",
         )  # fmt: skip
-    spare = _spare_softness(plan, theory.elastic_limit_n)
+    spare = _spare_softness(plan, theory.counted.lower_n)
     if spare < SOFTER:
         yield Reason(
             "barely_answers", Severity.WARN,
             f"a payload {spare:.2g} times softer than stated would not answer to what the leash"
             f" lets the arm press, and R6 would end the run; rubbers and plastics are known to"
             f" about {SOFTER:g} times",
-            "use a quieter force sensor, a higher top force, or an arm that is less stiff",
+            "",
             spare, SOFTER, "",
         )  # fmt: skip
 

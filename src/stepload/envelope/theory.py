@@ -6,9 +6,36 @@ from dataclasses import dataclass
 
 from stepload.contact.elastic import law_for
 from stepload.contact.limit import ElasticLimit, elastic_limit, no_limit_reason
+from stepload.contact.limit_doubt import (
+    DoubtedLimit,
+    Source,
+    doubted_limits,
+    lower_end,
+    probability_below,
+)
 from stepload.contact.power_law import ContactLaw
 from stepload.errors import RefusedError
 from stepload.plan.model import Payload
+
+DECLARED = "declared in the plan"
+
+
+@dataclass(frozen=True, slots=True)
+class CountedLimit:
+    """What of F_c may be counted on: the force that the ladder of forces begins from.
+
+    `lower_n` lies `coverage` standard uncertainties u(ln F_c) = `sigma_ln` below `value_n`;
+    `probability` is that of the true limit being lower still, `sources` what the uncertainty comes
+    from. A limit that a person declared without an uncertainty is taken as it stands.
+    """
+
+    value_n: float
+    equation: str
+    sigma_ln: float
+    coverage: float
+    lower_n: float
+    probability: float
+    sources: tuple[Source, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,30 +43,73 @@ class Theory:
     """The smooth law of a payload and the force that a run must stay below.
 
     `yield_onset` is theory's elastic limit (13), None where theory has none; `elastic_limit_n` is
-    the F_c that counts, `limit_equation` says where it comes from.
+    the F_c that counts, `limit_equation` says where it comes from. `counted` is what remains of it
+    when its uncertainty is taken off.
     """
 
     law: ContactLaw
     yield_onset: ElasticLimit | None
     elastic_limit_n: float
     limit_equation: str
+    counted: CountedLimit
 
 
 def theory_of(payload: Payload) -> Theory:
     """Law and elastic limit of a payload; a declared limit counts where it is lower than theory's.
 
+    The two are compared twice: as they stand, and less their uncertainties.
+
     Raises:
         RefusedError: neither theory nor the plan gives a limit.
         DomainError: a number outside the domain of contact theory.
     """
-    law = law_for(payload.geometry, payload.material, payload.plate)
-    onset = elastic_limit(payload.geometry, payload.material, payload.plate)
+    bodies = (payload.geometry, payload.material, payload.plate)
+    law = law_for(*bodies)
+    onset = elastic_limit(*bodies)
     declared_n = payload.declared_force_limit_n
-    if declared_n is not None and (onset is None or declared_n < onset.force_n):
-        return Theory(law, onset, declared_n, "declared in the plan")
-    if onset is None:
+    known: list[tuple[float, CountedLimit]] = []
+    if onset is not None:
+        known.append((onset.force_n, _of_theory(payload, onset.equation)))
+    if declared_n is not None:
+        known.append((declared_n, _declared(payload, declared_n)))
+    if not known:
         raise RefusedError(
-            no_limit_reason(payload.geometry, payload.material, payload.plate),
-            hint="declare the payload's force_limit in the plan",
+            no_limit_reason(*bodies), hint="declare the payload's force_limit in the plan"
         )
-    return Theory(law, onset, onset.force_n, f"{onset.equation} elastic-plastic sphere")
+    limit_n, limit = min(known, key=lambda each: each[0])
+    counted = min((counted for _, counted in known), key=lambda counted: counted.lower_n)
+    return Theory(law, onset, limit_n, limit.equation, counted)
+
+
+def _of_theory(payload: Payload, equation: str) -> CountedLimit:
+    """Of the bodies that may yield first, the one with the lowest end rules."""
+    limits = doubted_limits(payload.geometry, payload.material, payload.plate)
+    coverage = payload.limit_coverage
+    lower_n = lower_end(limits, coverage)
+    ruling = min(limits, key=lambda limit: limit.lower_end(coverage))
+    return CountedLimit(
+        ruling.force_n,
+        f"{equation} elastic-plastic sphere",
+        ruling.sigma_ln,
+        coverage,
+        lower_n,
+        probability_below(limits, lower_n),
+        ruling.sources,
+    )
+
+
+def _declared(payload: Payload, declared_n: float) -> CountedLimit:
+    sigma_n = payload.declared_force_limit_sigma_n or 0.0
+    relative = sigma_n / declared_n if sigma_n else 0.0
+    stated = (Source("declared force_limit", relative, relative, assumed=False),) if sigma_n else ()
+    limit = DoubtedLimit(declared_n, stated)
+    lower_n = limit.lower_end(payload.limit_coverage)
+    return CountedLimit(
+        declared_n,
+        DECLARED,
+        limit.sigma_ln,
+        payload.limit_coverage,
+        lower_n,
+        limit.probability_below(lower_n),
+        stated,
+    )

@@ -19,7 +19,8 @@ Example:
     >>> from stepload.identify.fit import Fit
     >>> force = np.linspace(3.0, 300.0, 200)
     >>> fit = Fit("joint", 6.57e8, 1.5, 0.0, 5.06e6, 300.0, None, 0.0, 200)
-    >>> rig = Sources(3.49e6, system_stiffness_sigma_n_per_m=0.07e6, smooth_error_m=0.54e-6)
+    >>> rig = Sources(3.49e6, system_stiffness_sigma_n_per_m=0.07e6, smooth_error_m=0.54e-6,
+    ...               smooth_length_n=50.0)
     >>> result = budget(fit, (force / 6.57e8) ** (1 / 1.5), force, rig)
     >>> f"n = 1.50 ± {result.coverage_factor * result.sigma_n:.2f}"
     'n = 1.50 ± 0.15'
@@ -35,6 +36,7 @@ from functools import partial
 import numpy as np
 
 from stepload.errors import DomainError
+from stepload.identify.finite import finite
 from stepload.identify.fit import Fit, FloatArray
 from stepload.identify.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
 from stepload.identify.sensitivity import (
@@ -79,7 +81,7 @@ class Ellipse:
     def outline(self, points: int = 90) -> tuple[FloatArray, FloatArray]:
         """ln K and n (points,) around the region, first point repeated at the end."""
         angle = np.linspace(0.0, 2.0 * np.pi, points)
-        value, vector = np.linalg.eigh(self.covariance)
+        value, vector = np.linalg.eigh(finite(self.covariance))
         axes = vector * np.sqrt(np.clip(value, 0.0, None) * _CHI2_2_95)
         ring = axes @ np.stack([np.cos(angle), np.sin(angle)])
         return self.ln_k + ring[0], self.n + ring[1]
@@ -147,7 +149,9 @@ def budget(
     if fit.estimator == "joint":
         sensitivity = joint_sensitivity(fit, force_n)
     elif fit.estimator in ("inverse_ls", "odr") and estimate is None:
-        weights = {} if fit.estimator == "inverse_ls" else _odr_weights(sources)
+        weights = (
+            {} if fit.estimator == "inverse_ls" else _odr_weights(sources, deformation_m, force_n)
+        )
         sensitivity = zero_given_sensitivity(fit, deformation_m, force_n, **weights)
     else:
         step = 1e-4 * float(np.median(np.abs(deformation_m)))
@@ -203,8 +207,10 @@ def _estimator(fit: Fit) -> Estimator:
     return partial(function, secant_force_n=fit.secant_force_n)
 
 
-def _odr_weights(sources: Sources) -> dict[str, float]:
-    sigma_m, sigma_n = white_sigmas(sources)
+def _odr_weights(
+    sources: Sources, deformation_m: FloatArray, force_n: FloatArray
+) -> dict[str, float]:
+    sigma_m, sigma_n = white_sigmas(sources, deformation_m, force_n)
     return {"sigma_m": sigma_m, "sigma_n": sigma_n}
 
 

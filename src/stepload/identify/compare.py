@@ -1,7 +1,8 @@
 """Compare results: within a run, between runs, and with a curve from somewhere else.
 
 Errors that two runs share (K_s, force calibration, the kinematics of one pose) do not show in their
-spread: repeatability says nothing about trueness. The spread is to be read beside the budget.
+spread: repeatability says nothing about trueness. The spread is to be read beside the budget; what
+a difference of runs may be judged by is in `stepload.identify.difference`.
 """
 
 from __future__ import annotations
@@ -15,6 +16,11 @@ import numpy as np
 from stepload.errors import DomainError
 from stepload.identify.fit import Fit, FloatArray
 from stepload.identify.smooth import NORMAL_95
+
+CHORD_SHARE = 0.1
+"""A chord begins at this share of its highest force."""
+_REACH = 0.02
+"""A force counts as reached when this share of it is missing: levels are held that well."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +87,7 @@ class FitPair:
         secant_change: (S2 − S1)/mean, relative.
         n_change: n2 − n1.
         k_ratio: K2/K1; says little where n differs, K carries the unit of n.
-        normalised_error: |ln S2 − ln S1| over its expanded uncertainty (95 %): above 1 the two
+        normalised_error: |ln S2 − ln S1| over half the width of its 95 % interval: above 1 the two
             disagree; None where a budget is missing.
     """
 
@@ -91,23 +97,16 @@ class FitPair:
     normalised_error: float | None
 
 
-def compare_fits(
-    first: Fit,
-    second: Fit,
-    *,
-    first_sigma: float | None = None,
-    second_sigma: float | None = None,
-    shared_sigma: float = 0.0,
-) -> FitPair:
+def compare_fits(first: Fit, second: Fit, *, half_width: float | None = None) -> FitPair:
     """Compare two fits by one estimator at one secant force.
 
     Args:
         first, second: the fits.
-        first_sigma, second_sigma: relative standard uncertainties of their secants (budget).
-        shared_sigma: the part of both that is common (same K_s, same calibration) and cancels.
+        half_width: half width of the 95 % interval of ln(S2/S1), shared errors taken out
+            (`stepload.identify.difference`).
 
     Raises:
-        DomainError: different estimators or secant forces, or a shared part above the whole.
+        DomainError: different estimators or secant forces, or a half width that is not positive.
     """
     if first.estimator != second.estimator:
         raise DomainError(
@@ -121,14 +120,10 @@ def compare_fits(
         )
     s1, s2 = first.secant_n_per_m, second.secant_n_per_m
     error = None
-    if first_sigma is not None and second_sigma is not None:
-        variance = first_sigma**2 + second_sigma**2 - 2.0 * shared_sigma**2
-        if shared_sigma > min(first_sigma, second_sigma) or not variance > 0.0:
-            raise DomainError(
-                f"shared uncertainty {shared_sigma:.3g} leaves nothing of {first_sigma:.3g} and "
-                f"{second_sigma:.3g}"
-            )
-        error = abs(math.log(s2 / s1)) / (NORMAL_95 * math.sqrt(variance))
+    if half_width is not None:
+        if not half_width > 0.0:
+            raise DomainError(f"half width is {half_width:.3g}; it must be positive")
+        error = abs(math.log(s2 / s1)) / half_width
     return FitPair(
         secant_change=2.0 * (s2 - s1) / (s1 + s2),
         n_change=second.n - first.n,
@@ -194,14 +189,21 @@ def at_other_modulus(
 class CurveComparison:
     """A fit against a curve from elsewhere (another machine, finite elements).
 
+    Everything is compared at forces that both have reached: `from_n` to `to_n`.
+
     Attributes:
         band: the fit at the deformations of the curve.
         curve_n: (N,) forces of the curve, corrected for its modulus.
         inside_share: share of the curve's points inside the pointwise 95 % band.
         force_rms_n: rms difference in force.
         deformation_rms_m: rms difference in deformation at equal force.
-        secant_change: (S_curve − S_fit)/S_fit at the fit's secant force; None where the curve does
-            not reach it.
+        secant_change: (S_curve − S_fit)/S_fit, both at `to_n`; None where the curve does not come
+            down to it.
+        to_n: the fit's secant force, or the highest that the corrected curve has.
+        chord_change: the same of the chord stiffness from `from_n` to `to_n`, which needs no zero;
+            None where the curve does not come down to `from_n`.
+        from_n: 10 % of `to_n`.
+        left_out: points of the curve at forces that the run has not reached.
     """
 
     band: Band
@@ -210,6 +212,10 @@ class CurveComparison:
     force_rms_n: float
     deformation_rms_m: float
     secant_change: float | None
+    to_n: float
+    chord_change: float | None
+    from_n: float
+    left_out: int
 
 
 def compare_curve(
@@ -220,6 +226,7 @@ def compare_curve(
     *,
     curve_modulus_pa: float | None = None,
     modulus_pa: float | None = None,
+    reached_n: float = math.inf,
 ) -> CurveComparison:
     """Compare a fit with an imported force–deformation curve.
 
@@ -229,6 +236,7 @@ def compare_curve(
             positive force and deformation are left out.
         curve_modulus_pa, modulus_pa: equivalent moduli (4) of the curve and of the run, where the
             counter bodies differ; both or neither.
+        reached_n: highest force of the run; the fit is not compared beyond it.
 
     Raises:
         DomainError: shapes that differ, fewer than 3 usable points, only one modulus.
@@ -239,21 +247,30 @@ def compare_curve(
         )
     if (curve_modulus_pa is None) != (modulus_pa is None):
         raise DomainError("the E_eq correction needs the moduli of both the curve and the run")
-    keep = (curve_force_n > 0) & (curve_deformation_m > 0)
+    force = curve_force_n
+    if curve_modulus_pa is not None and modulus_pa is not None:
+        force = at_other_modulus(force, from_modulus_pa=curve_modulus_pa, to_modulus_pa=modulus_pa)
+    usable = (force > 0) & (curve_deformation_m > 0)
+    keep = usable & (force <= reached_n * (1.0 + _REACH))
     if np.count_nonzero(keep) < 3:
         raise DomainError(
             f"{np.count_nonzero(keep)} of {keep.size} points of the curve are usable, 3 are needed",
-            hint="deformation and force must be positive; check the columns and units of the file",
+            hint="deformation and force must be positive, and the force one that the run has "
+            "reached; check the columns and units of the file",
         )
-    deformation, force = curve_deformation_m[keep], curve_force_n[keep]
-    if curve_modulus_pa is not None and modulus_pa is not None:
-        force = at_other_modulus(force, from_modulus_pa=curve_modulus_pa, to_modulus_pa=modulus_pa)
+    whole_m, whole_n = curve_deformation_m[usable], force[usable]
+    deformation, force = curve_deformation_m[keep], force[keep]
     band = confidence_band(fit, covariance, deformation)
-    order = np.argsort(force, kind="stable")
-    secant_change = None
-    if force.min() <= fit.secant_force_n <= force.max() * (1 + 1e-9):
-        at = float(np.interp(fit.secant_force_n, force[order], deformation[order]))
-        secant_change = fit.secant_force_n / at / fit.secant_n_per_m - 1.0
+    top_n = min(fit.secant_force_n, float(whole_n.max()))
+    low_n = CHORD_SHARE * top_n
+    secant = chord = None
+    if whole_n.min() <= top_n:
+        top_m = _deformation_at(top_n, whole_m, whole_n)
+        fit_top_m = _law_deformation(fit, top_n)
+        secant = fit_top_m / top_m - 1.0
+        if whole_n.min() <= low_n * (1.0 + _REACH):
+            curve_m = top_m - _deformation_at(low_n, whole_m, whole_n)
+            chord = (fit_top_m - _law_deformation(fit, low_n)) / curve_m - 1.0
     return CurveComparison(
         band=band,
         curve_n=force,
@@ -262,5 +279,27 @@ def compare_curve(
         deformation_rms_m=float(
             np.sqrt(np.mean(((force / fit.k) ** (1.0 / fit.n) - deformation) ** 2))
         ),
-        secant_change=secant_change,
+        secant_change=secant,
+        to_n=top_n,
+        chord_change=chord,
+        from_n=low_n,
+        left_out=int(np.count_nonzero(usable) - np.count_nonzero(keep)),
     )
+
+
+def _law_deformation(fit: Fit, force_n: float) -> float:
+    return math.exp(math.log(force_n / fit.k) / fit.n)
+
+
+def _deformation_at(at_n: float, deformation_m: FloatArray, force_n: FloatArray) -> float:
+    """Deformation of a curve at a force: the mean of the points within a tenth of it, each carried
+    there by the power that they follow, so that noise averages out; between neighbours where there
+    are fewer than four."""
+    log_force, log_deformation = np.log(force_n), np.log(deformation_m)
+    near = np.abs(force_n - at_n) <= 0.1 * at_n
+    if np.count_nonzero(near) >= 4 and np.ptp(log_force[near]) > 0.0:
+        x = log_force[near] - log_force[near].mean()
+        power = float(x @ log_deformation[near] / (x @ x))
+        return float(np.mean(deformation_m[near] * (at_n / force_n[near]) ** power))
+    order = np.argsort(force_n, kind="stable")
+    return math.exp(float(np.interp(math.log(at_n), log_force[order], log_deformation[order])))

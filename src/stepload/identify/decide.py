@@ -63,7 +63,6 @@ def decide(
     *,
     peak_force_n: float | None = None,
     elastic_limit_n: float | None = None,
-    k_max_n_per_m: float | None = None,
     sigma_n: Mapping[str, float] | None = None,
     roughness_m: float | None = None,
 ) -> Decision:
@@ -73,7 +72,6 @@ def decide(
         fits: by estimator name, as `fit_all` gives them.
         peak_force_n: highest force of the data, to be held against `elastic_limit_n` (F_c).
         elastic_limit_n: F_c or the declared limit in N.
-        k_max_n_per_m: K_max (34): the stiffest secant this rig can identify.
         sigma_n: σ of the exponent by estimator name, from the uncertainty budget; where it is
             missing the covariance from the residuals stands in, which is too small.
         roughness_m: σ_eq of the payload; None or 0 where it is smooth.
@@ -86,9 +84,7 @@ def decide(
     outside = above_elastic_limit(peak_force_n or 0.0, elastic_limit_n)
     sigmas = {name: _sigma_n(fit, sigma_n) for name, fit in fits.items()}
     doubted = {
-        name: _with_doubts(
-            fit, (*outside, *_beyond_k_max(fit, k_max_n_per_m), *undetermined(fit.n, sigmas[name]))
-        )
+        name: _with_doubts(fit, (*outside, *undetermined(fit.n, sigmas[name])))
         for name, fit in fits.items()
     }
     believe, why = _choose(doubted)
@@ -111,16 +107,6 @@ def _sigma_n(fit: Fit, sigma_n: Mapping[str, float] | None) -> float | None:
     if fit.covariance is None:
         return None
     return math.sqrt(max(float(fit.covariance[1, 1]), 0.0))
-
-
-def _beyond_k_max(fit: Fit, k_max_n_per_m: float | None) -> tuple[Doubt, ...]:
-    if k_max_n_per_m is None or fit.secant_n_per_m <= k_max_n_per_m:
-        return ()
-    message = (
-        f"secant {fit.secant_n_per_m:.3g} N/m is {fit.secant_n_per_m / k_max_n_per_m:.2g} times "
-        f"K_max = {k_max_n_per_m:.3g} N/m: the rig cannot resolve it"
-    )
-    return (Doubt(Flag.BEYOND_K_MAX, message),)
 
 
 def _with_doubts(fit: Fit, doubts: tuple[Doubt, ...]) -> Fit:
@@ -163,8 +149,8 @@ def _compare(
     if believed.zero_m != 0.0 and roughness_m:
         return False, (
             f"the fitted zero also absorbs the roughness ({roughness_m * 1e6:.2g} µm): {numbers}; "
-            "compare rs_btls with the paper's tables",
+            "the paper's tables hold rs_btls, with a zero taken as found",
         )
     if abs(believed.n - paper.n) > max(SAME_EXPONENT, NORMAL_95 * (sigma_n or 0.0)):
-        return False, (f"{numbers}: compare rs_btls with the paper's tables",)
+        return False, (f"{numbers}: the paper's tables hold rs_btls, with a zero taken as found",)
     return True, (f"{numbers}: they agree, so both compare with the paper's tables",)

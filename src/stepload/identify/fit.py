@@ -19,7 +19,6 @@ class Flag(StrEnum):
     NOT_POSITIVE = "deformation_not_positive"
     ABOVE_ELASTIC_LIMIT = "above_elastic_limit"
     HOLD_WINDUP = "hold_windup"
-    BEYOND_K_MAX = "beyond_k_max"
     EXPONENT_UNDETERMINED = "exponent_undetermined"
     NOT_CONVERGED = "not_converged"
     ILL_CONDITIONED = "ill_conditioned"

@@ -106,23 +106,3 @@ def gauge_resolution_for(
     """Resolution a gauge across the contact needs for this payload: (36) solved for δ_Δ, in m."""
     _positive(secant_n_per_m=secant_n_per_m, top_force_n=top_force_n)
     return top_force_n / (2.0 * p * t * secant_n_per_m)
-
-
-def top_force_for(
-    secant_at_force: float,
-    resolution_m: float,
-    system_stiffness_n_per_m: float | None,
-    *,
-    p: float = 2.0,
-    s: float = 20.0,
-    t: float = 5.0,
-) -> float | None:
-    """Top force in N at which K_max reaches `secant_at_force`; None where no force does."""
-    _positive(secant_at_force=secant_at_force, resolution_m=resolution_m, p=p, s=s, t=t)
-    k_r = 2.0 * p * t * secant_at_force
-    if system_stiffness_n_per_m is not None:
-        k_s = system_stiffness_n_per_m
-        if s * k_s / t <= secant_at_force:
-            return None
-        k_r = max(k_r, p * s * t * k_s * secant_at_force / (s * k_s - t * secant_at_force))
-    return k_r * resolution_m

@@ -15,7 +15,7 @@ import numpy as np
 from stepload.errors import DomainError
 from stepload.identify.fit import Fit, FloatArray
 from stepload.identify.sensitivity import law_compliance
-from stepload.identify.smooth import DEFAULT_LENGTH_N, fit_with_smooth_error, force_cells
+from stepload.identify.smooth import fit_with_smooth_error, force_cells, smooth_lengths
 
 _LEAST_CELLS = 6
 
@@ -33,7 +33,7 @@ def smooth_leftover(
     force_n: FloatArray,
     *,
     white_sd_m: float = 0.0,
-    length_n: float = DEFAULT_LENGTH_N,
+    length_n: float | None = None,
 ) -> Leftover | None:
     """Estimate the smooth error from the residuals of a joint fit.
 
@@ -41,11 +41,14 @@ def smooth_leftover(
         fit: fit of K, n and zero.
         deformation_m, force_n: (N,) the points it was made from, forces positive.
         white_sd_m: white noise of a point; what it leaves in the means is not counted as smooth.
-        length_n: correlation length of the smooth error.
+        length_n: correlation length of the smooth error; None: not known, its size is taken at the
+            middle of the lengths that it may have.
 
     Returns:
         None where the data are too few, or span too little force to tell.
     """
+    lengths = smooth_lengths(length_n, float(force_n.max()))
+    length_n = lengths[len(lengths) // 2]
     cells = force_cells(force_n, length_n)
     count = np.bincount(cells.cell)
     if count.size < _LEAST_CELLS:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from stepload.errors import DomainError
 from stepload.identify.finish import finish
+from stepload.identify.finite import finite
 from stepload.identify.fit import Doubt, Fit, Flag, FloatArray, Later
 from stepload.identify.gram import gram
 from stepload.identify.points import FEW_POINTS, Points, paired, positive
@@ -132,7 +133,7 @@ def mixed_ls_tls(
         DomainError: unusable data, see `stepload.identify.points`.
     """
     data = log_data(deformation_m, force_n, row_scaled=True)
-    _, values, rows = np.linalg.svd(data.moments.triangle()[1:, 1:])
+    _, values, rows = np.linalg.svd(finite(data.moments.triangle()[1:, 1:]))
     n = _ratio(-float(rows[1, 0]), float(rows[1, 1]))
     log_k = data.moments.mean_y - n * data.moments.mean_x
     doubts = ill_conditioned(float(values[1]), float(values[0]))
@@ -217,7 +218,7 @@ def _centred(points: Points, sums: _Sums) -> LogMoments:
 
 def smallest_direction(triangle: FloatArray) -> tuple[float, float, tuple[Doubt, ...]]:
     """(l, n) of the smallest right singular vector of (3, 3) R, and the doubt about it."""
-    _, values, rows = np.linalg.svd(triangle)
+    _, values, rows = np.linalg.svd(finite(triangle))
     one, x, y = (float(part) for part in rows[2])
     return _ratio(-one, y), _ratio(-x, y), ill_conditioned(float(values[2]), float(values[1]))
 

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stepload.errors import DomainError
 from stepload.identify.finish import finish
+from stepload.identify.finite import finite
 from stepload.identify.fit import Doubt, Fit, Flag, FloatArray
 from stepload.identify.points import positive
 from stepload.identify.weighted import ew_tls, require_sigmas
@@ -70,9 +70,7 @@ def odr(
         Doubt(Flag.NOT_CONVERGED, f"no convergence in {_MAX_STEPS} steps"),
     )
     for _ in range(_MAX_STEPS):
-        if not np.isfinite(now.jacobian).all():
-            raise DomainError("odr: the points lead to no law")
-        step = np.linalg.lstsq(now.jacobian, -now.distance, rcond=None)[0]
+        step = np.linalg.lstsq(finite(now.jacobian), -finite(now.distance), rcond=None)[0]
         size = float(np.abs(step).max())
         for halvings in range(30):
             trial = theta + step * 0.5**halvings

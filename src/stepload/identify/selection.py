@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stepload.errors import DomainError
+from stepload.identify.deflection import DeflectionTable
 from stepload.identify.fit import FloatArray
 from stepload.identify.points import checked
 from stepload.identify.recursive import moving
@@ -67,6 +68,7 @@ def select(
     force_n: ArrayLike,
     *,
     system_stiffness_n_per_m: float | None,
+    deflection: DeflectionTable | None = None,
     time_s: ArrayLike | None = None,
 ) -> Selected:
     """Choose the samples of a loading.
@@ -76,15 +78,19 @@ def select(
         force_n: (L,) contact forces in N.
         system_stiffness_n_per_m: K_s of the compensation (27); None: travel is the payload's
             deformation already.
+        deflection: table δ_s(F) that is subtracted in place of F/K_s.
         time_s: (L,) times in s; without them the recursive fit takes the samples of the batch fits.
 
     Raises:
         DomainError: arrays of different lengths, numbers that are not finite, or an impossible K_s.
     """
     travel, force = checked(travel_m, force_n)
-    deformation = travel
-    if system_stiffness_n_per_m is not None:
-        deformation = payload_deformation(travel, force, system_stiffness_n_per_m)
+    deformation = compensated(
+        travel,
+        force,
+        system_stiffness_n_per_m=system_stiffness_n_per_m,
+        deflection=deflection,
+    )
     loaded = np.flatnonzero(force > 0.0)
     batch = loaded[uniform_in_force(force[loaded], SAMPLES)]
     recursive, rate = batch, np.zeros_like(force)
@@ -94,6 +100,25 @@ def select(
             raise DomainError(f"times have shape {time.shape}, forces {force.shape}")
         recursive, rate = at_rate(time, RECURSIVE_RATE_HZ), _force_rate(time, force)
     return Selected(deformation, force, rate, batch, recursive, rest_band(force[recursive]))
+
+
+def compensated(
+    travel_m: FloatArray,
+    force_n: FloatArray,
+    *,
+    system_stiffness_n_per_m: float | None,
+    deflection: DeflectionTable | None = None,
+) -> FloatArray:
+    """Travel (L,) less what the system gives way (27): by its table, by K_s, or not at all.
+
+    Raises:
+        DomainError: K_s is not finite and positive.
+    """
+    if deflection is not None:
+        return np.asarray(travel_m - deflection.at(force_n))
+    if system_stiffness_n_per_m is None:
+        return travel_m
+    return payload_deformation(travel_m, force_n, system_stiffness_n_per_m)
 
 
 def payload_deformation(

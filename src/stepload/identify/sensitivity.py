@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from stepload.errors import DomainError
+from stepload.identify.finite import finite
 from stepload.identify.fit import Fit, FloatArray
 
 Estimator = Callable[[FloatArray, FloatArray], Fit]
@@ -44,7 +45,7 @@ def joint_sensitivity(fit: Fit, force_n: FloatArray) -> FloatArray:
         axis=1,
     )
     scale = np.linalg.norm(jacobian, axis=0)
-    if np.linalg.cond(jacobian / scale) > 1e10:
+    if np.linalg.cond(finite(jacobian / scale)) > 1e10:
         raise DomainError(
             "the data cannot tell K, n and the zero apart",
             hint="press over a wider range of force",
@@ -75,7 +76,7 @@ def zero_given_sensitivity(
         weight = 1.0 / (sigma_m**2 + (sigma_n * compliance) ** 2)
     normal = (jacobian * weight) @ jacobian.T
     scale = np.sqrt(np.diag(normal))
-    if not np.linalg.cond(normal / np.outer(scale, scale)) < 1e14:
+    if not np.linalg.cond(finite(normal / np.outer(scale, scale))) < 1e14:
         raise DomainError(
             "the data cannot tell K and n apart", hint="press over a wider range of force"
         )

@@ -7,16 +7,20 @@ correlation exp(−½ (ΔF/length)²), it has a covariance, and a linear estimat
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import DomainError
+from stepload.identify.finite import finite
 from stepload.identify.fit import FloatArray
 
-DEFAULT_LENGTH_N = 50.0
-"""Correlation length found on the step-load rigs: about one load step."""
+SHORTEST, LONGEST = 1.0 / 12.0, 1.0 / 1.5
+"""Shares of the peak force between which a length that nobody has measured may lie. A shorter error
+averages out, a longer one is a slope that K_s and its uncertainty hold."""
+_LENGTHS = 5
 
 NORMAL_95 = 1.959964
 """Half width of the central 95 % of a normal distribution, in standard deviations."""
@@ -24,6 +28,7 @@ NORMAL_95 = 1.959964
 IntArray = NDArray[np.intp]
 
 _CELLS_PER_LENGTH = 20.0
+_RANK = 1e-10
 
 
 def smooth_correlation(force_n: FloatArray, length_n: float) -> FloatArray:
@@ -32,6 +37,49 @@ def smooth_correlation(force_n: FloatArray, length_n: float) -> FloatArray:
         raise DomainError(f"correlation length is {length_n} N; it must be positive and finite")
     distance = np.subtract.outer(force_n, force_n) / length_n
     return np.asarray(np.exp(-0.5 * distance**2))
+
+
+def smooth_lengths(length_n: float | None, peak_force_n: float) -> tuple[float, ...]:
+    """Correlation lengths in N to be carried through: the known one, or a range (5,) of the peak.
+
+    Raises:
+        DomainError: a length, or the peak that stands in for it, that is not positive and finite.
+    """
+    size = peak_force_n if length_n is None else length_n
+    if not (np.isfinite(size) and size > 0):
+        what = "peak force" if length_n is None else "correlation length"
+        raise DomainError(f"{what} is {size} N; it must be positive and finite")
+    if length_n is not None:
+        return (length_n,)
+    return tuple(float(x) for x in np.geomspace(SHORTEST, LONGEST, _LENGTHS) * peak_force_n)
+
+
+def worst_of(covariances: Sequence[FloatArray]) -> FloatArray:
+    """A covariance (P, P) that is at least each of these in every direction.
+
+    Which length is the worst differs from parameter to parameter and for what is made of them. Two
+    matrices are diagonal together in the basis that makes their sum a unit matrix; the larger of
+    both stands there (an upper bound in the Loewner order).
+    """
+    worst = covariances[0]
+    for other in covariances[1:]:
+        both = worst + other
+        scale = np.sqrt(np.diag(both))
+        used = scale > 0.0
+        if not used.any():
+            continue
+        unit = scale[used]
+        value, vector = np.linalg.eigh(both[np.ix_(used, used)] / np.outer(unit, unit))
+        kept = value > _RANK * value[-1]
+        root = vector[:, kept] * np.sqrt(value[kept])
+        whiten = vector[:, kept] / np.sqrt(value[kept])
+        share, basis = np.linalg.eigh(
+            whiten.T @ (worst[np.ix_(used, used)] / np.outer(unit, unit)) @ whiten
+        )
+        corner = unit[:, None] * (root @ basis)
+        worst = np.zeros_like(both)
+        worst[np.ix_(used, used)] = (corner * np.maximum(share, 1.0 - share)) @ corner.T
+    return worst
 
 
 class ForceCells(NamedTuple):
@@ -114,7 +162,7 @@ def fit_with_smooth_error(
     scale = np.linalg.norm(columns, axis=0)
     if not np.all(np.isfinite(scale)) or np.any(scale == 0):
         raise DomainError("a regressor is zero or not finite everywhere")
-    sensitivity = np.linalg.pinv(columns / scale) / scale[:, None]
+    sensitivity = np.linalg.pinv(finite(columns / scale)) / scale[:, None]
     if np.linalg.matrix_rank(columns / scale, tol=1e-8) < parameters:
         raise DomainError(
             "the data cannot tell the parameters apart",

@@ -8,12 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stepload.identify.deflection import DeflectionTable
 from stepload.identify.fit import Fit, FloatArray
 from stepload.identify.sensitivity import law_compliance
-from stepload.identify.smooth import DEFAULT_LENGTH_N, few_degrees, propagate_smooth
+from stepload.identify.smooth import few_degrees, propagate_smooth, smooth_lengths, worst_of
 
-LEAST_SIGMA_M, LEAST_SIGMA_N = 1e-10, 1e-4
-"""A channel without any noise still has weight in a fit of both."""
+LEAST_SIGMA = 1e-6
+"""A channel without any noise still has weight in a fit of both: this share of its range."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +29,8 @@ class Sources:
         smooth_error_m: sd of the smooth deformation error, from the K_s run.
         smooth_degrees: degrees of freedom that it was estimated with; None: its size is known. Its
             line is then widened so that the 1.96 σ of the budget still cover 95 % (GUM G.4).
-        smooth_length_n: its correlation length in force.
+        smooth_length_n: its correlation length in force; None: not known, `smooth_lengths` of the
+            data are carried through and the worst of them counts.
         force_noise_n, position_noise_m: white noise of one of the points given to the fit.
         force_resolution_n, position_resolution_m: quanta. An error of position is one and the same
             as long as the travel stays within a quantum.
@@ -40,13 +42,17 @@ class Sources:
         temperature_sigma_k: how well the temperature is known, and how far it may run during the
             data; with `position_m_per_k` (thermal growth of the loop, spread evenly over the points
             in the order given) and `modulus_per_k` (relative change of the payload's modulus).
+        deflection_force_n, deflection_m, deflection_sigma_m: rows of the table δ_s(F) that was
+            subtracted in place of F/K_s; empty without one. `system_stiffness_sigma_n_per_m` is
+            then what is common to all rows, in proportion (a contact in series).
+        system_stiffness_note: why that uncertainty is not the one that was stated; "" where it is.
     """
 
     system_stiffness_n_per_m: float | None
     system_stiffness_sigma_n_per_m: float = 0.0
     smooth_error_m: float = 0.0
     smooth_degrees: float | None = None
-    smooth_length_n: float = DEFAULT_LENGTH_N
+    smooth_length_n: float | None = None
     force_noise_n: float = 0.0
     force_resolution_n: float = 0.0
     position_noise_m: float = 0.0
@@ -58,16 +64,36 @@ class Sources:
     temperature_sigma_k: float = 0.0
     position_m_per_k: float = 0.0
     modulus_per_k: float = 0.0
+    deflection_force_n: tuple[float, ...] = ()
+    deflection_m: tuple[float, ...] = ()
+    deflection_sigma_m: tuple[float, ...] = ()
+    system_stiffness_note: str = ""
+
+    def deflection(self) -> DeflectionTable | None:
+        """The table that is subtracted; None where F/K_s is, or nothing.
+
+        Raises:
+            DomainError: its rows are no table.
+        """
+        if self.system_stiffness_n_per_m is None or not self.deflection_force_n:
+            return None
+        return DeflectionTable(self.deflection_force_n, self.deflection_m, self.deflection_sigma_m)
 
 
-def white_sigmas(sources: Sources) -> tuple[float, float]:
-    """Standard deviations of deformation in m and force in N of one point, never 0."""
+def white_sigmas(
+    sources: Sources, deformation_m: FloatArray, force_n: FloatArray
+) -> tuple[float, float]:
+    """Standard deviations of deformation in m and force in N of one of the points (N,), never 0."""
     sigma_n = math.hypot(sources.force_noise_n, sources.force_resolution_n / math.sqrt(12.0))
     quantum_m = sources.position_resolution_m / math.sqrt(12.0)
     stiffness = sources.system_stiffness_n_per_m
     bend_m = 0.0 if stiffness is None else sigma_n / stiffness
     sigma_m = math.hypot(sources.position_noise_m, quantum_m, bend_m)
-    return max(sigma_m, LEAST_SIGMA_M), max(sigma_n, LEAST_SIGMA_N)
+    return max(sigma_m, _least(deformation_m)), max(sigma_n, _least(force_n))
+
+
+def _least(values: FloatArray) -> float:
+    return max(LEAST_SIGMA * float(np.abs(values).max(initial=0.0)), math.ulp(0.0))
 
 
 class Part(NamedTuple):
@@ -137,10 +163,16 @@ def _systematic(
     """Errors of the deformation that are a curve over force."""
     degrees = sources.smooth_degrees
     widening = 1.0 if degrees is None else few_degrees(degrees)
-    smooth = (widening * sources.smooth_error_m) ** 2 * propagate_smooth(
-        sensitivity, force_n, sources.smooth_length_n
-    )
-    smooth_size = f"{sources.smooth_error_m * 1e6:.3g} µm over {sources.smooth_length_n:.3g} N"
+    lengths = smooth_lengths(sources.smooth_length_n, float(force_n.max()))
+
+    def carried(size: FloatArray | float) -> FloatArray:
+        return worst_of([propagate_smooth(sensitivity * size, force_n, n) for n in lengths])
+
+    smooth = (widening * sources.smooth_error_m) ** 2 * carried(1.0)
+    over = " to ".join(f"{length:.3g} N" for length in dict.fromkeys((lengths[0], lengths[-1])))
+    smooth_size = f"{sources.smooth_error_m * 1e6:.3g} µm over {over}"
+    if sources.smooth_length_n is None:
+        smooth_size += " (length not known)"
     if degrees is not None:
         smooth_size += f", × {widening:.2f} for {degrees:.2g} degrees of freedom"
     stiffness = sources.system_stiffness_n_per_m
@@ -150,6 +182,13 @@ def _systematic(
         relative = sources.system_stiffness_sigma_n_per_m / stiffness
         bend = sensitivity @ (force_n * rigid) * relative
         size = f"{100 * relative:.3g} %"
+        if sources.system_stiffness_note:
+            size += f", {sources.system_stiffness_note}"
+    own = np.outer(bend, bend)
+    if (table := sources.deflection()) is not None:
+        row_m = table.sigma_at(force_n)
+        own = own + carried(row_m)
+        size = f"table of this pose, rows {float(row_m.max()) * 1e6:.3g} µm, common {size}"
     late = sensitivity @ (sources.force_rate_n_per_s * (law_compliance(fit, force_n) + rigid))
     late = late * sources.lag_sigma_s
     return [
@@ -158,7 +197,7 @@ def _systematic(
             smooth_size,
             smooth,
         ),
-        Part("system stiffness K_s", size, np.outer(bend, bend)),
+        Part("system stiffness K_s", size, own),
         Part("alignment lag", f"{sources.lag_sigma_s * 1e3:.3g} ms", np.outer(late, late)),
     ]
 

@@ -26,12 +26,13 @@ import numpy as np
 
 from stepload.errors import DomainError
 from stepload.identify.fit import FloatArray
+from stepload.identify.pieces import piece_shifts
 from stepload.identify.smooth import (
-    DEFAULT_LENGTH_N,
     NORMAL_95,
     IntArray,
     few_degrees,
     fit_with_smooth_error,
+    smooth_lengths,
 )
 
 _CELLS = 60
@@ -112,10 +113,11 @@ def fit_system_stiffness(
     force_n: FloatArray,
     *,
     contact: SeriesContact | None = None,
+    piece: IntArray | None = None,
     min_force_fraction: float = 0.4,
     resolution_m: float = 0.0,
     known_error_m: float | None = None,
-    length_n: float = DEFAULT_LENGTH_N,
+    length_n: float | None = None,
 ) -> SystemStiffnessFit:
     """Fit (26) to a run of force steps against a flat, stiff contact.
 
@@ -124,11 +126,14 @@ def fit_system_stiffness(
         displacement_m: (N,) travel into the contact, any zero.
         force_n: (N,) contact force, tared, positive when pressing.
         contact: the series contact, where it is known.
+        piece: (N,) which piece of the run each sample belongs to; each has an intercept of its own
+            (`stepload.identify.pieces`). None: all are one.
         min_force_fraction: forces below this fraction of the largest are left out of K_s.
         resolution_m: quantum of `displacement_m`; 0 counts the whole misfit as smooth error.
         known_error_m: sd of the smooth position error, known from many earlier runs of the rig;
             None: estimated from this run, whose few degrees of freedom about double σ.
-        length_n: correlation length of the smooth position error.
+        length_n: correlation length of the smooth position error; None: not known, and of the
+            lengths that it may have (`smooth_lengths`) the one that makes K_s least sure counts.
 
     Raises:
         DomainError: shapes that differ, values not finite, time not rising, too few points, or a
@@ -138,13 +143,36 @@ def fit_system_stiffness(
     if not 0 <= min_force_fraction < 0.9:
         raise DomainError(f"min_force_fraction is {min_force_fraction}; limits are 0 and 0.9")
     top = float(force_n.max())
-    cells = _gather(time_s, displacement_m, force_n, force_n > _IN_CONTACT * top)
+    if piece is None:
+        piece = np.zeros(force_n.size, dtype=np.intp)
+    elif piece.shape != force_n.shape:
+        raise DomainError(f"pieces have shape {piece.shape}, forces {force_n.shape}")
+    cells = gather(time_s, displacement_m, force_n, force_n > _IN_CONTACT * top, piece)
+    points = int(np.count_nonzero(force_n >= min_force_fraction * top))
+    fits = [
+        _fit(cells, top, points, contact, min_force_fraction, resolution_m, known_error_m, length)
+        for length in smooth_lengths(length_n, top)
+    ]
+    return max(fits, key=lambda fit: fit.sigma_n_per_m)
+
+
+def _fit(
+    cells: Cells,
+    top: float,
+    points: int,
+    contact: SeriesContact | None,
+    min_force_fraction: float,
+    resolution_m: float,
+    known_error_m: float | None,
+    length_n: float,
+) -> SystemStiffnessFit:
+    """The fit for one correlation length of the smooth error."""
     high = cells.force_n >= min_force_fraction * top
     force, travel = cells.force_n[high], cells.displacement_m[high]
     shift = (
         np.zeros_like(cells.force_n) if contact is None else contact.deformation_m(cells.force_n)
     )
-    white = _quantum_sd(float(np.ptp(cells.displacement_m)) / _CELLS, resolution_m)
+    white = quantum_sd(float(np.ptp(cells.displacement_m)) / _CELLS, resolution_m)
     base = [np.ones_like(force), force]
     rate = cells.rate_m_s[high]
     moving = bool(np.ptp(rate) > 0.0)
@@ -208,14 +236,16 @@ def fit_system_stiffness(
         bend_sigma_n_per_m=from_bend,
         error_gain_n_per_m2=gain,
         force_range_n=(float(force.min()), float(force.max())),
-        points=int(np.count_nonzero(force_n >= min_force_fraction * top)),
+        points=points,
         misfit_force_n=force,
         misfit_m=travel - shift[high] - columns @ line.theta,
     )
 
 
 @dataclass(frozen=True, slots=True)
-class _Cells:
+class Cells:
+    """Means (M,) over the samples of a cell of force."""
+
     force_n: FloatArray
     displacement_m: FloatArray
     rate_m_s: FloatArray
@@ -237,26 +267,29 @@ def _check(time_s: FloatArray, displacement_m: FloatArray, force_n: FloatArray) 
         raise DomainError(f"largest force is {force_n.max():.4g} N; pressing must be positive")
 
 
-def _gather(
+def gather(
     time_s: FloatArray,
     displacement_m: FloatArray,
     force_n: FloatArray,
     mask: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-) -> _Cells:
+    piece: IntArray,
+) -> Cells:
     """Mean force, travel and rate in cells of force, loading, resting and unloading apart: the
-    holds would dominate otherwise, and only cells that move tell C_s."""
+    holds would dominate otherwise, and only cells that move tell C_s. All pieces have the zero of
+    the one with most cells."""
     velocity = _windowed_rate(time_s, displacement_m)
     force_rate = _windowed_rate(time_s, force_n)
     threshold = 0.25 * float(np.quantile(np.abs(force_rate), 0.95))
     motion = np.sign(force_rate) * (np.abs(force_rate) > threshold)
     width = float(force_n.max()) / _CELLS
     keys = 3 * np.floor(force_n[mask] / width).astype(np.intp) + motion[mask].astype(np.intp)
-    _, index, count = np.unique(keys, return_inverse=True, return_counts=True)
+    shift_m, known = piece_shifts(displacement_m[mask], keys, piece[mask])
+    _, index, count = np.unique(keys[known], return_inverse=True, return_counts=True)
 
     def mean(values: FloatArray) -> FloatArray:
-        return np.asarray(np.bincount(index, values[mask]) / count)
+        return np.asarray(np.bincount(index, values[known]) / count)
 
-    return _Cells(mean(force_n), mean(displacement_m), mean(velocity))
+    return Cells(mean(force_n[mask]), mean(displacement_m[mask] - shift_m), mean(velocity[mask]))
 
 
 def _windowed_rate(time_s: FloatArray, values: FloatArray) -> FloatArray:
@@ -267,7 +300,7 @@ def _windowed_rate(time_s: FloatArray, values: FloatArray) -> FloatArray:
     return np.asarray((values[after] - values[before]) / (time_s[after] - time_s[before]))
 
 
-def _quantum_sd(travel_m: float, quantum_m: float) -> float:
+def quantum_sd(travel_m: float, quantum_m: float) -> float:
     """Standard deviation in m left of a quantum after averaging over `travel_m`."""
     if quantum_m <= 0.0:
         return 0.0

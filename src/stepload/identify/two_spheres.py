@@ -8,7 +8,7 @@ import numpy as np
 
 from stepload.errors import DomainError
 from stepload.identify.fit import FloatArray
-from stepload.identify.smooth import DEFAULT_LENGTH_N, few_degrees, fit_with_smooth_error
+from stepload.identify.smooth import few_degrees, fit_with_smooth_error, smooth_lengths
 from stepload.identify.system import SeriesContact
 
 
@@ -38,7 +38,7 @@ def two_sphere_difference(
     *,
     first_contact: SeriesContact,
     second_contact: SeriesContact,
-    length_n: float = DEFAULT_LENGTH_N,
+    length_n: float | None = None,
 ) -> TwoSphereFit:
     """Take K_s out of the chain with two reference spheres pressed at the same forces.
 
@@ -51,6 +51,8 @@ def two_sphere_difference(
         force_n: (N,) common forces; a few hundred points at most.
         first_contact, second_contact: theory for the two contacts (7). Where theory is taken at its
             word `relative_sigma` has no part here: s is fitted.
+        length_n: correlation length of the smooth position error; None: not known, and of the
+            lengths that it may have the one that makes K_s least sure counts.
 
     Raises:
         DomainError: shapes that differ, too few points, contacts too much alike to be told apart.
@@ -64,13 +66,29 @@ def two_sphere_difference(
     if not (np.all(np.isfinite(first_m + second_m + force_n)) and np.all(force_n > 0)):
         raise DomainError("travels must be finite and forces positive in the two-sphere method")
     first, second = first_contact.deformation_m(force_n), second_contact.deformation_m(force_n)
-    ones = np.ones_like(force_n)
-    contrast = first - second
-    if np.ptp(contrast) < 0.05 * np.ptp(first + second):
+    if np.ptp(first - second) < 0.05 * np.ptp(first + second):
         raise DomainError(
             "the two contacts deform nearly alike; their difference tells nothing",
             hint="use spheres whose radii differ by a factor of ten or more",
         )
+    fits = [
+        _fit(first_m, second_m, force_n, first, second, length)
+        for length in smooth_lengths(length_n, float(force_n.max()))
+    ]
+    return max(fits, key=lambda fit: fit.sigma_n_per_m)
+
+
+def _fit(
+    first_m: FloatArray,
+    second_m: FloatArray,
+    force_n: FloatArray,
+    first: FloatArray,
+    second: FloatArray,
+    length_n: float,
+) -> TwoSphereFit:
+    """The fit for one correlation length; `first`, `second` (N,) are the contacts by theory."""
+    ones = np.ones_like(force_n)
+    contrast = first - second
     scale = fit_with_smooth_error(
         np.stack([ones, contrast], axis=1), first_m - second_m, force_n, length_n
     )

@@ -15,6 +15,7 @@ from datetime import date
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
+from stepload.contact.deflection import table_problem
 from stepload.plan.draft import UnknownError, whole
 from stepload.plan.leaves import (
     Axis,
@@ -23,8 +24,10 @@ from stepload.plan.leaves import (
     Degrees,
     Flag,
     Force,
+    Length,
     LengthOrZero,
     Name,
+    Number,
     Quantity,
     Remark,
     Stiffness,
@@ -63,6 +66,23 @@ class CalibrationRecord:
         LengthOrZero | None, Key("Smooth position error that leaves this misfit.")
     ] = None
     smooth_degrees: Annotated[Degrees | None, Key("Degrees of freedom of its estimate.")] = None
+    smooth_length_n: Annotated[
+        Force | None, Key("Its correlation length in force; none: the runs cannot tell it.")
+    ] = None
+    deflection_force_n: Annotated[
+        tuple[Force, ...], Key("Forces of the table of the system's deflection.")
+    ] = ()
+    deflection_m: Annotated[
+        tuple[Length, ...], Key("Deflection of the system at these forces, 0 at 0 N.")
+    ] = ()
+    deflection_sigma_m: Annotated[
+        tuple[LengthOrZero, ...], Key("Standard uncertainty of each deflection.")
+    ] = ()
+    deflection_common: Annotated[
+        float,
+        Number(0.0, 1.0),
+        Key("Relative standard uncertainty that all of them have in common."),
+    ] = 0.0
     damping_n_s_per_m: Annotated[Damping, Key("Damping C_s, a lower bound.")] = 0.0
     force_from_n: Annotated[Force, Key("Lowest force of the fit.")]
     force_to_n: Annotated[Force, Key("Highest force of the fit.")]
@@ -93,7 +113,10 @@ def _text(entry: Entry, record: CalibrationRecord) -> Any:
         return entry.leaf.number
     value = getattr(record, entry.field)
     if isinstance(entry.leaf, Quantity) and value is not None:
-        return f"{value!r} {entry.leaf.unit}"
+        unit = entry.leaf.unit
+        if isinstance(value, tuple):
+            return [f"{item!r} {unit}" for item in value]
+        return f"{value!r} {unit}"
     return value.isoformat() if isinstance(value, date) else value
 
 
@@ -121,3 +144,6 @@ def _impossible(source: Source, record: CalibrationRecord) -> Iterator[Problem]:
     first, last = record.measured_on, record.valid_until
     if last < first:
         yield source.problem(1, 1, f"valid_until {last} is before measured_on {first}")
+    rows = record.deflection_force_n, record.deflection_m, record.deflection_sigma_m
+    if any(rows) and (problem := table_problem(*rows)):
+        yield source.problem(1, 1, f"table of the deflection: {problem}")

@@ -12,6 +12,7 @@ from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple, cast
 
+from stepload.contact.deflection import table_problem
 from stepload.contact.elastic import law_for
 from stepload.contact.limit import no_limit_reason
 from stepload.contact.materials import Material, Sphere
@@ -25,6 +26,7 @@ from stepload.plan.model import (
     Procedure,
     SecondForce,
     SecondForceSource,
+    Simulation,
     SystemStiffness,
 )
 from stepload.plan.payload import material
@@ -34,6 +36,8 @@ from stepload.units import format_quantity
 
 MAX_RUN_S = 86_400.0
 """Longest time, in s, that the holds of a run may add up to."""
+TABLE_AGREES = 0.1
+"""So far, as a share, the table of the deflection may be from the stiffness beside it."""
 LEAST_TOUCH_SIGMAS = 4.0
 """A touch force below so many standard deviations of the force noise finds touches in the noise."""
 
@@ -203,11 +207,79 @@ def _stiffness_error(stiffness: SystemStiffness) -> Iterator[Impossibility]:
         )
 
 
+def _table(stiffness: SystemStiffness) -> Iterator[Impossibility]:
+    """The table of the deflection by itself, and with the stiffness that it goes with."""
+    rows = stiffness.deflection_force_n, stiffness.deflection_m, stiffness.deflection_sigma_m
+    if not any(rows):
+        return
+    if problem := table_problem(*rows):
+        yield Impossibility(
+            ("deflection_force",),
+            f"table of the deflection: {problem}",
+            "give deflection_force, deflection and deflection_sigma of every row, rising",
+        )
+        return
+    value, sigma = stiffness.stiffness_n_per_m, stiffness.sigma_n_per_m
+    slope = _upper_stiffness(rows[0], rows[1])
+    if abs(slope / value - 1.0) > max(TABLE_AGREES, 3.0 * sigma / value):
+        yield Impossibility(
+            ("deflection",),
+            f"the table has a stiffness of {format_quantity(slope, 'N/m')} above 40 % of its "
+            f"forces, value is {format_quantity(value, 'N/m')}",
+            "look for a wrong prefix (µm, mm), or give the table that belongs to this value",
+        )
+
+
+def _upper_stiffness(force_n: tuple[float, ...], deflection_m: tuple[float, ...]) -> float:
+    """Stiffness in N/m of a table above 40 % of its forces, where K_s is fitted."""
+    rows = [(0.0, 0.0), *zip(force_n, deflection_m, strict=True)]
+    first = max(index for index, row in enumerate(rows[:-1]) if row[0] <= 0.4 * force_n[-1])
+    return (rows[-1][0] - rows[first][0]) / (rows[-1][1] - rows[first][1])
+
+
 def _validity(stiffness: SystemStiffness) -> Iterator[Impossibility]:
     first, last = stiffness.measured_on, stiffness.valid_until
     if first and last and last < first:
         yield Impossibility(
             ("valid_until",), f"{last} is before measured_on {first}", "check the two dates"
+        )
+
+
+def _simulated_pad(simulation: Simulation) -> Iterator[Impossibility]:
+    if (simulation.pad_stiffness_n_per_m is None) != (simulation.pad_depth_m == 0.0):
+        yield Impossibility(
+            (),
+            "`pad_stiffness` and `pad_depth` belong together",
+            "a pad is a spring that can be compressed by its depth: give both, or neither",
+        )
+
+
+def _simulated_roughness(simulation: Simulation) -> Iterator[Impossibility]:
+    roughness, law = simulation.roughness_m, simulation.law
+    if roughness and law not in ("declared", "rough"):
+        yield Impossibility(
+            ("roughness",),
+            f"a roughness, but the simulated law is {law}",
+            "write law: rough or law: declared; `yield_force` makes them flow as well",
+        )
+    elif roughness == 0.0 and law == "rough":
+        yield Impossibility(("roughness",), "a rough law without roughness", "write law: smooth")
+
+
+def _simulated_jkr(simulation: Simulation) -> Iterator[Impossibility]:
+    jkr = simulation.adhesion_n > 0.0 and simulation.adhesion_law == "jkr"
+    if jkr and (simulation.law == "rough" or simulation.roughness_m):
+        yield Impossibility(
+            ("adhesion_law",), "jkr adhesion of a rough contact", "asperities part it: use dmt"
+        )
+
+
+def _simulated_cross_talk(simulation: Simulation) -> Iterator[Impossibility]:
+    if simulation.cross_talk != 0.0 and simulation.lateral == 0.0:
+        yield Impossibility(
+            ("cross_talk",),
+            "cross-talk without a lateral force has no effect",
+            "give `lateral` too, or leave both out",
         )
 
 
@@ -350,7 +422,8 @@ CHECKS: Mapping[Kind, tuple[Check, ...]] = {
     Payload: (_roughness, _hardness, _theory),
     ForceSpec: (partial(_fineness, "resolution"), partial(_fineness, "noise")),
     SecondForce: (_second_channel,),
-    SystemStiffness: (_stiffness_error, _stiffness_is_known, _validity),
+    SystemStiffness: (_stiffness_error, _stiffness_is_known, _validity, _table),
+    Simulation: (_simulated_pad, _simulated_roughness, _simulated_jkr, _simulated_cross_talk),
     Procedure: (_levels, _start, _search),
 }
 PLAN_CHECKS: tuple[Check, ...] = (

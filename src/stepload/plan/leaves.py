@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from stepload.plan.problems import printable
-from stepload.units import QuantityError, describe_unit, format_quantity, parse_quantity
+from stepload.units import (
+    QuantityError,
+    describe_unit,
+    format_quantity,
+    parse_quantity,
+    split_uncertainty,
+)
 
 _LONGEST_PATH = 400
+_LARGEST_DOUBT = 0.5
+"""A quantity with a larger relative standard uncertainty is not known, or has a wrong unit."""
 _SUFFIXES = {"degC": "c", "%": "", "m/s": "m_s", "m/s^2": "m_s2", "1/K": "per_k"}
 
 
@@ -105,6 +114,83 @@ class Number:
             low: self.low,
             "maximum": self.high,
         }
+
+
+class Stated(NamedTuple):
+    """A value in SI, and its standard uncertainty in the same unit; None where none is stated."""
+
+    value: float
+    sigma: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Uncertain:
+    """A quantity, or a plain number, behind which ± and its standard uncertainty may stand.
+
+    The uncertainty is a share ("70 MPa ± 5 %") or in the unit of the value ("70 MPa ± 3.5 MPa",
+    "0.30 ± 0.03"); "+-" and "+/-" are read as "±". An uncertainty of 0 is refused: nothing that is
+    measured is exact, and margins follow from it.
+    """
+
+    leaf: Quantity | Number
+
+    def read(self, value: Any) -> Stated:
+        before, after = split_uncertainty(value) if isinstance(value, str) else ("", None)
+        if after is None:
+            return Stated(float(self.leaf.read(value)), None)
+        number = float(self.leaf.read(before if self._unit else _plain(before)))
+        return Stated(number, self._sigma(after, number))
+
+    @property
+    def _unit(self) -> str:
+        """The SI unit of the value; "" of a plain number."""
+        return self.leaf.unit if isinstance(self.leaf, Quantity) else ""
+
+    def _sigma(self, text: str, number: float) -> float:
+        """The standard uncertainty in SI that `text` says of `number`."""
+        example = f"{describe_unit(self._unit)[1]} ± 5 %" if self._unit else "0.30 ± 0.03"
+        hint = f'expected a standard uncertainty, as in "{example}"'
+        plain = _plain(text)
+        try:
+            if text.endswith("%"):
+                sigma = parse_quantity(text, "%") * abs(number)
+            elif isinstance(plain, float) and not self._unit:
+                sigma = plain
+            else:
+                sigma = parse_quantity(text, self._unit or "%")
+        except QuantityError as error:
+            raise LeafError(f"the uncertainty: {error.message}", hint) from None
+        largest = _LARGEST_DOUBT * abs(number)
+        if isinstance(self.leaf, Number):
+            largest = 0.25 * (self.leaf.high - self.leaf.low)
+        if not 0.0 < sigma <= largest:
+            end = format_quantity(largest, self._unit) if self._unit else f"{largest:g}"
+            raise LeafError(
+                f"the uncertainty {printable(text)!r} is out of range",
+                f"expected one above 0, for nothing that is measured is exact, up to {end}; leave"
+                " it out where it is not known",
+            )
+        return sigma
+
+    def expected(self) -> str:
+        return f"{self.leaf.expected()}, ± its uncertainty where known"
+
+    def json_schema(self) -> dict[str, Any]:
+        schema = self.leaf.json_schema()
+        if isinstance(self.leaf, Number):
+            text = {"type": "string", "pattern": _NUMBER_AND_MORE, "examples": ["0.30 ± 0.03"]}
+            return {"anyOf": [schema, text]}
+        examples = [*schema["examples"], f"{schema['examples'][0]} ± 5 %"]
+        return schema | {"examples": examples, "description": f"{self.expected()}, with its unit"}
+
+
+_PLAIN = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+_NUMBER_AND_MORE = rf"^\s*{_PLAIN.pattern}\s*(±|\+/-|\+-).+$"
+
+
+def _plain(text: str) -> float | str:
+    """The plain number that `text` is; `text` itself where it is none."""
+    return float(text) if _PLAIN.fullmatch(text) else text
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +319,7 @@ class Version:
         return {"const": self.number, "type": "integer"}
 
 
-Leaf = Quantity | Number | Text | FileName | Choice | Switch | Day | Version
+Leaf = Quantity | Number | Uncertain | Text | FileName | Choice | Switch | Day | Version
 
 
 def _shown(value: object) -> str:
@@ -258,7 +344,11 @@ ForceOrZero = Annotated[float, Quantity("N", 0.0, 1e6)]
 ForceRate = Annotated[float, Quantity("N/s", 0.0, 1e6, above=True)]
 Length = Annotated[float, Quantity("m", 0.0, 10.0, above=True)]
 LengthOrZero = Annotated[float, Quantity("m", 0.0, 10.0)]
+UncertainForce = Annotated[float, Uncertain(Quantity("N", 0.0, 1e6, above=True))]
+UncertainLengthOrZero = Annotated[float, Uncertain(Quantity("m", 0.0, 10.0))]
+UncertainLength = Annotated[float, Uncertain(Quantity("m", 0.0, 10.0, above=True))]
 Pressure = Annotated[float, Quantity("Pa", 1e3, 2e12)]
+UncertainPressure = Annotated[float, Uncertain(Quantity("Pa", 1e3, 2e12))]
 Duration = Annotated[float, Quantity("s", 0.0, 86_400.0, above=True)]
 Delay = Annotated[float, Quantity("s", 0.0, 10.0)]
 DurationOrZero = Annotated[float, Quantity("s", 0.0, 86_400.0)]

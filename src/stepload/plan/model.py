@@ -37,10 +37,10 @@ from stepload.plan.rig import (
     Rig,
     SecondForce,
     SecondForceSource,
-    Simulation,
     SystemStiffness,
 )
 from stepload.plan.sections import Key
+from stepload.plan.simulation import Simulation
 
 __all__ = [
     "ArmSpec", "DisplacementSpec", "DriverChoice", "ForceSpec", "IdentifyPlan", "Payload", "Plan",
@@ -69,13 +69,18 @@ class Procedure:
     hold_s: Annotated[Duration, Key("How long each level is held once it has settled.")] = 3.0
     unload: Annotated[Flag, Key("Whether the levels are also held on the way down.")] = True
     cycles: Annotated[
-        int, Number(1, 1000, integer=True), Key("How often the payload is loaded and unloaded.")
-    ] = 1
+        int,
+        Number(1, 1000, integer=True),
+        Key(
+            "How often the payload is loaded and unloaded; the second time shows what set, crept "
+            "or drifted."
+        ),
+    ] = 2
     lift_off: Annotated[
         Flag,
         Key(
-            "Whether cycles part the contact (seating), or unload to `unload_fraction` only "
-            "(shakedown)."
+            "Whether cycles part the contact (seating; the touch tells set, and the force is "
+            "zeroed again), or unload to `unload_fraction` only (shakedown)."
         ),
     ] = True
     unload_fraction: Annotated[

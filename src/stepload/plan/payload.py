@@ -17,48 +17,67 @@ from stepload.contact.materials import (
 )
 from stepload.plan.leaves import (
     Expansion,
-    Force,
     Length,
     LengthOrZero,
     Name,
     Number,
-    Pressure,
     Quantity,
+    Uncertain,
+    UncertainForce,
+    UncertainLength,
+    UncertainLengthOrZero,
+    UncertainPressure,
 )
 from stepload.plan.sections import Key, Nested, OneOf
 
 
 def material(
     name: Annotated[Name, Key("What it is; shown in reports.")],
-    youngs_modulus_pa: Annotated[Pressure, Key("Young's modulus E (4).")],
-    poisson_ratio: Annotated[float, Number(-1.0, 0.5, above=True), Key("Poisson's ratio ν (4).")],
+    youngs_modulus_pa: Annotated[UncertainPressure, Key("Young's modulus E (4).")],
+    poisson_ratio: Annotated[
+        float, Uncertain(Number(-1.0, 0.5, above=True)), Key("Poisson's ratio ν (4).")
+    ],
     yield_strength_pa: Annotated[
-        Pressure | None,
+        UncertainPressure | None,
         Key("Yield strength Y, where it is known; needed for the elastic limit (13)."),
     ] = None,
+    youngs_modulus_sigma_pa: float | None = None,
+    poisson_ratio_sigma: float | None = None,
+    yield_strength_sigma_pa: float | None = None,
 ) -> Material:
     """An isotropic linear elastic body."""
-    return Material(name, youngs_modulus_pa, poisson_ratio, yield_strength_pa)
+    return Material(
+        name, youngs_modulus_pa, poisson_ratio, yield_strength_pa,
+        youngs_modulus_sigma_pa, poisson_ratio_sigma, yield_strength_sigma_pa,
+    )  # fmt: skip
 
 
 def sphere(
-    radius_m: Annotated[Length, Key("Radius of the payload.")],
+    radius_m: Annotated[UncertainLength, Key("Radius of the payload.")],
     counter_radius_m: Annotated[
-        Length | None, Key("Radius of the sphere it is pressed against; none: a plane.")
+        UncertainLength | None, Key("Radius of the sphere it is pressed against; none: a plane.")
     ] = None,
+    radius_sigma_m: float | None = None,
+    counter_radius_sigma_m: float | None = None,
 ) -> Sphere:
     """A sphere on the plate, or on another sphere (6)."""
-    return Sphere(radius_m, counter_radius_m)
+    return Sphere(radius_m, counter_radius_m, radius_sigma_m, counter_radius_sigma_m)
 
 
-def cone_tip(radius_m: Annotated[Length, Key("Radius of the tip.")]) -> BluntTip:
+def cone_tip(
+    radius_m: Annotated[UncertainLength, Key("Radius of the tip.")],
+    radius_sigma_m: float | None = None,
+) -> BluntTip:
     """A cone with a spherical tip; contact stays on the tip."""
-    return BluntTip("cone", radius_m)
+    return BluntTip("cone", radius_m, radius_sigma_m)
 
 
-def pyramid_tip(radius_m: Annotated[Length, Key("Radius of the tip.")]) -> BluntTip:
+def pyramid_tip(
+    radius_m: Annotated[UncertainLength, Key("Radius of the tip.")],
+    radius_sigma_m: float | None = None,
+) -> BluntTip:
     """A pyramid with a spherical tip; contact stays on the tip."""
-    return BluntTip("pyramid", radius_m)
+    return BluntTip("pyramid", radius_m, radius_sigma_m)
 
 
 def sharp_cone(
@@ -72,9 +91,12 @@ def sharp_cone(
     return SharpCone(slope_rad)
 
 
-def flat_punch(radius_m: Annotated[Length, Key("Radius of the face.")]) -> FlatPunch:
+def flat_punch(
+    radius_m: Annotated[UncertainLength, Key("Radius of the face.")],
+    radius_sigma_m: float | None = None,
+) -> FlatPunch:
     """A flat round face, n = 1."""
-    return FlatPunch(radius_m)
+    return FlatPunch(radius_m, radius_sigma_m)
 
 
 def power(
@@ -99,16 +121,22 @@ class Payload:
     material: Annotated[Material, Nested(material), Key("Material of the payload.")]
     plate: Annotated[Material, Nested(material), Key("Material of the plate.")]
     roughness_m: Annotated[
-        Length | None, Key("Equivalent rms roughness σ_eq = √(σ1² + σ2²) (8); none: smooth.")
+        UncertainLengthOrZero | None,
+        Key(
+            "Equivalent rms roughness σ_eq = √(σ1² + σ2²) (8). 0 m: smooth. None: not known, "
+            "which costs width where a result needs the zero."
+        ),
     ] = None
     micro_hardness_pa: Annotated[
-        Pressure | None, Key("Micro-hardness of the softer surface (9); only with `roughness`.")
+        UncertainPressure | None,
+        Key("Micro-hardness of the softer surface (9); only with `roughness`."),
     ] = None
     declared_force_limit_n: Annotated[
-        Force | None,
+        UncertainForce | None,
         Key(
-            "Force that must not be exceeded, declared by a person who answers for it. "
-            "Required where theory gives no elastic limit; elsewhere the lower of the two counts.",
+            "Force that must not be exceeded, declared by a person who answers for it: taken as it "
+            "stands unless ± is written. Required where theory gives no elastic limit; elsewhere "
+            "the lower of the two counts.",
             name="force_limit",
         ),
     ] = None
@@ -121,3 +149,14 @@ class Payload:
     modulus_change_per_k: Annotated[
         float, Quantity("1/K", 0.0, 0.1), Key("Relative change of its modulus, either way.")
     ] = 0.0
+    limit_coverage: Annotated[
+        float,
+        Number(1.0, 5.0),
+        Key(
+            "How many standard uncertainties of ln F_c the limit lies below F_c: 2 leaves 2.3 % "
+            "that the payload yields below it, 3 leaves 0.13 %."
+        ),
+    ] = 2.0
+    roughness_sigma_m: float | None = None
+    micro_hardness_sigma_pa: float | None = None
+    declared_force_limit_sigma_n: float | None = None

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from typing import Any, TypeVar, cast
 
 from stepload.plan.draft import Draft, UnknownError, kind_of, leave_out, put
-from stepload.plan.leaves import Leaf, LeafError
+from stepload.plan.leaves import Leaf, LeafError, Stated
 from stepload.plan.problems import Problem, printable
 from stepload.plan.sections import (
     SHAPE,
@@ -71,7 +71,7 @@ def _read_entries(draft: object, node: Mapping, at: Place, problems: list[Proble
         elif entry.required:
             problems.append(at.problem(f"missing key {entry.name!r}", expected(entry)))
         elif entry.kept:
-            put(draft, entry.field, entry.default)
+            _keep(draft, entry, entry.default)
 
 
 def _read_entry(
@@ -83,7 +83,15 @@ def _read_entry(
         return
     value = None if null else _value(entry, node, at, problems)
     if entry.kept:
-        put(draft, entry.field, value)
+        _keep(draft, entry, value)
+
+
+def _keep(draft: object, entry: Entry, value: Any) -> None:
+    """Make the value of an entry known, and its standard uncertainty where it may have one."""
+    if entry.sigma_field:
+        value, sigma = value if isinstance(value, Stated) else (value, None)
+        put(draft, entry.sigma_field, sigma)
+    put(draft, entry.field, value)
 
 
 def _value(entry: Entry, node: Node, at: Place, problems: list[Problem]) -> Any:

@@ -22,7 +22,6 @@ from stepload.plan.leaves import (
     Length,
     LengthOrZero,
     Name,
-    Number,
     Quantity,
     Rate,
     Remark,
@@ -32,10 +31,10 @@ from stepload.plan.leaves import (
     Temperature,
 )
 from stepload.plan.sections import Key, Options
+from stepload.plan.simulation import AS_DECLARED, Simulation
 
 _Age = Annotated[float, Quantity("s", 0.002, 2.0)]
 _Drift = Annotated[float, Quantity("N/s", 0.0, 100.0)]
-_Factor = Annotated[float, Number(0.01, 100.0)]
 _OLDER = "Older data stop the run (rule R3); default: 12 ms, or four samples if longer."
 
 
@@ -189,6 +188,30 @@ class SystemStiffness:
         Degrees | None,
         Key("Degrees of freedom `smooth_error` was estimated with; none: it is taken as known."),
     ] = None
+    smooth_length_n: Annotated[
+        Force | None,
+        Key(
+            "Force over which that error stays correlated; none: every length from a twelfth to "
+            "two thirds of the peak force is carried through, and the worst counts."
+        ),
+    ] = None
+    deflection_force_n: Annotated[
+        tuple[Force, ...],
+        Key(
+            "Forces of a table of the system's deflection δ_s(F), rising. Subtracted in place of "
+            "F/K_s; without a table of the same pose `sigma` counts as at least 5 % of `value`."
+        ),
+    ] = ()
+    deflection_m: Annotated[
+        tuple[Length, ...], Key("Deflection at each of these forces, rising, 0 at 0 N.")
+    ] = ()
+    deflection_sigma_m: Annotated[
+        tuple[LengthOrZero, ...],
+        Key("Standard uncertainty of each; neighbours err alike, as far apart as `smooth_length`."),
+    ] = ()
+    deflection_common: Annotated[
+        Share, Key("Relative standard uncertainty that all rows of the table have in common.")
+    ] = 0.0
     measured_on: Annotated[Calendar | None, Key("Day of the measurement.")] = None
     valid_until: Annotated[Calendar | None, Key("Last day on which it may be used.")] = None
     pose: Annotated[Remark, Key("Pose it was measured in; empty: any.")] = ""
@@ -217,37 +240,6 @@ class SystemStiffness:
     validity_problem: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Simulation:
-    """How the simulated rig differs from what the plan believes; only dry runs use it."""
-
-    seed: Annotated[int, Number(0, 2**31 - 1, integer=True), Key("Seed of everything random.")] = 1
-    law: Annotated[
-        str,
-        Choice(("smooth", "rough", "elastic_plastic")),
-        Key("Contact law of the simulated payload."),
-    ] = "smooth"
-    payload_factor: Annotated[_Factor, Key("True payload stiffness K over believed K.")] = 1.0
-    stiffness_factor: Annotated[_Factor, Key("True system stiffness over believed K_s.")] = 1.0
-    surface_error_m: Annotated[
-        float,
-        Quantity("m", -0.1, 0.1),
-        Key("True surface minus expected surface; negative: nearer."),
-    ] = 0.0
-    hysteresis: Annotated[
-        float, Quantity("%", 0.0, 0.9), Key("Share of the loading work lost in a cycle.")
-    ] = 0.0
-    kinematic_error_m: Annotated[
-        LengthOrZero, Key("Standard deviation of the smooth error of the measured travel.")
-    ] = 0.0
-    kinematic_length_n: Annotated[Force, Key("Force over which that error stays correlated.")] = (
-        50.0
-    )
-    force_drift_n_per_s: Annotated[
-        float, Quantity("N/s", -10.0, 10.0), Key("True drift of the force zero.")
-    ] = 0.0
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rig:
     """The rig. A profile's name, a path, or a mapping; `profile` with overrides is a mapping."""
@@ -274,4 +266,4 @@ class Rig:
     thermal_expansion_per_k: Annotated[
         Expansion, Key("Coefficient of thermal expansion of the load path.")
     ] = 0.0
-    simulation: Annotated[Simulation, Key("The simulated rig.")] = Simulation()
+    simulation: Annotated[Simulation, Key("The simulated rig.")] = AS_DECLARED

@@ -9,6 +9,8 @@ Schema and the tables of docs/plan.md all follow from this one declaration::
 is the key `hold`, a time, 3 s where it is left out. The key is the name of the field without its
 unit. A field without default is required, one with the default None may be null. A class variable
 is a key that is checked and not kept. A function stands for a class of another room that it makes.
+Behind an uncertain value ± may be written; its standard uncertainty is put into a field of its own,
+`yield_strength_sigma_pa` beside `yield_strength_pa`.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Union, cast, get_args, get_origin, get_type_hints
 
-from stepload.plan.leaves import Leaf, Quantity
+from stepload.plan.leaves import Leaf, Quantity, Uncertain
 from stepload.units import format_quantity
 
 Kind = Callable[..., Any]
@@ -84,7 +86,8 @@ Content = Leaf | Each | Nested | OneOf | Options
 class Entry:
     """One key of a section: its name, the field it becomes and what may be written there.
 
-    `kept` says whether there is such a field; a class variable is only checked.
+    `kept` says whether there is such a field; a class variable is only checked. `sigma_field` takes
+    the standard uncertainty of an uncertain value; "" where none may be written.
     """
 
     name: str
@@ -93,6 +96,7 @@ class Entry:
     content: Content
     default: object
     kept: bool
+    sigma_field: str = ""
 
     @property
     def leaf(self) -> Leaf | None:
@@ -122,8 +126,8 @@ def entries(kind: Kind) -> tuple[Entry, ...]:
     """The keys of a section in the order of their declaration.
 
     Raises:
-        TypeError: the name of a field does not end in the unit of its quantity, or its annotation
-            does not say what may be written.
+        TypeError: the name of a field does not end in the unit of its quantity, its annotation
+            does not say what may be written, or there is no field for its uncertainty.
     """
     parameters = inspect.signature(kind).parameters
     found = []
@@ -135,7 +139,10 @@ def entries(kind: Kind) -> tuple[Entry, ...]:
             name = _without_unit(field, content)
             kept = field in parameters
             default = parameters[field].default if kept else getattr(kind, field, REQUIRED)
-            found.append(Entry(key.name or name, field, key, content, default, kept))
+            sigma = _sigma_field(field, content)
+            if sigma and sigma not in parameters:
+                raise TypeError(f"{field} is uncertain: there must be a field {sigma}")
+            found.append(Entry(key.name or name, field, key, content, default, kept, sigma))
     return tuple(found)
 
 
@@ -163,8 +170,21 @@ def _leaf(content: Content) -> Leaf | None:
     return item if isinstance(item, Leaf) else None
 
 
-def _without_unit(field: str, content: Content) -> str:
+def _quantity(content: Content) -> Leaf | None:
+    """The leaf that stands here, that of an uncertain one without its uncertainty."""
     leaf = _leaf(content)
+    return leaf.leaf if isinstance(leaf, Uncertain) else leaf
+
+
+def _sigma_field(field: str, content: Content) -> str:
+    if not isinstance(content, Uncertain):
+        return ""
+    suffix = content.leaf.suffix if isinstance(content.leaf, Quantity) else ""
+    return f"{field.removesuffix(suffix)}_sigma{suffix}"
+
+
+def _without_unit(field: str, content: Content) -> str:
+    leaf = _quantity(content)
     if not isinstance(leaf, Quantity):
         return field
     if not field.endswith(leaf.suffix):

@@ -39,8 +39,9 @@ class ChannelClock:
 class Aligned:
     """One row per usable force sample, on the run's clock, oldest first.
 
-    `force_n` is along the force axis, positive when pressing, *not* tared. `displacement_m` is None
-    without a gauge. `phase`, `cycle`, `step` and `level_n` are those of the tick before the sample.
+    `force_n` is along the force axis, positive when pressing, *not* tared; `across_n` (N, 2) is
+    the force across it, not tared either. `displacement_m` is None without a gauge. `phase`,
+    `cycle`, `step` and `level_n` are those of the tick before the sample.
     `left_out` counts force samples that were marked bad or lie in a gap of another channel.
     """
 
@@ -54,6 +55,7 @@ class Aligned:
     level_n: FloatArray
     clocks: tuple[ChannelClock, ...]
     left_out: int
+    across_n: FloatArray
 
 
 def sample_times(channel: str, columns: SampleColumns) -> tuple[FloatArray, ChannelClock]:
@@ -85,8 +87,17 @@ def project(wrench: FloatArray, axis: str) -> FloatArray:
     """
     if len(axis) != 3 or axis[0] not in "+-" or axis[1:] not in ("fx", "fy", "fz"):
         raise BadInputError(f"force axis {axis!r}", hint="one of +fx -fx +fy -fy +fz -fz")
-    component = wrench[:, "xyz".index(axis[2])]
+    component = wrench[:, _component(axis)]
     return -component if axis[0] == "-" else component
+
+
+def across(wrench: FloatArray, axis: str) -> FloatArray:
+    """The two force components that are not along `axis`; wrench (N, 6) → (N, 2)."""
+    return np.delete(wrench[:, :3], _component(axis), axis=1)
+
+
+def _component(axis: str) -> int:
+    return "xyz".index(axis[2])
 
 
 def _interpolate(
@@ -151,4 +162,5 @@ def align(recording: Recording, axis: str | None = None, lag_s: float = 0.0) -> 
         level_n=recording.ticks.level_n[tick],
         clocks=tuple(clocks),
         left_out=int(len(usable) - usable.sum()),
+        across_n=across(recording.force.wrench[usable], axis),
     )

@@ -1,10 +1,8 @@
-"""Reads a force curve from a CSV file: strict about every cell, bounded in time and memory."""
+"""Reads a force curve from a table of text: strict about every cell, bounded in time and memory."""
 
 from __future__ import annotations
 
-import difflib
-import math
-from array import array
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn, TextIO
@@ -13,117 +11,127 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
+from stepload.record.curve_header import (
+    HINT,
+    LATERAL,
+    Column,
+    Header,
+    HeaderError,
+    delimiter_of,
+    parse_header,
+    split,
+)
+from stepload.record.curve_rows import MAX_LINE, RowError, Table, read_rows
 
 FloatArray = NDArray[np.float64]
 
 MAX_BYTES = 1 << 28
-MAX_LINE = 4096
 MIN_ROWS = 3
-COLUMNS = ("time_s", "position_m", "displacement_m", "force_n")
-_HINT = (
-    "the first line names the columns: `time_s, position_m, force_n` (travel of the arm), "
-    "or `displacement_m, force_n` (deformation, system stiffness already taken out)"
-)
+MAX_PREAMBLE = 400
+"""Lines that an instrument may write before the names of the columns."""
+MISSING_SHARE = 0.05
+"""A larger share of rows without all numbers is refused."""
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """Columns of equal length N ≥ 3, finite.
+    """Columns of equal length N ≥ 3, finite, SI.
 
-    Exactly one of `position_m` (arm travel, with `time_s`) and `displacement_m` is there.
+    Attributes:
+        time_s: times that do not fall; None where the file has none.
+        position_m, displacement_m: exactly one of the two is there: travel of the machine, or the
+            payload's deformation.
+        force_n: force.
+        lateral_n: (C, N) components of the lateral force; None where the file has none.
+        notes: what was skipped, dropped and converted, in sentences.
     """
 
     time_s: FloatArray | None
     position_m: FloatArray | None
     displacement_m: FloatArray | None
     force_n: FloatArray
+    lateral_n: FloatArray | None = None
+    notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class _Header:
-    delimiter: str
-    places: dict[str, int]
-    width: int
-
-
-def _fail(path: Path, line: int, column: int, message: str, hint: str = _HINT) -> NoReturn:
+def _fail(path: Path, line: int, column: int, message: str, hint: str = HINT) -> NoReturn:
     raise BadInputError(f"{path}:{line}:{column}: {message}", hint=hint)
 
 
-def _split(line: str, delimiter: str) -> list[str]:
-    return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """The header, the line it is in, how many lines were read, and one that was read ahead."""
+
+    header: Header
+    at: int
+    read: int
+    ahead: tuple[str, ...] = ()
 
 
-def _parse_header(path: Path, number: int, line: str) -> _Header:
-    delimiter = max(",;\t", key=line.count)
-    names = _split(line, delimiter)
-    for name in COLUMNS:
-        if names.count(name) > 1:
-            _fail(path, number, 1, f"the column {name!r} is there {names.count(name)} times")
-    places = {name: names.index(name) for name in COLUMNS if name in names}
-    if "position_m" in places and "displacement_m" in places:
-        _fail(path, number, 1, "both 'position_m' and 'displacement_m': which one is meant?")
-    needed = ["force_n"]
-    needed += [] if "displacement_m" in places else ["time_s", "position_m"]
-    for name in needed:
-        if name not in places:
-            near = difflib.get_close_matches(name, [n for n in names if n not in COLUMNS], 1, 0.5)
-            found = f"; is {near[0]!r} meant?" if near else f" among {', '.join(names)[:200]}"
-            _fail(path, number, 1, f"no column {name!r}{found}")
-    return _Header(delimiter, places, len(names))
-
-
-def _number(text: str, decimal_comma: bool) -> float:
-    """A finite number, or NaN."""
-    if decimal_comma and "." not in text:
-        text = text.replace(",", ".", 1)
-    if "_" in text:
-        return math.nan
-    try:
-        value = float(text)
-    except ValueError:
-        return math.nan
-    return value if math.isfinite(value) else math.nan
-
-
-def _read_rows(path: Path, file: TextIO) -> dict[str, array[float]]:
-    header: _Header | None = None
-    columns: dict[str, array[float]] = {}
+def _lines(path: Path, file: TextIO) -> Iterator[str]:
     number = 0
-    while line := file.readline(MAX_LINE + 1):
+    while number < MAX_PREAMBLE and (line := file.readline(MAX_LINE + 1)):
         number += 1
         if len(line) > MAX_LINE:
             _fail(path, number, MAX_LINE, f"a line of more than {MAX_LINE} characters")
-        stripped = line.strip()
-        if not stripped or stripped.startswith("#"):
+        yield line.rstrip("\n")
+
+
+def _is_row(line: str) -> bool:
+    """Whether a line holds numbers only: the data have begun."""
+    delimiter = delimiter_of(line)
+    cells = [cell for cell in split(line, delimiter) if cell]
+    if delimiter != ",":
+        cells = [cell.replace(",", ".", 1) for cell in cells]
+    try:
+        return bool([float(cell) for cell in cells])
+    except ValueError:
+        return False
+
+
+def _find_header(path: Path, file: TextIO) -> _Head:
+    """The first line that names force and travel, among those that an instrument writes above.
+
+    The line below it may hold the units. Numbers end the search; the comment above them may have
+    been the header. What looks most like a header is what is refused.
+    """
+    best: tuple[int, HeaderError] | None = None
+    last, comments, number = "", [], 0
+    for number, line in enumerate(_lines(path, file), 1):
+        text = line.strip()
+        if text.startswith("#"):
+            comments.append((number, text.lstrip("# ")))
+        if not text or text.startswith("#"):
             continue
-        if header is None:
-            header = _parse_header(path, number, line.rstrip("\r\n"))
-            columns = {name: array("d") for name in header.places}
-            continue
-        cells = line.rstrip("\r\n").split(header.delimiter)
-        if len(cells) != header.width:
-            _fail(path, number, 1, f"{len(cells)} cells, the header has {header.width}")
-        for name, place in header.places.items():
-            cell = cells[place].strip().strip('"').strip()
-            value = _number(cell, header.delimiter != ",")
-            if math.isnan(value):
-                column = sum(len(c) + 1 for c in cells[:place]) + 1
-                _fail(path, number, column, f"{name}: {cell[:40]!r} is not a finite number", "")
-            if name == "time_s" and columns[name] and value < columns[name][-1]:
-                _fail(path, number, 1, f"time_s goes back from {columns[name][-1]} to {value}", "")
-            columns[name].append(value)
-    if header is None:
+        try:
+            return _Head(parse_header(line), number, number)
+        except HeaderError as error:
+            if best is None or error.known > best[1].known:
+                best = number, error
+        if last:
+            try:
+                return _Head(parse_header(last, line), number - 1, number)
+            except HeaderError:
+                pass
+        last = line
+        if _is_row(text):
+            for at, comment in reversed(comments):
+                try:
+                    return _Head(parse_header(comment), at, number - 1, (line,))
+                except HeaderError as error:
+                    if error.known > best[1].known:
+                        best = at, error
+            break
+    if best is None:
         _fail(path, max(number, 1), 1, "the file is empty")
-    if len(columns["force_n"]) < MIN_ROWS:
-        _fail(path, number, 1, f"{len(columns['force_n'])} rows, at least {MIN_ROWS} are needed")
-    return columns
+    _fail(path, best[0], 1, best[1].message, best[1].hint)
 
 
 def read_curve(path: Path) -> Curve:
-    """Read a CSV file separated by comma, semicolon or tab (then also with decimal commas).
+    """Read a table separated by comma, semicolon or tab (then also with decimal commas) or spaces.
 
-    Columns may stand in any order among others; empty lines and lines with # are skipped.
+    Columns may stand in any order among others; empty lines and lines with # are skipped. Rows in
+    which a number is missing are dropped and counted.
 
     Raises:
         BadInputError: with file:line:column, what is there and what is expected.
@@ -136,18 +144,90 @@ def read_curve(path: Path) -> Curve:
                 f"{path}: {path.stat().st_size} bytes, limit {MAX_BYTES}",
                 hint="thin the data out or cut them to the loading",
             )
-        with path.open(encoding="utf-8-sig", newline=None) as file:
-            columns = _read_rows(path, file)
-    except UnicodeDecodeError as error:
-        raise BadInputError(
-            f"{path}: not UTF-8 text (byte {error.start}: {error.reason})"
-        ) from None
+        try:
+            return _read(path, "utf-8-sig")
+        except UnicodeDecodeError as error:
+            if not _western(path):
+                raise BadInputError(
+                    f"{path}: not UTF-8 text (byte {error.start}: {error.reason})"
+                ) from None
+        return _read(path, "cp1252")
     except OSError as error:
         raise BadInputError(f"{path}: {error.strerror}") from error
-    arrays = {name: np.array(values, np.float64) for name, values in columns.items()}
+
+
+def _western(path: Path) -> bool:
+    """Whether bytes beyond ASCII are rare, and none are of no text: the µ of an old instrument."""
+    with path.open("rb") as file:
+        block = np.frombuffer(file.read(1 << 16), np.uint8)
+    control = (block < 9) | ((block > 13) & (block < 32))
+    return not control.any() and float(np.mean(block > 127)) < 0.02
+
+
+def _read(path: Path, encoding: str) -> Curve:
+    with path.open(encoding=encoding, newline=None) as file:
+        head = _find_header(path, file)
+        try:
+            table = read_rows(file, head.header, head.read, head.ahead)
+        except RowError as error:
+            _fail(path, error.line, error.column, error.message, "")
+    return _curve(path, head, table)
+
+
+def _curve(path: Path, head: _Head, table: Table) -> Curve:
+    rows, total = len(table.values), len(table.values) + table.missing
+    last = int(table.line[-1]) if rows else head.read
+    if table.first_missing is not None and table.missing > MISSING_SHARE * total:
+        line, at, text = table.first_missing
+        share = f"{table.missing} of {total} rows lack a number"
+        _fail(
+            path, line, at, f"{text[:40]!r} is not a finite number; {share}",
+            f"at most {MISSING_SHARE:.0%} may be missing: cut the file to what was measured",
+        )  # fmt: skip
+    if rows < MIN_ROWS:
+        _fail(path, last, 1, f"{rows} rows, at least {MIN_ROWS} are needed")
+    found: dict[str, list[FloatArray]] = {}
+    for column, values in zip(head.header.columns, table.values.T, strict=True):
+        scaled = values if column.scale == 1.0 else values * column.scale
+        found.setdefault(column.role, []).append(np.ascontiguousarray(scaled))
+    if "time_s" in found:
+        _in_order(path, table, found["time_s"][0])
     return Curve(
-        time_s=arrays.get("time_s"),
-        position_m=arrays.get("position_m"),
-        displacement_m=arrays.get("displacement_m"),
-        force_n=arrays["force_n"],
+        time_s=found["time_s"][0] if "time_s" in found else None,
+        position_m=found["position_m"][0] if "position_m" in found else None,
+        displacement_m=found["displacement_m"][0] if "displacement_m" in found else None,
+        force_n=found["force_n"][0],
+        lateral_n=np.stack(found[LATERAL]) if LATERAL in found else None,
+        notes=tuple(_notes(head, table)),
     )
+
+
+def _in_order(path: Path, table: Table, time_s: FloatArray) -> None:
+    back = np.flatnonzero(np.diff(time_s) < 0.0)
+    if back.size:
+        at = int(back[0])
+        _fail(
+            path, int(table.line[at + 1]), 1,
+            f"time_s goes back from {time_s[at]:.12g} to {time_s[at + 1]:.12g}",
+            "one test in one file: cut it where the next begins",
+        )  # fmt: skip
+
+
+def _notes(head: _Head, table: Table) -> Iterator[str]:
+    if head.at > 1:
+        yield f"the columns are named in line {head.at}; what stands above was skipped"
+    converted = [c for c in head.header.columns if c.name != c.role]
+    for column in converted:
+        yield f"the column {_shown(column)} is read as {column.role}"
+    if table.first_missing is not None:
+        line, _, text = table.first_missing
+        total = len(table.values) + table.missing
+        rows = "row" if table.missing == 1 else "rows"
+        yield (
+            f"{table.missing} of {total} {rows} dropped: a number is missing "
+            f"(first in line {line}: {text[:20]!r})"
+        )
+
+
+def _shown(column: Column) -> str:
+    return f"{column.name[:60]!r} in {column.unit or 'SI'}"

@@ -6,19 +6,23 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from stepload.envelope.domains import payload_doubts
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
+from stepload.evidence.identification import Identification, identify
 from stepload.identify.conditions import Conditions
-from stepload.identify.identification import Identification, identify
-from stepload.identify.runin import RunIn, run_in
-from stepload.identify.selection import payload_deformation, select
+from stepload.identify.runin import STEADY_CYCLES, RunIn, run_in
+from stepload.identify.selection import compensated, select
 from stepload.identify.system import SeriesContact, SystemStiffnessFit, fit_system_stiffness
 from stepload.plan.model import Plan
 from stepload.record.outcome import RunOutcome
 from stepload.record.reader import Recording
 from stepload.results.conditions import measured, planned
+from stepload.results.extras import Extras, extras_of
 from stepload.results.press_data import LOADING, UNLOADING, PressData, number, press_data
+from stepload.results.pressed import pressed
 
 CONTACT_MODULUS_SIGMA = 0.1
 """Relative uncertainty of a series contact computed from handbook moduli."""
@@ -36,11 +40,12 @@ class Evaluation:
     identification: Identification | None = None
     system: SystemStiffnessFit | None = None
     run_in: RunIn | None = None
+    extras: Extras | None = None
     problem: str = ""
 
 
 def identify_payload(data: PressData, conditions: Conditions) -> Identification:
-    """Identify from the first cycle's loading branch: the virgin contact.
+    """Identify the virgin contact: the first cycle's loading, judged with all that followed.
 
     Raises:
         BadInputError: there is no load step, or too little in it.
@@ -56,9 +61,11 @@ def identify_payload(data: PressData, conditions: Conditions) -> Identification:
             data.travel_m[loading],
             data.force_n[loading],
             system_stiffness_n_per_m=conditions.sources.system_stiffness_n_per_m,
+            deflection=conditions.deflection(),
             time_s=data.time_s[loading],
         ),
         conditions,
+        pressed(data, conditions),
     )
 
 
@@ -90,8 +97,15 @@ def identify_system(data: PressData, conditions: Conditions) -> SystemStiffnessF
         data.travel_m[mask][first],
         data.force_n[mask][first],
         contact=series_contact(conditions),
+        piece=pieces(data)[mask][first],
         resolution_m=conditions.sources.position_resolution_m,
+        length_n=conditions.sources.smooth_length_n,
     )
+
+
+def pieces(data: PressData) -> NDArray[np.intp]:
+    """(N,) which cycle and which contact each sample belongs to, as one number."""
+    return np.asarray(data.cycle * (len(data.touches) + 1) + data.contact, dtype=np.intp)
 
 
 def whole_cycles(plan: Plan, recording: Recording) -> list[int]:
@@ -125,6 +139,8 @@ def _cycles(
         return None
     whole = whole_cycles(plan, recording)
     touched_before = recording.metadata.get("touched_before") == "true"
+    if not whole and plan.procedure.cycles < STEADY_CYCLES:
+        return None  # no run-in was asked for; what the cycles cannot show is told apart from it
     if not whole or (whole[0] != 1 and not touched_before):
         raise BadInputError(
             "no run-in: cycle 1, the virgin one, was not pressed and unloaded to its last step"
@@ -137,10 +153,12 @@ def _cycles(
             "no run-in: a pause or an interruption opened the contact, which was to stay closed"
         )
     mask = data.branch((*LOADING, *UNLOADING)) & np.isin(data.cycle, whole)
-    stiffness = found.conditions.sources.system_stiffness_n_per_m
-    travel_m, force_n = data.travel_m[mask], data.force_n[mask]
-    deformation_m = (
-        travel_m if stiffness is None else payload_deformation(travel_m, force_n, stiffness)
+    force_n = data.force_n[mask]
+    deformation_m = compensated(
+        data.travel_m[mask],
+        force_n,
+        system_stiffness_n_per_m=found.conditions.sources.system_stiffness_n_per_m,
+        deflection=found.conditions.deflection(),
     )
     seating = np.array([t.position_m for t in data.touches if t.purpose in ("cycle", "last")])
     first = [t.position_m for t in data.touches if t.purpose in ("first", "again")]
@@ -173,6 +191,17 @@ def evaluate(run: Evaluation) -> Evaluation:
             return replace(run, system=identify_system(data, conditions))
         found = identify_payload(data, conditions)
         run = replace(run, identification=found)
+        run = replace(run, extras=extras_of(data, found, plan.payload.geometry))
         return replace(run, run_in=_cycles(plan, run.recording, data, found))
     except BadInputError as error:
         return replace(run, problem=error.message)
+
+
+def beyond_theory(run: Evaluation) -> tuple[str, ...]:
+    """Where the forces that were reached lie outside of what theory holds for, in sentences."""
+    headline = run.identification.headline if run.identification is not None else None
+    if headline is None:
+        return ()
+    envelope = run.envelope
+    doubts = payload_doubts(envelope.plan.payload, envelope.theory, headline.from_n, headline.to_n)
+    return tuple(doubt.message for doubt in doubts if not doubt.harmless)

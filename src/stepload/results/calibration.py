@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import timedelta
 from typing import Any
 
@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 import stepload
 from stepload.errors import BadInputError
 from stepload.identify.pool import PooledStiffness, pool
+from stepload.identify.smooth_length import SmoothLength, measure_length
 from stepload.identify.system import SystemStiffnessFit
+from stepload.identify.table import MeasuredTable, loading_curve, measured_table
 from stepload.identify.two_spheres import TwoSphereFit, two_sphere_difference
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
-from stepload.results.analyse import identify_system, series_contact
+from stepload.results.analyse import identify_system, pieces, series_contact
 from stepload.results.press_data import LOADING
 from stepload.results.saved import SavedRun
 
@@ -31,13 +33,19 @@ _LEAST_SHARE = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """A calibration record and what it was made from."""
+    """A calibration record and what it was made from.
+
+    `length` is None where the runs cannot tell how far their smooth error stays alike,
+    `table_problem` says why the record holds no table.
+    """
 
     record: CalibrationRecord
     runs: tuple[SavedRun, ...]
     fits: tuple[SystemStiffnessFit, ...] = ()
     pooled: PooledStiffness | None = None
     spheres: TwoSphereFit | None = None
+    length: SmoothLength | None = None
+    table_problem: str = ""
 
 
 def from_system_runs(runs: Sequence[SavedRun], *, valid_days: int = VALID_DAYS) -> Calibration:
@@ -53,8 +61,9 @@ def from_system_runs(runs: Sequence[SavedRun], *, valid_days: int = VALID_DAYS) 
                 f"{run.path}: a payload run; K_s and the payload's law share its data",
                 hint="press a stiff flat contact with a plan that has `identify: {kind: system}`",
             )
-    fits = tuple(identify_system(run.data, run.conditions) for run in runs)
+    fits, length = _fits(runs)
     pooled = pool(fits)
+    made = _table(runs, fits, pooled)
     record = CalibrationRecord(
         **origin,
         stiffness_n_per_m=pooled.stiffness_n_per_m,
@@ -62,11 +71,71 @@ def from_system_runs(runs: Sequence[SavedRun], *, valid_days: int = VALID_DAYS) 
         msde_m=pooled.msde_m,
         smooth_error_m=pooled.smooth_error_m,
         smooth_degrees=_at_least_one(pooled.smooth_degrees),
+        smooth_length_n=length.length_n if length else runs[0].conditions.sources.smooth_length_n,
+        **_rows(made),
         damping_n_s_per_m=pooled.damping_lower_bound_n_s_per_m,
         force_from_n=pooled.force_range_n[0],
         force_to_n=pooled.force_range_n[1],
     )
-    return Calibration(record, tuple(runs), fits, pooled)
+    return Calibration(record, tuple(runs), fits, pooled, length=length, table_problem=made.problem)
+
+
+def _fits(
+    runs: Sequence[SavedRun],
+) -> tuple[tuple[SystemStiffnessFit, ...], SmoothLength | None]:
+    """K_s of each run, with the length of the smooth error that the runs themselves tell.
+
+    Where they cannot, that of their plans counts, and without one the worst that may be.
+    """
+    fits = tuple(identify_system(run.data, run.conditions) for run in runs)
+    length = measure_length(
+        [(fit.misfit_force_n, fit.misfit_m) for fit in fits], runs=pool(fits).independent_runs
+    )
+    if length is None:
+        return fits, None
+    conditions = [
+        replace(c, sources=replace(c.sources, smooth_length_n=length.length_n))
+        for c in (run.conditions for run in runs)
+    ]
+    told = zip(runs, conditions, strict=True)
+    return tuple(identify_system(run.data, each) for run, each in told), length
+
+
+def _table(
+    runs: Sequence[SavedRun], fits: Sequence[SystemStiffnessFit], pooled: PooledStiffness
+) -> MeasuredTable:
+    """The table δ_s(F) of the runs' loadings."""
+    curves = []
+    for run, fit in zip(runs, fits, strict=True):
+        contact = series_contact(run.conditions)
+        if contact is None:
+            return MeasuredTable(None, 0.0, f"{run.path.name} does not tell its contact")
+        loading = run.data.branch(LOADING)
+        time_s, first = np.unique(run.data.time_s[loading], return_index=True)
+        curves.append(
+            loading_curve(
+                time_s,
+                run.data.travel_m[loading][first],
+                run.data.force_n[loading][first],
+                pieces(run.data)[loading][first],
+                contact=contact,
+                fit=fit,
+            )
+        )
+    resolution_m = max(run.conditions.sources.position_resolution_m for run in runs)
+    return measured_table(curves, fits, pooled, resolution_m=resolution_m)
+
+
+def _rows(made: MeasuredTable) -> dict[str, Any]:
+    """The keys of the record that a table fills; none without one."""
+    if made.table is None:
+        return {}
+    return {
+        "deflection_force_n": made.table.force_n,
+        "deflection_m": made.table.deflection_m,
+        "deflection_sigma_m": made.table.sigma_m,
+        "deflection_common": made.common,
+    }
 
 
 def from_two_spheres(
@@ -92,8 +161,9 @@ def from_two_spheres(
     grid = np.linspace(low_n, 0.99 * top_n, _LEVELS)
     one, other = (_at(force, travel, grid) for force, travel in branches)
     fit = two_sphere_difference(
-        one, other, grid, first_contact=contacts[0], second_contact=contacts[1]
-    )
+        one, other, grid, first_contact=contacts[0], second_contact=contacts[1],
+        length_n=first.conditions.sources.smooth_length_n,
+    )  # fmt: skip
     record = CalibrationRecord(
         **origin,
         stiffness_n_per_m=fit.stiffness_n_per_m,
@@ -101,11 +171,15 @@ def from_two_spheres(
         msde_m=fit.msde_m,
         smooth_error_m=fit.smooth_error_m,
         smooth_degrees=_at_least_one(fit.smooth_degrees),
+        smooth_length_n=first.conditions.sources.smooth_length_n,
         damping_n_s_per_m=0.0,
         force_from_n=float(grid[0]),
         force_to_n=float(grid[-1]),
     )
-    return Calibration(record, (first, second), spheres=fit)
+    return Calibration(
+        record, (first, second), spheres=fit,
+        table_problem="two spheres tell K_s, and no table of the deflection",
+    )  # fmt: skip
 
 
 def _at_least_one(degrees: float | None) -> float | None:

@@ -22,6 +22,9 @@ def calibration_document(found: Calibration, file: Path) -> Document:
             f"by {pooled.misfit_correlation:+.2f}; they scatter {pooled.scatter:.2f} times as "
             "much as their uncertainties say"
         )
+    if found.pooled is not None:
+        reasons.append(_length_told(found))
+    reasons.append(_table_told(found))
     if found.spheres is not None:
         reasons.append(
             f"the contacts deform {found.spheres.contact_scale:.3f} ± "
@@ -47,6 +50,36 @@ def calibration_document(found: Calibration, file: Path) -> Document:
         tables=[table("System stiffness (26)", by_name("run", fields.SYSTEM), rows)]
         if rows
         else [],
+    )
+
+
+def _length_told(found: Calibration) -> str:
+    if (length := found.length) is not None:
+        return (
+            f"the smooth error stays alike over {f(length.length_n, 'N')}, between "
+            f"{f(length.low_n, 'N')} and {f(length.high_n, 'N')} by the misfits of the runs"
+        )
+    stated = found.record.smooth_length_n
+    taken = (
+        f"{f(stated, 'N')} as the plan states"
+        if stated is not None
+        else "every length from a twelfth to two thirds of the peak force, the worst counts"
+    )
+    return f"how far in force the smooth error stays alike is not determined by the runs: {taken}"
+
+
+def _table_told(found: Calibration) -> str:
+    record = found.record
+    if not record.deflection_force_n:
+        return (
+            f"no table of the deflection: {found.table_problem}; K_s alone counts as known to 5 % "
+            "at the best"
+        )
+    rows = record.deflection_force_n
+    return (
+        f"table of the deflection in {len(rows)} rows from {f(rows[0], 'N')} to "
+        f"{f(rows[-1], 'N')}, each ± {f(max(record.deflection_sigma_m), 'm')} (standard "
+        f"uncertainty), {record.deflection_common:.1%} common to all"
     )
 
 

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
-from stepload.identify.budget import Budget
+from stepload.evidence.identification import REPORTED, Identification
+from stepload.identify.budget import secant_gradient
 from stepload.identify.compare import (
     Band,
     CurveComparison,
@@ -22,19 +23,23 @@ from stepload.identify.compare import (
     confidence_band,
     spread,
 )
+from stepload.identify.difference import POWER, Agreement, Difference
 from stepload.identify.fit import Fit
 from stepload.identify.fit_all import fit_all
-from stepload.identify.identification import REPORTED, Identification
+from stepload.identify.repeats import normal
 from stepload.identify.selection import select
+from stepload.identify.smooth import NORMAL_95
 from stepload.record.curves import Curve
 from stepload.results.analyse import identify_payload
+from stepload.results.comparison_groups import differences, grouped, pair_half_width
+from stepload.results.comparison_notes import REACHED, notes_of
 from stepload.results.press_data import LOADING
 from stepload.results.saved import SavedRun
 
 FloatArray = NDArray[np.float64]
 
-COMMON = ("system stiffness K_s", "force calibration")
-"""Sources of the budget that runs on one calibrated rig have in common."""
+INSIDE = 0.95
+"""Share of a curve's points that must lie inside the 95 % band."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,16 +71,27 @@ class Pair:
 
 @dataclass(frozen=True, slots=True)
 class AgainstCurve:
-    """One run's believed fit against the curve."""
+    """One run's believed fit against the curve.
+
+    `half_width` is that of the 95 % interval of ln of the run's secant, `smallest_detectable` the
+    relative difference that would have been seen in 80 of 100; the curve counts as exact.
+    """
 
     run: str
     estimator: str
     result: CurveComparison
+    half_width: float
+    smallest_detectable: float
+    verdict: Agreement
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Everything that was compared; secants are at `secant_force_n`."""
+    """Everything that was compared; secants are at `secant_force_n`.
+
+    `groups` are the places in `runs` of runs that are repeats of each other, `differences` those of
+    every group against the first; `tolerance` is the relative difference that matters.
+    """
 
     secant_force_n: float
     runs: tuple[ComparedRun, ...]
@@ -83,6 +99,9 @@ class Comparison:
     pairs: tuple[Pair, ...]
     curve: tuple[AgainstCurve, ...]
     notes: tuple[str, ...]
+    groups: tuple[tuple[int, ...], ...]
+    differences: tuple[Difference, ...]
+    tolerance: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,16 +122,22 @@ def compare(
     *,
     secant_force_n: float | None = None,
     given: CurveGiven | None = None,
+    sizes: Sequence[int] | None = None,
+    tolerance: float | None = None,
 ) -> Comparison:
     """Compare payload runs with each other and with a curve.
 
     Args:
         runs: records, in the order of the tests; the first is test 1.
-        secant_force_n: where all secants are taken; the lowest of the runs' own where None.
+        secant_force_n: where all secants are taken. None: the lowest of the runs' own secant
+            forces, or the highest force that all have reached if that is lower.
         given: a curve to compare with.
+        sizes: how many runs each group of repeats has; None: told by plan and payload.
+        tolerance: the relative difference that matters; None: the accuracy 1/t of the plans.
 
     Raises:
-        BadInputError: fewer than two things to compare, or a run that has nothing to identify.
+        BadInputError: fewer than two things to compare, a run given twice or one that has nothing
+            to identify, or a tolerance that is none.
     """
     if len(runs) + (given is not None) < 2:
         raise BadInputError(
@@ -123,16 +148,39 @@ def compare(
             raise BadInputError(
                 f"{run.path}: a system-stiffness run", hint="pool such runs: stepload calibrate"
             )
-    at = secant_force_n or min(run.conditions.secant_force_n for run in runs)
+    if tolerance is None:
+        tolerance = min(1.0 / run.conditions.t for run in runs)
+    if not 0.0 < tolerance <= 1.0:
+        raise BadInputError(
+            f"a tolerance of {tolerance:g}; it must be above 0 and at most 100 %",
+            hint='--tolerance "5 %": the smallest difference of stiffness that matters',
+        )
+    groups = grouped(runs, sizes)
+    at = secant_force_n or min(map(_secant_force_n, runs))
     compared = tuple(_identified(run, at) for run in runs)
+    reached = all(each.found.peak_force_n >= REACHED * at for each in compared)
     return Comparison(
         secant_force_n=at,
         runs=compared,
         spreads=_spreads(compared),
-        pairs=tuple(_pairs(compared)),
-        curve=() if given is None else tuple(_against(each, given) for each in compared),
-        notes=tuple(_notes(compared, given)),
+        pairs=tuple(_pairs(compared, tolerance)),
+        curve=() if given is None else tuple(_against(each, given, tolerance) for each in compared),
+        notes=notes_of(compared, groups, sizes, given, at),
+        groups=groups,
+        differences=differences(compared, groups, tolerance) if reached else (),
+        tolerance=tolerance,
     )
+
+
+def _secant_force_n(run: SavedRun) -> float:
+    """The plan's secant force, or the highest force of the first loading if that is lower."""
+    loading = run.data.branch(LOADING)
+    wanted_n = run.conditions.secant_force_n
+    if not loading.any():
+        return wanted_n
+    loading = run.data.branch(LOADING, int(run.data.cycle[loading].min()))
+    peak_n = float(run.data.force_n[loading].max())
+    return wanted_n if not 0.0 < peak_n < REACHED * wanted_n else peak_n
 
 
 def virgin_band(each: ComparedRun, points: int = 120) -> Band | None:
@@ -156,9 +204,10 @@ def _identified(run: SavedRun, secant_force_n: float) -> ComparedRun:
 def _cycle_fits(run: SavedRun, cycle: int, secant_force_n: float) -> dict[str, Fit]:
     loading = run.data.branch(LOADING, cycle)
     selected = select(
-        run.data.travel_m[loading],
+        run.data.since_touch(cycle),
         run.data.force_n[loading],
         system_stiffness_n_per_m=run.conditions.sources.system_stiffness_n_per_m,
+        deflection=run.conditions.deflection(),
         time_s=run.data.time_s[loading],
     )
     fits = fit_all(selected, secant_force_n=secant_force_n)
@@ -181,7 +230,7 @@ def _spreads(runs: Sequence[ComparedRun]) -> dict[str, EstimatorSpread]:
     return result
 
 
-def _pairs(runs: Sequence[ComparedRun]) -> list[Pair]:
+def _pairs(runs: Sequence[ComparedRun], tolerance: float) -> list[Pair]:
     pairs = []
     for later in runs[1:]:
         first = runs[0]
@@ -189,40 +238,13 @@ def _pairs(runs: Sequence[ComparedRun]) -> list[Pair]:
             one, other = first.found.fits.get(name), later.found.fits.get(name)
             if one is None or other is None or not (_usable(one) and _usable(other)):
                 continue
-            budgets = [each.found.budgets.get(name) for each in (first, later)]
-            pairs.append(
-                Pair(first.run.name, later.run.name, name, _change(one, other, budgets,
-                     shared=_same_calibration(first.run, later.run)))
-            )  # fmt: skip
+            half = pair_half_width(first, later, name, tolerance)
+            change = compare_fits(one, other, half_width=half or None)
+            pairs.append(Pair(first.run.name, later.run.name, name, change))
     return pairs
 
 
-def _change(one: Fit, other: Fit, budgets: Sequence[Budget | None], *, shared: bool) -> FitPair:
-    stated = [budget for budget in budgets if budget is not None]
-    if len(stated) < 2:
-        return compare_fits(one, other)
-    common = min(_common_sigma(budget) for budget in stated) if shared else 0.0
-    return compare_fits(
-        one, other,
-        first_sigma=stated[0].sigma_secant_relative,
-        second_sigma=stated[1].sigma_secant_relative,
-        shared_sigma=common,
-    )  # fmt: skip
-
-
-def _common_sigma(budget: Budget) -> float:
-    return math.hypot(*(line.secant_relative for line in budget.lines if line.source in COMMON))
-
-
-def _same_calibration(one: SavedRun, other: SavedRun) -> bool:
-    """Whether both went by one force sensor and one K_s."""
-    keys = ("rig", "force_axis", "force")
-    same = all(one.metadata.get(key) == other.metadata.get(key) for key in keys)
-    stiffness = {run.conditions.sources.system_stiffness_n_per_m for run in (one, other)}
-    return same and len(stiffness) == 1
-
-
-def _against(each: ComparedRun, given: CurveGiven) -> AgainstCurve:
+def _against(each: ComparedRun, given: CurveGiven, tolerance: float) -> AgainstCurve:
     found, conditions = each.found, each.run.conditions
     curve = given.curve
     if curve.displacement_m is None:
@@ -247,27 +269,24 @@ def _against(each: ComparedRun, given: CurveGiven) -> AgainstCurve:
     result = compare_curve(
         found.fit, covariance, curve.displacement_m[:peak], curve.force_n[:peak],
         curve_modulus_pa=other_pa, modulus_pa=own_pa if other_pa is not None else None,
+        reached_n=found.peak_force_n,
     )  # fmt: skip
-    return AgainstCurve(each.run.name, found.believe, result)
+    gradient = secant_gradient(found.fit)
+    sigma = math.sqrt(max(float(gradient @ covariance @ gradient), 0.0))
+    half, smallest = NORMAL_95 * sigma, math.expm1((NORMAL_95 + normal(POWER)) * sigma)
+    return AgainstCurve(
+        each.run.name, found.believe, result, half, smallest,
+        _curve_verdict(result, half, smallest, tolerance),
+    )  # fmt: skip
 
 
-def _notes(runs: Sequence[ComparedRun], given: CurveGiven | None) -> list[str]:
-    notes = []
-    payloads = sorted({each.run.metadata.get("payload", "") for each in runs})
-    if len(payloads) > 1:
-        notes.append(f"different payloads: {', '.join(payloads)}")
-    if len(runs) > 1 and not all(_same_calibration(runs[0].run, r.run) for r in runs[1:]):
-        notes.append("different rigs or calibrations: no uncertainty is taken as common")
-    if any(len(each.cycles) > 1 for each in runs):
-        notes.append(
-            "values within a run are its cycles: the first is the virgin contact, and a run-in "
-            "shows as spread"
-        )
-    if len(runs) > 1:
-        notes.append(
-            "errors that runs share (K_s, force calibration, kinematics of one pose) do not show "
-            "in their spread"
-        )
-    if given is not None and given.modulus_pa is None and given.plate_pa is None:
-        notes.append("the curve is compared as it is: no modulus was given to correct it by (V-A)")
-    return notes
+def _curve_verdict(
+    result: CurveComparison, half: float, smallest: float, tolerance: float
+) -> Agreement:
+    change = result.secant_change
+    if result.inside_share < INSIDE or (change is not None and abs(math.log1p(change)) > half):
+        return Agreement.DIFFER
+    if change is None or smallest > tolerance:
+        return Agreement.CANNOT_TELL
+    inside = math.expm1(abs(math.log1p(change)) + half) <= tolerance
+    return Agreement.AGREE if inside else Agreement.CANNOT_TELL

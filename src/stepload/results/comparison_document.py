@@ -5,15 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 from stepload.identify.compare import Spread
+from stepload.identify.difference import Agreement, Difference, DifferenceLine
 from stepload.results import fields
 from stepload.results.comparison import AgainstCurve, Comparison, Pair
 from stepload.results.comparison_figures import figures_of
+from stepload.results.comparison_notes import REACHED
 from stepload.results.data import fits_data
 from stepload.results.model import (
     NOTHING,
     Card,
     Document,
     Field,
+    Mood,
     Table,
     Verdict,
     by_name,
@@ -28,9 +31,15 @@ from stepload.units import format_quantity as f
 DISAGREE = 1.0
 """Normalised error above which two results disagree."""
 
+_MOODS: dict[Agreement, Mood] = {
+    Agreement.AGREE: "good",
+    Agreement.DIFFER: "bad",
+    Agreement.CANNOT_TELL: "doubt",
+}
+
 
 def _error(error: float) -> str:
-    return f"{error:.2f}, {'disagree' if error > DISAGREE else 'agree'}"
+    return f"{error:.2f}, differ" if error > DISAGREE else f"{error:.2f}"
 
 
 PAIR: tuple[Field[Pair], ...] = (
@@ -53,7 +62,32 @@ CURVE: tuple[Field[AgainstCurve], ...] = (
         "deformation_rms_m", "rms deformation", quantity("m"),
     ),
     Field(lambda row: row.result.secant_change, "secant_change", "secant", number("+.1%")),
+    Field(lambda row: row.result.to_n, "secant_force_n", "at", quantity("N")),
+    Field(lambda row: row.result.chord_change, "chord_change", "chord", number("+.1%")),
+    Field(lambda row: row.result.from_n, "chord_from_n", "from", quantity("N")),
+    Field(lambda row: row.smallest_detectable, "smallest_detectable", "could show",
+          number(".1%")),
+    Field(lambda row: row.verdict, "verdict", "verdict"),
     Field(lambda row: len(row.result.curve_n), "points"),
+    Field(lambda row: row.result.left_out, "points_beyond"),
+)  # fmt: skip
+
+DIFFERENCE_LINE: tuple[Field[DifferenceLine], ...] = (
+    named("source", "source"),
+    named("first", "group 1", number(".2%")),
+    named("second", "group 2", number(".2%")),
+    named("common", "shared"),
+    named("own", "own", number(".2%")),
+    named("shared", "not cancelled", number(".2%")),
+    named("left", "in all", number(".2%")),
+)
+DIFFERENCE: tuple[Field[Difference], ...] = (
+    named("quantity"), named("from_n"), named("to_n"), named("first"), named("second"),
+    named("relative"), named("interval"),
+    named("smallest_detectable"), named("tolerance"),
+    named("verdict"), named("why"),
+    named("scatter"), named("scatter_degrees"), named("scatter_expected"), named("open_sources"),
+    Field(lambda each: [data(DIFFERENCE_LINE, line) for line in each.lines], "lines"),
 )  # fmt: skip
 
 
@@ -64,21 +98,24 @@ def comparison_document(found: Comparison) -> Document:
     shown = [field for field in fields.FIT if field.label != "rms residual"]
     title = f"Fits of the virgin contact (* believed), secants at {at}"
     tables = [table(title, by_name("run", shown), fits)]
+    tables += [_difference_table(each) for each in found.differences]
     if found.pairs:
         note = (
-            "The normalised error is the difference of the secants over its 95 % uncertainty; "
-            "what both runs have in common is taken out."
+            "The normalised error is the difference of the secants over half the width of its 95 % "
+            "interval; what both runs have in common cancels in it. Above 1 the two differ; below, "
+            "two runs by themselves do not show a difference, which more of them may."
         )
         tables.append(table("Against the first run", PAIR, found.pairs, [note]))
     if found.spreads:
         tables.append(_spread_table(found))
     if found.curve:
         tables.append(table("Against the curve", CURVE, found.curve))
+    judged = verdict(found)
     return Document(
         title="Comparison",
         subtitle=" · ".join(each.run.name for each in found.runs),
-        verdict=verdict(found),
-        reasons=found.notes,
+        verdict=judged,
+        reasons=[*_reasons(found), *found.notes],
         tables=tables,
         cards=[
             Card(each.run.name, f(each.found.fit.secant_n_per_m, "N/m"), f"by {each.found.believe}")
@@ -86,6 +123,37 @@ def comparison_document(found: Comparison) -> Document:
         ],
         figures=figures_of(found),
     )
+
+
+def _difference_table(each: Difference) -> Table:
+    span = f"at {f(each.to_n, 'N')}" if each.from_n == 0.0 else (
+        f"from {f(each.from_n, 'N')} to {f(each.to_n, 'N')}"
+    )  # fmt: skip
+    notes = [
+        "Standard uncertainties: of a single run in each group, then what is left of them in the "
+        "difference: of errors that each run has to itself, after averaging, and of shared ones, "
+        "after cancelling.",
+        f"Group 2 against group 1: {each.relative:+.2%}, 95 % interval "
+        f"[{each.interval[0]:+.2%}, {each.interval[1]:+.2%}]. Smallest difference that these runs "
+        f"could have shown (in 80 of 100 tries, at 5 % false alarms): "
+        f"{each.smallest_detectable:.2%}.",
+    ]
+    if each.scatter is not None:
+        expected = each.scatter_expected or 0.0
+        notes.append(
+            f"Runs of a group scatter by {each.scatter:.2%} ({each.scatter_degrees} degrees of "
+            f"freedom); {expected:.2%} was expected of their own errors."
+        )
+    title = f"Difference of {each.quantity} {span}: {len(each.first)} against {len(each.second)}"
+    return table(title, DIFFERENCE_LINE, [line for line in each.lines if line.left or line.first
+                 or line.second], notes)  # fmt: skip
+
+
+def _reasons(found: Comparison) -> list[str]:
+    """Every difference in a sentence, where there is more than one."""
+    if len(found.differences) < 2:
+        return []
+    return [f"{' + '.join(each.second)}: {each.verdict}, {each.why}" for each in found.differences]
 
 
 def _spread_table(found: Comparison) -> Table:
@@ -112,8 +180,12 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
     """A comparison for programs."""
     judged = verdict(found)
     return {
-        "verdict": judged.word,
+        "verdict": _v1_word(found, judged),
         "headline": judged.text,
+        "agreement": judged.word,
+        "tolerance": found.tolerance,
+        "groups": [[found.runs[place].run.name for place in group] for group in found.groups],
+        "differences": [data(DIFFERENCE, each) for each in found.differences],
         "secant_force_n": found.secant_force_n,
         "runs": [
             {
@@ -141,28 +213,47 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
     }
 
 
+def _v1_word(found: Comparison, judged: Verdict) -> str:
+    """The verdict in the words that version 1 has for it."""
+    if judged.word == Agreement.DIFFER:
+        return "disagree" if found.differences else "differs"
+    return judged.word
+
+
 def verdict(found: Comparison) -> Verdict:
-    """Whether what was compared agrees."""
-    believed = {each.run.name: each.found.believe for each in found.runs}
-    errors = [
-        (pair, pair.change.normalised_error)
-        for pair in found.pairs
-        if believed.get(pair.second) == pair.estimator and pair.change.normalised_error is not None
-    ]
-    if errors:
-        pair, worst = max(errors, key=lambda item: item[1])
-        text = (
-            f"Secants of {pair.estimator} differ by {pair.change.secant_change:+.1%}, normalised "
-            f"error {worst:.2f} (above 1 they disagree)"
+    """Whether what was compared agrees: runs by their groups, else a run and the curve."""
+    if found.differences:
+        worst = max(found.differences, key=_gravity)
+        told = (
+            f"{worst.quantity.capitalize()} {worst.why}"
+            if len(found.groups) == 2
+            else f"{worst.quantity.capitalize()} of {' + '.join(worst.second)}: {worst.why}"
         )
-        if worst > DISAGREE:
-            return Verdict("bad", "disagree", text)
-        return Verdict("good", "agree", text)
-    if found.curve:
-        least = min(found.curve, key=lambda each: each.result.inside_share)
-        share = least.result.inside_share
-        text = f"{share:.0%} of the curve lies inside the 95 % band of {least.estimator}"
-        if share >= 0.95:
-            return Verdict("good", "agree", text)
-        return Verdict("doubt", "differs", text)
-    return Verdict("doubt", "compared", "There is no interval to judge the difference by")
+        return Verdict(_MOODS[worst.verdict], worst.verdict.value, told)
+    if found.curve and len(found.runs) == 1:
+        each = found.curve[0]
+        result, change = each.result, each.result.secant_change
+        text = (
+            f"{result.inside_share:.0%} of the curve lies inside the 95 % band of {each.estimator}"
+        )
+        if change is not None:
+            text += (
+                f"; secant at {f(result.to_n, 'N')} {change:+.1%}, smallest difference that this "
+                f"run could have shown: {each.smallest_detectable:.1%}"
+            )
+        return Verdict(_MOODS[each.verdict], each.verdict.value, text)
+    extrapolated = any(
+        each.found.peak_force_n < REACHED * found.secant_force_n for each in found.runs
+    )
+    return Verdict(
+        "doubt",
+        Agreement.CANNOT_TELL.value,
+        f"Not all runs have reached {f(found.secant_force_n, 'N')}"
+        if extrapolated
+        else "There is no interval to judge the difference by",
+    )
+
+
+def _gravity(each: Difference) -> tuple[int, float]:
+    order = (Agreement.AGREE, Agreement.CANNOT_TELL, Agreement.DIFFER)
+    return order.index(each.verdict), abs(each.relative) / max(each.half_width, 1e-12)

@@ -6,14 +6,16 @@ import dataclasses
 from typing import Any
 
 from stepload.envelope.envelope import Envelope
-from stepload.identify.identification import Identification
+from stepload.evidence.identification import Identification
 from stepload.identify.runin import RunIn
 from stepload.identify.system import SystemStiffnessFit
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
-from stepload.results.analyse import Evaluation
+from stepload.results.analyse import Evaluation, beyond_theory
+from stepload.results.extras import extras_data
 from stepload.results.model import data
 from stepload.results.press_data import PressData
+from stepload.results.remarks import levels, remarks
 
 
 def fits_data(rows: list[fields.NamedFit]) -> dict[str, Any]:
@@ -39,6 +41,25 @@ def identification_data(found: Identification) -> dict[str, Any]:
         "k_max_n_per_m": found.judgement.identifiability.k_max_n_per_m,
         "verdict": found.judgement.verdict,
         "reasons": found.judgement.reasons,
+        **_evidence_data(found),
+    }
+
+
+def _evidence_data(found: Identification) -> dict[str, Any]:
+    """The headline, every other figure, and the gates that were looked at."""
+    evidence = found.evidence
+    if evidence is None:
+        return {"headline": None, "quantities": {}, "exponent": None, "gates": [], "laws": []}
+    return {
+        "headline": data(fields.QUANTITY, evidence.headline),
+        "quantities": {
+            kind: data(fields.QUANTITY, each) for kind, each in evidence.quantities.items()
+        },
+        "exponent": evidence.exponent,
+        "gates": [data(fields.GATE, each) for each in evidence.gates],
+        "laws": evidence.laws,
+        "drift_m_per_s": evidence.drift_m_per_s,
+        "remarks": evidence.notes,
     }
 
 
@@ -79,6 +100,7 @@ def outcome_data(outcome: RunOutcome, envelope: Envelope) -> dict[str, Any]:
         "cause": cause._asdict() if cause else None,
         "peak_force_n": outcome.peak_force_n,
         "elastic_limit_n": envelope.theory.elastic_limit_n,
+        "elastic_limit": envelope.theory.counted,
         "force_limit_n": envelope.force_limit_n,
         "levels_done": outcome.levels_done,
         "cycle": outcome.cycle,
@@ -104,6 +126,11 @@ def run_data(run: Evaluation) -> dict[str, Any]:
         made["verdict"] = "system stiffness measured"
     if run.run_in is not None:
         made["run_in"] = _run_in_data(run.run_in)
+    if run.data is not None:
+        told = (*remarks(run.data), *levels(run.recording.events), *beyond_theory(run))
+        made["reasons"] = [*made["reasons"], *told]
+    if run.extras is not None:
+        made |= extras_data(run.extras)
     if run.problem:
         made["reasons"] = [run.problem, *made["reasons"]]
     if resumed := run.recording.metadata.get("resumed"):

@@ -7,14 +7,17 @@ from typing import NamedTuple
 
 from stepload.envelope.press import Term
 from stepload.envelope.schedule import Stage
+from stepload.evidence.answer import LawRow
+from stepload.evidence.gates import Gate
+from stepload.evidence.identification import REPORTED, Identification
+from stepload.evidence.quantity import Line, Quantity
 from stepload.identify.budget import Budget, BudgetLine
 from stepload.identify.fit import Fit
-from stepload.identify.identification import REPORTED, Identification
 from stepload.identify.runin import Cycle
 from stepload.identify.system import SystemStiffnessFit
 from stepload.record.align import ChannelClock
 from stepload.record.outcome import ActionResult
-from stepload.results.model import NOTHING, Field, interval, named, number, quantity
+from stepload.results.model import NOTHING, Field, data, interval, named, number, quantity
 
 
 class NamedFit(NamedTuple):
@@ -70,11 +73,89 @@ BUDGET_LINE: tuple[Field[BudgetLine], ...] = (
     ),
 )  # fmt: skip
 
+KINDS = {
+    "chord": "chord *",
+    "secant_from_touch": "secant (28) from fitted touch",
+    "secant_from_mean_plane": "secant (28) from mean plane",
+    "tangent": "tangent",
+}
+"""What people call each stiffness; the headline has the star."""
+
+_known = math.isfinite
+
+
+def _finite(value: float) -> float | None:
+    return value if _known(value) else None
+
+
+def _interval(each: Quantity) -> tuple[float, float] | None:
+    low, high = each.interval_n_per_m
+    return (low, high) if _known(low) and _known(high) else None
+
+
+QUANTITY: tuple[Field[Quantity], ...] = (
+    Field(lambda each: each.kind, "kind", "stiffness", lambda kind: KINDS[kind]),
+    named("from_n", "from", lambda force: quantity("N")(force) if force else "touch"),
+    named("to_n", "to", quantity("N")),
+    Field(
+        lambda each: _finite(each.value_n_per_m), "value_n_per_m", "value", quantity("N/m")
+    ),
+    Field(_interval, "interval_n_per_m", "95 % interval", interval("N/m")),
+    Field(
+        lambda each: _finite(each.half_width), label="half width", show=lambda half: f"±{half:.1%}"
+    ),
+    named("verdict", "verdict"),
+    named("why"),
+    Field(lambda each: [data(LINE, line) for line in each.lines], "lines"),
+)  # fmt: skip
+
+LINE: tuple[Field[Line], ...] = (
+    named("source", "source"),
+    named("size", "size"),
+    Field(lambda line: line.relative, "relative", "u(stiffness)/stiffness", number(".2%")),
+)
+
+
+def _gate_value(gate: Gate, value: float) -> str:
+    return quantity("m")(value) if gate.unit else f"{value:.3g}"
+
+
+SIGNS = {
+    "gap_change": "gap, change from cycle 1 to 2",
+    "set": "set",
+    "reload": "second loading against the first",
+    "gap": "gap of one cycle",
+    "hold_split": "creep in holds, loading less unloading",
+    "hold_creep": "creep in holds, in all",
+    "drift": "drift, share of the deformation",
+    "touch_shift": "touch, first to last",
+    "lateral": "force across the axis, share",
+    "shape": "another law, χ² better by",
+    "chord_of_fit": "chord of the law against the measured one",
+    "lack_of_fit": "χ² of the best law",
+}
+"""What people call each sign."""
+
+GATE: tuple[Field[Gate], ...] = (
+    named("name", "sign", lambda name: SIGNS[name]),
+    Field(lambda gate: _gate_value(gate, gate.value), label="found"),
+    Field(lambda gate: _gate_value(gate, gate.threshold), label="allowed"),
+    Field(lambda gate: "yes" if gate.fires else "quiet", label="fires"),
+    *map(named, ("value", "threshold", "unit", "blocks", "fires", "sentence")),
+)
+
+LAW: tuple[Field[LawRow], ...] = (
+    named("name", "law"),
+    named("chi2", "χ²", number(".1f")),
+    named("degrees", "degrees of freedom"),
+    Field(lambda row: "yes" if row.alike else "no", label="cannot be told from the best"),
+)
+
 CYCLE: tuple[Field[Cycle], ...] = (
     named("number", "cycle"),
     Field(lambda cycle: cycle.fit.secant_n_per_m, "secant_n_per_m", "secant", quantity("N/m")),
     Field(lambda cycle: cycle.fit.n, "n", "n", number(".3f")),
-    named("chord_n_per_m", "chord stiffness", quantity("N/m")),
+    named("chord_n_per_m", "chord, forces common to all cycles", quantity("N/m")),
     Field(
         lambda cycle: f"{cycle.loop_energy_j * 1e3:.3g} ± {cycle.loop_sigma_j * 1e3:.1g} mJ",
         label="loop energy",

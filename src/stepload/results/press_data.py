@@ -1,10 +1,15 @@
-"""What a recording says about the contact: tared force and travel since touch on one time base."""
+"""What a recording says about the contact: tared force and travel since touch on one time base.
+
+Travel has one zero for the whole run: the touch that began the first loading. A later touch does
+not zero it again, so set, creep and drift between the cycles stay in it. Every touch is found to a
+quantum of position and the force at which it counts; its own travel is in `TouchPoint.travel_m`.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,13 +33,17 @@ LAG_THAT_MATTERS_S = 0.5e-3
 
 @dataclass(frozen=True, slots=True)
 class TouchPoint:
-    """One touch as the engine saw it; `purpose` is first, again, cycle, resume or last."""
+    """One touch as the engine saw it; `purpose` is first, again, cycle, resume or last.
+
+    `position_m` is the arm's, raw; `travel_m` is that of the data at the touch, from their zero.
+    """
 
     time_s: float
     position_m: float
     force_n: float
     cycle: int
     purpose: str
+    travel_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +53,8 @@ class PressData:
     Attributes:
         time_s: on the run's clock.
         force_n: contact force, zero drift taken out linearly between the tares.
-        travel_m: displacement since the touch that began the cycle: of arm, system and payload,
-            or of the payload alone where `gauge`.
+        travel_m: displacement since the touch that began the first loading, in all cycles: of arm,
+            system and payload, or of the payload alone where `gauge`.
         phase, cycle: of the engine's tick.
         touches: raw touch points in the order of time.
         noise_n: force noise measured while at rest.
@@ -53,6 +62,9 @@ class PressData:
         lag: measured lag of force behind position; `lag_corrected_s` of it was taken out.
         clocks: where each channel's times come from.
         gauge: whether travel was measured across the contact.
+        lateral_n: size of the force across the pressing axis, tared like the axial one; None where
+            the sensor has no other axis. Noise makes it larger, never smaller.
+        lateral_noise_n: its rms in free air; NaN without it.
     """
 
     time_s: FloatArray
@@ -67,6 +79,28 @@ class PressData:
     lag_corrected_s: float
     clocks: tuple[ChannelClock, ...]
     gauge: bool
+    lateral_n: FloatArray | None = None
+    lateral_noise_n: float = math.nan
+
+    @property
+    def contact(self) -> IntArray:
+        """(N,) how many touches came before each sample: it changes where the contact was opened.
+
+        A pause opens it within a cycle, cycles without lift-off share one.
+        """
+        times = np.array([touch.time_s for touch in self.touches])
+        return np.searchsorted(times, self.time_s, side="right")
+
+    def since_touch(self, cycle: int) -> FloatArray:
+        """Travel (M,) of the loading of a cycle since the touch that began it.
+
+        For fits that take the zero as given. What set and drift did to the zero is not in it, and
+        every touch adds the quantum that it was found with.
+        """
+        loading = self.branch(LOADING, cycle)
+        before = int(self.contact[loading][0]) - 1 if loading.any() else -1
+        zero_m = self.touches[before].travel_m if before >= 0 else 0.0
+        return self.travel_m[loading] - zero_m
 
     def branch(self, phases: Sequence[Phase], cycle: int | None = None) -> NDArray[np.bool_]:
         """Mask (N,) of the samples in `phases`, of one cycle or of all."""
@@ -116,8 +150,13 @@ def _tares(recording: Recording) -> list[tuple[float, float, float]]:
     ]
 
 
-def _origins(aligned: Aligned, touches: Sequence[TouchPoint], travel_m: FloatArray) -> FloatArray:
-    """Travel (N,) at the touch that last preceded each sample; the first touch before any."""
+def _zeroed(
+    aligned: Aligned, touches: Sequence[TouchPoint], travel_m: FloatArray
+) -> tuple[FloatArray, tuple[TouchPoint, ...]]:
+    """Travel (N,) from the last touch before the first loading, and the touches with theirs.
+
+    A run that was not loaded has its first touch for a zero.
+    """
     if not touches:
         raise BadInputError(
             "the run has no touch: the surface was not found before it ended",
@@ -125,8 +164,42 @@ def _origins(aligned: Aligned, touches: Sequence[TouchPoint], travel_m: FloatArr
         )
     times = np.array([touch.time_s for touch in touches])
     index = np.minimum(np.searchsorted(aligned.time_s, times), len(travel_m) - 1)
-    latest = np.maximum(np.searchsorted(times, aligned.time_s, side="right") - 1, 0)
-    return travel_m[index][latest]
+    loaded_s = aligned.time_s[np.isin(aligned.phase, LOADING)]
+    began = 0
+    if loaded_s.size:
+        began = max(int(np.searchsorted(times, loaded_s[0], side="right")) - 1, 0)
+    since_m = travel_m - travel_m[index[began]]
+    told = (
+        replace(touch, travel_m=float(m)) for touch, m in zip(touches, since_m[index], strict=True)
+    )
+    return since_m, tuple(told)
+
+
+def _lateral(aligned: Aligned, recording: Recording) -> tuple[FloatArray | None, float]:
+    """Force across the axis (N,), its zero taken as that of the axial force, and its rms there.
+
+    A sensor with one axis writes a constant for the others, and has none.
+    """
+    if not np.isfinite(aligned.across_n).all() or not np.ptp(aligned.across_n, axis=0).any():
+        return None, math.nan
+    times, means, rest = [], [], []
+    for event in recording.events:
+        if event.kind not in ("tare", "zero_shift") or "duration_s" not in event.data:
+            continue
+        end_s = number(event, "time_s")
+        begin_s = end_s - number(event, "duration_s")
+        inside = aligned.across_n[(aligned.time_s >= begin_s) & (aligned.time_s <= end_s)]
+        if len(inside):
+            times.append(end_s)
+            means.append(inside.mean(axis=0))
+            rest.append(np.mean((inside - means[-1]) ** 2, axis=0).sum())
+    if not times:
+        return None, math.nan
+    zero = np.stack(
+        [np.interp(aligned.time_s, times, component) for component in np.transpose(means)], axis=1
+    )
+    size = np.linalg.norm(aligned.across_n - zero, axis=1)
+    return np.asarray(size), math.sqrt(float(np.median(rest)))
 
 
 def _check_times(recording: Recording, time_s: FloatArray) -> None:
@@ -169,11 +242,12 @@ def press_data(recording: Recording, axis: str | None = None) -> PressData:
     times, means, noises = (np.array(column) for column in zip(*tares, strict=True))
     travel_m = aligned.displacement_m if gauge else aligned.position_m
     assert travel_m is not None
-    touches = _touches(recording)
+    since_m, touches = _zeroed(aligned, _touches(recording), travel_m)
+    lateral_n, lateral_noise_n = _lateral(aligned, recording)
     return PressData(
         time_s=aligned.time_s,
         force_n=aligned.force_n - np.interp(aligned.time_s, times, means),
-        travel_m=travel_m - _origins(aligned, touches, travel_m),
+        travel_m=since_m,
         phase=aligned.phase,
         cycle=aligned.cycle,
         touches=touches,
@@ -183,4 +257,6 @@ def press_data(recording: Recording, axis: str | None = None) -> PressData:
         lag_corrected_s=lag_s,
         clocks=aligned.clocks,
         gauge=gauge,
+        lateral_n=lateral_n,
+        lateral_noise_n=lateral_noise_n,
     )

@@ -6,15 +6,18 @@ import json
 import math
 from collections.abc import Sequence
 
+from stepload.contact.power_law import ContactLaw
 from stepload.envelope.envelope import Envelope
-from stepload.identify.identification import Identification
+from stepload.evidence.identification import Identification
+from stepload.evidence.quantity import Quantity
 from stepload.identify.judge import ResultVerdict
 from stepload.identify.runin import STEADY_CYCLES, RunIn
 from stepload.identify.system import SystemStiffnessFit
 from stepload.record.outcome import RunOutcome, RunStatus
 from stepload.record.reader import Recording
 from stepload.results import fields
-from stepload.results.analyse import Evaluation
+from stepload.results.analyse import Evaluation, beyond_theory
+from stepload.results.extras import extras_tables
 from stepload.results.model import (
     Card,
     Document,
@@ -28,7 +31,9 @@ from stepload.results.model import (
     table,
 )
 from stepload.results.press_data import PressData
+from stepload.results.remarks import levels, remarks
 from stepload.results.run_figures import figures_of
+from stepload.results.run_snippets import snippet_texts
 from stepload.units import format_quantity as f
 
 MOOD: dict[ResultVerdict, Mood] = {
@@ -63,6 +68,8 @@ def run_document(run: Evaluation) -> Document:
         tables.append(_system_table(run.system))
     if run.run_in is not None:
         tables.append(_run_in_table(run.run_in))
+    if run.extras is not None:
+        tables += extras_tables(run.extras)
     tables.append(_predicted_table(run))
     if run.data is not None:
         tables.append(_channel_table(run.data))
@@ -75,6 +82,8 @@ def run_document(run: Evaluation) -> Document:
     reasons += [
         f"preflight: {reason.message}" for reason in envelope.reasons if reason.severity != "note"
     ]
+    if run.data is not None:
+        reasons += [*remarks(run.data), *levels(run.recording.events), *beyond_theory(run)]
     if run.problem and run.problem != verdict.text:
         reasons.append(run.problem)
     if resumed := run.recording.metadata.get("resumed"):
@@ -90,7 +99,7 @@ def run_document(run: Evaluation) -> Document:
         tables=tables,
         cards=_cards(run),
         figures=figures_of(run),
-        texts=_texts(run.recording),
+        texts=[*snippet_texts(run), *_texts(run.recording)],
     )
 
 
@@ -116,16 +125,18 @@ def _verdict(run: Evaluation) -> Verdict:
 
 
 def _identified(found: Identification) -> Verdict:
-    fit, stated = found.fit, found.budget
+    verdict, headline = found.judgement.verdict, found.headline
+    if headline is None:
+        return Verdict(MOOD[verdict], verdict.value, "The data bear no stiffness.")
+    low, high = headline.interval_n_per_m
     known = (
-        f"95 % interval {interval('N/m')(stated.interval_secant_n_per_m)}"
-        if stated
-        else "no interval"
+        f"95 % interval {interval('N/m')((low, high))}" if math.isfinite(high) else "no interval"
     )
     return Verdict(
-        MOOD[found.judgement.verdict],
-        found.judgement.verdict.value,
-        f"Secant stiffness {f(fit.secant_n_per_m, 'N/m')} at {f(fit.secant_force_n, 'N')}, {known}",
+        MOOD[verdict],
+        verdict.value,
+        f"Chord stiffness {f(headline.value_n_per_m, 'N/m')} from {f(headline.from_n, 'N')} to "
+        f"{f(headline.to_n, 'N')}, {known}",
     )
 
 
@@ -140,18 +151,14 @@ def _system_measured(fit: SystemStiffnessFit) -> Verdict:
 
 def _cards(run: Evaluation) -> list[Card]:
     outcome, envelope, found = run.outcome, run.envelope, run.identification
-    procedure, limit_n = envelope.plan.procedure, envelope.theory.elastic_limit_n
-    of_limit = f"{outcome.peak_force_n / limit_n:.0%} of F_c = {f(limit_n, 'N')}"
+    procedure, theory = envelope.plan.procedure, envelope.theory
+    limit_n, counted_n = theory.elastic_limit_n, theory.counted.lower_n
+    of_limit = f"{outcome.peak_force_n / counted_n:.0%} of the {f(counted_n, 'N')} counted on"
+    if counted_n < limit_n:
+        of_limit += f" of F_c = {f(limit_n, 'N')}"
     cards = [Card("largest measured force", f(outcome.peak_force_n, "N"), of_limit)]
     if found is not None:
-        fit, stated = found.fit, found.budget
-        n = "95 % {:.2f} … {:.2f}".format(*stated.interval_n) if stated else ""
-        k = "95 % {:.2g} … {:.2g}".format(*stated.interval_k) if stated else ""
-        cards += [
-            Card("exponent n", f"{fit.n:.3f}", n),
-            Card("K", f"{fit.k:.3g} N/mⁿ", k),
-            Card("fitted zero δ₀", f(fit.zero_m, "m"), "against the detected touch"),
-        ]
+        cards += _stiffness_cards(found)
     levels = len(procedure.levels_n) * procedure.cycles
     took = f"{outcome.end_s - outcome.start_s:.0f} s"
     return [
@@ -159,6 +166,25 @@ def _cards(run: Evaluation) -> list[Card]:
         Card("levels done", f"{outcome.levels_done}", f"of {levels}"),
         Card("duration", took, f"preflight said {envelope.duration_s:.0f} s"),
     ]
+
+
+def _stiffness_cards(found: Identification) -> list[Card]:
+    evidence = found.evidence
+    if evidence is None:
+        return []
+    cards = [
+        Card(
+            fields.KINDS[each.kind].strip(" *"), f(each.value_n_per_m, "N/m"),
+            f"±{each.half_width:.1%}, {each.verdict.value}",
+        )
+        for each in evidence.quantities.values()
+        if math.isfinite(each.half_width)
+    ]  # fmt: skip
+    if (n := evidence.exponent) is not None:
+        cards.append(
+            Card("exponent n", f"{n.value:.2f}", "95 % {:.2f} … {:.2f}".format(*n.interval))
+        )
+    return cards
 
 
 def _doubts(rows: Sequence[fields.NamedFit]) -> list[str]:
@@ -171,10 +197,14 @@ def _doubts(rows: Sequence[fields.NamedFit]) -> list[str]:
 
 def _identification_tables(found: Identification) -> list[Table]:
     rows, others = fields.fits_of(found), fields.fits_of(found, reported=False)
-    why = [f"believe {found.believe}: {line}" for line in found.why]
+    why = [f"best of the fits is {found.believe}: {line}" for line in found.why]
     at = f(found.fit.secant_force_n, "N")
-    title = f"Fits (* believed), secants at {at}"
-    tables = [table(title, fields.FIT, rows, [*why, *_doubts(rows)])]
+    beyond = found.fit.secant_force_n > 1.02 * found.peak_force_n
+    title = f"Fits (* best of them), secants at {at}" + (", beyond the data" if beyond else "")
+    tables = [
+        *_evidence_tables(found),
+        table(title, fields.FIT, rows, [*why, *_doubts(rows)]),
+    ]
     if others:
         title = "Fits of the other estimators"
         tables.append(table(title, fields.FIT, others, _doubts(others), page_only=True))
@@ -186,6 +216,33 @@ def _identification_tables(found: Identification) -> list[Table]:
         title = f"Uncertainty budget of {found.believe}"
         tables.append(table(title, fields.BUDGET_LINE, stated.lines, [note], page_only=True))
     return tables
+
+
+def _evidence_tables(found: Identification) -> list[Table]:
+    """The stiffnesses, the lines of the headline's interval, the laws and the gates."""
+    evidence = found.evidence
+    if evidence is None:
+        return []
+    headline = evidence.headline
+    notes = [
+        f"{fields.KINDS[each.kind].strip(' *')}: {why}"
+        for each in evidence.quantities.values()
+        for why in each.why
+        if why not in headline.why
+    ]
+    if (n := evidence.exponent) is not None:
+        low, high = n.interval
+        notes.append(f"exponent n = {n.value:.2f}, 95 % [{low:.2f}, {high:.2f}], {n.verdict.value}")
+    total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."
+    return [
+        table("Stiffness (* headline)", fields.QUANTITY, evidence.quantities.values(),
+              [*notes, *evidence.notes]),
+        table("What the headline's interval is made of", fields.LINE,
+              [line for line in headline.lines if line.relative > 0.0], [total], page_only=True),
+        table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
+        table("Signs that the contact is not elastic", fields.GATE, evidence.gates,
+              [gate.sentence for gate in evidence.gates if gate.fires], page_only=True),
+    ]  # fmt: skip
 
 
 def _system_table(fit: SystemStiffnessFit) -> Table:
@@ -203,21 +260,28 @@ def _predicted_table(run: Evaluation) -> Table:
         ("largest force", newton, envelope.top_force_n, outcome.peak_force_n),
     ]
     if found is not None:
-        fit, top_n = found.fit, min(envelope.top_force_n, found.peak_force_n)
-        deep_m = [(top_n / k) ** (1.0 / n) for k, n in ((law.k, law.n), (fit.k, fit.n))]
-        secant = f"secant at {newton(fit.secant_force_n)}"
         rows += [
-            ("K [N/mⁿ]", number(".3g"), law.k, fit.k),
-            ("n", number(".3f"), law.n, fit.n),
-            (secant, stiffness, envelope.secant_n_per_m, fit.secant_n_per_m),
-            (f"deformation at {newton(top_n)}", quantity("m"), deep_m[0], deep_m[1]),
-        ]
+            (
+                f"{fields.KINDS[each.kind].strip(' *')}, {newton(each.from_n)} to "
+                f"{newton(each.to_n)}",
+                stiffness, _smooth(law, each), each.value_n_per_m,
+            )
+            for each in found.quantities.values()
+            if each.kind in ("chord", "secant_from_touch")
+        ]  # fmt: skip
         if seen is not None:
             reached = found.judgement.identifiability.k_max_n_per_m
             rows.append(("K_max (34)", stiffness, seen.k_max_n_per_m, reached))
     texts = [(label, show(one), show(other)) for label, show, one, other in rows]
     columns = ("figure", "predicted", "measured")
-    return Table("Preflight predicted, run measured", columns, texts, page_only=True)
+    return Table(
+        "Theory of the smooth contact predicted, run measured", columns, texts, page_only=True
+    )
+
+
+def _smooth(law: ContactLaw, each: Quantity) -> float:
+    """The same stiffness of the smooth law."""
+    return (each.to_n - each.from_n) / (law.deformation(each.to_n) - law.deformation(each.from_n))
 
 
 def _run_in_table(found: RunIn) -> Table:
@@ -237,7 +301,7 @@ def _run_in_table(found: RunIn) -> Table:
         else "The virgin contact is not in this record"
     )
     indentation = (
-        f"; residual indentation {f(found.residual_indentation_m, 'm')}"
+        f"; the touch has moved by {f(found.residual_indentation_m, 'm')}, found to a quantum each"
         if found.residual_indentation_m is not None
         else ""
     )

@@ -8,8 +8,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from stepload.evidence.identification import REPORTED
 from stepload.identify.fit import Fit
-from stepload.identify.identification import REPORTED
 from stepload.results import figures
 from stepload.results.analyse import Evaluation
 from stepload.results.model import Figure
@@ -47,7 +47,10 @@ def figures_of(run: Evaluation) -> list[Figure]:
             f"force over time, elastic limit {f(limit_n, 'N')}",
             partial(
                 figures.against_limit, trace, ticks.predicted_peak_n, ticks.time_s - start_s,
-                {"F_c": limit_n, "F_lim": run.envelope.force_limit_n},
+                {
+                    "F_c": limit_n, "counted on": run.envelope.theory.counted.lower_n,
+                    "F_lim": run.envelope.force_limit_n,
+                },
             ),
         ),
     ]  # fmt: skip

@@ -6,6 +6,7 @@ suite, and a virtual clock that makes the world go on when it is slept on.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import entry_points
@@ -18,12 +19,24 @@ from stepload.rig.device import Arm, DisplacementSensor, ForceSensor
 
 @dataclass(frozen=True, slots=True)
 class PayloadTruth:
-    """The contact as it really is.
+    """The contact as it really is; what is not given is absent.
 
-    `law` is "smooth", "rough" or "elastic_plastic"; `k`, `n` the smooth law in N/m^n;
-    `elastic_limit_n` F_c; `roughness_m` σ_eq and `kappa` of (8)–(12) for "rough";
-    `hysteresis` the share of the loading work lost in a cycle; `hard_stop_m` a deformation at which
-    a hidden rigid stop takes over (inf: none).
+    Attributes:
+        law: "smooth", "rough", "elastic_plastic" or "rough_elastic_plastic".
+        k, n: the smooth law in N/m^n.
+        elastic_limit_n: force at which plastic flow begins, for the plastic laws.
+        roughness_m, kappa: σ_eq and κ of (8)–(12), for the rough laws.
+        hysteresis: share of the loading work lost in a cycle.
+        hard_stop_m: deformation at which a hidden stop takes over (inf: none).
+        stop_stiffness_n_per_m: stiffness of that stop.
+        pad_stiffness_n_per_m, pad_depth_m: a linear pad in series, until it is compressed by its
+            depth.
+        adhesion_n, adhesion_law: pull-off force, "dmt" or "jkr" (n = 1.5 without roughness).
+        seating_m, seating_depth_m: travel that is never given back, in proportion to the deepest
+            deformation so far, all of it once that has reached `seating_depth_m`.
+        creep: what the deformation has grown by under constant force in the end, as a share.
+        creep_time_s, creep_decades: time constants `creep_time_s` · 10^0 … 10^decades, which share
+            the creep evenly.
     """
 
     law: str
@@ -34,6 +47,16 @@ class PayloadTruth:
     kappa: float
     hysteresis: float
     hard_stop_m: float
+    stop_stiffness_n_per_m: float = 1e9
+    pad_stiffness_n_per_m: float = math.inf
+    pad_depth_m: float = 0.0
+    adhesion_n: float = 0.0
+    adhesion_law: str = "dmt"
+    seating_m: float = 0.0
+    seating_depth_m: float = 0.0
+    creep: float = 0.0
+    creep_time_s: float = 1.0
+    creep_decades: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +78,12 @@ class WorldSpec:
     `second_force_rate_hz` 0: no second force sensor.
     `kinematic_error_m` is the sd of a smooth error of the measured position in contact, correlated
     over `kinematic_length_m` of travel.
+
+    `drift_m_s` is the speed at which the surface comes nearer, unseen by the arm; `slip_m` lost
+    motion between the measured travel and the drive. The load path's compliance is
+    1/K_s (1 + `softness` exp(−F/`softness_force_n`)). `lateral` is the force across the axis over
+    the force along it; the force sensor reads `cross_talk` of it along the axis, and besides
+    errors of `sensor_quadratic` and `sensor_cubic` of full scale at full scale.
     """
 
     seed: int
@@ -94,6 +123,14 @@ class WorldSpec:
     second_force_quantum_n: float = 0.0
     second_force_delay_s: float = 0.0
     second_force_range_n: float = 0.0
+    drift_m_s: float = 0.0
+    slip_m: float = 0.0
+    softness: float = 0.0
+    softness_force_n: float = 100.0
+    lateral: float = 0.0
+    cross_talk: float = 0.0
+    sensor_quadratic: float = 0.0
+    sensor_cubic: float = 0.0
 
 
 class WorldView(Protocol):

@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterable
+from dataclasses import replace
 
-from stepload.contact import plastic, power_law
+from stepload.contact import power_law
 from stepload.contact.elastic import equivalent_modulus, equivalent_radius
-from stepload.contact.rough import RoughSphere, roughness_number
+from stepload.contact.limit import softer_body
+from stepload.contact.rough import HARDNESS_OVER_YIELD, roughness_number
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.theory import Theory
 from stepload.errors import BadInputError
 from stepload.plan.model import Payload, SecondForceSource, Simulation
 from stepload.rig.world import PayloadTruth, WorldFault, WorldSpec
+from stepload.run.first_loading import true_deformation
 
 LEAST_DAMPING_RATIO = 0.05
 """A plan's C_s is a lower bound and may be 0; no machine rings for ever."""
@@ -51,6 +54,7 @@ def world_for(
         surface_error_m = simulation.surface_error_m
     payload = payload_truth(plan.payload, envelope.theory, simulation)
     stiffness = rig.system_stiffness.stiffness_n_per_m * simulation.stiffness_factor
+    stiffness /= _drawn_aside(simulation)
     least_damping = LEAST_DAMPING_RATIO * 2.0 * math.sqrt(stiffness * arm.effective_mass_kg)
     tangent = power_law.tangent_stiffness(payload.k, payload.n, procedure.top_force_n)
     sensor = second.sensor if second.source is SecondForceSource.SENSOR else None
@@ -92,7 +96,31 @@ def world_for(
         second_force_quantum_n=sensor.resolution_n if sensor else 0.0,
         second_force_delay_s=sensor.delay_s if sensor else 0.0,
         second_force_range_n=sensor.range_n if sensor else 0.0,
+        drift_m_s=simulation.drift_m_s,
+        slip_m=simulation.slip_m,
+        softness=simulation.softness,
+        softness_force_n=simulation.softness_force_n,
+        lateral=simulation.lateral,
+        cross_talk=simulation.cross_talk,
+        sensor_quadratic=simulation.sensor_quadratic,
+        sensor_cubic=simulation.sensor_cubic,
     )
+
+
+def _drawn_aside(simulation: Simulation) -> float:
+    """Compliance of the load path over that without a lateral force.
+
+    Raises:
+        BadInputError: the tip would be drawn away from the load.
+    """
+    factor = 1.0 + simulation.lateral * simulation.lateral_coupling
+    if factor <= 0.0:
+        raise BadInputError(
+            f"simulation: a lateral force of {simulation.lateral:.3g} with a coupling of "
+            f"{simulation.lateral_coupling:.3g} moves the tip more than the load does",
+            hint="use a smaller lateral or lateral_coupling",
+        )
+    return factor
 
 
 def payload_truth(payload: Payload, theory: Theory, simulation: Simulation) -> PayloadTruth:
@@ -102,51 +130,93 @@ def payload_truth(payload: Payload, theory: Theory, simulation: Simulation) -> P
         BadInputError: the simulated law needs what the payload does not tell.
         DomainError: a number outside the domain of contact theory.
     """
-    law, limit = theory.law, theory.yield_onset
-    limits_n = [limit.force_n] if limit else []
-    roughness_m = kappa = 0.0
-    if simulation.law == "elastic_plastic":
-        if limit is None:
-            raise BadInputError(
-                f"simulation law elastic_plastic: theory has no elastic limit for {payload.name!r}",
-                hint="give both yield strengths of a sphere or blunt tip, or use law: smooth",
-            )
-    elif payload.declared_force_limit_n is not None:
-        limits_n.append(payload.declared_force_limit_n)
-    if simulation.law == "rough":
-        radius_m = equivalent_radius(payload.geometry)
-        hardness_pa = payload.micro_hardness_pa
-        if radius_m is None or hardness_pa is None or not payload.roughness_m:
-            raise BadInputError(
-                f"simulation law rough: {payload.name!r} is no sphere or blunt tip with roughness "
-                "and micro-hardness",
-                hint="give the payload's roughness and micro_hardness, or use law: smooth",
-            )
-        roughness_m = payload.roughness_m
-        modulus_pa = equivalent_modulus(payload.material, payload.plate)
-        kappa = roughness_number(modulus_pa, hardness_pa, radius_m, roughness_m)
-    return PayloadTruth(
-        law=simulation.law,
-        k=law.k * simulation.payload_factor,
-        n=law.n,
-        elastic_limit_n=min(limits_n, default=math.inf),
+    onset_n = _yield_force(payload, theory, simulation)
+    kappa, roughness_m = _asperities(payload, simulation)
+    words = ("rough" if roughness_m else "", "elastic_plastic" if onset_n is not None else "")
+    if simulation.adhesion_n and simulation.adhesion_law == "jkr":
+        _refuse_jkr(theory, rough=bool(roughness_m))
+    if onset_n is None:
+        limits_n = [theory.yield_onset.force_n] if theory.yield_onset else []
+        if payload.declared_force_limit_n is not None:
+            limits_n.append(payload.declared_force_limit_n)
+        onset_n = min(limits_n, default=math.inf)
+    truth = PayloadTruth(
+        law="_".join(word for word in words if word) or "smooth",
+        k=theory.law.k * simulation.payload_factor,
+        n=theory.law.n,
+        elastic_limit_n=onset_n,
         roughness_m=roughness_m,
         kappa=kappa,
         hysteresis=simulation.hysteresis,
-        hard_stop_m=math.inf,
+        hard_stop_m=math.inf if simulation.stop_depth_m is None else simulation.stop_depth_m,
+        stop_stiffness_n_per_m=simulation.stop_stiffness_n_per_m,
+        pad_stiffness_n_per_m=simulation.pad_stiffness_n_per_m or math.inf,
+        pad_depth_m=simulation.pad_depth_m,
+        adhesion_n=simulation.adhesion_n,
+        adhesion_law=simulation.adhesion_law,
+        creep=simulation.creep,
+        creep_time_s=simulation.creep_time_s,
+        creep_decades=simulation.creep_decades,
     )
+    if simulation.seating_m == 0.0:
+        return truth
+    depth_m = true_deformation(truth, simulation.seating_force_n)
+    return replace(truth, seating_m=simulation.seating_m, seating_depth_m=depth_m)
 
 
-def true_secant(payload: PayloadTruth, force_n: float) -> float:
-    """Secant stiffness F/δ in N/m of the simulated payload at `force_n`, on first loading.
+def _yield_force(payload: Payload, theory: Theory, simulation: Simulation) -> float | None:
+    """Force beyond which the simulated payload flows; None where it never does."""
+    onset, law = theory.yield_onset, simulation.law
+    if simulation.yield_force_n is not None:
+        if theory.law.n != 1.5:
+            raise BadInputError(
+                f"simulation yield_force: {payload.name!r} is no sphere or blunt tip, and (14) "
+                "holds for no other",
+                hint="leave yield_force out",
+            )
+        return simulation.yield_force_n
+    if law == "elastic_plastic" and onset is None:
+        raise BadInputError(
+            f"simulation law elastic_plastic: theory has no elastic limit for {payload.name!r}",
+            hint="give both yield strengths of a sphere or blunt tip, or a yield_force, or use "
+            "law: smooth",
+        )
+    return onset.force_n if onset and law in ("declared", "elastic_plastic") else None
+
+
+def _asperities(payload: Payload, simulation: Simulation) -> tuple[float, float]:
+    """κ (9) and σ_eq of the simulated payload; 0 where it is smooth."""
+    roughness_m = simulation.roughness_m
+    wanted = simulation.law == "rough" or bool(roughness_m)
+    if roughness_m is None:
+        roughness_m = payload.roughness_m
+    if simulation.law not in ("declared", "rough") or not (roughness_m or wanted):
+        return 0.0, 0.0
+    hardness_pa = simulation.micro_hardness_pa or payload.micro_hardness_pa
+    softer = softer_body(payload.material, payload.plate)
+    if hardness_pa is None and softer is not None and softer.yield_strength_pa is not None:
+        hardness_pa = HARDNESS_OVER_YIELD * softer.yield_strength_pa
+    radius_m = equivalent_radius(payload.geometry)
+    if radius_m is None or hardness_pa is None or not roughness_m:
+        if not wanted:
+            return 0.0, 0.0
+        raise BadInputError(
+            f"simulation law rough: {payload.name!r} is no sphere or blunt tip with roughness "
+            "and micro-hardness or yield strength",
+            hint="give the payload's roughness and micro_hardness, or use law: smooth",
+        )
+    modulus_pa = equivalent_modulus(payload.material, payload.plate)
+    return roughness_number(modulus_pa, hardness_pa, radius_m, roughness_m), roughness_m
+
+
+def _refuse_jkr(theory: Theory, *, rough: bool) -> None:
+    """Refuse what an adhesive sphere cannot be.
 
     Raises:
-        DomainError: `force_n` is not positive, or outside the law.
+        BadInputError: it is no sphere, or rough.
     """
-    if payload.law == "rough":
-        rough = RoughSphere(payload.k, payload.roughness_m, payload.kappa)
-        return force_n / rough.deformation(force_n).value
-    if payload.law == "elastic_plastic":
-        sphere = plastic.ElasticPlasticSphere.from_law(payload.k, payload.elastic_limit_n)
-        return force_n / sphere.continuous_deformation(force_n).value
-    return power_law.secant_stiffness(payload.k, payload.n, force_n)
+    if theory.law.n != 1.5 or rough:
+        raise BadInputError(
+            "simulation adhesion_law jkr: the simulated payload is no smooth sphere or blunt tip",
+            hint="use adhesion_law: dmt, or law: smooth",
+        )

@@ -41,6 +41,8 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
     try:
         data = json.loads(raw)
         del data["terms"]  # names, units and sources for readers; they follow from the names
+        # Records from before F_c had an uncertainty counted on all of it.
+        data.setdefault("counted_limit_n", data["elastic_limit_n"])
         limits = RunLimits(**data)
         if limits.command_delay_s > MOST_DELAYED * limits.period_s:
             raise ValueError(f"command_delay_s {limits.command_delay_s} s")

@@ -15,7 +15,7 @@ from pathlib import Path
 import stepload
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
-from stepload.plan.model import Plan, SecondForceSource
+from stepload.plan.model import Plan, Provenance, SecondForceSource
 from stepload.record.container import sync_directory
 from stepload.record.recorder import NAME
 from stepload.record.recovery import PART_SUFFIX
@@ -82,8 +82,23 @@ def metadata(plan: Plan, *, dry_run: bool, seed: int | None) -> dict[str, str]:
         "force_axis": plan.rig.force.axis,
         "second_force_axis": sensor.axis if sensor else "",
         "rig": plan.rig.name,
+        "calibration": _calibration(plan),
         "payload": plan.payload.name,
     }
+
+
+def _calibration(plan: Plan) -> str:
+    """Which calibration K_s comes from: the sum of its record's file, or who answers for it.
+
+    Runs that tell the same share its error, which cancels when they are compared.
+    """
+    stiffness = plan.rig.system_stiffness
+    if stiffness.record is not None and stiffness.provenance is Provenance.MEASURED:
+        name = str(stiffness.record)
+        for source in plan.sources:
+            if source.name == name:
+                return f"sha256 {source.sha256}"
+    return str(stiffness.provenance)
 
 
 def device_metadata(identities: Mapping[str, Identity]) -> dict[str, str]:

@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from stepload.errors import SteploadError
-from stepload.identify.identification import Identification
+from stepload.evidence.identification import Identification
 from stepload.record.recovery import Recovered, find_unfinished, recover
 from stepload.results.data import identification_data
-from stepload.results.from_file import Wishes, identify_file
+from stepload.results.from_file import identify_file
+from stepload.results.wishes import Wishes
 
 
 @dataclass(frozen=True, slots=True)

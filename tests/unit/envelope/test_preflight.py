@@ -43,6 +43,20 @@ def test_plastic_sphere_goes(sphere: Plan) -> None:
     assert check.top_force_n < check.force_limit_n < check.theory.elastic_limit_n
 
 
+def test_what_too_few_cycles_cannot_show_is_a_note(sphere: Plan) -> None:
+    def noted(**changes: object) -> str:
+        plan = replace(sphere, procedure=replace(sphere.procedure, **changes))  # type: ignore[arg-type]
+        found = [r for r in envelope_of(plan).reasons if r.code in ("one_cycle", "no_unloading")]
+        assert all(r.severity is Severity.NOTE for r in found)
+        return "; ".join(r.message for r in found)
+
+    assert (sphere.procedure.cycles, sphere.procedure.unload) == (2, True)
+    assert noted() == noted(cycles=3) == ""
+    assert "gap between loading and unloading hints" in noted(cycles=1)
+    assert "nothing in the run hints" in noted(cycles=1, unload=False)
+    assert noted(unload=False).startswith("no holds on the way down")
+
+
 def test_the_largest_safe_force_is_the_edge(sphere: Plan) -> None:
     safe_n = envelope_of(sphere).largest_safe_force_n
     assert "top_force_above_safe_limit" not in codes(with_top(sphere, 0.99 * safe_n), "refuse")

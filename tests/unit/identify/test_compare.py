@@ -72,13 +72,15 @@ def test_table_one_plastic_sphere():
     assert pair.normalised_error is None
 
 
-def test_normalised_error_drops_what_is_shared():
+def test_normalised_error_is_the_difference_over_its_half_width():
     first, second = table_one(1e9, 1.5, 4.8e6), table_one(1e9, 1.5, 5.0e6)
-    alone = compare_fits(first, second, first_sigma=0.035, second_sigma=0.035)
-    shared = compare_fits(first, second, first_sigma=0.035, second_sigma=0.035, shared_sigma=0.034)
-    assert alone.normalised_error < 1 < shared.normalised_error
-    expected = math.log(5.0 / 4.8) / (1.96 * 0.035 * math.sqrt(2))
-    assert alone.normalised_error == pytest.approx(expected, rel=1e-4)
+    pair = compare_fits(first, second, half_width=0.02)
+    assert pair.normalised_error == pytest.approx(math.log(5.0 / 4.8) / 0.02)
+    assert compare_fits(second, first, half_width=0.02).normalised_error == pytest.approx(
+        pair.normalised_error
+    )
+    with pytest.raises(DomainError, match="positive"):
+        compare_fits(first, second, half_width=0.0)
 
 
 def test_unlike_fits_are_not_compared():
@@ -118,10 +120,70 @@ def test_a_curve_of_another_counter_body_fits_after_correction():
     raw = compare_curve(FIT, COVARIANCE / 100, curve, FORCE)
     assert corrected.inside_share == 1.0
     assert corrected.force_rms_n == pytest.approx(0.0, abs=1e-6)
-    assert corrected.secant_change is None, "the corrected curve ends at 200 N"
+    assert corrected.to_n == pytest.approx(200.0), "where the corrected curve ends"
+    assert corrected.secant_change == pytest.approx(0.0, abs=1e-9)
+    assert corrected.chord_change == pytest.approx(0.0, abs=1e-9)
+    assert raw.to_n == 300.0
     assert raw.secant_change == pytest.approx(1.5 ** (1 / N) - 1, rel=1e-3)
     assert raw.inside_share == 0.0
     assert raw.deformation_rms_m > 1e-6
+
+
+def test_a_corrected_curve_keeps_its_secant_where_it_ends():
+    """V-A's own case: steel to aluminium takes 2.4 % off every force, and 300 N end at 293 N."""
+    steel = equivalent_modulus(ACETAL, STEEL) / equivalent_modulus(ACETAL, ALUMINIUM)
+    curve = (FORCE / (K * steel)) ** (1 / N)
+    found = compare_curve(
+        FIT, COVARIANCE, curve, FORCE, curve_modulus_pa=steel * 1e9, modulus_pa=1e9
+    )
+    assert found.to_n == pytest.approx(300.0 / steel)
+    assert found.from_n == pytest.approx(30.0 / steel)
+    assert found.secant_change == pytest.approx(0.0, abs=1e-6)
+    stiffer = compare_curve(
+        FIT, COVARIANCE, curve * 1.1, FORCE, curve_modulus_pa=steel * 1e9, modulus_pa=1e9
+    )
+    assert stiffer.secant_change == pytest.approx(1 / 1.1 - 1, rel=1e-6)
+    assert stiffer.chord_change == pytest.approx(1 / 1.1 - 1, rel=1e-6)
+
+
+def test_a_curve_is_compared_at_forces_that_both_have_reached():
+    long = np.linspace(3.0, 600.0, 120)
+    curve = (long / K) ** (1 / N)
+    bent = np.where(long > 310.0, 2.0 * curve, curve)
+    found = compare_curve(FIT, COVARIANCE, bent, long, reached_n=300.0)
+    assert found.inside_share == 1.0
+    assert found.force_rms_n == pytest.approx(0.0, abs=1e-6)
+    assert found.curve_n.max() <= 306.0
+    assert found.left_out == np.count_nonzero(long > 306.0)
+    assert found.to_n == 300.0
+    beyond = compare_curve(FIT, COVARIANCE, bent, long)
+    assert beyond.inside_share < 1.0
+    high = long > 350.0
+    with pytest.raises(DomainError, match="usable"):
+        compare_curve(FIT, COVARIANCE, bent[high], long[high], reached_n=300.0)
+    above = compare_curve(FIT, COVARIANCE, bent[high], long[high])
+    assert (above.secant_change, above.chord_change) == (None, None)
+    short = long > 100.0
+    part = compare_curve(FIT, COVARIANCE, curve[short], long[short])
+    assert part.chord_change is None, "the curve begins above 30 N"
+    assert part.secant_change == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_chord_needs_no_zero():
+    shifted = compare_curve(FIT, COVARIANCE, (FORCE / K) ** (1 / N) + 5e-6, FORCE)
+    assert shifted.secant_change == pytest.approx(-0.0777, abs=1e-3)
+    assert shifted.chord_change == pytest.approx(0.0, abs=2e-3)
+
+
+def test_noise_of_a_curve_averages_out():
+    rng = np.random.default_rng(2)
+    dense = np.linspace(3.0, 300.0, 3000)
+    noisy = (dense / K) ** (1 / N) + 1e-6 * rng.standard_normal(3000)
+    found = compare_curve(FIT, COVARIANCE, noisy, dense)
+    assert found.secant_change == pytest.approx(0.0, abs=5e-3)
+    assert found.chord_change == pytest.approx(0.0, abs=5e-3)
+    few = compare_curve(FIT, COVARIANCE, (FORCE[::6] / K) ** (1 / N), FORCE[::6])
+    assert few.secant_change == pytest.approx(0.0, abs=1e-6)
 
 
 def test_curves_that_cannot_be_used_are_refused():

@@ -14,7 +14,6 @@ from stepload.identify.identifiability import (
     gauge_resolution_for,
     identifiability,
     largest_k,
-    top_force_for,
 )
 
 forces = st.floats(1.0, 1e4)
@@ -66,15 +65,6 @@ def test_largest_k_has_the_secant_k_max(force: float, step: float, k_s: float, n
 def test_the_gauge_asked_for_is_just_enough(force: float, secant: float) -> None:
     step = gauge_resolution_for(secant, force)
     assert identifiability(force, step, None).k_max_n_per_m == pytest.approx(secant)
-
-
-@given(stiffnesses, resolutions, stiffnesses)
-def test_the_top_force_asked_for_is_just_enough(secant: float, step: float, k_s: float) -> None:
-    force = top_force_for(secant, step, k_s)
-    if force is None:
-        assert secant >= 4.0 * k_s
-    else:
-        assert identifiability(force, step, k_s).k_max_n_per_m == pytest.approx(secant, rel=1e-6)
 
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])

@@ -23,7 +23,7 @@ def test_it_has_the_size_put_in_although_most_is_absorbed() -> None:
     for _ in range(150):
         data = LAW + np.interp(FORCE, GRID, 1e-6 * ROOT @ rng.standard_normal(61))
         fit = joint(data, FORCE)
-        leftover = smooth_leftover(fit, data, FORCE)
+        leftover = smooth_leftover(fit, data, FORCE, length_n=50.0)
         assert leftover is not None
         found.append(leftover.smooth_error_m)
         residual.append(np.mean((data - fit.zero_m - (FORCE / fit.k) ** (1 / fit.n)) ** 2))

@@ -22,7 +22,7 @@ def run(seed: int, contact: SeriesContact | None = None) -> SystemStiffnessFit:
     data = press(np.zeros_like, FINE, ERRORS, np.random.default_rng(seed))
     return fit_system_stiffness(
         data.time_s, data.travel_m, data.force_n, contact=contact,
-        resolution_m=FINE.position_resolution_m,
+        resolution_m=FINE.position_resolution_m, length_n=ERRORS.length_n,
     )  # fmt: skip
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -11,13 +13,15 @@ from stepload.identify.smooth import (
     propagate_smooth,
     smooth_correlation,
 )
-from stepload.identify.system import (
-    SeriesContact,
-    fit_system_stiffness,
-)
-from stepload.identify.two_spheres import two_sphere_difference
+from stepload.identify.system import SeriesContact
+from stepload.identify.system import fit_system_stiffness as fit_anything
+from stepload.identify.two_spheres import two_sphere_difference as two_spheres
 
 KS, CS = 3.49e6, 3.87e4
+LENGTH_N = 50.0
+"""Correlation length of the smooth errors drawn here."""
+fit_system_stiffness = partial(fit_anything, length_n=LENGTH_N)
+two_sphere_difference = partial(two_spheres, length_n=LENGTH_N)
 RATE_HZ = 100
 
 
@@ -32,7 +36,7 @@ def steps(top_n=300.0, step_n=50.0, ramp_s=1.0, hold_s=2.0):
     return np.arange(f.size) / RATE_HZ, f, np.concatenate(rate)
 
 
-def smooth_draw(rng, force, sd, length=50.0):
+def smooth_draw(rng, force, sd, length=LENGTH_N):
     grid = np.linspace(-10.0, 320.0, 67)
     value, vector = np.linalg.eigh(smooth_correlation(grid, length))
     draw = vector @ (np.sqrt(np.clip(value, 0, None)) * rng.standard_normal(grid.size))
@@ -190,3 +194,32 @@ def test_inseparable_columns_are_refused():
     force = np.linspace(1, 300, 50)
     with pytest.raises(DomainError, match="apart"):
         fit_with_smooth_error(np.stack([force, 2 * force], axis=1), force, force, 50.0)
+
+
+def test_a_length_that_nobody_knows_costs_width_and_no_coverage():
+    """Errors that are alike over 30 N and over 150 N; the 50 N of neither covers the second."""
+    rng = np.random.default_rng(5)
+    time, force, rate = steps()
+    clean = travel(force, rate)
+    for length in (30.0, 150.0):
+        inside = 0
+        for _ in range(40):
+            data = clean + smooth_draw(rng, force, 0.5e-6, length)
+            fit = fit_anything(time, data, force)
+            inside += abs(fit.stiffness_n_per_m - KS) < 1.96 * fit.sigma_n_per_m
+        assert inside >= 35, length
+    told = fit_anything(time, data, force, length_n=30.0)
+    assert fit.sigma_n_per_m > told.sigma_n_per_m
+
+
+def test_two_spheres_without_a_length_are_less_sure():
+    small, large = SeriesContact(6.0e8, 1.5, 0.1), SeriesContact(2.0e9, 1.5, 0.1)
+    force = np.linspace(10.0, 300.0, 120)
+    noise = smooth_draw(np.random.default_rng(3), force, 0.3e-6)
+    one = force / KS + small.deformation_m(force) + noise
+    other = force / KS + large.deformation_m(force) - noise
+    contacts = {"first_contact": small, "second_contact": large}
+    told = two_spheres(one, other, force, **contacts, length_n=50.0)
+    open_ = two_spheres(one, other, force, **contacts)
+    assert open_.stiffness_n_per_m == told.stiffness_n_per_m
+    assert open_.sigma_n_per_m > told.sigma_n_per_m

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from stepload.plan.leaves import Choice, Leaf, Number, Quantity, Switch
+from stepload.plan.leaves import Choice, Leaf, Number, Quantity, Switch, Uncertain
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.plan.problems import PlanError
@@ -42,6 +42,7 @@ payload:
   height: 57.4 mm
   thermal_expansion: 110e-6 1/K
   modulus_change: 0.4 %/K
+  limit_coverage: 3
 rig:
   profile: stvf
   name: STVF
@@ -97,6 +98,11 @@ rig:
     msde: 1 µm
     smooth_error: 1 µm
     smooth_degrees: 4
+    smooth_length: 60 N
+    deflection_force: [150 N, 300 N]
+    deflection: [44.5 µm, 88.5 µm]
+    deflection_sigma: [0.5 µm, 0.5 µm]
+    deflection_common: 1 %
     provenance: measured
     measured_on: 2025-01-01
     valid_until: 2999-01-01
@@ -118,6 +124,29 @@ rig:
     kinematic_error: 1 µm
     kinematic_length: 40 N
     force_drift: 0.001 N/s
+    roughness: 5 µm
+    micro_hardness: 300 MPa
+    yield_force: 200 N
+    creep: 10 %
+    creep_time: 2 s
+    creep_decades: 2
+    seating: 2 µm
+    seating_force: 150 N
+    slip: 1 µm
+    drift: 0.1 µm/s
+    pad_stiffness: 20 MN/m
+    pad_depth: 3 µm
+    stop_depth: 70 µm
+    stop_stiffness: 5 MN/m
+    adhesion: 0.5 N
+    adhesion_law: dmt
+    softness: 30 %
+    softness_force: 80 N
+    lateral: 10 %
+    lateral_coupling: 20 %
+    cross_talk: 2 %
+    sensor_quadratic: 0.5 %
+    sensor_cubic: -0.2 %
 procedure:
   step: 50 N
   top_force: 300 N
@@ -194,6 +223,8 @@ def test_every_bad_value_is_reported_in_its_line_and_nothing_else_is(
 
 def _written(leaf: Leaf) -> st.SearchStrategy[tuple[str, object]]:
     """Good values of a leaf: as written, and as they must be read."""
+    if isinstance(leaf, Uncertain):
+        return _written(leaf.leaf)
     if isinstance(leaf, Quantity):
         scale = 100.0 if leaf.unit == "%" else 1.0
         numbers = st.floats(leaf.low, leaf.high, exclude_min=leaf.above, allow_subnormal=False)
@@ -221,7 +252,7 @@ def test_good_values_are_read_exactly(kind: Kind, data: st.DataObject) -> None:
     wanted: dict[str, Any] = {}
     lines = []
     for entry in written_entries(kind):
-        if isinstance(entry.content, Quantity | Number | Choice | Switch):
+        if isinstance(entry.content, Quantity | Number | Uncertain | Choice | Switch):
             text, wanted[entry.field] = data.draw(_written(entry.content), label=entry.name)
             lines.append(f"{entry.name}: {text}")
     source = Source("x.yaml", None, "\n".join(["{", ",\n".join(lines), "}"]), b"")

@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import date
+from operator import itemgetter
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -18,7 +19,7 @@ from stepload.plan.leaves import Choice, Day, Number, Quantity, Switch, Text
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan, Provenance, RecordPolicy
 from stepload.plan.problems import PlanError
-from stepload.plan.sections import Entry, entries
+from stepload.plan.sections import Each, Entry, entries
 
 WritePlan = Callable[..., Path]
 
@@ -39,6 +40,11 @@ RECORD = CalibrationRecord(
     software="0.1.0 — “ümlaut”",
     smooth_error_m=6.1e-7,
     smooth_degrees=2.5,
+    smooth_length_n=47.0 + 1.0 / 3.0,
+    deflection_force_n=(100.0, 200.0 + 1.0 / 3.0, 300.0),
+    deflection_m=(3.1e-5, 6.1e-5, 9.1e-5 + 1e-7 / 3.0),
+    deflection_sigma_m=(2e-7, 2e-7, 3e-7),
+    deflection_common=1.0 / 3.0 * 1e-3,
     simulated=True,
 )
 TODAY = date(2025, 4, 1)
@@ -112,8 +118,9 @@ def test_every_value_of_the_record_takes_the_place_of_the_plans_own(
     stiffness = planned(write_plan, tmp_path, RECORD).rig.system_stiffness
     for field in (
         "stiffness_n_per_m", "sigma_n_per_m", "msde_m", "damping_n_s_per_m", "smooth_error_m",
-        "smooth_degrees", "measured_on", "valid_until", "pose", "direction", "temperature_c",
-        "simulated",
+        "smooth_degrees", "smooth_length_n", "deflection_force_n", "deflection_m",
+        "deflection_sigma_m", "deflection_common", "measured_on", "valid_until", "pose",
+        "direction", "temperature_c", "simulated",
     ):  # fmt: skip
         assert getattr(stiffness, field) == getattr(RECORD, field), field
     assert stiffness.policy is RecordPolicy.WARN
@@ -246,13 +253,24 @@ def _records() -> st.SearchStrategy[CalibrationRecord]:
             found = st.text(letters, min_size=1, max_size=leaf.limit).map(str.strip).filter(bool)
         return st.none() | found if entry.nullable else found
 
-    kept = {e.field: values(e) for e in entries(CalibrationRecord) if e.kept}
-    return st.builds(CalibrationRecord, **kept).map(
-        lambda r: replace(
+    kept = {
+        e.field: values(e)
+        for e in entries(CalibrationRecord)
+        if e.kept and not isinstance(e.content, Each)
+    }
+    rising = st.floats(1e-9, 10.0, exclude_min=True, allow_subnormal=False)
+    rows = st.lists(st.tuples(rising, rising), max_size=9, unique_by=(itemgetter(0), itemgetter(1)))
+
+    def complete(r: CalibrationRecord, table: list[tuple[float, float]]) -> CalibrationRecord:
+        return replace(
             r, measured_on=min(r.measured_on, r.valid_until),
             valid_until=max(r.measured_on, r.valid_until),
-        )
-    )  # fmt: skip
+            deflection_force_n=tuple(sorted(force for force, _ in table)),
+            deflection_m=tuple(sorted(deep for _, deep in table)),
+            deflection_sigma_m=tuple(force / 3.0 for force, _ in table),
+        )  # fmt: skip
+
+    return st.builds(complete, st.builds(CalibrationRecord, **kept), rows)
 
 
 @settings(max_examples=50, deadline=None)
@@ -270,7 +288,12 @@ def test_the_file_has_every_key_with_its_unit(tmp_path: Path) -> None:
         "stepload_calibration": 1, "rig": "STVF", "pose": "straight down", "direction": "+fz",
         "temperature": "21.5 degC", "measured_on": "2025-03-01", "valid_until": "2025-06-01",
         "stiffness": "3321900.3333333335 N/m", "sigma": "21000.0 N/m", "msde": "5.4e-07 m",
-        "smooth_error": "6.1e-07 m", "smooth_degrees": 2.5, "damping": "19000.0 N s/m",
+        "smooth_error": "6.1e-07 m", "smooth_degrees": 2.5,
+        "smooth_length": "47.333333333333336 N",
+        "deflection_force": ["100.0 N", "200.33333333333334 N", "300.0 N"],
+        "deflection": ["3.1e-05 m", "6.1e-05 m", "9.103333333333334e-05 m"],
+        "deflection_sigma": ["2e-07 m", "2e-07 m", "3e-07 m"],
+        "deflection_common": 0.0003333333333333333, "damping": "19000.0 N s/m",
         "force_from": "120.0 N", "force_to": "300.0 N", "run": "runs/2025-03-01/run.mcap",
         "software": "0.1.0 — “ümlaut”", "simulated": True,
     }  # fmt: skip
@@ -290,8 +313,10 @@ def test_a_missing_record_with_nothing_to_stand_in_is_an_error(write_plan: Write
         ('"direction": "+fz"', '"direction": "up"', 5, "not a choice"),
         ("2025-06-01", "2025-02-28", 1, "before measured_on"),
         ('"rig": "STVF",', "", 1, "missing key 'rig'"),
-        ('"run"', '"runn"', 17, "unknown key 'runn'"),
-        ("{", "[", 20, "not YAML"),
+        ('"run"', '"runn"', 34, "unknown key 'runn'"),
+        ("{", "[", 37, "not YAML"),
+        ('"200.33333333333334 N"', '"99.0 N"', 1, "a force of 99 after 100; they must rise"),
+        ('"3.1e-05 m",', "", 1, "3 forces, 2 deflections and 3 uncertainties"),
     ],
 )
 def test_a_broken_record_is_an_error_at_its_place(

@@ -40,6 +40,13 @@ def procedure(text: str, steps: str = "step: 50 N", **sections: str) -> dict[str
     return {"procedure": given, **sections}
 
 
+def table(forces: str, deflections: str) -> str:
+    return (
+        f"system_stiffness: {{value: 3 MN/m, sigma: 1 kN/m, deflection_force: {forces}, "
+        f"deflection: {deflections}, deflection_sigma: [1 µm, 1 µm]}}"
+    )
+
+
 def _rising(count: int) -> str:
     return ", ".join(f"{300.0 - 0.2 * n:.1f} N" for n in reversed(range(count)))
 
@@ -59,6 +66,41 @@ class Case(NamedTuple):
 
 
 CASES = [
+    Case(
+        "simulated pad without depth",
+        rig("simulation: {pad_stiffness: 2 MN/m, pad_depth: 3 µm}"),
+        rig("simulation: {pad_stiffness: 2 MN/m}"),
+        "`pad_stiffness` and `pad_depth` belong together", "simulation", "give both",
+    ),
+    Case(
+        "simulated pad without stiffness",
+        rig("simulation: {pad_depth: 0 m}"),
+        rig("simulation: {pad_depth: 3 µm}"),
+        "`pad_stiffness` and `pad_depth` belong together", "simulation", "give both",
+    ),
+    Case(
+        "simulated roughness of a smooth law",
+        rig("simulation: {law: declared, roughness: 5 µm}"),
+        rig("simulation: {law: smooth, roughness: 5 µm}"),
+        "a roughness, but the simulated law is smooth", "5 µm", "law: rough",
+    ),
+    Case(
+        "simulated rough law that is smooth",
+        rig("simulation: {law: declared, roughness: 0 m}"),
+        rig("simulation: {law: rough, roughness: 0 m}"),
+        "a rough law without roughness", "0 m", "law: smooth",
+    ),
+    Case(
+        "simulated adhesion of asperities",
+        rig("simulation: {roughness: 5 µm, adhesion: 1 N}"),
+        rig("simulation: {roughness: 5 µm, adhesion: 1 N, adhesion_law: jkr}"),
+        "jkr adhesion of a rough contact", "jkr", "dmt",
+    ),
+    Case(
+        "simulated cross-talk of nothing",
+        rig("simulation: {cross_talk: 2 %, lateral: 1 %}"), rig("simulation: {cross_talk: 2 %}"),
+        "cross-talk without a lateral force has no effect", "2 %", "lateral",
+    ),
     Case(
         "yield strength of the payload",
         payload("70 MPa", "2.99 GPa"), payload("70 MPa", "3 GPa"),
@@ -170,6 +212,24 @@ CASES = [
         "`value` and `sigma` belong together", "system_stiffness:", "without its uncertainty",
     ),
     Case(
+        "a table of other lengths",
+        rig(table("[100 N, 300 N]", "[33 µm, 100 µm]")), rig(table("[100 N, 300 N]", "[33 µm]")),
+        "2 forces, 1 deflections and 2 uncertainties", "[100 N, 300 N]", "of every row",
+    ),
+    Case(
+        "a table that does not rise",
+        rig(table("[299 N, 300 N]", "[99 µm, 100 µm]")),
+        rig(table("[300 N, 300 N]", "[99 µm, 100 µm]")),
+        "a force of 300 after 300; they must rise", "[300 N, 300 N]", "rising",
+    ),
+    Case(
+        "a table of another stiffness",
+        rig(table("[100 N, 300 N]", "[33 µm, 107 µm]")),
+        rig(table("[100 N, 300 N]", "[33 µm, 108 µm]")),
+        "the table has a stiffness of 2.67 MN/m above 40 % of its forces, value is 3 MN/m",
+        "[33 µm, 108 µm]", "wrong prefix",
+    ),
+    Case(
         "stiffness not known at all",
         rig("system_stiffness: {value: 1 MN/m, sigma: 0.99 MN/m}"),
         rig("system_stiffness: {value: 1 MN/m, sigma: 1 MN/m}"),
@@ -270,18 +330,18 @@ CASES = [
     ),
     Case(
         "a run that is too long",
-        procedure("hold: 2 h"), procedure("hold: 7201 s"),
-        "12 holds of 7201 s last 24.0 h", "7201 s", "at most 24 h",
+        procedure("hold: 1 h"), procedure("hold: 3601 s"),
+        "24 holds of 3601 s last 24.0 h", "3601 s", "at most 24 h",
     ),
     Case(
         "a run that is too long upwards",
-        procedure("hold: 4 h, unload: false"), procedure("hold: 14401 s, unload: false"),
-        "6 holds of 14401 s last 24.0 h", "14401 s", "at most 24 h",
+        procedure("hold: 2 h, unload: false"), procedure("hold: 7201 s, unload: false"),
+        "12 holds of 7201 s last 24.0 h", "7201 s", "at most 24 h",
     ),
     Case(
-        "too many cycles",
-        procedure("hold: 1 h, cycles: 2"), procedure("hold: 3601 s, cycles: 2"),
-        "24 holds of 3601 s last 24.0 h", "3601 s", "at most 24 h",
+        "a run of one cycle that is too long",
+        procedure("hold: 2 h, cycles: 1"), procedure("hold: 7201 s, cycles: 1"),
+        "12 holds of 7201 s last 24.0 h", "7201 s", "at most 24 h",
     ),
     Case(
         "a directory above",
@@ -360,5 +420,7 @@ def test_a_bad_value_hides_neither_its_neighbours_nor_what_does_not_need_it(
 def test_where_unloading_is_not_known_only_the_way_up_counts(
     tmp_path: Path, hold_s: int, too_long: list[str]
 ) -> None:
-    said = [p.message for p in problems(tmp_path, procedure(f"unload: 3, hold: {hold_s} s"))]
+    said = [
+        p.message for p in problems(tmp_path, procedure(f"unload: 3, cycles: 1, hold: {hold_s} s"))
+    ]
     assert [text[:18] for text in said] == ["unload: 3 is neith", *too_long]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from datetime import date
 from decimal import Decimal
 from enum import StrEnum
@@ -19,8 +20,10 @@ from stepload.plan.leaves import (
     LeafError,
     Number,
     Quantity,
+    Stated,
     Switch,
     Text,
+    Uncertain,
     Version,
 )
 from stepload.plan.model import Plan
@@ -31,15 +34,18 @@ RANGES = {
         payload.geometry.sphere.radius payload.geometry.sphere.counter_radius
         payload.geometry.cone_tip.radius payload.geometry.pyramid_tip.radius
         payload.geometry.flat_punch.radius payload.geometry.power.gap
-        payload.geometry.power.at_radius payload.roughness rig.arm.position_resolution
+        payload.geometry.power.at_radius rig.arm.position_resolution
         rig.arm.model_tolerance rig.displacement.resolution procedure.surface_distance
         procedure.surface_uncertainty procedure.search_distance procedure.retract
+        rig.simulation.stop_depth
+        rig.system_stiffness.deflection calibration.deflection
     """,
     "0.1 to 89 deg": "payload.geometry.sharp_cone.slope",
     "0.1 to 50": "payload.geometry.power.exponent",
     "1000 to 2e12 Pa": """
         payload.material.youngs_modulus payload.material.yield_strength
         payload.plate.youngs_modulus payload.plate.yield_strength payload.micro_hardness
+        rig.simulation.micro_hardness
     """,
     "above -1 to 0.5": "payload.material.poisson_ratio payload.plate.poisson_ratio",
     "above 0 to 1e6 N": """
@@ -48,11 +54,18 @@ RANGES = {
         rig.second_force.sensor.noise rig.mechanical_fuse rig.simulation.kinematic_length
         procedure.top_force procedure.step procedure.levels procedure.touch_force
         procedure.max_drift identify.secant_force calibration.force_from calibration.force_to
+        rig.simulation.yield_force rig.simulation.seating_force rig.simulation.softness_force
+        rig.system_stiffness.smooth_length rig.system_stiffness.deflection_force
+        calibration.smooth_length calibration.deflection_force
     """,
     "0 to 10 m": """
+        payload.roughness
         payload.height rig.arm.lost_motion rig.arm.position_noise rig.displacement.noise
         rig.system_stiffness.msde rig.system_stiffness.smooth_error rig.load_path
         rig.simulation.kinematic_error calibration.msde calibration.smooth_error
+        rig.simulation.roughness rig.simulation.seating rig.simulation.slip
+        rig.simulation.pad_depth
+        rig.system_stiffness.deflection_sigma calibration.deflection_sigma
     """,
     "0 to 0.001 1/K": "payload.thermal_expansion rig.thermal_expansion",
     "0 to 0.1 1/K": "payload.modulus_change",
@@ -69,16 +82,22 @@ RANGES = {
     "0.002 to 2 s": "rig.arm.max_age rig.force.max_age rig.second_force.sensor.max_age",
     "0 to 100 %": """
         rig.force.gain_uncertainty rig.second_force.tolerance_relative
-        rig.second_force.sensor.gain_uncertainty
+        rig.second_force.sensor.gain_uncertainty rig.simulation.creep
+        rig.second_force.sensor.gain_uncertainty rig.system_stiffness.deflection_common
     """,
     "0 to 100 N/s": "rig.force.drift rig.second_force.sensor.drift",
-    "0 to 1e6 N": "rig.second_force.tolerance rig.second_force.noise",
+    "0 to 1e6 N": "rig.second_force.tolerance rig.second_force.noise rig.simulation.adhesion",
     "above 0 to 86400 s": """
         rig.second_force.time procedure.hold procedure.tare procedure.settle_timeout
+        rig.simulation.creep_time
     """,
-    "1 to 1e12 N/m": "rig.system_stiffness.value calibration.stiffness",
+    "1 to 1e12 N/m": """
+        rig.system_stiffness.value calibration.stiffness rig.simulation.pad_stiffness
+        rig.simulation.stop_stiffness
+    """,
     "above 0 to 1e12 N/m": "rig.system_stiffness.sigma calibration.sigma",
     "0 to 1e9 N s/m": "rig.system_stiffness.damping calibration.damping",
+    "0 to 1": "calibration.deflection_common",
     "1 to 1e6": "rig.system_stiffness.smooth_degrees calibration.smooth_degrees",
     "-50 to 150 degC": """
         rig.system_stiffness.temperature identify.temperature calibration.temperature
@@ -88,6 +107,12 @@ RANGES = {
     "-0.1 to 0.1 m": "rig.simulation.surface_error",
     "0 to 90 %": "rig.simulation.hysteresis",
     "-10 to 10 N/s": "rig.simulation.force_drift",
+    "0 to 6 count": "rig.simulation.creep_decades",
+    "-0.0001 to 0.0001 m/s": "rig.simulation.drift",
+    "0 to 1000 %": "rig.simulation.softness",
+    "-200 to 200 %": "rig.simulation.lateral rig.simulation.lateral_coupling",
+    "-100 to 100 %": "rig.simulation.cross_talk",
+    "-10 to 10 %": "rig.simulation.sensor_quadratic rig.simulation.sensor_cubic",
     "above 0 to 1e6 N/s": "procedure.load_rate",
     "1 to 1000 count": "procedure.cycles",
     "1 to 50 %": "procedure.unload_fraction",
@@ -95,17 +120,18 @@ RANGES = {
     "0 to 86400 s": "procedure.warm_up",
     "1 to 100": "identify.p",
     "1 to 1000": "identify.s identify.t",
+    "1 to 5": "payload.limit_coverage",
     "0 to 20 K": "identify.temperature_uncertainty",
 }
 """Range, as written in a plan: the keys that have it. "count" is a plain whole number."""
 
 
-def ranged(kind: Kind, path: str) -> dict[str, Quantity | Number]:
+def ranged(kind: Kind, path: str) -> dict[str, Quantity | Number | Uncertain]:
     """Every key below a section that has a range."""
-    found: dict[str, Quantity | Number] = {}
+    found: dict[str, Quantity | Number | Uncertain] = {}
     for entry in written_entries(kind):
         name = path + entry.name
-        if isinstance(entry.leaf, Quantity | Number):
+        if isinstance(entry.leaf, Quantity | Number | Uncertain):
             found[name] = entry.leaf
         for inner in nested_kinds(entry):
             shape = f".{inner.__name__}." if isinstance(entry.content, OneOf) else "."
@@ -236,3 +262,94 @@ def test_a_leaf_says_what_it_expected(leaf: Leaf, bad: Any, message: str, hint: 
 )  # fmt: skip
 def test_the_suffix_of_a_unit(unit: str, suffix: str) -> None:
     assert Quantity(unit, 0.0, 1.0).suffix == suffix
+
+
+YIELD = Uncertain(Quantity("Pa", 1e3, 2e12))
+RATIO = Uncertain(Number(-1.0, 0.5, above=True))
+
+
+def test_every_number_of_a_payload_that_may_be_uncertain() -> None:
+    uncertain = {key for key, leaf in LEAVES.items() if isinstance(leaf, Uncertain)}
+    bodies = [f"payload.{body}." for body in ("material", "plate")]
+    numbers = ("youngs_modulus", "poisson_ratio", "yield_strength")
+    radii = ("sphere.radius", "sphere.counter_radius", "cone_tip.radius", "pyramid_tip.radius",
+             "flat_punch.radius")  # fmt: skip
+    assert uncertain == {
+        *(body + number for body in bodies for number in numbers),
+        *(f"payload.geometry.{radius}" for radius in radii),
+        "payload.roughness", "payload.micro_hardness", "payload.force_limit",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("sign", ["±", "+-", "+/-"])
+@pytest.mark.parametrize(
+    ("leaf", "text", "value", "sigma"),
+    [
+        (YIELD, "70 MPa ± 5 %", 70e6, 3.5e6),
+        (YIELD, "70 MPa±3.5 MPa", 70e6, 3.5e6),
+        (YIELD, "  2.75e9 Pa  ±  0.1 GPa ", 2.75e9, 1e8),
+        (YIELD, "70 MPa ± 50 %", 70e6, 35e6),
+        (RATIO, "0.30 ± 0.03", 0.3, 0.03),
+        (RATIO, "0.30 ± 10 %", 0.3, 0.03),
+        (RATIO, "0 ± .02", 0.0, 0.02),
+        (RATIO, "-4e-1 ± 0.1", -0.4, 0.1),
+    ],
+)
+def test_a_value_with_its_uncertainty(
+    leaf: Uncertain, text: str, value: float, sigma: float, sign: str
+) -> None:
+    assert leaf.read(text.replace("±", sign)) == pytest.approx((value, sigma))
+
+
+def test_a_value_without_its_uncertainty_is_read_as_ever() -> None:
+    assert YIELD.read("70 MPa") == Stated(70e6, None)
+    assert RATIO.read(0.3) == Stated(0.3, None)
+    assert RATIO.read(0) == Stated(0.0, None)
+
+
+@pytest.mark.parametrize(
+    ("leaf", "bad", "message", "hint"),
+    [
+        (YIELD, "70 MPa ± 0 %", "'0 %' is out of range", "nothing that is measured is exact"),
+        (YIELD, "70 MPa ± 0 MPa", "out of range", "up to 35 MPa"),
+        (YIELD, "70 MPa ± -5 %", "out of range", "up to 35 MPa"),
+        (YIELD, "70 MPa ± 51 %", "out of range", "up to 35 MPa"),
+        (YIELD, "70 MPa ± 3.5 GPa", "out of range", "up to 35 MPa"),
+        (YIELD, "70 MPa ± 3.5 mm", "is a length, not a pressure", "standard uncertainty"),
+        (YIELD, "70 MPa ± 3.5", "'3.5' has no unit", "± 5 %"),
+        (YIELD, "70 MPa ±", "the uncertainty", "± 5 %"),
+        (YIELD, "70 ± 3.5 MPa", "'70' has no unit", "expected a pressure"),
+        (YIELD, "70 MPa ± 5 % ± 5 %", "the uncertainty", "± 5 %"),
+        (YIELD, "1 Pa ± 5 %", "1 Pa is out of range", "1 kPa"),
+        (YIELD, 70, "70 has no unit", "expected a pressure"),
+        (RATIO, "0.3", "'0.3' is not a plain number", "above -1"),
+        (RATIO, "x ± 0.1", "'x' is not a plain number", "above -1 up to 0.5"),
+        (RATIO, "0.6 ± 0.1", "0.6 is out of range", "above -1 up to 0.5"),
+        (RATIO, "0.3 ± 0", "'0' is out of range", "up to 0.375"),
+        (RATIO, "0.3 ± 0.4", "'0.4' is out of range", "up to 0.375"),
+        (RATIO, "0.3 ± nan", "the uncertainty", "0.30 ± 0.03"),
+        (RATIO, "0.3 ± 1 MPa", "is a pressure", "0.30 ± 0.03"),
+        (RATIO, "0.3 ± ", "the uncertainty", "0.30 ± 0.03"),
+        (RATIO, "1_0 ± 0.1", "'1_0' is not a plain number", ""),
+        (RATIO, True, "true is not a plain number", ""),
+    ],
+)
+def test_an_uncertainty_that_is_none(leaf: Uncertain, bad: Any, message: str, hint: str) -> None:
+    with pytest.raises(LeafError) as caught:
+        leaf.read(bad)
+    assert message in caught.value.message
+    assert hint in caught.value.hint
+
+
+def test_the_schema_takes_what_the_leaf_takes() -> None:
+    schema = RATIO.json_schema()["anyOf"]
+    assert schema[0] == RATIO.leaf.json_schema()
+    pattern = schema[1]["pattern"]
+    for text in ("0.30 ± 0.03", "0.3+-10 %", " -.4 +/- 0.1"):
+        assert re.search(pattern, text)
+        RATIO.read(text)
+    assert not re.search(pattern, "0.3")
+    whole = YIELD.json_schema()
+    assert re.search(whole["pattern"], "70 MPa ± 5 %")
+    assert any("±" in example for example in whole["examples"])
+    assert "±" in whole["description"]

@@ -30,7 +30,7 @@ def test_what_is_not_said_has_a_sensible_default(write_plan: WritePlan) -> None:
     assert plan.name == "plan"
     procedure = plan.procedure
     assert procedure.levels_n == (50.0, 100.0, 150.0, 200.0, 250.0, 300.0)
-    assert (procedure.touches, procedure.tare_s, procedure.cycles) == (3, 10.0, 1)
+    assert (procedure.touches, procedure.tare_s, procedure.cycles) == (3, 10.0, 2)
     touch_n = procedure.touch_force_n
     assert touch_n == pytest.approx(6.0 * math.hypot(0.5, 1.5 / math.sqrt(12.0)))
     touch_m = touch_n / 3.49e6 + (touch_n / 6.57e8) ** (2.0 / 3.0) + plan.rig.arm.lost_motion_m
@@ -197,3 +197,34 @@ def test_every_profile_makes_a_rig(write_plan: WritePlan, name: str) -> None:
     assert 0.0 < rig.system_stiffness.sigma_n_per_m < rig.system_stiffness.stiffness_n_per_m
     indicative = rig.system_stiffness.provenance is Provenance.INDICATIVE
     assert indicative == name.startswith("ur")
+
+
+def test_uncertainties_arrive_beside_their_values(write_plan: WritePlan, tmp_path: Path) -> None:
+    path = write_plan()
+    ball = tmp_path / "ball.yaml"
+    text = ball.read_text().replace("70 MPa", "70 MPa ± 10 %").replace("0.3,", "0.30 +/- 0.01,")
+    text = text.replace("28.7 mm", "28.7 mm +- 10 µm")
+    ball.write_text(text + "roughness: 7.5 µm ± 0.5 µm\nforce_limit: 400 N ± 20 N\n")
+    payload = load_plan(path).payload
+    material = payload.material
+    assert (material.yield_strength_pa, material.poisson_ratio) == (70e6, 0.3)
+    assert material.yield_strength_sigma_pa == pytest.approx(7e6)
+    assert material.poisson_ratio_sigma == 0.01
+    assert material.youngs_modulus_sigma_pa is None
+    assert payload.geometry == Sphere(28.7e-3, None, pytest.approx(1e-5), None)
+    assert payload.roughness_sigma_m == pytest.approx(5e-7)
+    assert payload.declared_force_limit_sigma_n == 20.0
+    assert payload.micro_hardness_sigma_pa is None
+
+
+def test_an_uncertainty_that_cannot_be_is_reported_at_its_place(
+    write_plan: WritePlan, tmp_path: Path
+) -> None:
+    path = write_plan()
+    ball = tmp_path / "ball.yaml"
+    ball.write_text(ball.read_text().replace("70 MPa", "70 MPa ± 0 %"))
+    with pytest.raises(PlanError) as caught:
+        load_plan(path)
+    (problem,) = caught.value.problems
+    assert (Path(problem.file).name, problem.line, problem.column) == ("ball.yaml", 3, 88)
+    assert "yield_strength: the uncertainty '0 %' is out of range" in problem.message

@@ -12,7 +12,7 @@ import pytest
 from stepload.plan.calibration import CalibrationRecord
 from stepload.plan.derived import RULES
 from stepload.plan.draft import UnknownError, leave_out, left_out, put, whole, written
-from stepload.plan.leaves import Force, Length, Name, Switch, Version
+from stepload.plan.leaves import Force, Length, Name, Switch, UncertainForce, Version
 from stepload.plan.model import IdentifyPlan, Plan, RecordPlan
 from stepload.plan.problems import Problem
 from stepload.plan.reader import read_section
@@ -299,3 +299,13 @@ def test_the_json_schema_of_a_plan() -> None:
         ["measured", "declared", "indicative"], "declared",
     )  # fmt: skip
     assert definitions["RecordPlan"]["properties"]["directory"]["default"] == "runs"
+
+
+def test_an_uncertain_value_needs_a_field_for_its_uncertainty() -> None:
+    def wrong(force_n: Annotated[UncertainForce, Key("A force.")]) -> None:
+        """A force that nobody knows well."""
+
+    with pytest.raises(
+        TypeError, match="force_n is uncertain: there must be a field force_sigma_n"
+    ):
+        entries(wrong)

@@ -53,14 +53,15 @@ def test_the_same_curve_in_other_dialects(tmp_path: Path, text: str) -> None:
     ("text", "message"),
     [
         ("", ":1:1: the file is empty"),
-        (GOOD.replace("force_n", "force_N"), ":1:1: no column 'force_n'; is 'force_N' meant?"),
-        (GOOD.replace("position_m", "pos_mm"), ":1:1: no column 'position_m'"),
+        (GOOD.replace("force_n", "foce_n"), ":1:1: no column 'force_n'; is 'foce_n' meant?"),
+        (GOOD.replace("position_m", "way_mm"), ":1:1: no column 'position_m' among"),
         (GOOD.replace("time_s", "force_n"), ":1:1: the column 'force_n' is there 2 times"),
         (GOOD.replace("time_s", "displacement_m"), ":1:1: both 'position_m' and"),
         ("displacement_m\n1\n2\n3\n", ":1:1: no column 'force_n' among displacement_m"),
-        (GOOD.replace("2.5", "nan"), ":3:10: force_n: 'nan' is not a finite number"),
-        (GOOD.replace("2.5", "inf"), ":3:10: force_n: 'inf' is not"),
-        (GOOD.replace("2.5", "1e999"), ":3:10: force_n: '1e999' is not"),
+        (GOOD.replace("2.5", "nan"), ":3:10: 'nan' is not a finite number; 1 of 3 rows lack"),
+        (GOOD.replace("2.5", "inf"), ":3:10: 'inf' is not"),
+        (GOOD.replace("2.5", ""), ":3:10: '' is not"),
+        (GOOD.replace("2.5", "1e999"), ":3:10: '1e999' is not"),
         (GOOD.replace("2.5", "1_0"), ":3:10: force_n: '1_0' is not"),
         (GOOD.replace("1e-6", "=A1"), ":3:5: position_m: '=A1' is not"),
         (GOOD.replace("1e-6", "\x00"), ":3:5: position_m: '\\x00' is not"),
@@ -68,6 +69,7 @@ def test_the_same_curve_in_other_dialects(tmp_path: Path, text: str) -> None:
         (GOOD.replace("0.2,", "0.05,"), ":4:1: time_s goes back from 0.1 to 0.05"),
         (GOOD.rsplit("\n", 2)[0], ":3:1: 2 rows, at least 3"),
         (GOOD + "9" * 5000, ":5:4096: a line of more than 4096"),
+        ("9" * 5000 + GOOD, ":1:4096: a line of more than 4096"),
     ],
 )
 def test_refusals_name_the_place(tmp_path: Path, text: str, message: str) -> None:
@@ -78,7 +80,86 @@ def test_refusals_name_the_place(tmp_path: Path, text: str, message: str) -> Non
 
 def test_not_text(tmp_path: Path) -> None:
     with pytest.raises(BadInputError, match="not UTF-8"):
-        read_curve(write(tmp_path, GOOD + "ü", "latin-1"))
+        read_curve(write(tmp_path, GOOD + "\x01ü", "latin-1"))
+    with pytest.raises(BadInputError, match="not UTF-8"):
+        read_curve(write(tmp_path, GOOD + 9 * "ü", "latin-1"))
+
+
+ROWS = "".join(f"{i * 0.1:.1f},{i * 1e-6:.9g},{i * 2.5:.6g}\n" for i in range(100))
+HEAD = "time_s,position_m,force_n\n"
+
+
+def test_rows_without_a_number_are_dropped_counted_and_said(tmp_path: Path) -> None:
+    lines = ROWS.splitlines()
+    lines[10], lines[20], lines[30] = "1,nan,25", "2,2e-5,", ",,"
+    got = read_curve(write(tmp_path, HEAD + "\n".join(lines)))
+    assert len(got.force_n) == 97
+    assert 25.0 not in got.force_n
+    assert got.notes == ("3 of 100 rows dropped: a number is missing (first in line 12: 'nan')",)
+    lines[40:43] = 3 * ["NaN,NaN,NaN"]
+    with pytest.raises(BadInputError, match=r":12:3: 'nan' .* 6 of 100 rows lack a number"):
+        read_curve(write(tmp_path, HEAD + "\n".join(lines)))
+
+
+def test_a_place_far_down_is_named_as_well(tmp_path: Path) -> None:
+    many = 60_000
+    body = "".join(f"{i * 1e-4:.4f},{i * 1e-9:.9g},{i * 1e-3:.9g}\n" for i in range(many))
+    got = read_curve(write(tmp_path, HEAD + "# a comment\n" + body))
+    assert len(got.force_n) == many
+    assert got.force_n[-1] == pytest.approx(59.999)
+    with pytest.raises(BadInputError, match=r":60002:5: position_m: 'x' is not a finite number"):
+        read_curve(write(tmp_path, HEAD + body + "9.0,x,1\n"))
+    with pytest.raises(BadInputError, match=r":60002:1: time_s goes back from 5.9999 to 3"):
+        read_curve(write(tmp_path, HEAD + body + "3.0,1,1\n"))
+
+
+def test_a_decimal_mark_is_one_mark(tmp_path: Path) -> None:
+    """1,234 is a thousand to one half of the world."""
+    rows = "".join(f"{i * 1e-6:.9f}\t{i * 2.5:.2f}\n" for i in range(5))
+    with pytest.raises(BadInputError, match=r":7:10: force_n: '1,234' where decimals have '.'"):
+        read_curve(write(tmp_path, "displacement_m\tforce_n\n" + rows + "0.000009\t1,234\n"))
+    many = "".join(f"{i * 1e-9:.9f}\t{i * 0.25:.2f}\n" for i in range(80_000)).replace(".", ",")
+    got = read_curve(write(tmp_path, "displacement_m\tforce_n\n" + many))
+    assert got.force_n[-1] == pytest.approx(79_999 * 0.25)
+    with pytest.raises(BadInputError, match=r":80002:13: force_n: '1.5' where decimals have ','"):
+        read_curve(write(tmp_path, "displacement_m\tforce_n\n" + many + "0,000000001\t 1.5\n"))
+
+
+def test_an_instrument_writes_above_its_columns(tmp_path: Path) -> None:
+    text = (
+        "Mon Apr 29 10:41:06 2019\n\nNumber of Points = 3\nTest: load, hold, unload\n"
+        "Depth (nm)\tLoad (µN)\tTime (s)\tDepth (V)\tLoad (V)\n"
+        "0.5\t1\t0\t-1\t0.48\n1.5\t10\t0.005\t-1\t0.48\n2.5\t20\t0.01\t-1\t0.48\n"
+    )
+    for encoding in ("utf-8", "cp1252"):
+        got = read_curve(write(tmp_path, text, encoding))
+        assert got.displacement_m == pytest.approx([0.5e-9, 1.5e-9, 2.5e-9])
+        assert got.force_n == pytest.approx([1e-6, 10e-6, 20e-6])
+        assert got.time_s == pytest.approx([0.0, 0.005, 0.01])
+        assert "named in line 5" in got.notes[0]
+        assert "'Load (µN)' in µN is read as force_n" in "\n".join(got.notes)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "# displacement_m,force_n\n0,0\n1e-6,2.5\n2e-6,7\n",
+        "displacement_m force_n\n0 0\n1e-6   2.5\n 2e-6 7\n",
+        "Time,Displacement,Load\n(s),(mm),(kN)\n0,0,0\n1,0.001,0.0025\n2,0.002,0.007\n",
+        "Displacement [mm],Load [kN],\n0,0,\n0.001,0.0025,\n0.002,0.007,\n",
+    ],
+)
+def test_headers_in_other_places(tmp_path: Path, text: str) -> None:
+    got = read_curve(write(tmp_path, text))
+    assert got.displacement_m == pytest.approx([0.0, 1e-6, 2e-6])
+    assert got.force_n == pytest.approx([0.0, 2.5, 7.0])
+
+
+def test_lateral_forces_are_kept(tmp_path: Path) -> None:
+    text = "time_s,position_m,Fx [mN],Fy [mN],Fz [N]\n0,0,1,2,0\n1,1e-6,3,4,1\n2,2e-6,5,6,2\n"
+    got = read_curve(write(tmp_path, text))
+    assert got.lateral_n == pytest.approx(np.array([[1e-3, 3e-3, 5e-3], [2e-3, 4e-3, 6e-3]]))
+    assert got.force_n == pytest.approx([0.0, 1.0, 2.0])
 
 
 def test_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

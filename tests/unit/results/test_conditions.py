@@ -9,6 +9,7 @@ import pytest
 from run_plans import SIM, stvf_plan
 
 from stepload.envelope.envelope import envelope_of
+from stepload.errors import BadInputError
 from stepload.plan.model import DisplacementSpec, Plan
 from stepload.results.conditions import FILE, from_attachments, planned, to_bytes
 
@@ -55,3 +56,120 @@ def test_conditions_are_read_back_from_a_record_also_from_one_that_knew_no_tempe
         del old["sources"][key]
     found = from_attachments({FILE: json.dumps(old).encode()})
     assert found == planned(envelope_of(stvf_plan()))
+
+
+ROWS = {
+    "deflection_force_n": (50.0, 300.0), "deflection_m": (1.45e-5, 8.6e-5),
+    "deflection_sigma_m": (3e-7, 3e-7), "deflection_common": 0.01,
+}  # fmt: skip
+
+
+def with_table(pose: str = "vertical", arm_pose: str = "vertical", **more: object) -> Plan:
+    """A plan with a table of the system's deflection."""
+    plan = stvf_plan()
+    stiffness = replace(plan.rig.system_stiffness, pose=pose, **{**ROWS, **more})  # type: ignore[arg-type]
+    arm = replace(plan.rig.arm, pose=arm_pose)
+    return replace(plan, rig=replace(plan.rig, system_stiffness=stiffness, arm=arm))
+
+
+def test_a_table_of_this_pose_is_taken_with_what_its_rows_have_in_common() -> None:
+    sources = planned(envelope_of(with_table(smooth_length_n=40.0))).sources
+    assert sources.deflection_force_n == ROWS["deflection_force_n"]
+    assert sources.deflection_m == ROWS["deflection_m"]
+    assert sources.deflection_sigma_m == ROWS["deflection_sigma_m"]
+    assert sources.system_stiffness_sigma_n_per_m == pytest.approx(0.01 * 3.49e6)
+    assert (sources.system_stiffness_note, sources.smooth_length_n) == ("", 40.0)
+
+
+@pytest.mark.parametrize(
+    "plan",
+    [
+        with_table(deflection_force_n=(), deflection_m=(), deflection_sigma_m=()),
+        with_table(arm_pose="sideways"),
+        with_table(arm_pose=""),
+        with_table(pose=""),
+        with_table(validity_problem="expired on 2025-03-31"),
+    ],
+)
+def test_without_a_valid_table_of_this_pose_k_s_is_known_to_five_percent(plan: Plan) -> None:
+    sources = planned(envelope_of(plan)).sources
+    assert (sources.deflection_force_n, sources.deflection()) == ((), None)
+    assert sources.system_stiffness_sigma_n_per_m == pytest.approx(0.05 * 3.49e6)
+    assert sources.system_stiffness_note.startswith("K_s stated without a table of this pose")
+    [told] = [r for r in envelope_of(plan).reasons if r.code == "no_deflection_table"]
+    assert "known to 5.0%" in told.message
+
+
+def test_a_k_s_that_is_known_worse_stays_as_it_is() -> None:
+    plan = stvf_plan()
+    stiffness = replace(plan.rig.system_stiffness, sigma_n_per_m=4e5)
+    plan = replace(plan, rig=replace(plan.rig, system_stiffness=stiffness))
+    sources = planned(envelope_of(plan)).sources
+    assert (sources.system_stiffness_sigma_n_per_m, sources.system_stiffness_note) == (4e5, "")
+
+
+def test_a_gauge_needs_neither_table_nor_k_s() -> None:
+    plan = with_table()
+    gauge = DisplacementSpec(SIM, 100.0, 1e-6)
+    plan = replace(plan, rig=replace(plan.rig, displacement=gauge))
+    sources = planned(envelope_of(plan)).sources
+    assert (sources.deflection_force_n, sources.system_stiffness_note) == ((), "")
+    assert not [r for r in envelope_of(plan).reasons if "deflection_table" in r.code]
+
+
+@pytest.mark.parametrize(
+    ("last_n", "share", "severity"), [(300.0, "100%", "note"), (200.0, "67%", "warn")]
+)
+def test_preflight_says_how_much_of_the_forces_the_table_covers(
+    last_n: float, share: str, severity: str
+) -> None:
+    plan = with_table(deflection_force_n=(50.0, last_n))
+    [told] = [r for r in envelope_of(plan).reasons if r.code == "deflection_table"]
+    assert f"covers {share} of the forces" in told.message
+    assert told.severity == severity
+
+
+def test_a_table_goes_into_the_record_and_back() -> None:
+    conditions = planned(envelope_of(with_table(smooth_length_n=40.0)))
+    assert from_attachments({FILE: to_bytes(conditions)}) == conditions
+
+
+def test_an_old_record_has_no_table_and_its_fifty_newtons_are_nobodys() -> None:
+    old = json.loads(to_bytes(planned(envelope_of(stvf_plan()))))
+    for key in (
+        "deflection_force_n", "deflection_m", "deflection_sigma_m", "system_stiffness_note"
+    ):  # fmt: skip
+        del old["sources"][key]
+    old["sources"] |= {"smooth_length_n": 50.0, "system_stiffness_sigma_n_per_m": 3.49e4}
+    found = from_attachments({FILE: json.dumps(old).encode()}).sources
+    assert found.system_stiffness_sigma_n_per_m == pytest.approx(0.05 * 3.49e6)
+    assert found.system_stiffness_note
+    assert found.smooth_length_n is None
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"deflection_m": [1e-5]},
+        {"deflection_force_n": [100.0, 50.0]},
+        {"deflection_force_n": [100.0, "x"]},
+        {"deflection_sigma_m": [1e-7, None]},
+        {"deflection_m": 3.0},
+        {"system_stiffness_note": 3},
+        {"smooth_length_n": 0.0},
+        {"smooth_length_n": "far"},
+    ],
+)
+def test_a_damaged_table_in_a_record_is_refused(bad: dict[str, object]) -> None:
+    data = json.loads(to_bytes(planned(envelope_of(with_table()))))
+    data["sources"] |= bad
+    with pytest.raises(BadInputError, match="damaged"):
+        from_attachments({FILE: json.dumps(data).encode()})
+
+
+def test_a_table_that_begins_too_high_is_none() -> None:
+    """One row lets the line below it go anywhere: the 5 % stay."""
+    plan = with_table(deflection_force_n=(100.0, 300.0))
+    sources = planned(envelope_of(plan)).sources
+    assert sources.deflection_force_n == ()
+    assert "at least 5 %" in sources.system_stiffness_note

@@ -31,7 +31,8 @@ from stepload.plan.model import (
     SystemStiffness,
 )
 from stepload.rig.world import PayloadTruth, WorldFault, WorldSpec, load_world
-from stepload.run.rehearse import payload_truth, true_secant, world_for
+from stepload.run.first_loading import true_deformation, true_secant
+from stepload.run.rehearse import payload_truth, world_for
 
 SIM = DriverChoice("sim", {})
 FORCE = ForceSpec(
@@ -188,6 +189,98 @@ def test_laws_that_need_more_than_the_payload_tells() -> None:
     with pytest.raises(BadInputError, match="no elastic limit"):
         truth(punch, replace(SIMULATION, law="elastic_plastic"))
     assert truth(punch, SIMULATION).n == 1.0
+
+
+def test_the_declared_law_presses_what_the_payload_states() -> None:
+    """Rough where a roughness is stated, flowing beyond theory's limit where theory has one."""
+    declared = Simulation()
+    assert declared.law == "declared"
+    found = truth(PLAN.payload, declared)
+    assert found.law == "rough_elastic_plastic"
+    assert (found.roughness_m, found.elastic_limit_n) == (7.5e-6, pytest.approx(727.0, abs=0.5))
+    assert found.kappa == truth(PLAN.payload, replace(SIMULATION, law="rough")).kappa
+    assert true_secant(found, 300.0) == pytest.approx(4.757e6, rel=1e-3)
+    assert truth(replace(PLAN.payload, roughness_m=None), declared).law == "elastic_plastic"
+    plate = replace(PLAN.payload.plate, yield_strength_pa=None, youngs_modulus_pa=1e9)
+    unknown = replace(PLAN.payload, plate=plate)
+    assert truth(unknown, declared).law == "rough"
+    assert truth(replace(PLAN.payload, geometry=FlatPunch(1e-3)), declared).law == "smooth"
+
+
+def test_hardness_that_is_not_stated_follows_from_the_yield_strength() -> None:
+    """Five times that of the acetal, which yields first; where nothing is known it is smooth."""
+    bare = replace(PLAN.payload, micro_hardness_pa=None)
+    stated = replace(bare, micro_hardness_pa=5.0 * 70e6)
+    assert truth(bare, Simulation()) == truth(stated, Simulation())
+    softer = truth(bare, Simulation(micro_hardness_pa=1e8))
+    assert softer.kappa == pytest.approx(3.5 * truth(bare, Simulation()).kappa)
+    rubber = replace(bare, material=replace(bare.material, yield_strength_pa=None))
+    assert truth(rubber, Simulation()).law == "smooth"
+    with pytest.raises(BadInputError, match="yield strength"):
+        truth(rubber, Simulation(law="rough"))
+    assert truth(rubber, Simulation(micro_hardness_pa=1e8)).law == "rough"
+
+
+def test_the_true_roughness_and_yield_may_differ_from_the_stated_ones() -> None:
+    smooth = replace(PLAN.payload, roughness_m=None)
+    assert truth(smooth, Simulation(roughness_m=3e-6)).roughness_m == 3e-6
+    assert truth(PLAN.payload, Simulation(roughness_m=0.0)).law == "elastic_plastic"
+    early = truth(smooth, Simulation(law="smooth", yield_force_n=80.0))
+    assert (early.law, early.elastic_limit_n) == ("elastic_plastic", 80.0)
+    assert truth(smooth, Simulation(law="rough", roughness_m=3e-6, yield_force_n=80.0)).law == (
+        "rough_elastic_plastic"
+    )
+    punch = replace(PLAN.payload, geometry=FlatPunch(1e-3))
+    with pytest.raises(BadInputError, match="yield_force"):
+        truth(punch, Simulation(yield_force_n=80.0))
+    with pytest.raises(BadInputError, match="no sphere"):
+        truth(punch, Simulation(roughness_m=3e-6))
+
+
+def test_jkr_needs_a_smooth_sphere() -> None:
+    sticky = Simulation(adhesion_n=1.0, adhesion_law="jkr")
+    with pytest.raises(BadInputError, match="jkr"):
+        truth(PLAN.payload, sticky)
+    with pytest.raises(BadInputError, match="jkr"):
+        truth(replace(PLAN.payload, geometry=FlatPunch(1e-3)), sticky)
+    assert truth(replace(PLAN.payload, roughness_m=None), sticky).adhesion_law == "jkr"
+
+
+def test_a_seat_has_given_way_at_its_force() -> None:
+    seated = truth(PLAN.payload, replace(SIMULATION, seating_m=2e-6, seating_force_n=80.0))
+    firm = truth(PLAN.payload, SIMULATION)
+    for force_n, share in ((80.0, 1.0), (300.0, 1.0), (10.0, (10.0 / 80.0) ** (2.0 / 3.0))):
+        more_m = true_deformation(seated, force_n) - true_deformation(firm, force_n)
+        assert more_m == pytest.approx(share * 2e-6, rel=1e-6)
+
+
+SWITCHES = {
+    "drift_m_s": 1e-7, "slip_m": 2e-6, "softness": 0.3, "softness_force_n": 50.0, "lateral": 0.2,
+    "cross_talk": 0.02, "sensor_quadratic": 0.01, "sensor_cubic": -0.01,
+}  # fmt: skip
+PAYLOAD_SWITCHES = {
+    "creep": 0.1, "creep_time_s": 2.0, "creep_decades": 3, "adhesion_n": 1.0,
+    "pad_stiffness_n_per_m": 2e6, "pad_depth_m": 3e-6, "stop_stiffness_n_per_m": 5e6,
+}  # fmt: skip
+
+
+def test_every_switch_reaches_the_world() -> None:
+    spec = world(with_simulation(**SWITCHES, **PAYLOAD_SWITCHES, stop_depth_m=50e-6))
+    assert {name: getattr(spec, name) for name in SWITCHES} == SWITCHES
+    assert {name: getattr(spec.payload, name) for name in PAYLOAD_SWITCHES} == PAYLOAD_SWITCHES
+    assert spec.payload.hard_stop_m == 50e-6
+    plain = world(PLAN)
+    assert plain.payload.hard_stop_m == math.inf
+    off = {"softness_force_n", "creep_time_s", "pad_stiffness_n_per_m", "stop_stiffness_n_per_m"}
+    for name in {*SWITCHES, *PAYLOAD_SWITCHES} - off:
+        assert not getattr(plain if name in SWITCHES else plain.payload, name), name
+
+
+def test_a_lateral_force_draws_a_compliant_arm_along() -> None:
+    spec = world(with_simulation(lateral=0.2, lateral_coupling=0.5))
+    assert spec.system_stiffness_n_per_m == pytest.approx(3.49e6 / 1.1)
+    with pytest.raises(BadInputError, match="lateral"):
+        world(with_simulation(lateral=-1.0, lateral_coupling=1.0))
 
 
 def test_undamped_plan_rings_out_all_the_same() -> None:

@@ -92,7 +92,11 @@ def test_idle_arm_is_kept_alive_by_the_child_alone(start_emulator, make_arm):
     arm.open(15.0)
     time.sleep(0.8)
     assert arm.fault() is None
-    assert len(arm.drain()) > 380
+    samples = arm.drain()
+    # By the time of the device: how long the host slept is not known to a stall.
+    span_s = samples[-1].device_time_s - samples[0].device_time_s
+    assert span_s > 0.5
+    assert len(samples) > 0.9 * 500.0 * span_s
     assert emulator.state()["watchdog_trips"] == 0
 
 

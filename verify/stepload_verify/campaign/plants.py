@@ -12,7 +12,7 @@ from random import Random
 
 from stepload.contact.elastic import equivalent_modulus, law_for, profile_constant
 from stepload.contact.materials import FlatPunch, Geometry, Material, PowerProfile
-from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.envelope.envelope import Envelope, derive
 from stepload.errors import RefusedError
 from stepload.plan.model import (
     ArmSpec,
@@ -203,7 +203,7 @@ def draw_plan(chance: Random, template: Plan, arm_class: str, two_channels: bool
         plan = _plan(chance, template, arm_class, two_channels)
         if plan is None:
             continue
-        envelope = envelope_of(plan)
+        envelope = derive(plan)
         if envelope.limits is not None:
             return envelope
     raise RefusedError("no plant with room to press was found", hint="look at the template plan")

@@ -12,7 +12,13 @@ from stepload.contact.materials import Material
 from stepload.contact.plastic import ElasticPlasticSphere
 from stepload.contact.power_law import ContactLaw
 from stepload.contact.rough import RoughSphere, roughness_number
-from stepload_verify.paper.printed import ALUMINIUM, MICRO_HARDNESS_PA, ROUGHNESS_M, Payload
+from stepload_verify.paper import printed
+from stepload_verify.paper.printed import (
+    ALUMINIUM,
+    ROUGHNESS_M,
+    SECANT_FORCE_N,
+    Payload,
+)
 from stepload_verify.paper.step_load import FloatArray, Law
 
 
@@ -28,13 +34,24 @@ def limit(payload: Payload) -> ElasticLimit:
     return found
 
 
-def rough(payload: Payload) -> RoughSphere:
-    """The rough sphere (10) with the σ_eq of the paper."""
+def rough(
+    payload: Payload, plate: Material = ALUMINIUM, hardness_pa: float | None = None
+) -> RoughSphere:
+    """The rough sphere (10) with the σ_eq of the paper; by default of the hardness chosen."""
     radius = equivalent_radius(payload.geometry)
     assert radius is not None
-    modulus = equivalent_modulus(payload.material, ALUMINIUM)
-    kappa = roughness_number(modulus, MICRO_HARDNESS_PA, radius, ROUGHNESS_M)
-    return RoughSphere(smooth(payload).k, ROUGHNESS_M, kappa)
+    modulus = equivalent_modulus(payload.material, plate)
+    kappa = roughness_number(modulus, hardness_pa or printed.MICRO_HARDNESS_PA, radius, ROUGHNESS_M)
+    return RoughSphere(smooth(payload, plate).k, ROUGHNESS_M, kappa)
+
+
+def measured(payload: Payload, plate: Material = ALUMINIUM) -> Law:
+    """What a run to 300 N meets: a rough sphere, or a tip that yields."""
+    if payload.name.endswith("sphere"):
+        contact = rough(payload, plate)
+        return tabulated(lambda force: contact.deformation(force).value, SECANT_FORCE_N)
+    yielding = plastic(payload)
+    return tabulated(lambda force: yielding.continuous_deformation(force).value, SECANT_FORCE_N)
 
 
 def plastic(payload: Payload) -> ElasticPlasticSphere:

@@ -12,7 +12,7 @@ STEEL = Material("steel", 200e9, 0.29)
 
 ROUGHNESS_M = 7.5e-6
 MICRO_HARDNESS_PA = 7.0e8
-"""Not printed; the value with which (10) reproduces the finite-element row of Table II."""
+"""Not printed: chosen so that (10) comes near the finite-element row of Table II."""
 
 SECANT_FORCE_N = 300.0
 FORCE_GRID_N = tuple(30.0 * i for i in range(1, 11))
@@ -78,7 +78,10 @@ PAYLOADS = (
 )
 
 FINITE_ELEMENTS = Estimate("1.82e10", "1.85", "4.81e6")
-"""Table II, plastic sphere."""
+"""Table II, plastic sphere, σ_eq = 7.5 µm."""
+
+FLAT_FACE = "2e8"
+"""Secant stiffness of the aluminium cube and prism in N/m, about; they have no row in Table I."""
 
 LOG_K_MAX = "6.9"
 """log10 of K_max of the STVF rig in N/m."""

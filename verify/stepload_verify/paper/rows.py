@@ -7,20 +7,22 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One comparison.
+    """One comparison. There is no percentage that counts as agreement: the printed number, within
+    half a unit of its last digit, has to meet what was computed.
 
     Attributes:
         quantity: what it is, with its unit.
         printed: the number as the paper prints it.
         computed: ours.
-        limit: largest relative deviation that counts as agreement; None: all printed digits.
+        span: (lowest, highest) that `computed` can be, where it is computed from rounded numbers;
+            None: it is one number.
         why: where it differs, why.
     """
 
     quantity: str
     printed: str
     computed: float
-    limit: float | None = None
+    span: tuple[float, float] | None = None
     why: str = ""
 
     @property
@@ -30,10 +32,15 @@ class Row:
 
     @property
     def agrees(self) -> bool:
-        """Whether the deviation is within the limit."""
-        if self.limit is None:
-            return abs(self.computed - float(self.printed)) <= half_digit(self.printed) * 1.000001
-        return abs(self.deviation) <= self.limit
+        """Whether printed and computed can be the same number."""
+        low, high = self.span or (self.computed, self.computed)
+        return meets(self.printed, low, high)
+
+
+def meets(printed: str, low: float, high: float) -> bool:
+    """Whether a printed number, within half a unit of its last digit, meets [low, high]."""
+    half = half_digit(printed) * 1.000001
+    return low - half <= float(printed) <= high + half
 
 
 def half_digit(printed: str) -> float:
@@ -44,18 +51,20 @@ def half_digit(printed: str) -> float:
 
 
 def table(rows: list[Row]) -> list[str]:
-    """The rows as a Markdown table."""
+    """The rows as a Markdown table; with a column of spans where there are any."""
+    spans = any(row.span for row in rows)
     lines = [
-        "| quantity | printed | computed | deviation | limit | |",
-        "|---|---|---|---|---|---|",
+        f"| quantity | printed | computed |{' can be |' if spans else ''} deviation | |",
+        f"|---|---|---|{'---|' if spans else ''}---|---|",
     ]
     for row in rows:
-        limit = "all digits" if row.limit is None else f"{100 * row.limit:.3g} %"
+        low, high = row.span or (row.computed, row.computed)
+        span = f" {number(low)} to {number(high)} |" if spans else ""
         verdict = "agrees" if row.agrees else "**differs**"
         note = f"{verdict}; {row.why}" if row.why else verdict
         lines.append(
-            f"| {row.quantity} | {row.printed} | {number(row.computed)} "
-            f"| {100 * row.deviation:+.2f} % | {limit} | {note} |"
+            f"| {row.quantity} | {row.printed} | {number(row.computed)} |{span} "
+            f"{100 * row.deviation:+.2f} % | {note} |"
         )
     return lines
 

@@ -52,6 +52,15 @@ SCENARIO_A = Errors(touch_force_n=None)
 SCENARIO_B = Errors()
 SCENARIO_C = Errors(stiffness_sigma=0.02, smooth_m=0.54e-6)
 STVF = StepRig()
+INSTRON = StepRig(
+    stiffness_n_per_m=1.62e7,
+    damping_n_s_per_m=0.0,
+    position_resolution_m=1e-6,
+    force_resolution_n=1.0,
+    force_noise_n=0.3,
+)
+STVF_MSDE_M, INSTRON_MSDE_M = 5.42e-7, 1.31e-6
+"""Printed rms misfits of the linear K_s (26)."""
 
 
 class RawRun(NamedTuple):

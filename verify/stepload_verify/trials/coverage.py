@@ -40,6 +40,7 @@ def known_sources(rig: StepRig) -> Sources:
         rig.stiffness_n_per_m,
         system_stiffness_sigma_n_per_m=SCENARIO_C.stiffness_sigma * rig.stiffness_n_per_m,
         smooth_error_m=SCENARIO_C.smooth_m,
+        smooth_length_n=SCENARIO_C.length_n,
         force_noise_n=rig.force_noise_n,
         force_resolution_n=rig.force_resolution_n,
         position_resolution_m=rig.position_resolution_m,
@@ -70,7 +71,11 @@ def own_calibration(
         run = press(np.zeros_like, rig, replace(errors, touch_force_n=None), rng)
         fits.append(
             fit_system_stiffness(
-                run.time_s, run.travel_m, run.force_n, resolution_m=rig.position_resolution_m
+                run.time_s,
+                run.travel_m,
+                run.force_n,
+                resolution_m=rig.position_resolution_m,
+                length_n=errors.length_n,
             )
         )
     found = pool(fits)

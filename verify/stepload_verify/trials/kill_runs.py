@@ -55,11 +55,11 @@ PROGRESS_BYTES = HEAD.size + 8 * ROWS
 HOST = f"127.{192 + os.getpid() % 32}.{os.getpid() // 32 % 256}.1"
 SENSOR = "bota_serial"
 
-DRY = {"hold": "0.5 s", "tare": "2 s", "warm_up": "0 s"}
+DRY = {"cycles": 1, "hold": "0.5 s", "tare": "2 s", "warm_up": "0 s"}
 WIRE = {
-    "step": "10 N", "top_force": "40 N", "hold": "0.3 s", "unload": False, "tare": "0.5 s",
-    "warm_up": "0 s", "touches": 1, "surface_distance": "2 mm", "surface_uncertainty": "0.3 mm",
-    "settle_timeout": "0.3 s",
+    "step": "10 N", "top_force": "40 N", "hold": "0.3 s", "unload": False, "cycles": 1,
+    "tare": "0.5 s", "warm_up": "0 s", "touches": 1, "surface_distance": "2 mm",
+    "surface_uncertainty": "0.3 mm", "settle_timeout": "0.3 s",
 }  # fmt: skip
 """What is changed in the procedure of either plan."""
 

@@ -1,8 +1,9 @@
 """Dry runs of a plan over many seeds: secant of the believed fit against the simulated truth.
 
-python -m stepload_verify.trials.seeds --seeds 20
+python -m stepload_verify.trials.seeds --seeds 20 --law declared
 
-Also whether the stated interval holds the truth, and the true peak force against F_c.
+Also whether the stated interval holds the truth, and the true peak force against F_c. The simulated
+contact is smooth unless `--law` says otherwise; the truth is the secant from the mean plane.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -40,16 +42,19 @@ class Seeded:
     peak_ratio: float
 
 
-def run_seed(seed: int, plan_file: Path = PLAN) -> Seeded:
+def run_seed(seed: int, plan_file: Path = PLAN, law: str = "smooth") -> Seeded:
     """One whole dry run, from plan to report."""
     from stepload.envelope.envelope import envelope_of
     from stepload.envelope.theory import theory_of
     from stepload.plan.load import load_plan
+    from stepload.run.first_loading import true_secant
     from stepload.run.open_rig import OpenRig, opened
-    from stepload.run.rehearse import payload_truth, true_secant
+    from stepload.run.rehearse import payload_truth
     from stepload.session.experiment import run_plan
 
     plan = load_plan(plan_file)
+    simulation = replace(plan.rig.simulation, law=law)
+    plan = replace(plan, rig=replace(plan.rig, simulation=simulation))
     peaks: list[float] = []
 
     @contextmanager
@@ -66,7 +71,7 @@ def run_seed(seed: int, plan_file: Path = PLAN) -> Seeded:
     fits = data["fits"]
     believed = fits[data["believe"]]
     truth = true_secant(
-        payload_truth(plan.payload, theory_of(plan.payload), plan.rig.simulation),
+        payload_truth(plan.payload, theory_of(plan.payload), simulation),
         believed["secant_force_n"],
     )
     low, high = data["interval_secant_n_per_m"]
@@ -84,11 +89,14 @@ def run_seed(seed: int, plan_file: Path = PLAN) -> Seeded:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--plan", type=Path, default=PLAN, help="the plastic sphere by default")
+    parser.add_argument("--law", default="smooth", choices=("smooth", "rough", "declared"))
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        done = list(pool.map(run_seed, range(1, options.seeds + 1)))
+        one_run = partial(run_seed, plan_file=options.plan, law=options.law)
+        done = list(pool.map(one_run, range(1, options.seeds + 1)))
     if options.json:
         print(json.dumps([asdict(one) for one in done]))
     else:

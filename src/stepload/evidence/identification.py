@@ -11,14 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError, DomainError
+from stepload.evidence.answer import Evidence, weigh
+from stepload.evidence.pressed import Pressed
+from stepload.evidence.quantity import Quantity
 from stepload.identify.budget import Budget, budget
 from stepload.identify.conditions import Conditions
-from stepload.identify.decide import UNUSABLE, decide
-from stepload.identify.fit import Fit, Flag
+from stepload.identify.decide import decide
+from stepload.identify.fit import Fit
 from stepload.identify.fit_all import fit_all, recursive_as_batch
-from stepload.identify.judge import Judgement, ResultVerdict, judge
+from stepload.identify.identifiability import identifiability
+from stepload.identify.judge import Judgement, ResultVerdict
 from stepload.identify.selection import Selected
 from stepload.identify.sources import white_sigmas
+from stepload.units import format_quantity
 
 FloatArray = NDArray[np.float64]
 
@@ -27,15 +32,16 @@ REPORTED = ("rs_btls", "rs_rtls", "joint")
 """Always reported: the paper's two fits and the one with a fitted zero."""
 BUDGETED = (*REPORTED, "odr", "inverse_ls")
 LEAST_SAMPLES = 10
-SECANT_FLAGS = frozenset(Flag) - {Flag.EXPONENT_UNDETERMINED}
-"""Doubts that touch the secant; an undetermined exponent alone leaves it usable."""
 
 
 @dataclass(frozen=True, slots=True)
 class Identification:
     """The result of one run.
 
-    `deformation_m`, `force_n` (M,) are the points that the batch fits were made from.
+    `evidence` says what the data can bear, its headline first; None where they bear no stiffness,
+    and `judgement` says why. `run` is what it was read from, to be asked at other forces. The fits
+    are those of the paper and others beside them; `deformation_m`, `force_n` (M,) are the points
+    that the batch fits were made from.
     """
 
     fits: Mapping[str, Fit]
@@ -48,6 +54,18 @@ class Identification:
     conditions: Conditions
     deformation_m: FloatArray
     force_n: FloatArray
+    run: Pressed
+    evidence: Evidence | None = None
+
+    @property
+    def headline(self) -> Quantity | None:
+        """The chord stiffness; None where the data bear none."""
+        return self.evidence.headline if self.evidence is not None else None
+
+    @property
+    def quantities(self) -> Mapping[str, Quantity]:
+        """Every stiffness by kind; empty where the data bear none."""
+        return self.evidence.quantities if self.evidence is not None else {}
 
     @property
     def fit(self) -> Fit:
@@ -100,12 +118,13 @@ def _budgets(
     return found
 
 
-def identify(selected: Selected, conditions: Conditions) -> Identification:
-    """Fit, choose, state the uncertainty and judge.
+def identify(selected: Selected, conditions: Conditions, run: Pressed) -> Identification:
+    """Fit, weigh the evidence, state the uncertainty and judge.
 
     Args:
-        selected: the samples of a loading.
+        selected: the samples of the first loading, for the fits.
         conditions: what the data do not tell themselves.
+        run: all cycles, for the evidence.
 
     Raises:
         BadInputError: too few samples in contact, or no estimator takes the data.
@@ -117,7 +136,9 @@ def identify(selected: Selected, conditions: Conditions) -> Identification:
             hint="check the sign of the force: pressing is positive",
         )
     peak_n = float(selected.force_n.max())
-    sigma_m, sigma_n = white_sigmas(conditions.sources)
+    sigma_m, sigma_n = white_sigmas(
+        conditions.sources, selected.deformation_m[selected.batch], selected.force_n[selected.batch]
+    )
     fits = fit_all(
         selected,
         secant_force_n=conditions.secant_force_n,
@@ -127,58 +148,56 @@ def identify(selected: Selected, conditions: Conditions) -> Identification:
     )
     batch = selected.samples(selected.batch)
     budgets = _budgets(fits, selected, conditions)
-    first = judge_fit(fits["joint"] if "joint" in fits else next(iter(fits.values())), None,
-                      peak_n, conditions)  # fmt: skip
     decision = decide(
         fits, peak_force_n=peak_n, elastic_limit_n=conditions.elastic_limit_n,
-        k_max_n_per_m=first.identifiability.k_max_n_per_m,
         sigma_n={name: each.sigma_n for name, each in budgets.items()},
         roughness_m=conditions.roughness_m,
     )  # fmt: skip
-    believed = decision.fits[decision.believe]
+    try:
+        evidence, problem = weigh(run), ""
+    except DomainError as error:
+        evidence, problem = None, error.message
     return Identification(
         fits=decision.fits,
         believe=decision.believe,
         why=decision.why,
         comparable_with_paper=decision.comparable_with_paper,
         budgets=budgets,
-        judgement=judge_fit(believed, budgets.get(decision.believe), peak_n, conditions),
+        judgement=_judged(evidence, problem, conditions, peak_n),
         peak_force_n=peak_n,
         conditions=conditions,
         deformation_m=batch.deformation_m,
         force_n=batch.force_n,
+        run=run,
+        evidence=evidence,
     )
 
 
-def judge_fit(
-    fit: Fit, stated: Budget | None, peak_force_n: float, conditions: Conditions
+def _judged(
+    evidence: Evidence | None, problem: str, conditions: Conditions, peak_n: float
 ) -> Judgement:
-    """Feasibility after the run, with what was measured in it.
-
-    The secant is taken at the peak force, where (34) is meant; the interval keeps its ratio.
-    """
-    secant = float((peak_force_n ** (fit.n - 1.0) * fit.k) ** (1.0 / fit.n))
-    interval = None
-    if stated is not None:
-        low, high = stated.interval_secant_n_per_m
-        scale = secant / fit.secant_n_per_m
-        interval = (low * scale, high * scale)
+    """The headline's verdict, and how far the rig was stretched by (34)."""
     sources = conditions.sources
-    judged = judge(
-        secant_n_per_m=secant,
-        interval_n_per_m=interval,
-        peak_force_n=peak_force_n,
-        resolution_m=max(conditions.position_resolution_m, 2.0 * sources.position_noise_m),
-        system_stiffness_n_per_m=sources.system_stiffness_n_per_m,
+    reachable = identifiability(
+        peak_n,
+        max(conditions.position_resolution_m, 2.0 * sources.position_noise_m),
+        sources.system_stiffness_n_per_m,
         p=conditions.p,
         s=conditions.s,
         t=conditions.t,
-        doubts=[
-            doubt.message
-            for doubt in fit.doubts
-            if doubt.flag in SECANT_FLAGS and doubt.flag is not Flag.BEYOND_K_MAX
-        ],
     )
-    if any(doubt.flag in UNUSABLE for doubt in fit.doubts):
-        return replace(judged, verdict=ResultVerdict.NOT_IDENTIFIABLE)
-    return judged
+    if evidence is None:
+        return Judgement(ResultVerdict.NOT_IDENTIFIABLE, (problem,), reachable)
+    headline = evidence.headline
+    k_max = reachable.k_max_n_per_m
+    share = headline.value_n_per_m / k_max
+    ratio = (
+        f"chord stiffness {format_quantity(headline.value_n_per_m, 'N/m')} is {share:.2g} of K_max "
+        f"{format_quantity(k_max, 'N/m')} with the measured peak force and noise (34)"
+    )
+    interval = (
+        f"the 95 % interval is ±{headline.half_width:.1%} of the chord stiffness, asked for is "
+        f"±{1.0 / conditions.t:.0%} (1/t)"
+    )
+    against = [why for why in headline.why if not why.startswith("the 95 % interval")]
+    return Judgement(headline.verdict, (*against, interval, ratio), reachable)

@@ -1,0 +1,55 @@
+"""What a force sensor makes of the contact force besides noise: bend, cross-talk, side force."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from stepload.rig.world import WorldSpec
+from stepload_drivers.sim.channels import WRENCHES, Pressed, Wrench
+
+
+class Bent:
+    """What a sensor feels along its axis whose characteristic is not straight.
+
+    F + cross-talk of the lateral force + q2 F²/F_max + q3 F³/F_max², F_max its rated force.
+    """
+
+    __slots__ = ("_cubic", "_linear", "_pressed", "_quadratic")
+
+    def __init__(self, pressed: Pressed, spec: WorldSpec) -> None:
+        self._pressed = pressed
+        self._linear = 1.0 + spec.cross_talk * spec.lateral
+        self._quadratic = spec.sensor_quadratic / spec.force_range_n
+        self._cubic = spec.sensor_cubic / spec.force_range_n**2
+
+    def _felt(self, force_n: float) -> float:
+        return force_n * (self._linear + force_n * (self._quadratic + force_n * self._cubic))
+
+    @property
+    def force_n(self) -> float:
+        return self._felt(self._pressed.force_n)
+
+    @property
+    def last_force_n(self) -> float:
+        return self._felt(self._pressed.last_force_n)
+
+
+def sideways(
+    pressed: Pressed, axis: str, *, share: float, noise: Callable[[], float]
+) -> Callable[[float], Wrench] | None:
+    """The wrench of a sensor on which a share of the contact force also acts sideways.
+
+    It acts along the component after the pressing one (x after z). None without such a force.
+    """
+    if share == 0.0:
+        return None
+    along = WRENCHES[axis]
+    index = "xyz".index(axis[-1])
+    across = (index + 1) % 3
+
+    def wrench(value: float) -> Wrench:
+        six = list(along(value))
+        six[across] = share * pressed.force_n + noise()
+        return six[0], six[1], six[2], six[3], six[4], six[5]
+
+    return wrench

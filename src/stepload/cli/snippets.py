@@ -1,0 +1,55 @@
+"""Verbs that hand a result on to other programs: snippet."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stepload.errors import BadInputError
+from stepload.results.terminal import AsJson, Output
+
+
+def snippet(
+    file: Annotated[Path, typer.Argument(help="run.mcap, the directory of a run, or a CSV curve.")],
+    simulator: Annotated[
+        str, typer.Option("--for", help="mujoco (MJCF), drake (SDFormat) or drake-python.")
+    ],
+    at: Annotated[
+        str | None,
+        typer.Option("--at", help='Operating force, "150 N"; half of the highest if none.'),
+    ] = None,
+    kind: Annotated[
+        str, typer.Option("--stiffness", help="tangent, or chord from 10 % of that force.")
+    ] = "tangent",
+    mass: Annotated[
+        str | None, typer.Option("--mass", help='MuJoCo: effective mass at the contact, "2 kg".')
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Print the identified law as contact parameters of a simulator, linearised at a force."""
+    from stepload.results.snippet_of_file import spring_of_file
+    from stepload.results.snippets import KINDS, SIMULATORS
+    from stepload.results.snippets import snippet as written
+    from stepload.units import parse_quantity
+
+    if simulator not in SIMULATORS:
+        raise BadInputError(f"--for {simulator!r}", hint=", ".join(SIMULATORS))
+    if kind not in KINDS:
+        raise BadInputError(f"--stiffness {kind!r}", hint=" or ".join(KINDS))
+    spring = spring_of_file(file, at_n=None if at is None else parse_quantity(at, "N"), kind=kind)
+    text = written(
+        spring,
+        simulator,
+        mass_kg=None if mass is None else parse_quantity(mass, "kg"),
+    )
+    output = Output(as_json=as_json)
+    output.line(text.rstrip("\n"))
+    output.result({**asdict(spring), "for": simulator, "snippet": text})
+
+
+def register(app: typer.Typer) -> None:
+    """Add this room's verbs."""
+    app.command()(snippet)

@@ -1,0 +1,32 @@
+"""Rows of a table of the system's deflection δ_s(F): what makes them a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+MOST_ROWS = 1000
+
+
+def table_problem(
+    force_n: Sequence[float], deflection_m: Sequence[float], sigma_m: Sequence[float]
+) -> str:
+    """Why these rows are no table; "" where they are one."""
+    counts = len(force_n), len(deflection_m), len(sigma_m)
+    if len(set(counts)) > 1:
+        return (
+            f"{counts[0]} forces, {counts[1]} deflections and {counts[2]} uncertainties; every row "
+            "needs all three"
+        )
+    if not 1 <= counts[0] <= MOST_ROWS:
+        return f"{counts[0]} rows; a table has 1 to {MOST_ROWS}"
+    for name, values in (("force", force_n), ("deflection", deflection_m)):
+        before = 0.0
+        for value in values:
+            if not before < value < math.inf:
+                return f"a {name} of {value:.6g} after {before:.6g}; they must rise from row to row"
+            before = value
+    bad = next((value for value in sigma_m if not 0.0 <= value < math.inf), None)
+    if bad is None:
+        return ""
+    return f"an uncertainty of {bad:.6g} m; it must be finite and not below 0"

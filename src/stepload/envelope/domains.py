@@ -1,0 +1,60 @@
+"""Where contact theory ends for a payload at the forces that are used; before and after a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stepload.contact.doubts import DomainDoubt, Pressed, domain_doubts
+from stepload.envelope.reason import Reason, Severity
+from stepload.envelope.theory import Theory
+from stepload.plan.model import Payload, Plan
+
+LOWEST_SHARE = 0.1
+"""A result is made of forces from this share of the highest one on."""
+_OF_THE_LADDER = ("above_elastic_limit", "within_doubt_of_limit")
+"""Before a run the ladder of forces has said it already."""
+
+
+def payload_doubts(
+    payload: Payload, theory: Theory, from_n: float, to_n: float
+) -> tuple[DomainDoubt, ...]:
+    """What is doubtful of theory for this payload at these forces in N, planned or reached.
+
+    Raises:
+        DomainError: a number outside the domain of contact theory.
+    """
+    return domain_doubts(
+        Pressed(
+            payload.geometry,
+            payload.material,
+            payload.plate,
+            from_n,
+            to_n,
+            roughness_m=payload.roughness_m,
+            micro_hardness_pa=payload.micro_hardness_pa,
+            height_m=payload.height_m,
+            counted_limit_n=theory.counted.lower_n,
+        )
+    )
+
+
+def domain_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
+    """What of theory is doubtful at the forces of a plan.
+
+    A law that means nothing at the top force refuses: distances and speeds of the run follow from
+    it. Where another law describes what the smooth one leaves out, it is a note.
+    """
+    top_n = plan.procedure.top_force_n
+    for doubt in payload_doubts(plan.payload, theory, LOWEST_SHARE * top_n, top_n):
+        if doubt.code in _OF_THE_LADDER:
+            continue
+        severity = Severity.NOTE if doubt.harmless else Severity.WARN
+        yield Reason(
+            doubt.code,
+            Severity.REFUSE if doubt.impossible else severity,
+            doubt.message,
+            doubt.remedy,
+            doubt.value,
+            doubt.limit,
+            doubt.unit,
+        )

@@ -1,0 +1,87 @@
+"""How well the deflection of the system is known: by a table of this pose, or by K_s alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from stepload.envelope.reason import Reason, Severity
+from stepload.identify.deflection import (
+    BEGINS,
+    BEYOND,
+    LEAST_RELATIVE,
+    DeflectionTable,
+    least_sigma,
+)
+from stepload.plan.model import Plan
+from stepload.units import format_quantity
+
+
+@dataclass(frozen=True, slots=True)
+class KnownStiffness:
+    """What is subtracted and how sure it is.
+
+    Attributes:
+        table: the table of this pose; None where K_s alone is known.
+        sigma_n_per_m: standard uncertainty of K_s; with a table what its rows have in common.
+        note: why that is not the stated one; "" where it is.
+        why_no_table: why there is none; "" where there is one.
+    """
+
+    table: DeflectionTable | None
+    sigma_n_per_m: float
+    note: str
+    why_no_table: str
+
+
+def known_stiffness(plan: Plan) -> KnownStiffness:
+    """The one rule: a table counts in the pose it was made in, while its record is valid.
+
+    Where the plan or the table does not name a pose and the other does, they are not the same.
+    """
+    stated, arm = plan.rig.system_stiffness, plan.rig.arm
+    rows = stated.deflection_force_n, stated.deflection_m, stated.deflection_sigma_m
+    if not any(rows):
+        why = "there is none"
+    elif stated.validity_problem:
+        why = stated.validity_problem
+    elif stated.pose != arm.pose:
+        mine, theirs = arm.pose or "not stated", stated.pose or "not stated"
+        why = f"it was made in pose {theirs!r}, this is {mine!r}"
+    elif rows[0][0] > BEGINS * plan.procedure.top_force_n:
+        first = format_quantity(rows[0][0], "N")
+        why = f"its first row is at {first}, above {BEGINS:.0%} of the top force"
+    else:
+        common = stated.deflection_common * stated.stiffness_n_per_m
+        return KnownStiffness(DeflectionTable(*rows), common, "", "")
+    sigma, note = least_sigma(stated.stiffness_n_per_m, stated.sigma_n_per_m)
+    return KnownStiffness(None, sigma, note, why)
+
+
+def stiffness_reasons(plan: Plan) -> Iterator[Reason]:
+    """Notes on the table of the deflection, as far as the result goes by K_s at all."""
+    if plan.rig.displacement is not None or plan.identify.kind == "system":
+        return
+    known, top_n = known_stiffness(plan), plan.procedure.top_force_n
+    stated = plan.rig.system_stiffness
+    if known.table is None:
+        relative = known.sigma_n_per_m / stated.stiffness_n_per_m
+        yield Reason(
+            "no_deflection_table", Severity.NOTE,
+            f"no table of the system's deflection in this pose ({known.why_no_table}): K_s counts "
+            f"as known to {relative:.1%}, at least {LEAST_RELATIVE:.0%}",
+            "measure one in this pose: stepload calibrate PLAN --record FILE",
+            stated.sigma_n_per_m / stated.stiffness_n_per_m, LEAST_RELATIVE, "",
+        )  # fmt: skip
+        return
+    first_n, last_n = known.table.force_n[0], known.table.force_n[-1]
+    share = min(1.0, last_n / top_n)
+    short = top_n > BEYOND * last_n
+    further = "; beyond it the slope of its last rows is taken, as a doubt" if short else ""
+    yield Reason(
+        "deflection_table", Severity.WARN if short else Severity.NOTE,
+        f"the table of the system's deflection ({format_quantity(first_n, 'N')} to "
+        f"{format_quantity(last_n, 'N')}) covers {share:.0%} of the forces of this plan{further}",
+        "calibrate up to the top force of this plan" if short else "",
+        last_n, top_n, "N",
+    )  # fmt: skip

@@ -1,0 +1,216 @@
+"""All together: from the cycles of a run to figures with intervals and verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from stepload.errors import DomainError
+from stepload.evidence import figures
+from stepload.evidence.chord import Chord, chord
+from stepload.evidence.contact_gates import contact_signs
+from stepload.evidence.drift import Drift, drift_of, without_drift
+from stepload.evidence.elastic import Elastic, elastic_of
+from stepload.evidence.errors import Component, Context, components, middle, total
+from stepload.evidence.gates import Gate
+from stepload.evidence.lawfit import CANNOT_TELL, LawFit, Whitened, fit_laws, fixed_exponents
+from stepload.evidence.laws import POWER
+from stepload.evidence.loops import LEAST_STRETCHES, Branch, Loop, loops_of
+from stepload.evidence.pressed import Pressed
+from stepload.evidence.quantity import Exponent, Quantity
+from stepload.evidence.rehearse import draws
+from stepload.evidence.shape import shape_of
+from stepload.evidence.signs import branches_of
+from stepload.identify.smooth import smooth_lengths
+from stepload.units import format_quantity
+
+AS_HIGH = 0.95
+"""Cycles are compared that reach this share of the first one's top force."""
+
+
+@dataclass(frozen=True, slots=True)
+class LawRow:
+    """How well a law fits: χ², degrees of freedom, whether the data tell it from the best one."""
+
+    name: str
+    chi2: float
+    degrees: int
+    alike: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What the data of a run can bear.
+
+    Attributes:
+        headline: the chord stiffness.
+        quantities: every stiffness by kind, the headline among them.
+        exponent: n of the power law; None where no power law fits.
+        gates: all gates that were looked at.
+        laws: the laws that were tried, the best first.
+        drift_m_per_s: drift that was taken out; None where it cannot be seen.
+        notes: what this run cannot show, and what was taken for granted.
+    """
+
+    headline: Quantity
+    quantities: Mapping[str, Quantity]
+    exponent: Exponent | None
+    gates: tuple[Gate, ...]
+    laws: tuple[LawRow, ...]
+    drift_m_per_s: float | None
+    notes: tuple[str, ...]
+
+
+def weigh(run: Pressed) -> Evidence:
+    """Read every figure that the run can bear.
+
+    Raises:
+        DomainError: too little in contact, or a deformation that does not rise with the force.
+    """
+    loops = loops_of(run.tracks, run.deflection, run.sources.force_noise_n)
+    loops = _whole(tuple(_positive(loop) for loop in loops))
+    raw = _raw_chord(loops[0].loading)
+    elastic = elastic_of(loops[0].loading, raw, run.deflection)
+    drift = drift_of(loops, elastic.at, run.sources)
+    if drift is not None:
+        start_s = float(loops[0].loading.path.time_s[0])
+        loops = tuple(without_drift(loop, drift.rate_m_per_s, start_s) for loop in loops)
+    first = loops[0].loading
+    lowest_n = float(first.path.force_n.min())
+    main = chord(first) if run.between_n is None else chord(first, *run.between_n)
+    assumed = smooth_lengths(run.sources.smooth_length_n, elastic.top_n)
+    here = middle(len(assumed))
+    errors = [_errors(run, first, elastic, drift, length_n) for length_n in assumed]
+    fitted = [_fitted(run, first, parts) for parts in errors]
+    drawn = draws(branches_of(loops), elastic, run, assumed[here])
+    signs = contact_signs(run, loops, main, elastic, drift, drawn)
+    data, laws = fitted[here]
+    shape = shape_of(first, main, elastic, data, laws, run.roughness, drawn[0])
+    notes, blocking = _cannot_show(run, loops)
+    notes.append(
+        f"the touch is the laws' word: the data begin at {format_quantity(lowest_n, 'N')}, and a "
+        "film or a seat that gives way below is not in a secant"
+    )
+    read_from = figures.Reading(
+        main=main,
+        path=first.path,
+        errors=errors,
+        law_sets=[each for _, each in fitted if each],
+        left=figures.Discrepancies(
+            signs.time_m, signs.creep_m, abs(shape.off) / 2.0, run.lateral_share or 0.0
+        ),
+        gates=[*signs.gates, *shape.gates],
+        doubts=(*run.doubts, *blocking),
+    )
+    found = figures.quantities(run, read_from)
+    return Evidence(
+        headline=found["chord"],
+        quantities=found,
+        exponent=figures.exponent(read_from),
+        gates=tuple(read_from.gates),
+        laws=_rows(laws, data),
+        drift_m_per_s=drift.rate_m_per_s if drift is not None else None,
+        notes=tuple(notes),
+    )
+
+
+def _positive(loop: Loop) -> Loop:
+    """A cycle without the stretches of no force."""
+
+    def kept(branch: Branch) -> Branch:
+        path, keep = branch.path, branch.path.force_n > 0.0
+        if keep.all():
+            return branch
+        path = replace(path, **{name: getattr(path, name)[keep] for name in path.__slots__})
+        return replace(branch, path=path, deformation_m=branch.deformation_m[keep])
+
+    unloading = kept(loop.unloading) if loop.unloading is not None else None
+    if unloading is not None and unloading.path.size < 2:
+        unloading = None
+    return replace(loop, loading=kept(loop.loading), unloading=unloading)
+
+
+def _whole(loops: tuple[Loop, ...]) -> tuple[Loop, ...]:
+    """The first cycle and those that came as high: one that was cut short shows nothing."""
+    top_n = float(loops[0].loading.path.force_n.max())
+    later = (loop for loop in loops[1:] if float(loop.loading.path.force_n.max()) > AS_HIGH * top_n)
+    return (loops[0], *later)
+
+
+def _raw_chord(first: Branch) -> Chord:
+    """The chord before anything is corrected.
+
+    Raises:
+        DomainError: there is none.
+    """
+    if first.path.size < LEAST_STRETCHES:
+        raise DomainError(
+            f"the loading has {first.path.size} places of different force; at least "
+            f"{LEAST_STRETCHES} are needed",
+            hint="record more samples on the way up, or press further",
+        )
+    raw = chord(first)
+    if not raw.span_m > 0.0:
+        raise DomainError(
+            f"the deformation does not rise with the force (by {raw.span_m:.3g} m from "
+            f"{raw.from_n:.3g} N to {raw.to_n:.3g} N)",
+            hint="check the sign of the channels and the system stiffness used in (27)",
+        )
+    return raw
+
+
+def _errors(
+    run: Pressed, first: Branch, elastic: Elastic, drift: Drift | None, length_n: float
+) -> list[Component]:
+    force_n = first.path.force_n
+    context = Context(
+        compliance_m_per_n=elastic.payload_compliance(force_n),
+        system_m_per_n=elastic.system_compliance(force_n),
+        system_sigma_m=run.deflection_sigma(force_n),
+        table_sigma_m=run.table_sigma(force_n),
+        expected_m=elastic.travel(force_n),
+        drift_sigma_m_per_s=drift.sigma_m_per_s if drift is not None else 0.0,
+    )
+    return components(first.path, first.deformation_m, run.sources, context, length_n)
+
+
+def _fitted(
+    run: Pressed, first: Branch, parts: Sequence[Component]
+) -> tuple[Whitened, dict[str, LawFit]]:
+    data = Whitened(first.path.force_n, first.deformation_m, total(parts))
+    return data, fit_laws(data, run.roughness, adhesive=run.adhesive)
+
+
+def _rows(laws: Mapping[str, LawFit], data: Whitened) -> tuple[LawRow, ...]:
+    """All laws and the exponents that theory knows, the best first."""
+    if not laws:
+        return ()
+    lowest = min(fit.chi2 for fit in laws.values())
+    found = [(fit.law.name, fit.chi2, fit.degrees) for fit in laws.values()]
+    if (power := laws.get(POWER.name)) is not None:
+        fixed = fixed_exponents(power, data).items()
+        found += [(f"power law, {name}", chi2, power.degrees + 1) for name, chi2 in fixed]
+    return tuple(
+        LawRow(name, chi2, degrees, chi2 <= lowest + CANNOT_TELL)
+        for name, chi2, degrees in sorted(found, key=lambda row: row[1])
+    )
+
+
+def _cannot_show(run: Pressed, loops: Sequence[Loop]) -> tuple[list[str], list[str]]:
+    """What this run cannot show: remarks, and what blocks every figure."""
+    notes: list[str] = []
+    blocking: list[str] = []
+    if loops[0].unloading is None and len(loops) < 2:
+        blocking.append(
+            "only a loading: creep, drift, slip and yield cannot be told from elastic deformation"
+        )
+    elif len(loops) < 2:
+        notes.append(
+            "one cycle: drift cannot be told from creep, and what the first loading changed is "
+            "seen only as a gap between loading and unloading"
+        )
+    if run.sources.system_stiffness_note:
+        notes.append(run.sources.system_stiffness_note)
+    if run.lateral_share is None:
+        notes.append("force across the axis is not in the data: its share is not known")
+    return notes, blocking

@@ -1,0 +1,114 @@
+"""The gates of the contact itself: time, touch and the force across the axis."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from stepload.evidence.chord import Chord
+from stepload.evidence.drift import Drift
+from stepload.evidence.elastic import Elastic
+from stepload.evidence.gates import (
+    Gate,
+    creep_gates,
+    drift_gate,
+    lateral_gate,
+    sign_gate,
+    touch_gate,
+)
+from stepload.evidence.loops import Loop
+from stepload.evidence.pressed import Pressed, Touch
+from stepload.evidence.rehearse import creep_threshold, thresholds
+from stepload.evidence.signs import branches_of, hold_creep, signs_of
+from stepload.identify.fit import FloatArray
+
+OF_TWO_CYCLES = ("gap_change", "set", "reload")
+UNSEEN = 0.02
+"""What one cycle cannot show of set, creep and drift, as a share of the deformation."""
+HARMLESS_TOUCH = 0.03
+"""Touches are found one by one: a shift below this share of the deformation is no sign."""
+
+
+class ContactSigns(NamedTuple):
+    """Gates, and what they leave in the budget, in m."""
+
+    gates: list[Gate]
+    time_m: float
+    creep_m: float
+
+
+def contact_signs(
+    run: Pressed,
+    loops: Sequence[Loop],
+    main: Chord,
+    elastic: Elastic,
+    drift: Drift | None,
+    drawn: Sequence[FloatArray],
+) -> ContactSigns:
+    """Look at every sign that a contact is not elastic.
+
+    Args:
+        run: the run.
+        loops: its cycles, drift taken out.
+        main: the chord.
+        elastic: what the cycles are held against.
+        drift: what was taken out.
+        drawn: rehearsed travel of every branch, see `rehearse.draws`.
+    """
+    signs = {sign.name: sign for sign in signs_of(loops, elastic.at)}
+    rehearsed = thresholds(list(signs.values()), branches_of(loops), drawn)
+    watched = [name for name in OF_TWO_CYCLES if name in signs]
+    time_m = max((abs(signs[name].value_m) for name in watched), default=0.0)
+    creep = hold_creep(loops, main.from_n, elastic.payload_at)
+    if "gap" in signs:
+        if "gap_change" not in signs:
+            # A second loading without its unloading has set and reload to tell all the same.
+            alone_m = math.hypot(abs(signs["gap"].value_m) / math.sqrt(3.0), UNSEEN * main.span_m)
+            time_m = max(time_m, alone_m)
+        else:
+            # A loop that repeats in both cycles changes nothing from one to the other.
+            beyond_m = max(abs(signs["gap"].value_m) - rehearsed["gap"], 0.0)
+            time_m = max(time_m, beyond_m / math.sqrt(3.0))
+        if "gap_change" not in signs or creep is None:
+            watched.append("gap")
+    gates = [sign_gate(signs[name], rehearsed[name], main.span_m) for name in watched]
+    creep_m = 0.0
+    if creep is not None:
+        samples = min(hold.samples for loop in loops[:2] for hold in loop.loading.holds)
+        whole = elastic.at(elastic.top_n)
+        limit_m = creep_threshold(samples, creep.holds, run.sources, whole)
+        gates += creep_gates(creep, limit_m, main.span_m)
+        creep_m = abs(creep.total_m)
+    if drift is not None:
+        elapsed_s = float(main.weights @ loops[0].loading.path.time_s)
+        gates.append(drift_gate(drift.rate_m_per_s * elapsed_s, elapsed_s, main.span_m))
+    if run.touches is not None:
+        gates.append(_touch(run, run.touches, main, elastic, drift))
+    if run.lateral_share is not None:
+        gates.append(lateral_gate(run.lateral_share))
+    return ContactSigns(gates, time_m, creep_m)
+
+
+def _touch(
+    run: Pressed,
+    touches: tuple[Touch, Touch],
+    main: Chord,
+    elastic: Elastic,
+    drift: Drift | None,
+) -> Gate:
+    """The gate of the points of touch, drift and unequal forces taken out."""
+    one, other = touches
+    at_n = max(0.5 * (one.force_n + other.force_n), 1e-3 * main.to_n)
+    shift = other.travel_m - one.travel_m - elastic.at(at_n) * (other.force_n - one.force_n)
+    elapsed = other.time_s - one.time_s
+    shift -= drift.rate_m_per_s * elapsed if drift is not None else 0.0
+    sources = run.sources
+    sigma = math.hypot(
+        sources.position_resolution_m / math.sqrt(12.0),
+        sources.position_noise_m,
+        elastic.at(at_n) * math.hypot(sources.force_noise_n, sources.force_resolution_n / 3.5),
+        drift.sigma_m_per_s * elapsed if drift is not None else 0.0,
+    )
+    allowed = max(3.0 * math.sqrt(2.0) * sigma, HARMLESS_TOUCH * main.span_m)
+    return touch_gate(shift, allowed, run.elastic_limit_n)

@@ -1,0 +1,58 @@
+"""Drift: from the top of one cycle to the top of the next, and out of everything."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stepload.evidence.loops import BETWEEN, Branch, Loop
+from stepload.evidence.signs import Compliance, signs_of
+from stepload.identify.sources import Sources
+
+
+@dataclass(frozen=True, slots=True)
+class Drift:
+    """A steady drift of the travel in m/s and its standard uncertainty."""
+
+    rate_m_per_s: float
+    sigma_m_per_s: float
+
+
+def drift_of(loops: Sequence[Loop], compliance: Compliance, sources: Sources) -> Drift | None:
+    """Drift between the tops of the first two cycles; None where there is only one.
+
+    Both tops are held alike, so creep of the payload is in both.
+    """
+    shift = next((s for s in signs_of(loops, compliance) if s.name == "top_shift"), None)
+    if shift is None:
+        return None
+    later, earlier = (
+        float(np.abs(weights) @ branch.path.time_s / np.abs(weights).sum())
+        for branch, weights in shift.terms
+    )
+    period_s = later - earlier
+    if not period_s > 0.0:
+        return None
+    quantum = sources.position_resolution_m / math.sqrt(6.0)
+    samples = max(float(loops[0].loading.path.count.max()), 1.0)
+    noise = math.sqrt(2.0 / samples) * sources.position_noise_m
+    return Drift(shift.value_m / period_s, math.hypot(quantum, noise) / period_s)
+
+
+def without_drift(loop: Loop, rate_m_per_s: float, start_s: float) -> Loop:
+    """A cycle with a drift since `start_s` taken out of travel, deformation and holds."""
+
+    def corrected(branch: Branch) -> Branch:
+        gone = rate_m_per_s * (branch.path.time_s - start_s)
+        path = replace(branch.path, travel_m=branch.path.travel_m - gone)
+        holds = tuple(
+            replace(hold, crept_m=hold.crept_m - BETWEEN * rate_m_per_s * hold.lasted_s)
+            for hold in branch.holds
+        )
+        return Branch(path, branch.deformation_m - gone, holds)
+
+    unloading = corrected(loop.unloading) if loop.unloading is not None else None
+    return replace(loop, loading=corrected(loop.loading), unloading=unloading)

@@ -1,0 +1,146 @@
+"""What is known of the errors of the deformation along a path, source by source."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from stepload.evidence.path import Path
+from stepload.identify.fit import FloatArray
+from stepload.identify.smooth import few_degrees, smooth_correlation
+from stepload.identify.sources import Sources
+
+ALIKE_SHARE = 0.1
+"""The error of a quantum is forgotten over about so much of a quantum."""
+LEAST_SHARE = 1e-4
+"""Nothing is known better than this share of the deformation."""
+
+
+class Component(NamedTuple):
+    """One source: its name, its size in words, the covariance (B, B) in m²."""
+
+    source: str
+    size: str
+    covariance: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """What the errors depend on beside the sources.
+
+    Attributes:
+        compliance_m_per_n: (B,) dδ/dF of the payload along the path.
+        system_m_per_n: (B,) of the rest of the chain.
+        system_sigma_m: (B,) standard uncertainty of the system's deflection, one error for all.
+        table_sigma_m: (B,) of the rows of its table, alike over the smooth length.
+        expected_m: (B,) travel as a law gives it, without the errors of the sensor.
+        drift_sigma_m_per_s: of the drift that was taken out.
+    """
+
+    compliance_m_per_n: FloatArray
+    system_m_per_n: FloatArray
+    system_sigma_m: FloatArray
+    table_sigma_m: FloatArray
+    expected_m: FloatArray
+    drift_sigma_m_per_s: float = 0.0
+
+
+def middle(count: int) -> int:
+    """Which of so many assumed lengths stands for all where one must: about one load step."""
+    return min(1, count - 1)
+
+
+def components(
+    path: Path, deformation_m: FloatArray, sources: Sources, context: Context, length_n: float
+) -> list[Component]:
+    """The covariance of every source along a path; the list has the same order for every path."""
+    force = path.force_n
+    whole = context.compliance_m_per_n + context.system_m_per_n
+    late = path.rate_n_per_s * whole * sources.lag_sigma_s
+    degrees = sources.smooth_degrees
+    size_m = sources.smooth_error_m * (1.0 if degrees is None else few_degrees(degrees))
+    elapsed = path.time_s - path.time_s[0]
+    lasting = max(float(elapsed[-1]), 1e-12)
+    growth = sources.temperature_sigma_k * sources.position_m_per_k * elapsed / lasting
+    drift = context.drift_sigma_m_per_s * elapsed
+    span = float(np.ptp(deformation_m))
+    alike = smooth_correlation(force, length_n)
+    return [
+        Component(
+            "force noise and quantum",
+            f"{sources.force_noise_n:.3g} N, {sources.force_resolution_n:.3g} N",
+            np.diag(whole**2 * _force_variance(path, sources)),
+        ),
+        Component(
+            "position noise and quantum",
+            f"{sources.position_noise_m * 1e6:.3g} µm, "
+            f"{sources.position_resolution_m * 1e6:.3g} µm",
+            np.diag(sources.position_noise_m**2 / path.count)
+            + quantum_covariance(context.expected_m, path.span_m, sources.position_resolution_m)
+            + (LEAST_SHARE * span) ** 2 * np.eye(path.size),
+        ),
+        Component(
+            "smooth deformation error",
+            f"{sources.smooth_error_m * 1e6:.3g} µm over {length_n:.3g} N",
+            size_m**2 * alike,
+        ),
+        Component(
+            "system stiffness K_s",
+            _system_size(sources),
+            np.outer(context.system_sigma_m, context.system_sigma_m)
+            + alike * np.outer(context.table_sigma_m, context.table_sigma_m),
+        ),
+        Component(
+            "alignment lag", f"{sources.lag_sigma_s * 1e3:.3g} ms", np.outer(late, late)
+        ),
+        Component(
+            "temperature", f"{sources.temperature_sigma_k:.3g} K", np.outer(growth, growth)
+        ),
+        Component(
+            "drift", f"± {context.drift_sigma_m_per_s * 1e6:.2g} µm/s", np.outer(drift, drift)
+        ),
+    ]  # fmt: skip
+
+
+def total(parts: Sequence[Component]) -> FloatArray:
+    """The covariance (B, B) of all sources together."""
+    return np.asarray(sum(part.covariance for part in parts))
+
+
+def _system_size(sources: Sources) -> str:
+    if sources.system_stiffness_note:
+        return sources.system_stiffness_note
+    stiffness = sources.system_stiffness_n_per_m
+    if stiffness is None:
+        return "no K_s in the chain"
+    table = " and a table of its deflection" if sources.deflection_force_n else ""
+    return f"{100 * sources.system_stiffness_sigma_n_per_m / stiffness:.3g} %{table}"
+
+
+def _force_variance(path: Path, sources: Sources) -> FloatArray:
+    """Variance (B,) of the mean force of each stretch: a quantum that noise does not break up
+    is the same error in all its samples."""
+    quantum = sources.force_resolution_n**2 / 12.0
+    broken = sources.force_noise_n >= 0.5 * sources.force_resolution_n
+    noise = sources.force_noise_n**2 / path.count
+    return np.asarray(noise + (quantum / path.count if broken else quantum))
+
+
+def quantum_covariance(expected_m: FloatArray, span_m: FloatArray, quantum_m: float) -> FloatArray:
+    """Covariance (B, B) of the error of a quantum: the same where the true travel is the same, of
+    another size a fifth of a quantum away; smaller where a stretch crosses several quanta.
+
+    Args:
+        expected_m: (B,) travel without the quantum, as a law gives it.
+        span_m: (B,) how far the travel goes within each stretch.
+        quantum_m: resolution of the travel.
+    """
+    if quantum_m <= 0.0:
+        return np.zeros((expected_m.size, expected_m.size))
+    size = quantum_m / math.sqrt(12.0) / np.maximum(span_m / quantum_m, 1.0)
+    away = np.subtract.outer(expected_m, expected_m) / (ALIKE_SHARE * quantum_m)
+    return np.asarray(np.exp(-0.5 * away**2) * np.outer(size, size))

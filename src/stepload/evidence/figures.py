@@ -1,0 +1,296 @@
+"""The figures of a run: chord, secants, tangent and exponent with their lines and verdicts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from stepload.evidence.chord import Chord
+from stepload.evidence.errors import Component, middle
+from stepload.evidence.gates import Gate, fired
+from stepload.evidence.lawfit import CANNOT_TELL, CHI2_95, LawFit, Roughness
+from stepload.evidence.laws import BILINEAR, POWER, ROUGH
+from stepload.evidence.path import Path
+from stepload.evidence.pressed import Pressed
+from stepload.evidence.quantity import Exponent, Line, Quantity, log_interval
+from stepload.evidence.union import Read, at_point, union
+from stepload.identify.fit import FloatArray
+from stepload.identify.judge import ResultVerdict
+from stepload.identify.smooth import NORMAL_95
+
+CROSS_COMPLIANCE = 0.3
+"""C_xz/C_zz of an arm of which nothing is known."""
+EXPONENT_HALF_WIDTH = 0.1
+"""An exponent known worse than this is not identified."""
+OPEN = 5.0
+"""A stiffness whose interval spans more than so many powers of e is open."""
+HOPELESS = 1.0
+"""A figure whose interval is wider than itself is not identifiable."""
+
+
+class Discrepancies(NamedTuple):
+    """What gates leave in the budget: lengths in m, relative deviations, a share."""
+
+    time_m: float
+    creep_m: float
+    shape: float
+    lateral_share: float
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What figures are read from.
+
+    Attributes:
+        main: the chord.
+        path: of the loading it was read from.
+        errors: the components of the covariance, once per correlation length that may be.
+        law_sets: the laws fitted with each of them.
+        left: what the gates leave in the budget.
+        gates: all gates.
+        doubts: sentences that block every figure.
+    """
+
+    main: Chord
+    path: Path
+    errors: Sequence[Sequence[Component]]
+    law_sets: Sequence[Mapping[str, LawFit]]
+    left: Discrepancies
+    gates: Sequence[Gate]
+    doubts: Sequence[str]
+
+
+def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
+    """Every stiffness by kind; the chord always, the others where a power law fits."""
+    main, path, errors = read_from.main, read_from.path, read_from.errors
+    law_sets, left, gates = read_from.law_sets, read_from.left, read_from.gates
+    sources, doubts, accuracy = run.sources, read_from.doubts, run.accuracy
+    roughness, secant_force_n, deflection = run.roughness, run.secant_force_n, run.deflection
+    power = _power(law_sets)
+    q = power.best.shape if power is not None else 1.0
+    bend = float(np.diff(deflection(np.array([main.from_n, main.to_n])))[0])
+    scale = [
+        Line("force calibration", f"{sources.gain_sigma:.2%}", q * sources.gain_sigma),
+        Line(
+            "temperature of the material",
+            f"{sources.temperature_sigma_k:.3g} K",
+            q * sources.temperature_sigma_k * sources.modulus_per_k,
+        ),
+    ]
+    scale = [line for line in scale if line.relative > 0.0]
+
+    def discrepancy(span_m: float) -> list[Line]:
+        return [
+            Line("time (gap, set)", f"{left.time_m * 1e6:.2g} µm", left.time_m / span_m),
+            Line(
+                "creep in holds", f"{left.creep_m * 1e6:.2g} µm",
+                left.creep_m / span_m / math.sqrt(3.0),
+            ),
+            Line(
+                "force across the axis", f"{left.lateral_share:.1%}",
+                CROSS_COMPLIANCE * left.lateral_share * abs(bend) / span_m,
+            ),
+        ]  # fmt: skip
+
+    common = discrepancy(main.span_m)
+    lines = [
+        *max((_lines(parts, main.weights, main.span_m) for parts in errors), key=_size),
+        *scale, *common,
+        Line("shape (local chord against the law's)", f"{left.shape:.2%}", left.shape),
+    ]  # fmt: skip
+    blocked = (*doubts, *fired(gates, of_law=False))
+    found = {
+        "chord": _made("chord", main.n_per_m, log_interval(main.n_per_m, lines), main.from_n,
+                       main.to_n, lines, accuracy, blocked)
+    }  # fmt: skip
+    if power is None:
+        return found
+    law_blocked = (*doubts, *fired(gates, of_law=True))
+    beyond: tuple[str, ...] = ()
+    at_n = secant_force_n
+    if secant_force_n > main.to_n:
+        at_n = main.to_n
+        if math.isfinite(secant_force_n) and secant_force_n > 1.02 * main.to_n:
+            beyond = (
+                f"asked for at {secant_force_n:.4g} N, but the data end at {main.to_n:.4g} N: "
+                "given there, not extrapolated",
+            )
+    elif secant_force_n < main.from_n:
+        beyond = (
+            f"asked for at {secant_force_n:.4g} N, below the {main.from_n:.4g} N that the chord "
+            "begins at: there a law is believed, not the data",
+        )
+    rough = _as_rough(law_sets[middle(len(law_sets))], roughness)
+    for kind, read in _readers(at_n, with_plane=rough).items():
+        made = _of_laws(read, law_sets, errors, path, roughness, at_n)
+        if made is None:
+            found[kind] = _open(kind, at_n, law_blocked)
+            continue
+        stiffness, low, high, own = made
+        rest = [*scale, *common]
+        extra = NORMAL_95 * _size(rest)
+        low, high = (stiffness * math.exp(side * math.hypot(math.log(end / stiffness), extra))
+                     for side, end in ((-1.0, low), (1.0, high)))  # fmt: skip
+        found[kind] = _made(
+            kind,
+            stiffness,
+            (low, high),
+            at_n if kind == "tangent" else 0.0,
+            at_n,
+            [*own, *rest],
+            accuracy,
+            law_blocked,
+            beyond,
+        )
+    return found
+
+
+def _power(law_sets: Sequence[Mapping[str, LawFit]]) -> LawFit | None:
+    if not law_sets:
+        return None
+    return law_sets[middle(len(law_sets))].get(POWER.name)
+
+
+def _as_rough(laws: Mapping[str, LawFit], roughness: Roughness) -> bool:
+    """Whether the surface is known to be rough and the data do not speak against it."""
+    lowest = min(fit.chi2 for fit in laws.values())
+    rough = laws.get(ROUGH.name)
+    return bool(roughness.length_m) and rough is not None and rough.chi2 <= lowest + CANNOT_TELL
+
+
+def _open(kind: str, at_n: float, blocked: Sequence[str]) -> Quantity:
+    """A stiffness that the data leave open."""
+    why = (*blocked, "the deformation from touch may be none: the data leave this open")
+    interval = (0.0, math.inf)
+    return Quantity(kind, math.nan, interval, 0.0, at_n, (), ResultVerdict.NOT_IDENTIFIABLE, why)
+
+
+def _readers(at_n: float, *, with_plane: bool) -> dict[str, Read]:
+    """How the length behind each stiffness is read from a law; F/length is the stiffness."""
+
+    def tangent(fit: LawFit, shape: float) -> FloatArray:
+        return fit.slope_gradient(shape, at_n) * at_n
+
+    readers: dict[str, Read] = {
+        "secant_from_touch": lambda fit, shape: fit.gradient(shape, at_n),
+        "tangent": tangent,
+    }
+    if with_plane:
+        readers["secant_from_mean_plane"] = lambda fit, shape: fit.plane_gradient(shape, at_n)
+    return readers
+
+
+def _of_laws(
+    read: Read,
+    law_sets: Sequence[Mapping[str, LawFit]],
+    errors: Sequence[Sequence[Component]],
+    path: Path,
+    roughness: Roughness,
+    at_n: float,
+) -> tuple[float, float, float, list[Line]] | None:
+    """Stiffness, interval of the laws that are alike, and lines."""
+    laws = law_sets[middle(len(law_sets))]
+    believed = laws[POWER.name]
+    kept = [list(each.values()) for each in law_sets]
+    if _as_rough(laws, roughness):
+        # The surface is known to be rough: laws of a smooth one are known to be wrong.
+        believed = laws[ROUGH.name]
+        kept = [[each[ROUGH.name]] for each in law_sets if ROUGH.name in each]
+    best = at_point(believed, believed.best, read)
+    whole = union(kept, read)
+    if best is None or whole is None or whole.high - whole.low > OPEN:
+        return None
+    length_m = math.exp(best[0])
+    value = at_n / length_m
+    low, high = at_n / math.exp(whole.high), at_n / math.exp(whole.low)
+    low, high = min(low, value), max(high, value)
+    lines = max((_lines(parts, _sensitivity(believed, read, path, parts), length_m)
+                 for parts in errors), key=_size)  # fmt: skip
+    half = math.log(high / low) / 2.0 / NORMAL_95
+    model = math.sqrt(max(half**2 - _size(lines) ** 2, 0.0))
+    names = sorted({fit.law.name for each in kept for fit in each})
+    size = f"{len(names)} laws" if len(names) > 1 else names[0]
+    return value, low, high, [*lines, Line("model (laws and zero)", size, model)]
+
+
+def _sensitivity(fit: LawFit, read: Read, path: Path, parts: Sequence[Component]) -> FloatArray:
+    """(B,): the weighed fit's length against each deformation, its shape parameter included."""
+    point = fit.best
+    covariance = np.sum([part.covariance for part in parts], axis=0)
+    u = path.force_n / fit.top_n
+    step = 1e-4 * max(point.shape, 1e-3)
+    rest = point.coefficients[1:]
+    basis = fit.law.basis(u, point.shape)
+    moved = (fit.law.basis(u, point.shape + step) @ rest - basis @ rest) / step
+    columns = np.column_stack([np.ones_like(u), basis, moved])
+    weight = np.linalg.solve(covariance, columns)
+    estimator = np.linalg.pinv(columns.T @ weight) @ weight.T
+    gradient = read(fit, point.shape)
+    other = read(fit, point.shape + step)
+    along = float((other - gradient) @ point.coefficients) / step
+    return np.asarray(np.concatenate([gradient, [along]]) @ estimator)
+
+
+def _lines(parts: Sequence[Component], weights: FloatArray, length_m: float) -> list[Line]:
+    return [
+        Line(part.source, part.size,
+             math.sqrt(max(float(weights @ part.covariance @ weights), 0.0)) / length_m)
+        for part in parts
+    ]  # fmt: skip
+
+
+def _size(lines: Sequence[Line]) -> float:
+    return math.sqrt(sum(line.relative**2 for line in lines))
+
+
+def _made(
+    kind: str,
+    value: float,
+    interval: tuple[float, float],
+    from_n: float,
+    to_n: float,
+    lines: Sequence[Line],
+    accuracy: float,
+    blocked: Sequence[str],
+    remarks: Sequence[str] = (),
+) -> Quantity:
+    half = (interval[1] - interval[0]) / (2.0 * value)
+    why = [*blocked, *remarks]
+    if not half <= accuracy:
+        why.append(f"the 95 % interval is ±{half:.1%}, asked for is ±{accuracy:.0%} (1/t)")
+    if half > HOPELESS or not math.isfinite(half):
+        verdict = ResultVerdict.NOT_IDENTIFIABLE
+    elif why:
+        verdict = ResultVerdict.MARGINAL
+    else:
+        verdict = ResultVerdict.IDENTIFIED
+    return Quantity(kind, value, interval, from_n, to_n, tuple(lines), verdict, tuple(why))
+
+
+def exponent(read_from: Reading) -> Exponent | None:
+    """n of the power law; laws that fit as well with an exponent of their own widen it."""
+    law_sets = read_from.law_sets
+    power = _power(law_sets)
+    if power is None:
+        return None
+    value = 1.0 / power.best.shape
+    low = high = value
+    for laws in law_sets:
+        lowest = min(fit.chi2 for fit in laws.values())
+        for name, fit in laws.items():
+            if name == POWER.name:
+                ends = [1.0 / p.shape for p in fit.points if p.chi2 <= fit.chi2 + CHI2_95]
+            elif fit.chi2 <= lowest + CANNOT_TELL:
+                ends = [1.0] if name == BILINEAR.name else [1.5]
+            else:
+                continue
+            low, high = min([low, *ends]), max([high, *ends])
+    why = [*read_from.doubts, *fired(read_from.gates, of_law=True)]
+    if (high - low) / 2.0 > EXPONENT_HALF_WIDTH:
+        why.append(f"this run cannot tell n = {low:.2f} from {high:.2f}")
+    verdict = ResultVerdict.MARGINAL if why else ResultVerdict.IDENTIFIED
+    return Exponent(value, (low, high), verdict, tuple(why))

@@ -1,0 +1,181 @@
+"""Gates: what must be quiet before a figure is called identified.
+
+A gate has a statistic, a threshold and a sentence. Thresholds come from rehearsals of the run's
+own ideal contact (see `rehearse`), but never below a share of the deformation that does no harm:
+smaller effects stand in the budget instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from stepload.evidence.signs import HoldCreep, Sign
+from stepload.units import format_quantity
+
+HARMLESS = 0.01
+"""Signs below this share of the chord's deformation do not veto."""
+HARMLESS_DRIFT = 0.05
+"""A drift correction above this share is no correction any more."""
+LATERAL_SHARE = 0.05
+"""Largest force across the axis, as a share of the force along it."""
+CREEP_SHARE = 0.03
+FAR = 2.0
+"""A χ² so many times the allowed one speaks against the stated errors, not only against a law."""
+
+Blocks = Literal["all", "law"]
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """One gate.
+
+    Attributes:
+        name: short name.
+        value: the statistic; a length in m, or a share.
+        threshold: what it must not exceed, in the same unit.
+        unit: "m" or "" for a share.
+        blocks: "all" figures, or only those that rest on a "law" or a zero.
+        sentence: what it means when it fires; "" while it does not.
+    """
+
+    name: str
+    value: float
+    threshold: float
+    unit: str
+    blocks: Blocks
+    sentence: str
+
+    @property
+    def fires(self) -> bool:
+        """Whether the threshold is exceeded; a statistic that is no number exceeds every one."""
+        return not self.value <= self.threshold
+
+
+_MEANS = {
+    "gap_change": "the gap between loading and unloading at {at} changes by {value} from cycle 1 "
+    "to 2 (allowed {limit}): the first loading left something behind, as yield, creep or slip do",
+    "set": "the contact has moved by {value} at {at} beside its movement at the top (allowed "
+    "{limit}): it has set, crept or slipped",
+    "reload": "the second loading deforms {value} differently from the first (allowed {limit}): "
+    "the first one changed the contact",
+    "gap": "unloading lies {value} from loading at {at} (allowed {limit}): creep, slip, yield or "
+    "drift; one cycle, or cycles without holds, cannot tell which",
+    "hold_split": "deformation goes on by {value} in a hold while loading beyond what it does "
+    "while unloading (allowed {limit}): the contact creeps; stiffness depends on the holds' length",
+    "hold_creep": "deformation goes on in the holds, by {value} in all (allowed {limit}): the "
+    "contact is not settled when the next step begins",
+}
+
+
+def gate(
+    name: str, value: float, threshold: float, unit: str, blocks: Blocks, sentence: str
+) -> Gate:
+    """A gate whose sentence is kept only where it fires."""
+    made = Gate(name, value, threshold, unit, blocks, sentence)
+    return made if made.fires else Gate(name, value, threshold, unit, blocks, "")
+
+
+def sign_gate(sign: Sign, rehearsed_m: float, span_m: float) -> Gate:
+    """The gate of a sign that vanishes for an elastic contact."""
+    threshold = max(rehearsed_m, HARMLESS * span_m)
+    text = _MEANS[sign.name].format(
+        at=format_quantity(sign.force_n, "N"), value=format_quantity(sign.value_m, "m"),
+        limit=format_quantity(threshold, "m"),
+    )  # fmt: skip
+    return gate(sign.name, abs(sign.value_m), threshold, "m", "all", text)
+
+
+def creep_gates(creep: HoldCreep, rehearsed_m: float, span_m: float) -> list[Gate]:
+    """The gates of creep in holds."""
+    found = []
+    per_hold = HARMLESS * span_m / max(creep.holds, 1)
+    if creep.unloading_m is not None:
+        value = 0.5 * abs(creep.loading_m - creep.unloading_m)
+        found.append(_creep("hold_split", value, max(rehearsed_m, per_hold)))
+    total = abs(creep.total_m)
+    found.append(_creep("hold_creep", total, max(rehearsed_m * creep.holds, CREEP_SHARE * span_m)))
+    return found
+
+
+def _creep(name: str, value: float, threshold: float) -> Gate:
+    text = _MEANS[name].format(
+        value=format_quantity(value, "m"), limit=format_quantity(threshold, "m")
+    )
+    return gate(name, value, threshold, "m", "all", text)
+
+
+def drift_gate(shift_m: float, elapsed_s: float, span_m: float) -> Gate:
+    """The gate of a drift correction; `shift_m` is what drift does between the chord's forces."""
+    text = (
+        f"the rig drifts by {format_quantity(shift_m, 'm')} in the {elapsed_s:.0f} s of the "
+        f"loading, {abs(shift_m) / span_m:.1%} of the deformation (allowed {HARMLESS_DRIFT:.0%}): "
+        "it is taken out, but such a drift is rarely even; let the rig warm up"
+    )
+    return gate("drift", abs(shift_m) / span_m, HARMLESS_DRIFT, "", "all", text)
+
+
+def touch_gate(shift_m: float, threshold_m: float, limit_n: float | None) -> Gate:
+    """The gate of the point of touch, first to last."""
+    believed = f" below the elastic limit of {format_quantity(limit_n, 'N')} that was believed" if (
+        limit_n is not None and shift_m > 0.0) else ""  # fmt: skip
+    text = (
+        f"the point of touch has moved by {format_quantity(shift_m, 'm')} from first to last "
+        f"(allowed {format_quantity(threshold_m, 'm')}): the payload has yielded{believed} or "
+        "seated, or the rig drifts"
+        if shift_m > 0.0
+        else f"the point of touch has moved by {format_quantity(shift_m, 'm')} from first to last "
+        f"(allowed {format_quantity(threshold_m, 'm')}): the rig drifts, or the payload grew"
+    )
+    return gate("touch_shift", abs(shift_m), threshold_m, "m", "all", text)
+
+
+def lateral_gate(share: float) -> Gate:
+    """The gate of force across the axis."""
+    text = (
+        f"the force across the axis reaches {share:.0%} of that along it (allowed "
+        f"{LATERAL_SHARE:.0%}): the arm bends sideways, and its deflection is not that of K_s"
+    )
+    return gate("lateral", share, LATERAL_SHARE, "", "all", text)
+
+
+def shape_gates(advantage: float, allowed: float, better: str, off: float, off_allowed: float
+) -> list[Gate]:  # fmt: skip
+    """The gates of the power law's shape.
+
+    Args:
+        advantage: χ² of the power law less that of the best other law.
+        allowed: how much is allowed.
+        better: name of that law.
+        off: relative deviation of the local chord from that of the power law's fit.
+        off_allowed: how much is allowed.
+    """
+    return [
+        gate(
+            "shape", advantage, allowed, "", "law",
+            f"the data speak for another law ({better}) than a power law: χ² differs by "
+            f"{advantage:.1f} (allowed {allowed:.1f})",
+        ),
+        gate(
+            "chord_of_fit", abs(off), off_allowed, "", "law",
+            f"the power law's own chord is {off:+.1%} from the measured one (allowed "
+            f"± {off_allowed:.1%}): the law does not describe this contact",
+        ),
+    ]  # fmt: skip
+
+
+def fit_gate(chi2: float, allowed: float, law: str) -> Gate:
+    """The gate of the lack of fit of the best law; far beyond what is allowed the stated errors
+    are too small, and with them every interval."""
+    far = chi2 > FAR * allowed
+    text = (
+        f"no law fits: the best one ({law}) leaves χ² = {chi2:.3g} (allowed {allowed:.3g}) with "
+        "the stated errors"
+    ) + ("; they are too small, or the travel jumps: no interval holds" if far else "")
+    return gate("lack_of_fit", chi2, allowed, "", "all" if far else "law", text)
+
+
+def fired(gates: Sequence[Gate], *, of_law: bool) -> tuple[str, ...]:
+    """Sentences of the gates that block a figure, one that rests on a law or not."""
+    return tuple(g.sentence for g in gates if g.fires and (of_law or g.blocks == "all"))

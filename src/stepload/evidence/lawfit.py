@@ -1,0 +1,184 @@
+"""Fits of all laws to one loading, weighed with what is known of the errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stepload.evidence.laws import (
+    ADHESIVE,
+    BILINEAR,
+    FIXED,
+    HERTZ_LINEAR,
+    PLASTIC,
+    POWER,
+    ROUGH,
+    STIFFENING,
+    Law,
+)
+from stepload.identify.fit import FloatArray
+
+CHI2_95 = 3.841459
+CANNOT_TELL = 4.0
+"""Laws whose χ² is no further than this above the best are not told apart by the data."""
+ROUGHEST = 0.15
+"""Largest 1.22 σ κ^-0.16 of a surface whose roughness nobody has told, as a share of the smooth
+deformation at the top: 5 µm rms on the paper's plastic sphere at 300 N."""
+ROUGHNESS_SIGMA = 0.2
+"""Relative uncertainty of a roughness length 1.22 σ κ^-0.16 that was stated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Roughness:
+    """What is known of the roughness: its length 1.22 σ κ^-0.16 in m, 0 for a surface that was
+    declared smooth, None where nobody has told it."""
+
+    length_m: float | None = None
+
+
+class Whitened:
+    """One loading with the covariance of its errors, ready for many fits."""
+
+    def __init__(self, force_n: FloatArray, deformation_m: FloatArray, covariance: FloatArray):
+        """Take (B,) forces above 0, deformations and (B, B) covariance in m²."""
+        self.top_n = float(force_n.max())
+        self.u = force_n / self.top_n
+        self.scale_m = float(np.ptp(deformation_m))
+        root = np.linalg.cholesky(covariance / self.scale_m**2)
+        self._inverse = np.linalg.inv(root)
+        self.y = self._inverse @ (deformation_m / self.scale_m)
+        self.ones = self._inverse @ np.ones_like(self.u)
+
+    def columns(self, law: Law, shape: float) -> FloatArray:
+        """Whitened columns (B, 1 + k): the zero and the law's."""
+        return np.column_stack([self.ones, self._inverse @ law.basis(self.u, shape)])
+
+    def whiten(self, values: FloatArray) -> FloatArray:
+        """Deformations (B, ...) in m as errors of unit variance."""
+        return np.asarray(self._inverse @ (values / self.scale_m))
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One law at one shape parameter; coefficients (1 + k,) in m, their covariance in m²."""
+
+    shape: float
+    chi2: float
+    coefficients: FloatArray
+    covariance: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class LawFit:
+    """One law: all its points, the best first in `best`."""
+
+    law: Law
+    points: tuple[Point, ...]
+    top_n: float
+    degrees: int
+
+    @property
+    def best(self) -> Point:
+        """The point of least χ²."""
+        return min(self.points, key=lambda point: point.chi2)
+
+    @property
+    def chi2(self) -> float:
+        """Least χ² of this law."""
+        return self.best.chi2
+
+    def gradient(self, shape: float, force_n: float) -> FloatArray:
+        """(1 + k,): the deformation since touch at a force is this @ coefficients."""
+        column = self.law.basis(np.array([force_n / self.top_n]), shape)[0]
+        return np.concatenate([[0.0], column - self.law.at_touch(shape)])
+
+    def plane_gradient(self, shape: float, force_n: float) -> FloatArray:
+        """The same since the mean plane of the asperities, which is the law's zero."""
+        return np.concatenate([[0.0], self.law.basis(np.array([force_n / self.top_n]), shape)[0]])
+
+    def slope_gradient(self, shape: float, force_n: float) -> FloatArray:
+        """(1 + k,): dδ/dF in m/N at a force is this @ coefficients."""
+        u = force_n / self.top_n
+        step = 1e-4 * u
+        low, high = self.law.basis(np.array([u - step, u + step]), shape)
+        return np.concatenate([[0.0], (high - low) / (2.0 * step * self.top_n)])
+
+    def zero_m(self, shape: float, coefficients: FloatArray) -> float:
+        """Deformation at the law's touch in the coordinate of the data."""
+        return float(coefficients[0] + self.law.at_touch(shape) @ coefficients[1:])
+
+
+def fit_law(data: Whitened, law: Law, roughness: Roughness | None = None) -> LawFit | None:
+    """Fit a law at every shape parameter of its grid; None where none is possible.
+
+    A stated roughness holds the rough law to its length, within 20 %.
+    """
+    points = [p for shape in law.grid.tolist() if (p := _point(data, law, shape, roughness))]
+    if not points:
+        return None
+    if len(law.grid) > 2:
+        best = int(np.argmin([p.chi2 for p in points]))
+        low = points[max(best - 1, 0)].shape
+        high = points[min(best + 1, len(points) - 1)].shape
+        finer = np.linspace(low, high, 17)[1:-1].tolist()
+        points += [p for shape in finer if (p := _point(data, law, shape, roughness))]
+        points.sort(key=lambda point: point.shape)
+    degrees = data.u.size - 1 - law.parameters
+    return LawFit(law, tuple(points), data.top_n, degrees)
+
+
+def _point(data: Whitened, law: Law, shape: float, roughness: Roughness | None) -> Point | None:
+    columns = data.columns(law, shape)
+    norm = np.linalg.norm(columns, axis=0)
+    q, r = np.linalg.qr(columns / norm)
+    if np.abs(np.diag(r)).min() < 1e-9:
+        return None
+    inverse = np.linalg.inv(r) / norm[:, None]
+    projected = q.T @ data.y
+    scaled = inverse @ projected
+    if (scaled[1:] < 0.0).any() or scaled[1:].sum() <= 0.0:
+        return None
+    chi2 = float(data.y @ data.y - projected @ projected)
+    coefficients = scaled * data.scale_m
+    if law is ROUGH and shape > ROUGHEST and (roughness is None or roughness.length_m is None):
+        return None
+    if law is ROUGH and roughness is not None and roughness.length_m:
+        length_m = shape * float(coefficients[1])
+        chi2 += (math.log(length_m / roughness.length_m) / ROUGHNESS_SIGMA) ** 2
+    return Point(shape, max(chi2, 0.0), coefficients, inverse @ inverse.T * data.scale_m**2)
+
+
+def fit_laws(data: Whitened, roughness: Roughness, *, adhesive: bool) -> dict[str, LawFit]:
+    """All laws that may hold here, by name.
+
+    Args:
+        data: a loading.
+        roughness: what is known; a surface declared smooth is not fitted as a rough one.
+        adhesive: whether the force went below zero about the touch.
+    """
+    laws: list[Law] = [POWER, HERTZ_LINEAR, BILINEAR, STIFFENING, PLASTIC]
+    if roughness.length_m != 0.0:
+        laws.append(ROUGH)
+    if adhesive:
+        laws.append(ADHESIVE)
+    found = {law.name: fit_law(data, law, roughness) for law in laws}
+    return {name: fit for name, fit in found.items() if fit is not None}
+
+
+def fixed_exponents(power: LawFit, data: Whitened) -> dict[str, float]:
+    """χ² of the exponents that theory knows, by name."""
+    found = {}
+    for n, name in FIXED.items():
+        point = _point(data, power.law, 1.0 / n, None)
+        if point is not None:
+            found[name] = point.chi2
+    return found
+
+
+def alike(fits: Sequence[LawFit]) -> tuple[LawFit, ...]:
+    """The laws that the data cannot tell apart, the best first."""
+    ordered = sorted(fits, key=lambda fit: fit.chi2)
+    return tuple(fit for fit in ordered if fit.chi2 <= ordered[0].chi2 + CANNOT_TELL)

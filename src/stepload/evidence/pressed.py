@@ -1,0 +1,61 @@
+"""A run as evidence is taken from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from stepload.evidence.lawfit import Roughness
+from stepload.evidence.loops import Deflection
+from stepload.evidence.path import Track
+from stepload.identify.sources import Sources
+
+
+class Touch(NamedTuple):
+    """One point of touch: when, at which travel in m, at which force in N."""
+
+    time_s: float
+    travel_m: float
+    force_n: float
+
+
+@dataclass(frozen=True, slots=True)
+class Pressed:
+    """A run as this room takes it.
+
+    Attributes:
+        tracks: number, loading and unloading (or None) of each cycle in the order of time; one
+            zero of travel for all.
+        deflection: what the system takes of the travel, in m at forces (N,).
+        deflection_sigma: its standard uncertainty at forces (N,), one error for all of them.
+        table_sigma: the same of a table's rows: neighbours err alike, over the smooth length.
+        sources: what is known of the errors.
+        roughness: what is known of the surface.
+        touches: the first point of touch and the last; None without two.
+        lateral_share: largest force across the axis as a share of that along it; None unknown.
+        adhesive: whether the force went below zero about the touch.
+        elastic_limit_n: F_c as it is believed, None where it is not known.
+        secant_force_n: where secants from touch and tangents are wanted.
+        accuracy: half width that is asked for, 1/t.
+        between_n: forces of the chord; None: 10 % of the top force, and the top.
+        doubts: sentences from elsewhere that block every figure.
+    """
+
+    tracks: Sequence[tuple[int, Track, Track | None]]
+    deflection: Deflection
+    deflection_sigma: Deflection
+    sources: Sources
+    roughness: Roughness = field(default_factory=Roughness)
+    touches: tuple[Touch, Touch] | None = None
+    lateral_share: float | None = None
+    adhesive: bool = False
+    elastic_limit_n: float | None = None
+    secant_force_n: float = math.inf
+    accuracy: float = 0.2
+    between_n: tuple[float, float] | None = None
+    doubts: tuple[str, ...] = ()
+    table_sigma: Deflection = np.zeros_like

@@ -1,0 +1,84 @@
+"""A figure with its interval, the lines that make it, and whether it may be called identified."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from stepload.identify.judge import ResultVerdict
+from stepload.identify.smooth import NORMAL_95
+
+NO_ERRORS = (
+    "there is no interval and no K_max: the numbers have neither noise nor steps, so they do not "
+    "tell how well they were measured; state --force-noise, --position-noise or --msde"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One source of uncertainty: its size in words, its relative standard uncertainty."""
+
+    source: str
+    size: str
+    relative: float
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """One stiffness.
+
+    Attributes:
+        kind: "chord", "secant_from_touch", "secant_from_mean_plane" or "tangent".
+        value_n_per_m: NaN where the data leave it open.
+        interval_n_per_m: nominal 95 %, (low, high).
+        from_n, to_n: between which forces it holds; `from_n` is 0 where the touch is one end.
+        lines: what the interval is made of.
+        verdict: whether it may be believed.
+        why: why it is not identified, and what it rests on; whole sentences.
+    """
+
+    kind: str
+    value_n_per_m: float
+    interval_n_per_m: tuple[float, float]
+    from_n: float
+    to_n: float
+    lines: tuple[Line, ...]
+    verdict: ResultVerdict
+    why: tuple[str, ...]
+
+    @property
+    def relative(self) -> float:
+        """Relative standard uncertainty of all lines together."""
+        return math.sqrt(sum(line.relative**2 for line in self.lines))
+
+    @property
+    def half_width(self) -> float:
+        """Half the interval as a share of the value."""
+        low, high = self.interval_n_per_m
+        return (high - low) / (2.0 * self.value_n_per_m)
+
+
+@dataclass(frozen=True, slots=True)
+class Exponent:
+    """n of the power law, over the laws that the data cannot tell apart."""
+
+    value: float
+    interval: tuple[float, float]
+    verdict: ResultVerdict
+    why: tuple[str, ...]
+
+
+def log_interval(value: float, lines: Sequence[Line]) -> tuple[float, float]:
+    """The 95 % interval of a positive figure from its lines, taken in the logarithm."""
+    factor = math.exp(min(NORMAL_95 * math.sqrt(sum(line.relative**2 for line in lines)), 700.0))
+    return value / factor, value * factor
+
+
+def without_interval(quantity: Quantity) -> Quantity:
+    """The same where nothing is known of the errors."""
+    verdict = quantity.verdict
+    if verdict is ResultVerdict.IDENTIFIED:
+        verdict = ResultVerdict.MARGINAL
+    why = (*quantity.why, NO_ERRORS)
+    return replace(quantity, interval_n_per_m=(0.0, math.inf), lines=(), verdict=verdict, why=why)

@@ -1,0 +1,133 @@
+"""Rehearsals of the run's own ideal contact: how large a sign may be where there is nothing.
+
+The forces of the run are taken as they were, the deformation as the fitted power law gives it, and
+the rig's stated errors are drawn: smooth error, quanta, noise, a loop of up to 3 % of the stored
+energy that repeats in every cycle. The 99 % quantile of a sign over the rehearsals is its
+threshold. The same record gives the same thresholds: the seed is fixed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stepload.evidence.elastic import Elastic
+from stepload.evidence.loops import Branch
+from stepload.evidence.pressed import Pressed
+from stepload.evidence.signs import Sign
+from stepload.identify.fit import FloatArray
+from stepload.identify.smooth import smooth_correlation
+from stepload.identify.sources import Sources
+
+REHEARSALS = 400
+QUANTILE = 0.99
+LARGEST_LOOP = 0.03
+NOT_REPEATED = 0.2
+"""Share of the smooth error that is another one in every branch."""
+_WITHIN = 5
+"""Places within a stretch at which its quantum is looked at."""
+_GRID = 48
+
+
+def draws(
+    branches: Sequence[Branch], ideal: Elastic, run: Pressed, length_n: float
+) -> list[FloatArray]:
+    """Travel (B, REHEARSALS) of every branch; the error of K_s is the same in all of them."""
+    sources = run.sources
+    rng = np.random.default_rng(12345)
+    grid = np.linspace(0.0, ideal.top_n, _GRID)
+    root = np.linalg.cholesky(smooth_correlation(grid, length_n) + 1e-6 * np.eye(_GRID))
+    common = root @ rng.standard_normal((_GRID, REHEARSALS))
+    loop = 0.6 * LARGEST_LOOP * rng.uniform(0.0, 1.0, REHEARSALS)
+    deep_m = float(ideal.deformation(np.array([ideal.top_n]))[0])
+    bend = rng.standard_normal(REHEARSALS)
+    found = []
+    for branch in branches:
+        path = branch.path
+        own = root @ rng.standard_normal((_GRID, REHEARSALS))
+        # A slow drift puts every branch elsewhere within the quantum.
+        place = rng.uniform(0.0, 1.0, REHEARSALS) * sources.position_resolution_m
+        smooth = sources.smooth_error_m * (common + NOT_REPEATED * own)
+        travel = ideal.travel(path.force_n)[:, None] + place + _interpolated(
+            path.force_n, grid, smooth)  # fmt: skip
+        travel = travel + run.deflection_sigma(path.force_n)[:, None] * bend
+        if path.size > 1 and path.force_n[0] > path.force_n[-1]:
+            share = np.clip(path.force_n / ideal.top_n, 0.0, 1.0)
+            travel = travel + 4.0 * deep_m * (share * (1.0 - share))[:, None] * loop
+        noise_n = np.hypot(
+            sources.force_noise_n, sources.force_resolution_n / np.sqrt(12.0)
+        ) / np.sqrt(path.count)  # fmt: skip
+        travel += (ideal.compliance(path.force_n) * noise_n)[:, None] * rng.standard_normal(
+            travel.shape)  # fmt: skip
+        found.append(_read(travel, path.span_m, path.count, sources, rng))
+    return found
+
+
+def _interpolated(force_n: FloatArray, grid: FloatArray, values: FloatArray) -> FloatArray:
+    place = np.clip(force_n / (grid[1] - grid[0]), 0.0, len(grid) - 1.000001)
+    low = place.astype(np.intp)
+    share = (place - low)[:, None]
+    return np.asarray(values[low] * (1.0 - share) + values[low + 1] * share)
+
+
+def _read(
+    travel: FloatArray,
+    span: FloatArray,
+    count: FloatArray,
+    sources: Sources,
+    rng: np.random.Generator,
+) -> FloatArray:
+    """What a sensor with noise and a quantum reads of the mean of each stretch."""
+    quantum, noise = sources.position_resolution_m, sources.position_noise_m
+    if quantum <= 0.0:
+        return np.asarray(
+            travel + noise / np.sqrt(count)[:, None] * rng.standard_normal(travel.shape)
+        )
+    total = np.zeros_like(travel)
+    for k in range(_WITHIN):
+        here = travel + ((k - 0.5 * (_WITHIN - 1)) / _WITHIN) * span[:, None]
+        here = here + noise * rng.standard_normal(travel.shape)
+        total += np.round(here / quantum)
+    return np.asarray(total * (quantum / _WITHIN))
+
+
+def thresholds(
+    signs: Sequence[Sign], branches: Sequence[Branch], drawn: Sequence[FloatArray]
+) -> dict[str, float]:
+    """The 99 % quantile of the size of every sign, in m."""
+    index = {id(branch): travel for branch, travel in zip(branches, drawn, strict=True)}
+    return {
+        sign.name: float(
+            np.quantile(
+                np.abs(np.sum([weights @ index[id(b)] for b, weights in sign.terms], axis=0)),
+                QUANTILE,
+            )
+        )
+        for sign in signs
+    }
+
+
+def creep_threshold(samples: int, holds: int, sources: Sources, whole_m_per_n: float) -> float:
+    """The 99 % quantile of the mean over holds of their creep (see `loops.Hold`), in m.
+
+    Args:
+        samples: of the early part of a hold.
+        holds: over how many the mean goes.
+        sources: of the errors.
+        whole_m_per_n: compliance of payload and system: what noise of force does.
+    """
+    rng = np.random.default_rng(54321)
+    shape = (2, max(holds, 1), REHEARSALS)
+    quantum = sources.position_resolution_m
+    noise = sources.position_noise_m
+    place = rng.uniform(0.0, 1.0, shape[1:]) * quantum
+    reads = np.zeros(shape)
+    within = int(min(max(samples, 1), 12))
+    for _ in range(within):
+        here = place + noise * rng.standard_normal(shape)
+        reads += np.round(here / quantum) * quantum if quantum > 0.0 else here
+    reads *= 1.0 / within
+    bend = whole_m_per_n * sources.force_noise_n / np.sqrt(max(samples, 1))
+    change = reads[1] - reads[0] + np.sqrt(2.0) * bend * rng.standard_normal(shape[1:])
+    return float(np.quantile(np.abs(change.mean(axis=0)), QUANTILE))

@@ -1,0 +1,170 @@
+"""Signs of something that is not elastic: what two cycles, unloading and holds say.
+
+Each sign is a length in metres that vanishes for an elastic contact on a steady rig. All but the
+creep in holds are weighted sums of the travel, so that rehearsals cost one product each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stepload.evidence.chord import chord
+from stepload.evidence.loops import Branch, Loop
+from stepload.evidence.site import Site, hold_site, site, top_site
+from stepload.identify.fit import FloatArray
+
+LOWEST_SHARE = 0.15
+"""Without holds on the way down the gap is taken at this share of the top force."""
+
+Compliance = Callable[[float], float]
+"""dδ/dF in m/N at a force in N: of payload and system together."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sign:
+    """One sign.
+
+    Attributes:
+        name: short name; see `gates.SENTENCES`.
+        value_m: as measured.
+        terms: (branch, weights (B,)) whose sum over travel is this sign.
+        force_n: the force it is taken at.
+    """
+
+    name: str
+    value_m: float
+    terms: tuple[tuple[Branch, FloatArray], ...]
+    force_n: float
+
+
+def branches_of(loops: Sequence[Loop]) -> list[Branch]:
+    """Every branch of the first two cycles, in the order of time."""
+    found = []
+    for loop in loops[:2]:
+        found.append(loop.loading)
+        if loop.unloading is not None:
+            found.append(loop.unloading)
+    return found
+
+
+def signs_of(loops: Sequence[Loop], compliance: Compliance) -> list[Sign]:
+    """All signs that these cycles can show."""
+    first, second = loops[0], loops[1] if len(loops) > 1 else None
+    low_n = lowest_common(loops)
+    found: list[Sign] = []
+    if low_n is not None:
+        gaps = [gap for loop in loops[:2] if (gap := _gap(loop, low_n, compliance)) is not None]
+        found += [gaps[0]] if gaps else []
+        if len(gaps) == 2:
+            found.append(_difference("gap_change", gaps[0], gaps[1]))
+    if second is not None:
+        tops = [(loop.loading, top_site(loop.loading.path)) for loop in (first, second)]
+        shift = _shift("top_shift", tops, compliance)
+        found.append(shift)
+        at = low_n if low_n is not None else LOWEST_SHARE * tops[0][1].force_n
+        lows = [(loop.loading, _low_site(loop.loading, at)) for loop in (first, second)]
+        found.append(_difference("set", _shift("low_shift", lows, compliance), shift))
+        whole = chord(first.loading)
+        again = chord(second.loading, whole.from_n, min(whole.to_n, _top(second.loading)))
+        same = chord(first.loading, again.from_n, again.to_n)
+        found.append(
+            Sign(
+                "reload",
+                again.span_m - same.span_m,
+                ((second.loading, again.weights), (first.loading, -same.weights)),
+                whole.to_n,
+            )
+        )
+    return found
+
+
+def lowest_common(loops: Sequence[Loop]) -> float | None:
+    """The lowest force at which loading and unloading can be compared; None without unloading."""
+    ups = [loop.unloading.path for loop in loops[:2] if loop.unloading is not None]
+    if not ups:
+        return None
+    held = [float(path.force_n[path.held > 0].min()) for path in ups if (path.held > 0).any()]
+    top_n = float(loops[0].loading.path.force_n.max())
+    reached = max(float(path.force_n.min()) for path in [*ups, loops[0].loading.path])
+    if held:
+        return max(max(held), reached)
+    return max(LOWEST_SHARE * top_n, reached)
+
+
+def _top(branch: Branch) -> float:
+    return float(branch.path.force_n.max())
+
+
+def _low_site(branch: Branch, force_n: float) -> Site:
+    return hold_site(branch.path, force_n) or site(branch.path, force_n)
+
+
+def _gap(loop: Loop, low_n: float, compliance: Compliance) -> Sign | None:
+    """Unloading less loading."""
+    if loop.unloading is None or float(loop.unloading.path.force_n.min()) > 1.05 * low_n:
+        return None
+    pair = [(loop.loading, _low_site(loop.loading, low_n)),
+            (loop.unloading, _low_site(loop.unloading, low_n))]  # fmt: skip
+    return _shift("gap", pair, compliance)
+
+
+def _shift(name: str, pair: Sequence[tuple[Branch, Site]], compliance: Compliance) -> Sign:
+    """The second less the first, brought to one force."""
+    (one, at), (other, there) = pair
+    value = float(there.weights @ other.path.travel_m - at.weights @ one.path.travel_m)
+    force_n = 0.5 * (at.force_n + there.force_n)
+    value -= compliance(force_n) * (there.force_n - at.force_n)
+    return Sign(name, value, ((other, there.weights), (one, -at.weights)), force_n)
+
+
+def _difference(name: str, one: Sign, other: Sign) -> Sign:
+    terms = (*one.terms, *((branch, -weights) for branch, weights in other.terms))
+    return Sign(name, one.value_m - other.value_m, terms, one.force_n)
+
+
+@dataclass(frozen=True, slots=True)
+class HoldCreep:
+    """Creep in holds, in metres: sums and means over holds, see `loops.Hold`.
+
+    Attributes:
+        loading_m: mean over the holds while loading.
+        unloading_m: mean over those while unloading; None without any.
+        total_m: sum over the loading holds of the first cycle between the chord's forces.
+        holds: how many; `lasted_s` their median length.
+    """
+
+    loading_m: float
+    unloading_m: float | None
+    total_m: float
+    holds: int
+    lasted_s: float
+
+
+def hold_creep(loops: Sequence[Loop], from_n: float, compliance: Compliance) -> HoldCreep | None:
+    """What the holds of the first two cycles show; None without holds.
+
+    Args:
+        loops: the cycles.
+        from_n: holds below this force add nothing to the chord.
+        compliance: dδ/dF of the payload.
+    """
+    up = [[(h, h.creep(compliance(h.force_n))) for h in loop.loading.holds] for loop in loops[:2]]
+    loading = [crept for holds in up for _, crept in holds]
+    if not loading:
+        return None
+    unloading = [
+        hold.creep(compliance(hold.force_n))
+        for loop in loops[:2]
+        if loop.unloading is not None
+        for hold in loop.unloading.holds
+    ]
+    return HoldCreep(
+        float(np.mean(loading)),
+        float(np.mean(unloading)) if unloading else None,
+        float(sum(crept for hold, crept in up[0] if hold.force_n > 0.9 * from_n)),
+        len(loading),
+        float(np.median([hold.lasted_s for holds in up for hold, _ in holds])),
+    )

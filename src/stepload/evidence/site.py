@@ -1,0 +1,72 @@
+"""The deformation at one force, read locally from a branch: a weighted sum, no law."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stepload.evidence.path import Path
+from stepload.identify.fit import FloatArray
+
+REACH = 0.2
+"""Samples within this share of the force about it are used."""
+TOP_REACH = 0.15
+AT_TOP = 0.97
+"""A hold of at least this share of the largest force is the top."""
+_FEWEST = 3
+_HEAVIEST = 3.0
+"""One stretch (a hold) weighs at most so many times the usual one: its quantum is one number."""
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """The deformation at `force_n` is `weights` (B,) @ deformation."""
+
+    force_n: float
+    weights: FloatArray
+
+
+def top_site(path: Path) -> Site:
+    """At the largest force: the hold there, or the end of the loading."""
+    largest_n = float(path.force_n.max())
+    held = (path.held > 0) & (path.force_n >= AT_TOP * largest_n)
+    if held.any():
+        # The hold that was reached first is the top; a later one of the same level adds creep.
+        last = held & (path.held == path.held[held][0])
+        weights = np.where(last, path.count, 0.0)
+        weights /= weights.sum()
+        return Site(float(weights @ path.force_n), weights)
+    return site(path, largest_n, TOP_REACH)
+
+
+def site(path: Path, force_n: float, reach: float = REACH) -> Site:
+    """At a force within the path: a straight line through the stretches about it."""
+    near = np.abs(path.force_n - force_n) <= reach * force_n
+    if near.sum() < _FEWEST:
+        near = np.zeros(path.size, dtype=bool)
+        near[np.argsort(np.abs(path.force_n - force_n))[:_FEWEST]] = True
+    usual = float(np.median(path.count[near & (path.held == 0)])) if (
+        near & (path.held == 0)).any() else float(path.count.max())  # fmt: skip
+    weight = np.where(near, np.minimum(path.count, _HEAVIEST * usual), 0.0)
+    weight /= weight.sum()
+    mean_n = float(weight @ path.force_n)
+    away = path.force_n - mean_n
+    spread = float(weight @ away**2)
+    if spread > (1e-3 * force_n) ** 2:
+        weight = weight * (1.0 + (force_n - mean_n) * away / spread)
+    return Site(force_n, weight)
+
+
+def hold_site(path: Path, hold_force_n: float) -> Site | None:
+    """In the hold nearest to a force; None where there is none within a tenth of it."""
+    held = path.held > 0
+    if not held.any():
+        return None
+    nearest = int(np.argmin(np.where(held, np.abs(path.force_n - hold_force_n), np.inf)))
+    if abs(path.force_n[nearest] - hold_force_n) > 0.1 * hold_force_n:
+        return None
+    same = path.held == path.held[nearest]
+    weights = np.where(same, path.count, 0.0)
+    weights /= weights.sum()
+    return Site(float(weights @ path.force_n), weights)

@@ -1,0 +1,65 @@
+"""The interval of a figure over all laws that the data cannot tell apart.
+
+Averaging over laws by their evidence is no remedy: the data do not weigh them. So the interval is
+the union of the profile-likelihood intervals of all of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from stepload.evidence.lawfit import CHI2_95, LawFit, Point, alike
+from stepload.identify.fit import FloatArray
+
+Read = Callable[[LawFit, float], FloatArray]
+"""From a law and its shape parameter to the gradient of a length over the coefficients."""
+
+
+class Range(NamedTuple):
+    """Interval of the logarithm of a length."""
+
+    low: float
+    high: float
+
+
+def profile(fit: LawFit, read: Read) -> Range | None:
+    """The profile-likelihood interval (95 %) of the logarithm of a length under one law; None where
+    the length may be 0."""
+    low, high = math.inf, -math.inf
+    for point in fit.points:
+        beyond = point.chi2 - fit.chi2
+        if beyond > CHI2_95:
+            continue
+        found = at_point(fit, point, read)
+        if found is None:
+            return None
+        value, sigma = found
+        reach = math.sqrt(CHI2_95 - beyond) * sigma
+        low, high = min(low, value - reach), max(high, value + reach)
+    return Range(low, high)
+
+
+def at_point(fit: LawFit, point: Point, read: Read) -> tuple[float, float] | None:
+    """Logarithm of a length at one point of a law, and its standard uncertainty."""
+    gradient = read(fit, point.shape)
+    length = float(gradient @ point.coefficients)
+    if not length > 0.0:
+        return None
+    return math.log(length), math.sqrt(
+        max(float(gradient @ point.covariance @ gradient), 0.0)
+    ) / length
+
+
+def union(law_sets: Sequence[Sequence[LawFit]], read: Read) -> Range | None:
+    """The union over the laws that are alike in each of several sets (one per assumption about the
+    errors); None where one of them leaves the length open."""
+    low, high = math.inf, -math.inf
+    for laws in law_sets:
+        for fit in alike(laws):
+            found = profile(fit, read)
+            if found is None:
+                return None
+            low, high = min(low, found.low), max(high, found.high)
+    return Range(low, high) if low <= high else None

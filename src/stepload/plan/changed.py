@@ -1,0 +1,52 @@
+"""A plan with some of its values changed, as if it had been written and read so."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+
+from stepload.plan.checks import impossibilities_between
+from stepload.plan.derived import RULES
+from stepload.plan.draft import UnknownError
+from stepload.plan.model import Plan
+
+
+def follows(plan: Plan, section: str, field: str) -> bool:
+    """Whether a value is what follows from the others where a plan leaves it out."""
+    for of, name, rule in RULES:
+        if (of, name) == (section, field):
+            with suppress(UnknownError):
+                return bool(getattr(getattr(plan, of), name) == rule(plan))
+    return False
+
+
+def rederived(before: Plan, after: Plan) -> Plan:
+    """`after`, a changed `before`, with all that followed from other values following anew.
+
+    What was changed itself is given from then on.
+    """
+    given = {
+        (section, field)
+        for section, field, _ in RULES
+        if section and getattr(getattr(before, section), field)
+        != getattr(getattr(after, section), field)
+    }  # fmt: skip
+    for section, field, rule in RULES:
+        if (section, field) in given:
+            continue
+        if section and follows(before, section, field):
+            with suppress(UnknownError):
+                part = replace(getattr(after, section), **{field: rule(after)})
+                after = replace(after, **{section: part})
+    return after
+
+
+def can_be(plan: Plan) -> bool:
+    """Whether a plan would be read without a problem between its values."""
+    procedure = plan.procedure
+    return (
+        procedure.surface_uncertainty_m <= procedure.surface_distance_m
+        and procedure.search_distance_m >= 2.0 * procedure.surface_uncertainty_m
+        and procedure.step_n <= procedure.top_force_n
+        and next(impossibilities_between(plan), None) is None
+    )

@@ -1,0 +1,114 @@
+"""What is to be said beside a comparison: what was taken as shared, and what was left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from stepload.identify.repeats import LEAST_DEGREES
+from stepload.results.origins import origin_of
+
+if TYPE_CHECKING:
+    from stepload.results.comparison import ComparedRun, CurveGiven
+
+REACHED = 0.98
+"""A force counts as reached from this share of it on: levels are held that well."""
+
+
+def notes_of(
+    runs: Sequence[ComparedRun],
+    groups: Sequence[Sequence[int]],
+    sizes: Sequence[int] | None,
+    given: CurveGiven | None,
+    at_n: float,
+) -> tuple[str, ...]:
+    """The notes of a comparison of `runs` at the force `at_n`."""
+    return (*_group_notes(groups, sizes), *_run_notes(runs, given, at_n))
+
+
+def _group_notes(groups: Sequence[Sequence[int]], sizes: Sequence[int] | None) -> list[str]:
+    notes: list[str] = []
+    if len(groups) < 2:
+        return notes
+    if min(len(groups[0]) + len(group) for group in groups[1:]) < 2 + LEAST_DEGREES:
+        notes.append(
+            "too few repeats to show how well runs repeat: the difference rests on the budget "
+            "alone; three runs of each show it"
+        )
+    if sizes is not None:
+        return notes
+    if max(map(len, groups)) > 1:
+        notes.append("runs of one plan and payload count as repeats; part them otherwise with `vs`")
+    elif len(groups) > 2:
+        notes.append("every run is compared with the first by itself; name repeats with `vs`")
+    return notes
+
+
+def _run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: float) -> list[str]:
+    notes = []
+    payloads = sorted({each.run.metadata.get("payload", "") for each in runs})
+    if len(payloads) > 1:
+        notes.append(f"different payloads: {', '.join(payloads)}")
+    wanted_n = min(each.run.conditions.secant_force_n for each in runs)
+    if at_n < wanted_n:
+        notes.append(
+            f"compared at {at_n:.4g} N instead of {wanted_n:.4g} N: not all runs have reached that"
+        )
+    notes += [
+        f"{each.run.name} has reached {each.found.peak_force_n:.4g} N only: at {at_n:.4g} N it is "
+        "extrapolated, and no difference is stated"
+        for each in runs
+        if each.found.peak_force_n < REACHED * at_n
+    ]
+    if len(runs) > 1:
+        notes += _sharing_notes(runs)
+    if any(len(each.cycles) > 1 for each in runs):
+        notes.append(
+            "values within a run are its cycles: the first is the virgin contact, and a run-in "
+            "shows as spread"
+        )
+    if len(runs) > 1:
+        notes.append(
+            "errors that runs share (K_s, force calibration, kinematics of one pose) do not show "
+            "in their spread; in their difference they cancel as far as both feel them alike"
+        )
+    if given is not None and given.modulus_pa is None and given.plate_pa is None:
+        notes.append("the curve is compared as it is: no modulus was given to correct it by (V-A)")
+    if given is not None:
+        notes.append("the curve counts as exact: its own errors are not known here")
+    return notes
+
+
+def _sharing_notes(runs: Sequence[ComparedRun]) -> list[str]:
+    """What the records tell of the errors that the runs may share."""
+    origins = [origin_of(each.run) for each in runs]
+    notes = []
+    chains = {
+        (each.rig, each.arm, each.axis, each.pose, each.stiffness_n_per_m) for each in origins
+    }
+    if len(chains) > 1 or len({each.calibration for each in origins} - {""}) > 1:
+        notes.append(
+            "different rigs, poses or calibrations: the error of K_s is not taken as common"
+        )
+    elif not all(each.calibration for each in origins) and origins[0].stiffness_n_per_m:
+        notes.append(
+            "the records are older and do not name their calibration: taken as one where rig, arm, "
+            "axis, K_s and its uncertainty are the same"
+        )
+    if len({each.force_sensor for each in origins}) > 1:
+        notes.append("different force sensors: the error of the gain is not taken as common")
+    if not all(each.arm and each.force_sensor for each in origins):
+        notes.append(
+            "a serial number of arm or force sensor is not known: what hangs on it is looked at "
+            "both ways, shared and not"
+        )
+    if len({each.kinematics for each in origins}) > 1:
+        notes.append(
+            "dry runs of different seeds: each seed is a rig with another smooth error of travel"
+        )
+    elif not all(each.pose for each in origins) and origins[0].reach_m is not None:
+        notes.append(
+            "the plans name no pose (rig.arm.pose): whether the smooth error of travel is shared "
+            "is not known and looked at both ways"
+        )
+    return notes

@@ -1,0 +1,102 @@
+"""What runs are compared by: one quantity of each, with the budget and the origin of its errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Protocol
+
+from stepload.errors import DomainError
+from stepload.evidence.answer import weigh
+from stepload.identify.measured import Measured
+from stepload.results.origins import origin_of
+from stepload.results.saved import SavedRun
+
+if TYPE_CHECKING:
+    from stepload.results.comparison import ComparedRun
+
+CHORD = "chord stiffness"
+SECANT = "secant stiffness"
+
+
+class Line(Protocol):
+    """One source of a budget and its relative standard uncertainty."""
+
+    @property
+    def source(self) -> str:
+        """Its name; what is shared goes by it."""
+
+    @property
+    def relative(self) -> float:
+        """Of the quantity, ≥ 0."""
+
+
+class Stiffness(Protocol):
+    """A stiffness between two forces with its budget, such as the headline of a run."""
+
+    @property
+    def value_n_per_m(self) -> float:
+        """The stiffness."""
+
+    @property
+    def from_n(self) -> float:
+        """Lower force."""
+
+    @property
+    def to_n(self) -> float:
+        """Upper force."""
+
+    @property
+    def lines(self) -> Sequence[Line]:
+        """Its budget."""
+
+
+def measured(run: SavedRun, quantity: str, found: Stiffness) -> Measured:
+    """Any stiffness of a run as comparisons take it."""
+    return Measured(
+        run=run.name,
+        quantity=quantity,
+        ln_value=math.log(found.value_n_per_m),
+        from_n=found.from_n,
+        to_n=found.to_n,
+        lines={line.source: line.relative for line in found.lines},
+        origin=origin_of(run),
+    )
+
+
+def chord_of(each: ComparedRun, from_n: float, to_n: float) -> Measured:
+    """The chord stiffness of a run between two forces, read again where they are not its own.
+
+    Raises:
+        DomainError: the data bear no chord there.
+    """
+    headline = each.found.headline
+    if headline is None or (from_n, to_n) != (headline.from_n, headline.to_n):
+        headline = weigh(replace(each.found.run, between_n=(from_n, to_n))).headline
+    return measured(each.run, CHORD, headline)
+
+
+def secant_of(each: ComparedRun, estimator: str, from_n: float, to_n: float) -> Measured:
+    """The secant stiffness (28) of one fit as comparisons take it.
+
+    Raises:
+        DomainError: the fit has no budget, or the forces are not those of its secant.
+    """
+    fit, stated = each.found.fits[estimator], each.found.budgets.get(estimator)
+    if stated is None:
+        raise DomainError(f"{each.run.name}: the {estimator} fit has no interval")
+    if from_n != 0.0 or to_n != fit.secant_force_n:
+        raise DomainError(
+            f"{each.run.name}: a secant from 0 to {fit.secant_force_n:g} N is there, asked for is "
+            f"{from_n:g} to {to_n:g} N"
+        )
+    return Measured(
+        run=each.run.name,
+        quantity=f"{SECANT} ({estimator})",
+        ln_value=math.log(fit.secant_n_per_m),
+        from_n=from_n,
+        to_n=to_n,
+        lines={line.source: line.secant_relative for line in stated.lines},
+        origin=origin_of(each.run),
+    )

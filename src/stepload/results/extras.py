@@ -1,0 +1,279 @@
+"""Results in their own right beside the law: relaxation, unloading, loss, damping.
+
+Each is an object or a `Missing` that says why there is none. Nothing here can fail a run: what the
+numbers do not allow is told, never raised.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from typing import Any, TypeVar
+
+import numpy as np
+
+from stepload.contact.elastic import equivalent_radius
+from stepload.contact.materials import Geometry, Sphere
+from stepload.errors import DomainError
+from stepload.evidence.identification import Identification
+from stepload.identify.fit import FloatArray
+from stepload.identify.hunt_crossley import HuntCrossley, hunt_crossley
+from stepload.identify.loss import CycleLoss, Loss, loss
+from stepload.identify.missing import Missing
+from stepload.identify.relaxation import HoldChange, HoldSamples, Relaxation, relaxation
+from stepload.identify.selection import payload_deformation
+from stepload.identify.unloading import OPINION, Unloading, unloading
+from stepload.record.rows import Phase
+from stepload.results.model import NOTHING, Field, Table, interval, named, number, quantity, table
+from stepload.results.press_data import LOADING, UNLOADING, PressData
+from stepload.units import format_quantity as f
+
+T = TypeVar("T")
+HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
+
+
+@dataclass(frozen=True, slots=True)
+class Extras:
+    """What a run says beside its law; `Missing` where it says nothing.
+
+    Attributes:
+        relaxation: creep compliance from the holds.
+        unloading: one of every cycle with a way down; the reason of the first cycle if none has.
+        loss: loops of the cycles.
+        hunt_crossley: damping.
+    """
+
+    relaxation: Relaxation | Missing
+    unloading: tuple[Unloading, ...] | Missing
+    loss: Loss | Missing
+    hunt_crossley: HuntCrossley | Missing
+
+
+def extras_of(data: PressData, found: Identification, geometry: Geometry | None = None) -> Extras:
+    """Everything beside the law that a run gives.
+
+    Args:
+        data: of the run.
+        found: its identification: the law, K_s and the uncertainty sources.
+        geometry: of the payload where it is known; a sphere on a flat plate gives a modulus.
+    """
+    stiffness = found.conditions.sources.system_stiffness_n_per_m
+    deformation_m = (
+        data.travel_m
+        if stiffness is None
+        else payload_deformation(data.travel_m, data.force_n, stiffness)
+    )
+    return Extras(
+        relaxation=_told(lambda: _relaxation(data, deformation_m, found)),
+        unloading=_told(lambda: _unloadings(data, deformation_m, found, geometry)),
+        loss=_told(lambda: _loss(data, deformation_m, found)),
+        hunt_crossley=_told(lambda: _damping(data, deformation_m, found)),
+    )
+
+
+def _told(compute: Callable[[], T | Missing]) -> T | Missing:
+    """What `compute` finds; what the numbers forbid is a reason, no error."""
+    try:
+        return compute()
+    except (DomainError, np.linalg.LinAlgError, ArithmeticError) as error:
+        return Missing(f"the numbers do not allow it: {str(error).splitlines()[0]}")
+
+
+def _relaxation(
+    data: PressData, deformation_m: FloatArray, found: Identification
+) -> Relaxation | Missing:
+    busy = data.branch((*LOADING, *UNLOADING))
+    if not busy.any():
+        return Missing("the run ended before the first load step")
+    held = np.isin(data.phase, HOLDS)
+    edges = np.flatnonzero(
+        np.diff(held.view(np.int8), prepend=0, append=0)
+        | np.diff(np.where(held, data.phase, -1), prepend=-1, append=-1).astype(bool)
+    )
+    holds = [
+        HoldSamples(
+            data.time_s[start:stop], deformation_m[start:stop], data.force_n[start:stop],
+            bool(data.phase[start] == Phase.HOLD),
+        )
+        for start, stop in pairwise(edges.tolist())
+        if held[start]
+    ]  # fmt: skip
+    first = int(np.argmax(busy))
+    pressed_n = np.where(busy, data.force_n, 0.0)
+    return relaxation(
+        data.time_s[first:], pressed_n[first:], holds, found.fit, found.conditions.sources
+    )
+
+
+def _cycles(data: PressData) -> list[int]:
+    """Cycles with both ways, up and down."""
+    up, down = (np.unique(data.cycle[data.branch(phases)]) for phases in (LOADING, UNLOADING))
+    return [int(cycle) for cycle in np.intersect1d(up, down) if cycle > 0]
+
+
+def _unloadings(
+    data: PressData, deformation_m: FloatArray, found: Identification, geometry: Geometry | None
+) -> tuple[Unloading, ...] | Missing:
+    cycles = _cycles(data)
+    if not cycles:
+        return Missing("no cycle was unloaded in steps: plan `unload: true`")
+    radius_m = None
+    if isinstance(geometry, Sphere) and geometry.counter_radius_m is None:
+        radius_m = equivalent_radius(geometry)
+    fit, sources = found.fit, found.conditions.sources
+    zero_sigma_m = (
+        sum(line.zero_m**2 for line in found.budget.lines) ** 0.5 if found.budget else 0.0
+    )
+    made: list[Unloading] = []
+    missing: list[Missing] = []
+    for cycle in cycles:
+        mask = data.branch(UNLOADING, cycle)
+        one = unloading(
+            deformation_m[mask], data.force_n[mask], sources, cycle=cycle,
+            # Depth is counted from the zero of the first loading: later touches begin a new one.
+            radius_m=radius_m if cycle == cycles[0] and found.budget else None,
+            zero_m=fit.zero_m, zero_sigma_m=zero_sigma_m,
+        )  # fmt: skip
+        if isinstance(one, Missing):
+            missing.append(one)
+        else:
+            made.append(one)
+    return tuple(made) if made else missing[0]
+
+
+def _loss(data: PressData, deformation_m: FloatArray, found: Identification) -> Loss | Missing:
+    cycles = _cycles(data)
+    if not cycles:
+        return Missing("no cycle was unloaded in steps: plan `unload: true`")
+    mask = data.branch((*LOADING, *UNLOADING)) & np.isin(data.cycle, cycles)
+    return loss(
+        data.time_s[mask], deformation_m[mask], data.force_n[mask], data.cycle[mask],
+        lag_sigma_s=found.conditions.sources.lag_sigma_s,
+    )  # fmt: skip
+
+
+def _damping(
+    data: PressData, deformation_m: FloatArray, found: Identification
+) -> HuntCrossley | Missing:
+    mask = data.branch(LOADING)
+    if not mask.any():
+        return Missing("not determined: there is no loading")
+    mask = data.branch(LOADING, cycle=int(data.cycle[mask].min()))
+    return hunt_crossley(
+        data.time_s[mask], deformation_m[mask], data.force_n[mask], found.fit,
+        found.conditions.sources, lag_corrected_s=data.lag_corrected_s,
+    )  # fmt: skip
+
+
+def extras_data(extras: Extras) -> dict[str, Any]:
+    """The object for programs: null where there is no result, `missing` says why."""
+    made: dict[str, Any] = {"missing": {}}
+    for name in ("relaxation", "unloading", "loss", "hunt_crossley"):
+        found = getattr(extras, name)
+        if isinstance(found, Missing):
+            made[name] = None
+            made["missing"][name] = found.why
+        elif isinstance(found, tuple):
+            made[name] = [asdict(each) for each in found]
+        else:
+            made[name] = asdict(found)
+    if isinstance(extras.hunt_crossley, HuntCrossley):
+        made["hunt_crossley"]["alpha_s_per_m"] = extras.hunt_crossley.alpha_s_per_m
+    return made
+
+
+_HOLD: tuple[Field[HoldChange], ...] = (
+    named("force_n", "force", quantity("N")),
+    Field(lambda hold: "up" if hold.loading else "down", label="way"),
+    named("lasted_s", "over", quantity("s")),
+    named("force_change_n", "ΔF", lambda value: f"{value:+.3g} N"),
+    Field(
+        lambda hold: f"{hold.deformation_change_m * 1e6:+.3g} ± {hold.sigma_m * 1e6:.2g} µm",
+        label="Δδ at constant force",
+    ),
+    named("relative", "of δ", lambda value: f"{value:+.2%}"),
+    named("resolved", "resolved", lambda value: "yes" if value else "no"),
+)
+_UNLOADING: tuple[Field[Unloading], ...] = (
+    named("cycle", "cycle"),
+    named("top_force_n", "from", quantity("N")),
+    named("stiffness_n_per_m", "S at the top", quantity("N/m")),
+    named("interval_n_per_m", "95 % interval", interval("N/m")),
+    named("exponent", "n", number(".3f")),
+    named("final_m", "rests at", quantity("m")),
+    Field(
+        lambda row: row.indentation and row.indentation.reduced_modulus_pa,
+        "", "E_r, sphere", quantity("Pa"),
+    ),
+)  # fmt: skip
+_LOSS: tuple[Field[CycleLoss], ...] = (
+    named("cycle", "cycle"),
+    Field(lambda row: f"{row.energy_j * 1e3:.3g} ± {row.sigma_j * 1e3:.2g} mJ", label="lost"),
+    Field(lambda row: f"{row.stored_j * 1e3:.3g} mJ", label="stored"),
+    Field(lambda row: f"{row.share:.1%} ± {row.share_sigma:.1%}", label="of stored"),
+    named("resolved", "resolved", lambda value: "yes" if value else "no"),
+)
+
+
+def extras_tables(extras: Extras) -> list[Table]:
+    """Tables for people: one of all results, and the figures behind each."""
+    rows = [
+        ("relaxation in the holds", *_relaxed(extras.relaxation)),
+        ("unloading stiffness", *_unloaded(extras.unloading)),
+        ("loss per cycle", *_lost(extras.loss)),
+        ("Hunt–Crossley damping", *_damped(extras.hunt_crossley)),
+    ]
+    tables = [Table("Beside the law", ("result", "value", "what it is worth"), rows)]
+    if isinstance(extras.relaxation, Relaxation):
+        tables.append(table("Holds", _HOLD, extras.relaxation.holds, page_only=True))
+    if not isinstance(extras.unloading, Missing):
+        tables.append(
+            table("Unloading branch", _UNLOADING, extras.unloading, [OPINION], page_only=True)
+        )
+    if isinstance(extras.loss, Loss):
+        tables.append(table("Loss per cycle", _LOSS, extras.loss.cycles, page_only=True))
+    return tables
+
+
+def _relaxed(found: Relaxation | Missing) -> tuple[str, str]:
+    if isinstance(found, Missing):
+        return NOTHING, found.why
+    if not found.resolved:
+        return NOTHING, found.why
+    time = f", τ = {f(found.time_s, 's')}" if found.time_s is not None else ""
+    return (
+        f"creep {found.creep_share:.1%} ± {found.creep_sigma:.1%} (1 σ){time}; "
+        f"{found.per_decade:+.2%} ± {found.per_decade_sigma:.2%} per decade of time",
+        found.why or "at constant force, relative to the instantaneous deformation",
+    )
+
+
+def _unloaded(found: tuple[Unloading, ...] | Missing) -> tuple[str, str]:
+    if isinstance(found, Missing):
+        return NOTHING, found.why
+    first = found[0]
+    return (
+        f"{f(first.stiffness_n_per_m, 'N/m')} at {f(first.top_force_n, 'N')}, "
+        f"{interval('N/m')(first.interval_n_per_m)}",
+        OPINION,
+    )
+
+
+def _lost(found: Loss | Missing) -> tuple[str, str]:
+    if isinstance(found, Missing):
+        return NOTHING, found.why
+    shares = ", ".join(f"{c.share:.1%} ± {c.share_sigma:.1%}" for c in found.cycles)
+    worth = "of the energy stored, cycle by cycle"
+    if found.change is not None and found.change_sigma is not None:
+        worth += f"; last minus first {found.change:+.1%} ± {found.change_sigma:.1%}"
+    return shares, worth
+
+
+def _damped(found: HuntCrossley | Missing) -> tuple[str, str]:
+    if isinstance(found, Missing):
+        return NOTHING, found.why
+    if found.dissipation_s_per_m is None or found.interval_s_per_m is None:
+        return f"d < {found.upper_bound_s_per_m:.3g} s/m", found.why
+    low, high = found.interval_s_per_m
+    return f"d = {found.dissipation_s_per_m:.3g} s/m, [{low:.3g}, {high:.3g}]", found.why

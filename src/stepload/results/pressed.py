@@ -1,0 +1,171 @@
+"""From the data of a run and its conditions to what evidence is taken from."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepload.errors import BadInputError
+from stepload.evidence.lawfit import Roughness
+from stepload.evidence.path import Track
+from stepload.evidence.pressed import Pressed, Touch
+from stepload.identify.conditions import Conditions
+from stepload.record.rows import Phase
+from stepload.results.adhesion import pulls
+from stepload.results.from_curve import SAME_PEAK, Branch, PreparedCurve
+from stepload.results.press_data import LOADING, UNLOADING, PressData
+
+FloatArray = NDArray[np.float64]
+_HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
+NEAR_TOP = 0.5
+"""The force across the axis is looked at above this share of the largest force."""
+
+
+def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = ()) -> Pressed:
+    """The cycles of a run with what is known of its errors.
+
+    Args:
+        data: a run.
+        conditions: what the data do not tell themselves.
+        doubts: sentences that block every figure.
+
+    Raises:
+        BadInputError: there is no load step.
+    """
+    numbers = np.unique(data.cycle[data.branch(LOADING)]).tolist()
+    if not numbers:
+        raise BadInputError(
+            "the run ended before the first load step: there is nothing to identify"
+        )
+    tracks = []
+    for number in numbers:
+        loading = _track(data, data.branch(LOADING, number))
+        unloading = data.branch(UNLOADING, number)
+        tracks.append((number, loading, _track(data, unloading) if unloading.sum() > 1 else None))
+    peak_n = float(data.force_n[data.branch(LOADING)].max())
+    doubts = (*doubts, *conditions.table_doubts(peak_n))
+    limit_n = conditions.elastic_limit_n
+    if limit_n is not None and peak_n > limit_n:
+        doubts = (*doubts, _above(peak_n, limit_n))
+    return Pressed(
+        tracks=tracks,
+        deflection=conditions.bend,
+        deflection_sigma=conditions.bend_sigma,
+        table_sigma=conditions.table_sigma,
+        sources=conditions.sources,
+        roughness=Roughness(conditions.rough_length_m),
+        touches=_touches(data),
+        lateral_share=_lateral_share(data),
+        adhesive=pulls(data),
+        elastic_limit_n=limit_n,
+        secant_force_n=conditions.secant_force_n,
+        accuracy=1.0 / conditions.t,
+        doubts=doubts,
+    )
+
+
+def pressed_curve(curve: PreparedCurve) -> Pressed:
+    """The cycles of a curve from elsewhere with what is known of its errors."""
+    conditions, cycles = curve.conditions, curve.cycles
+    top_n = max(float(each.loading.force_n.max()) for each in cycles)
+    limit_n, doubts = conditions.elastic_limit_n, curve.doubts
+    if limit_n is not None and top_n > limit_n:
+        doubts = (*doubts, _above(top_n, limit_n))
+    if float(cycles[0].loading.force_n.max()) >= SAME_PEAK * top_n:
+        tracks = [
+            (each.number, _joined(each.loading, each.hold),
+             None if each.unloading is None else _joined(each.unloading, None))
+            for each in cycles
+        ]  # fmt: skip
+    else:
+        tracks = [(1, *_grown(curve, top_n))]
+    lateral = [_share(each.loading) for each in cycles]
+    return Pressed(
+        tracks=tracks,
+        deflection=conditions.bend,
+        deflection_sigma=conditions.bend_sigma,
+        table_sigma=conditions.table_sigma,
+        sources=conditions.sources,
+        roughness=Roughness(conditions.rough_length_m),
+        lateral_share=max((share for share in lateral if share is not None), default=None),
+        adhesive=curve.adhesion_n > 0.0,
+        elastic_limit_n=limit_n,
+        secant_force_n=conditions.secant_force_n,
+        accuracy=1.0 / conditions.t,
+        doubts=doubts,
+    )
+
+
+def _joined(branch: Branch, hold: Branch | None) -> Track:
+    parts = [branch] if hold is None or not hold.force_n.size else [branch, hold]
+    force_n = np.concatenate([part.force_n for part in parts])
+    times = [part.time_s for part in parts if part.time_s is not None]
+    time_s = np.concatenate(times) if times else np.arange(force_n.size, dtype=np.float64)
+    held = np.concatenate(
+        [np.full(part.force_n.size, number, dtype=np.intp) for number, part in enumerate(parts)]
+    )
+    return Track(time_s, force_n, np.concatenate([part.travel_m for part in parts]), held)
+
+
+def _grown(curve: PreparedCurve, top_n: float) -> tuple[Track, Track | None]:
+    """Of growing cycles: what was loaded for the first time, and the unloading from the top."""
+    parts: list[Track] = []
+    reached_n, unloading = -math.inf, None
+    for each in curve.cycles:
+        track = _joined(each.loading, each.hold)
+        new = track.force_n > reached_n
+        if new.any():
+            parts.append(
+                Track(track.time_s[new], track.force_n[new], track.travel_m[new], track.held[new])
+            )
+            reached_n = max(reached_n, float(track.force_n.max()))
+            unloading = each.unloading
+        if reached_n >= SAME_PEAK * top_n:
+            break
+    fields = ("time_s", "force_n", "travel_m", "held")
+    loading = Track(*(np.concatenate([getattr(p, name) for p in parts]) for name in fields))
+    return loading, None if unloading is None else _joined(unloading, None)
+
+
+def _share(branch: Branch) -> float | None:
+    if branch.lateral_n is None:
+        return None
+    high = branch.force_n > NEAR_TOP * float(branch.force_n.max())
+    return float(np.median(branch.lateral_n[high]) / np.mean(branch.force_n[high]))
+
+
+def _above(peak_n: float, limit_n: float) -> str:
+    return (
+        f"forces up to {peak_n:.4g} N, above the elastic limit of {limit_n:.4g} N: the payload may "
+        "have yielded"
+    )
+
+
+def _track(data: PressData, mask: NDArray[np.bool_]) -> Track:
+    resting = np.isin(data.phase[mask], _HOLDS)
+    begins = resting & ~np.concatenate([[False], resting[:-1]])
+    held = np.where(resting, np.cumsum(begins), 0)
+    return Track(data.time_s[mask], data.force_n[mask], data.travel_m[mask], held)
+
+
+def _touches(data: PressData) -> tuple[Touch, Touch] | None:
+    """The touch that began the first loading, and the last one."""
+    first = [touch for touch in data.touches if touch.purpose in ("first", "again")][-1:]
+    later = [touch for touch in data.touches if touch.purpose in ("cycle", "last")][-1:]
+    if not first or not later:
+        return None
+    one, other = (Touch(t.time_s, t.travel_m, t.force_n) for t in (first[0], later[0]))
+    return one, other
+
+
+def _lateral_share(data: PressData) -> float | None:
+    """Force across the axis as a share of that along it, noise taken out; None without it."""
+    if data.lateral_n is None:
+        return None
+    mask = data.branch(LOADING)
+    mask &= data.force_n > NEAR_TOP * float(data.force_n[mask].max())
+    noise_n = data.lateral_noise_n if math.isfinite(data.lateral_noise_n) else 0.0
+    square = float(np.mean(data.lateral_n[mask] ** 2)) - noise_n**2
+    return math.sqrt(max(square, 0.0)) / float(data.force_n[mask].mean())

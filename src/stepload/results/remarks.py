@@ -1,0 +1,70 @@
+"""What a reader of a result must know of the run: what its cycles cannot show, and its zero."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stepload.record.reader import Event
+from stepload.results.press_data import LOADING, UNLOADING, PressData
+from stepload.units import format_quantity
+
+MOST_SHORT = 0.9
+"""A later loading counts where it reached this share of the highest force of the first."""
+
+
+def remarks(data: PressData) -> tuple[str, ...]:
+    """What is to be said beside every result of this run."""
+    return tuple(text for text in (unseen(data), reopened(data)) if text)
+
+
+def unseen(data: PressData) -> str:
+    """What this run cannot tell of set, creep and drift; "" where its cycles can.
+
+    It goes by the data: a run that was planned with two cycles and stopped in the first has one.
+    """
+    loading = data.branch(LOADING)
+    numbers = np.unique(data.cycle[loading])
+    if not numbers.size:
+        return ""
+    tops = [float(data.force_n[loading & (data.cycle == number)].max()) for number in numbers]
+    unloaded = bool(data.branch(UNLOADING).any())
+    if sum(top >= MOST_SHORT * tops[0] for top in tops) < 2:
+        hint = (
+            "only the gap between loading and unloading hints at them"
+            if unloaded
+            else "nothing in this run hints at them"
+        )
+        return f"one loading only: set, creep and drift cannot be told from the law; {hint}"
+    if not unloaded:
+        return "no holds on the way down: creep cannot be told from set and drift"
+    return ""
+
+
+def reopened(data: PressData) -> str:
+    """How far the touch after each pause lies from the zero; "" without one.
+
+    Travel keeps the zero of the first loading: what set or drifted over a pause is in the steps
+    after it. Taking the zero anew there would hide it, and add the quantum of one touch more.
+    """
+    shifts = [touch.travel_m for touch in data.touches if touch.purpose == "resume"]
+    if not shifts:
+        return ""
+    told = ", ".join(f"{format_quantity(shift, 'm', digits=3)}" for shift in shifts)
+    return (
+        f"the contact was opened by a pause and touched again at {told} from the zero of the run: "
+        "drift over the pause, and a quantum for each touch, are in the steps after it"
+    )
+
+
+def levels(events: Sequence[Event]) -> tuple[str, ...]:
+    """Levels that were not reached, as the run told them."""
+    held = sum(event.kind == "held" for event in events)
+    missed = sum(event.kind == "level_missed" for event in events)
+    if not missed:
+        return ()
+    return (
+        f"{missed} of {held} levels were not reached in the time they had: they were held at the "
+        "force that there was",
+    )

@@ -1,0 +1,299 @@
+"""The identified law as contact parameters of a simulator: MuJoCo (MJCF), Drake (SDFormat, Python).
+
+Both simulators know a *linear* spring at a contact point, so the law is linearised about a stated
+force: the tangent dF/dδ there, or the chord from 10 % of that force to it. What comes out is right
+near that force (tangent) or on the mean over that range (chord) and nowhere else; a linear spring
+through the zero of the geometry also lies deeper or less deep than the law at any other force.
+
+MuJoCo: f is no spring force but the solution of a soft constraint, (A + R) f = a_ref − a_0 with
+A = 1/m the inverse inertia along the normal, R = (1 − d)/d · A and a_ref = −b v − k r. With the
+direct format solref = (−stiffness, −damping) and a constant impedance d (k = stiffness/d,
+b = damping/d) one contact point obeys
+
+    (m + m d/(1 − d)) a = f_ext − K r − C v,   K = m stiffness/(1 − d),   C = m damping/(1 − d).
+
+So both numbers are divided by the mass and scaled by 1 − d, and the constraint adds the inertia
+m d/(1 − d): with d = 0.01 that is 1 %. A default impedance of 0.9 and more would make the contact
+9 times as heavy and up to 20 times as stiff as its solref says. It holds for one contact point and
+an elliptic cone (or condim 1): a pyramidal cone shares the normal force among its edges and follows
+another law (MuJoCo documentation, Computation: constraint model, Modeling: solver parameters).
+
+Drake's point contact is a spring in N/m, f = k x (1 + d ẋ), with k = k₁k₂/(k₁ + k₂) of the two
+geometries (Drake documentation, Modeling Compliant Contact). `hydroelastic_modulus` is a
+pressure field over the geometry: no stiffness at a point determines it, so none is written.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from stepload.errors import BadInputError, DomainError
+from stepload.evidence.answer import weigh
+from stepload.evidence.identification import Identification
+from stepload.evidence.quantity import Quantity
+from stepload.identify.judge import ResultVerdict
+from stepload.units import format_quantity as f
+
+Simulator = Literal["mujoco", "drake", "drake-python"]
+Kind = Literal["tangent", "chord"]
+SIMULATORS: tuple[Simulator, ...] = ("mujoco", "drake", "drake-python")
+KINDS: tuple[Kind, ...] = ("tangent", "chord")
+
+CHORD_FROM = 0.1
+"""A chord begins at this share of the operating force, like the headline's."""
+WELL_ABOVE_ZERO = 0.1
+"""Below this share of the highest force the fitted zero decides more than the data."""
+IMPEDANCE = 0.01
+FRICTION_RATIO = 1000
+"""MuJoCo's impratio: friction keeps an impedance of 0.91 although the normal one is 0.01."""
+STEPS_PER_PERIOD = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Spring:
+    """A law linearised.
+
+    Attributes:
+        kind: tangent or chord.
+        at_n: the operating force.
+        from_n: where the chord begins; `at_n` for a tangent.
+        stiffness_n_per_m: at or up to that force.
+        interval_n_per_m: its 95 % interval; None where the fit has no budget.
+        peak_force_n: highest force of the record.
+        dissipation_s_per_m: d of F (1 + d δ̇); None where it was not determined.
+        verdict: of the identification.
+        warnings: what speaks against using the number, in sentences.
+    """
+
+    kind: Kind
+    at_n: float
+    from_n: float
+    stiffness_n_per_m: float
+    interval_n_per_m: tuple[float, float] | None
+    peak_force_n: float
+    dissipation_s_per_m: float | None
+    verdict: ResultVerdict
+    warnings: tuple[str, ...]
+
+
+def spring_of(
+    found: Identification,
+    *,
+    at_n: float | None = None,
+    kind: Kind = "tangent",
+    dissipation_s_per_m: float | None = None,
+) -> Spring:
+    """Linearise an identified law.
+
+    Args:
+        found: the identification.
+        at_n: operating force; half of the highest force of the record if None.
+        kind: tangent or chord.
+        dissipation_s_per_m: of Hunt and Crossley, where it was determined.
+
+    Raises:
+        BadInputError: the force is not within the data, or they bear no stiffness there.
+    """
+    peak_n = found.peak_force_n
+    at_n = 0.5 * peak_n if at_n is None else at_n
+    if not 0.0 < at_n <= peak_n:
+        raise BadInputError(
+            f"the operating force is {f(at_n, 'N')}; the record reaches {f(peak_n, 'N')} and says "
+            "nothing beyond",
+            hint="give a force above 0 N and within the record, or press higher",
+        )
+    from_n = CHORD_FROM * at_n if kind == "chord" else at_n
+    read = _read(found, kind, from_n, at_n)
+    low, high = read.interval_n_per_m
+    interval = (low, high) if found.budgets and math.isfinite(high) else None
+    return Spring(
+        kind=kind,
+        at_n=at_n,
+        from_n=from_n,
+        stiffness_n_per_m=read.value_n_per_m,
+        interval_n_per_m=interval,
+        peak_force_n=peak_n,
+        dissipation_s_per_m=dissipation_s_per_m,
+        verdict=read.verdict,
+        warnings=_warnings(read, at_n, peak_n, interval),
+    )
+
+
+def _read(found: Identification, kind: Kind, from_n: float, at_n: float) -> Quantity:
+    """The stiffness at the forces asked for, read from the data anew.
+
+    Raises:
+        BadInputError: the data bear none there.
+    """
+    asked: dict[str, Any]
+    asked = {"between_n": (from_n, at_n)} if kind == "chord" else {"secant_force_n": at_n}
+    try:
+        read = weigh(replace(found.run, **asked)).quantities.get(kind)
+    except DomainError as error:
+        raise BadInputError(error.message, hint=error.hint) from None
+    if read is None or not math.isfinite(read.value_n_per_m):
+        raise BadInputError(f"the data leave the {kind} at {f(at_n, 'N')} open")
+    return read
+
+
+def _warnings(
+    read: Quantity, at_n: float, peak_n: float, interval: tuple[float, float] | None
+) -> tuple[str, ...]:
+    said = []
+    if read.verdict is not ResultVerdict.IDENTIFIED:
+        said.append(
+            f"the result is {read.verdict.value.upper()}, not identified: do not rely on this "
+            f"number. {'; '.join(read.why)}"
+        )
+    if interval is None:
+        said.append("there is no interval: the uncertainty of this number is not known")
+    if at_n < WELL_ABOVE_ZERO * peak_n:
+        said.append(
+            f"{f(at_n, 'N')} is less than {WELL_ABOVE_ZERO:.0%} of the {f(peak_n, 'N')} that were "
+            "pressed: the zero decides there, not the data"
+        )
+    return tuple(said)
+
+
+def snippet(spring: Spring, simulator: Simulator, *, mass_kg: float | None = None) -> str:
+    """Contact parameters for a simulator, as text that its parser takes.
+
+    Args:
+        spring: the law linearised.
+        simulator: which one.
+        mass_kg: effective mass along the normal, for MuJoCo; 1 kg, and said so, if None.
+
+    Raises:
+        BadInputError: the mass is not finite and positive, or given where none is used.
+    """
+    if mass_kg is not None and simulator != "mujoco":
+        raise BadInputError("a mass is given; Drake's contact stiffness does not depend on it")
+    if mass_kg is not None and not 0.0 < mass_kg < math.inf:
+        raise BadInputError(f"the mass is {mass_kg:g} kg; it must be finite and greater than 0 kg")
+    if simulator == "mujoco":
+        return _mujoco(spring, mass_kg)
+    return _drake(spring) if simulator == "drake" else _drake_python(spring)
+
+
+def _head(spring: Spring) -> list[str]:
+    at, stiffness = f(spring.at_n, "N"), f(spring.stiffness_n_per_m, "N/m")
+    what = f"tangent dF/dδ at {at}"
+    if spring.kind == "chord":
+        what = f"chord from {f(spring.from_n, 'N')} to {at}"
+    ends = spring.interval_n_per_m
+    known = f"95 % interval {f(ends[0], 'N/m')} to {f(ends[1], 'N/m')}" if ends else "no interval"
+    return [
+        *(f"WARNING: {warning}" for warning in spring.warnings),
+        f"Contact of payload and plate, linearised: {what} = {stiffness}, {known}.",
+        f"Verdict of the identification: {spring.verdict.value}.",
+        f"The law is not linear; this number is for that force. Measured up to "
+        f"{f(spring.peak_force_n, 'N')}. It is of the whole contact: one contact point.",
+    ]
+
+
+def _mujoco(spring: Spring, mass_kg: float | None) -> str:
+    mass = 1.0 if mass_kg is None else mass_kg
+    scale = (1.0 - IMPEDANCE) / mass
+    stiffness = spring.stiffness_n_per_m * scale
+    damping = 0.0
+    if spring.dissipation_s_per_m is not None:
+        # ∂F/∂δ̇ of F (1 + d δ̇) at the operating force.
+        damping = spring.dissipation_s_per_m * spring.at_n * scale
+    loaded = mass / (1.0 - IMPEDANCE)
+    period_s = 2.0 * math.pi * math.sqrt(loaded / spring.stiffness_n_per_m)
+    shown = f"{mass:g} kg"
+    lines = [
+        *_head(spring),
+        f"solref = (−stiffness, −damping) is divided by the effective mass: these two are for "
+        f"{shown}. stiffness = S (1 − d)/m, damping = C (1 − d)/m, d = {IMPEDANCE:g} from solimp.",
+    ]
+    if mass_kg is None:
+        lines.append(
+            "NO MASS WAS GIVEN: divide both numbers of solref by your effective mass in kg (1/m = "
+            "1/m1 + 1/m2; of the moving body alone against a fixed one)."
+        )
+    lines += [
+        'Valid for cone="elliptic" (or condim="1"); a pyramidal cone follows another law. '
+        "The constraint adds 1 % of the mass. impratio and solreffriction keep friction stiff.",
+        f"Timestep: at most {period_s / STEPS_PER_PERIOD:.2g} s, a {STEPS_PER_PERIOD}th of the "
+        f"period of {shown} on this spring; direct solref is not kept safe by MuJoCo.",
+        "Damping was not determined by this record: 0 is what is known of it, a perfectly elastic "
+        "contact; choose your own."
+        if spring.dissipation_s_per_m is None
+        else f"Damping: Hunt-Crossley d = {spring.dissipation_s_per_m:.3g} s/m at that force.",
+        "Name your own geoms; with direct solref on geoms instead of a pair, MuJoCo takes the "
+        "element-wise minimum of the two.",
+    ]
+    return "\n".join(
+        [
+            *_comment(lines),
+            "<mujoco>",
+            f'  <option cone="elliptic" impratio="{FRICTION_RATIO}"/>',
+            "  <contact>",
+            '    <pair geom1="payload" geom2="plate" condim="3"',
+            f'          solref="{-stiffness:.6g} {0.0 - damping:.6g}" solreffriction="0.02 1"',
+            f'          solimp="{IMPEDANCE:g} {IMPEDANCE:g} 0.001 0.5 2"/>',
+            "  </contact>",
+            "</mujoco>",
+            "",
+        ]
+    )
+
+
+def _drake_lines(spring: Spring) -> list[str]:
+    doubled = f(2.0 * spring.stiffness_n_per_m, "N/m")
+    lines = [
+        *_head(spring),
+        f"Drake combines k = k1 k2/(k1 + k2): {doubled}, twice the contact's stiffness, belongs on "
+        "both geometries. Beside a geometry of k2, the other takes S k2/(k2 - S).",
+        "Point contact only: hydroelastic_modulus is a pressure field over a geometry, which a "
+        "stiffness at one force does not determine.",
+    ]
+    if spring.dissipation_s_per_m is None:
+        lines.append(
+            "Dissipation was not determined by this record and is left out: Drake's default counts."
+        )
+    else:
+        lines.append("Dissipation as measured; on both geometries it combines to itself.")
+    return lines
+
+
+def _drake(spring: Spring) -> str:
+    stiffness = f"{2.0 * spring.stiffness_n_per_m:.6g}"
+    tags = [f"  <drake:point_contact_stiffness>{stiffness}</drake:point_contact_stiffness>"]
+    if spring.dissipation_s_per_m is not None:
+        d = f"{spring.dissipation_s_per_m:.6g}"
+        tags.append(f"  <drake:hunt_crossley_dissipation>{d}</drake:hunt_crossley_dissipation>")
+    return "\n".join(
+        [
+            *_comment(["Goes into <collision> of either body.", *_drake_lines(spring)]),
+            '<drake:proximity_properties xmlns:drake="http://drake.mit.edu">',
+            *tags,
+            "</drake:proximity_properties>",
+            "",
+        ]
+    )
+
+
+def _drake_python(spring: Spring) -> str:
+    given = [f"point_stiffness={2.0 * spring.stiffness_n_per_m:.6g}"]
+    if spring.dissipation_s_per_m is not None:
+        given.append(f"dissipation={spring.dissipation_s_per_m:.6g}")
+    return "\n".join(
+        [
+            *(f"# {part}" for line in _drake_lines(spring) for part in line.splitlines()),
+            "from pydrake.geometry import AddContactMaterial, ProximityProperties",
+            "",
+            "properties = ProximityProperties()",
+            f"AddContactMaterial(properties=properties, {', '.join(given)})",
+            "",
+        ]
+    )
+
+
+def _comment(lines: list[str]) -> list[str]:
+    """An XML comment: two hyphens in a row would end it."""
+    safe = [line.replace("--", "−−").rstrip("-") for line in lines]
+    return ["<!--", *(f"  {line}" for line in safe), "-->"]

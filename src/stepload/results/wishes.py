@@ -1,0 +1,87 @@
+"""What the caller of an identification states beside the file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from stepload.envelope.theory import theory_of
+from stepload.identify.conditions import Conditions
+from stepload.identify.deflection import least_sigma
+from stepload.identify.sources import Sources
+from stepload.plan.load import load_payload
+
+_SOURCES = (
+    "system_stiffness_n_per_m",
+    "system_stiffness_sigma_n_per_m",
+    "smooth_error_m",
+    "smooth_length_n",
+    "force_noise_n",
+    "position_noise_m",
+)
+_CONDITIONS = ("secant_force_n", "elastic_limit_n", "theory_k", "theory_n")
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What the caller states beside the file; None: what the file says, or a stated default.
+
+    Attributes:
+        system_stiffness_n_per_m, system_stiffness_sigma_n_per_m: K_s and its uncertainty.
+        smooth_error_m, smooth_length_n: size of the smooth deformation error, and the force over
+            which it changes.
+        force_noise_n, position_noise_m: standard deviation of the noise of a sample.
+        secant_force_n: where the secant is taken.
+        elastic_limit_n: F_c.
+        theory_k, theory_n: the payload's law (3).
+    """
+
+    system_stiffness_n_per_m: float | None = None
+    system_stiffness_sigma_n_per_m: float | None = None
+    smooth_error_m: float | None = None
+    smooth_length_n: float | None = None
+    force_noise_n: float | None = None
+    position_noise_m: float | None = None
+    secant_force_n: float | None = None
+    elastic_limit_n: float | None = None
+    theory_k: float | None = None
+    theory_n: float | None = None
+
+    @property
+    def states_an_error(self) -> bool:
+        """Whether anything was said of how good the channels are."""
+        stated = (self.smooth_error_m, self.force_noise_n, self.position_noise_m)
+        return any(value is not None for value in stated)
+
+    def applied(self, conditions: Conditions) -> Conditions:
+        """The conditions with what was stated in the place of what the file says."""
+        sources = {name: value for name in _SOURCES if (value := getattr(self, name)) is not None}
+        others = {name: value for name in _CONDITIONS if (value := getattr(self, name)) is not None}
+        changed = replace(conditions.sources, **sources)
+        if any(name.startswith("system_stiffness") for name in sources):
+            changed = _without_table(changed)
+        return replace(conditions, sources=changed, **others)
+
+
+def wishes_of_payload(path: Path, wishes: Wishes) -> Wishes:
+    """The wishes with the law of a payload, and with its F_c unless one is stated.
+
+    Raises:
+        BadInputError: the file is no payload.
+        RefusedError: no elastic limit follows from it.
+    """
+    theory = theory_of(load_payload(path))
+    limit_n = wishes.elastic_limit_n or theory.elastic_limit_n
+    return replace(wishes, theory_k=theory.law.k, theory_n=theory.law.n, elastic_limit_n=limit_n)
+
+
+def _without_table(sources: Sources) -> Sources:
+    """A K_s that was stated by hand takes the place of the table, with the least uncertainty."""
+    stiffness = sources.system_stiffness_n_per_m
+    if stiffness is None:
+        return sources
+    sigma, note = least_sigma(stiffness, sources.system_stiffness_sigma_n_per_m)
+    return replace(
+        sources, system_stiffness_sigma_n_per_m=sigma, system_stiffness_note=note,
+        deflection_force_n=(), deflection_m=(), deflection_sigma_m=(),
+    )  # fmt: skip

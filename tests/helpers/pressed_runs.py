@@ -1,0 +1,150 @@
+"""Step-load runs of known worlds, quasi-static, as the evidence room takes them.
+
+Written apart from the program's own rehearsals: the errors are drawn sample by sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from stepload.evidence.lawfit import Roughness
+from stepload.evidence.path import Track
+from stepload.evidence.pressed import Pressed, Touch
+from stepload.identify.conditions import Conditions
+from stepload.identify.fit import FloatArray
+from stepload.identify.sources import Sources
+
+Law = Callable[[FloatArray], FloatArray]
+HERTZ_K = 6.57e8
+
+
+def hertz(force_n: FloatArray) -> FloatArray:
+    """Deformation of the paper's plastic sphere."""
+    return np.asarray((np.maximum(force_n, 0.0) / HERTZ_K) ** (2.0 / 3.0))
+
+
+@dataclass(frozen=True)
+class World:
+    """One world: what is pressed, and what is wrong with it; SI units."""
+
+    law: Law = hertz
+    top_n: float = 300.0
+    levels: int = 6
+    hold_s: float = 3.0
+    cycles: int = 2
+    unload: bool = True
+    rate_hz: float = 100.0
+    system_n_per_m: float = 3.49e6
+    system_off: float = 0.0
+    system_sigma: float = 0.01
+    quantum_m: float = 2e-6
+    position_noise_m: float = 0.2e-6
+    force_noise_n: float = 0.7
+    smooth_m: float = 0.54e-6
+    smooth_length_n: float = 50.0
+    loop: float = 0.01
+    creep: float = 0.0
+    creep_tau_s: float = 5.0
+    drift_m_per_s: float = 0.0
+    set_m: float = 0.0
+    lateral: float | None = 0.0
+    limit_n: float | None = None
+    said: dict[str, Any] = field(default_factory=dict)
+
+
+def press(world: World, seed: int = 0) -> Pressed:
+    """Press a world once."""
+    rng = np.random.default_rng(seed)
+    force, cycle, unloading, held = _course(world)
+    time = np.arange(force.size) / world.rate_hz
+    ideal = world.law(force)
+    top_m = float(world.law(np.array([world.top_n]))[0])
+    share = force / world.top_n
+    deformation = ideal + unloading * 2.4 * world.loop * share * (1.0 - share) * top_m
+    deformation += _crept(ideal, world)
+    after_first = (cycle > 1) | (unloading > 0)
+    # What yielded stays: all of it without force, none of it where the top is reached again.
+    deformation += world.set_m * after_first * (1.0 - share)
+    deformation += world.drift_m_per_s * time + _smooth(force, world, rng)
+    stiffness = world.system_n_per_m * (1.0 + world.system_off)
+    travel = deformation + force / stiffness + rng.uniform(0.0, 1.0) * world.quantum_m
+    travel += world.position_noise_m * rng.standard_normal(force.size)
+    if world.quantum_m:
+        travel = np.round(travel / world.quantum_m) * world.quantum_m
+    measured = force + world.force_noise_n * rng.standard_normal(force.size)
+    tracks = []
+    for number in range(1, world.cycles + 1):
+        pair = []
+        for branch in (0, 1):
+            mask = (cycle == number) & (unloading == branch) & (force > 0.01 * world.top_n)
+            pair.append(Track(time[mask], measured[mask], travel[mask], held[mask]))
+        tracks.append((number, pair[0], pair[1] if world.unload else None))
+    sources = Sources(
+        world.system_n_per_m, world.system_sigma * world.system_n_per_m,
+        smooth_error_m=world.smooth_m, smooth_length_n=world.smooth_length_n,
+        force_noise_n=world.force_noise_n, position_noise_m=world.position_noise_m,
+        position_resolution_m=world.quantum_m, gain_sigma=0.005,
+    )  # fmt: skip
+    moved = world.set_m + world.drift_m_per_s * float(time[-1])
+    made = Pressed(
+        tracks, lambda f: f / world.system_n_per_m,
+        lambda f: world.system_sigma * f / world.system_n_per_m, sources,
+        roughness=Roughness(0.0),
+        touches=(Touch(0.0, 0.0, 3.0), Touch(float(time[-1]), moved, 3.0)),
+        lateral_share=world.lateral, elastic_limit_n=world.limit_n, secant_force_n=world.top_n,
+    )  # fmt: skip
+    return replace(made, **world.said)
+
+
+def _course(world: World) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Force, cycle, whether unloading, number of the hold, (N,) each."""
+    levels = np.linspace(world.top_n / world.levels, world.top_n, world.levels)
+    rows: list[tuple[int, int, int, FloatArray]] = []
+    ramp, rest = int(world.rate_hz), int(world.rate_hz * world.hold_s)
+    for cycle in range(1, world.cycles + 1):
+        before, number = 0.0, 0
+        for branch, targets in ((0, levels), (1, levels[-2::-1])):
+            for level in targets:
+                number += 1
+                rows.append((cycle, branch, 0, np.linspace(before, level, ramp)))
+                rows.append((cycle, branch, number, np.full(rest, level)))
+                before = level
+    columns = [np.concatenate([np.full(row[3].size, row[k]) for row in rows]) for k in range(3)]
+    return np.concatenate([row[3] for row in rows]), columns[0], columns[1], columns[2]
+
+
+def _crept(ideal: FloatArray, world: World) -> FloatArray:
+    """Delayed deformation: a share of the elastic one, with one time constant."""
+    late = np.zeros_like(ideal)
+    if world.creep:
+        step = 1.0 - np.exp(-1.0 / world.rate_hz / world.creep_tau_s)
+        state = 0.0
+        for i, now in enumerate(ideal.tolist()):
+            state += step * (now - state)
+            late[i] = state
+    return world.creep * late
+
+
+def _smooth(force: FloatArray, world: World, rng: np.random.Generator) -> FloatArray:
+    grid = np.linspace(0.0, 1.05 * world.top_n, 80)
+    away = np.subtract.outer(grid, grid) / world.smooth_length_n
+    root = np.linalg.cholesky(np.exp(-0.5 * away**2) + 1e-6 * np.eye(grid.size))
+    return np.asarray(np.interp(force, grid, world.smooth_m * (root @ rng.standard_normal(80))))
+
+
+def there_and_back(force_n: FloatArray, travel_m: FloatArray, conditions: Conditions) -> Pressed:
+    """One loading given as samples (N,), and the same way back."""
+    time = np.arange(force_n.size, dtype=float) / 100.0
+    held = np.zeros(force_n.size, dtype=int)
+    back = Track(time + time[-1], force_n[::-1], travel_m[::-1], held)
+    return Pressed(
+        [(1, Track(time, force_n, travel_m, held), back)],
+        conditions.bend, conditions.bend_sigma, conditions.sources,
+        table_sigma=conditions.table_sigma, secant_force_n=conditions.secant_force_n,
+        elastic_limit_n=conditions.elastic_limit_n, accuracy=1.0 / conditions.t,
+        doubts=tuple(conditions.table_doubts(float(force_n.max()))),
+    )  # fmt: skip

@@ -1,0 +1,73 @@
+"""`stepload snippet`: from a record to what a simulator reads."""
+
+from __future__ import annotations
+
+import ast
+import json
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from real_runs import in_process, results
+
+DRAKE = "{http://drake.mit.edu}"
+
+
+@pytest.fixture
+def run(quick_run: Path) -> Path:
+    """The directory of a dry run."""
+    return quick_run
+
+
+def test_every_simulator_gets_what_its_parser_takes(run: Path) -> None:
+    told = json.loads(
+        in_process("snippet", run, "--for", "mujoco", "--at", "200 N", "--json").stdout
+    )  # fmt: skip
+    joint = results(run)["fits"]["joint"]
+    # Tangent = n times the secant at that force; another weighing of the same data.
+    at_200 = (200.0 ** (joint["n"] - 1.0) * joint["k"]) ** (1.0 / joint["n"])
+    assert told["stiffness_n_per_m"] == pytest.approx(joint["n"] * at_200, rel=0.05)
+    assert told["verdict"] == results(run)["verdict"]
+    low, high = told["interval_n_per_m"]
+    assert low < told["stiffness_n_per_m"] < high
+    assert ElementTree.fromstring(told["snippet"]).find("contact/pair") is not None
+    sdf = in_process("snippet", run, "--for", "drake", "--at", "200 N")
+    stiffness = ElementTree.fromstring(sdf.stdout).find(f"{DRAKE}point_contact_stiffness")
+    assert stiffness is not None
+    assert float(stiffness.text or "") == pytest.approx(2 * told["stiffness_n_per_m"], rel=1e-5)
+    assert ast.parse(in_process("snippet", run, "--for", "drake-python").stdout).body
+
+
+def test_a_curve_from_elsewhere_will_do(tmp_path: Path) -> None:
+    rows = [f"{i * 1e-6},{6.5e8 * (i * 1e-6) ** 1.5}" for i in range(60)]
+    curve = tmp_path / "curve.csv"
+    curve.write_text("\n".join(["displacement_m,force_n", *rows]) + "\n")
+    done = in_process("snippet", curve, "--for", "drake", "--at", "100 N", "--stiffness", "chord")
+    assert done.returncode == 0, done.stderr
+    assert "chord from 10 N to 100 N" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--for", "gazebo"),
+        ("--for", "drake", "--at", "400 N"),
+        ("--for", "drake", "--mass", "1 kg"),
+        ("--for", "mujoco", "--mass", "0 kg"),
+        ("--for", "mujoco", "--stiffness", "secant"),
+    ],
+)
+def test_what_cannot_be_said_is_refused(run: Path, words: tuple[str, ...]) -> None:
+    done = in_process("snippet", run, *words)
+    assert done.returncode == 2
+    assert done.stdout == ""
+
+
+def test_the_page_shows_the_results_and_the_parameters(run: Path) -> None:
+    page = (run / "report.html").read_text()
+    assert "Beside the law" in page
+    for name in ("mujoco", "drake", "drake-python"):
+        assert f"contact parameters: {name}" in page
+    told = results(run)
+    assert told["unloading"] is told["loss"] is None
+    assert set(told["missing"]) >= {"unloading", "loss", "relaxation"}

@@ -1,0 +1,348 @@
+"""Remedies: what is told is written into the plan's file, and the file is read and judged again."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, Phase, assume, given, settings
+from hypothesis import strategies as st
+
+from stepload.envelope.advice import NONE_HELPS, TOGETHER, advised, remedies_for
+from stepload.envelope.bounds import Measured
+from stepload.envelope.envelope import Envelope, derive, envelope_of
+from stepload.envelope.reason import Reason, Severity
+from stepload.errors import BadInputError, RefusedError
+from stepload.plan.load import load_plan
+from stepload.plan.model import Plan
+from stepload.units import parse_quantity
+
+PROCEDURES = Path(__file__).resolve().parents[3] / "procedures"
+ALUMINIUM = {"name": "aluminium", "youngs_modulus": "70 GPa", "poisson_ratio": 0.33,
+             "yield_strength": "276 MPa"}  # fmt: skip
+BASE: dict[str, Any] = {
+    "stepload": 1,
+    "payload": {
+        "name": "ball",
+        "geometry": {"shape": "sphere", "radius": "28.7 mm"},
+        "material": {"name": "acetal", "youngs_modulus": "2.75 GPa", "poisson_ratio": 0.3,
+                     "yield_strength": "70 MPa"},
+        "plate": dict(ALUMINIUM),
+    },
+    "rig": {
+        "profile": "stvf",
+        "arm": {"max_push": "1 kN"},
+        "force": {"range": "1 kN", "noise": "0.5 N", "resolution": "1.5 N"},
+        "second_force": {"source": "arm", "tolerance": "4 N", "tolerance_relative": "2 %",
+                         "noise": "0.5 N"},
+        "system_stiffness": {"value": "3.49e6 N/m", "sigma": "3.49e4 N/m",
+                             "damping": "3.87e4 N s/m"},
+    },
+    "procedure": {"step": "50 N", "top_force": "300 N", "surface_distance": "5 mm"},
+    "identify": {},
+}  # fmt: skip
+
+Q = r"([-+.\de]+ \S+)"
+"""A quantity in a sentence."""
+
+
+def put(data: dict[str, Any], path: str, value: object) -> None:
+    *parents, key = path.split(".")
+    for parent in parents:
+        data = data.setdefault(parent, {})
+    data[key] = value
+
+
+def assumed_bodies(data: dict[str, Any]) -> list[dict[str, Any]]:
+    bodies = [data["payload"][key] for key in ("material", "plate")]
+    return [body for body in bodies if "±" not in body.get("yield_strength", "±")]
+
+
+def written(data: dict[str, Any], remedy: str) -> dict[str, Any]:
+    """A plan's file with one remedy written into it as a person would; KeyError: not understood."""
+    data = copy.deepcopy(data)
+    keys = {
+        rf"(?:reduce|raise) top_force to {Q}": "procedure.top_force",
+        rf"(?:raise|lower) touch_force to {Q}": "procedure.touch_force",
+        rf"step to {Q}": "procedure.step",
+        rf"identify.secant_force to {Q}": "identify.secant_force",
+        rf"raise search_distance to {Q}": "procedure.search_distance",
+        rf"raise settle_timeout to {Q}": "procedure.settle_timeout",
+        rf"use an arm that pushes {Q}": "rig.arm.max_push",
+        rf"use an arm with a position resolution of {Q}": "rig.arm.position_resolution",
+        rf"use a force sensor with a range of {Q} that is as quiet": "rig.force.range",
+        rf"declare a mechanical fuse that opens at {Q}": "rig.mechanical_fuse",
+    }
+    remedy = re.sub(r" \(it brings the warning .*\)$", "", remedy)
+    for part in re.split(r" and (?=step to|identify\.secant_force to)", remedy):
+        for pattern, path in keys.items():
+            if found := re.fullmatch(pattern, part):
+                put(data, path, found[1])
+                break
+        else:
+            written_device(data, part)
+    return data
+
+
+def written_device(data: dict[str, Any], part: str) -> None:
+    if found := re.fullmatch(
+        rf"use a force sensor with a noise of {Q} and a resolution of {Q}", part
+    ):
+        put(data, "rig.force.noise", found[1])
+        put(data, "rig.force.resolution", found[2])
+    elif found := re.fullmatch(rf"use an arm with a system stiffness of {Q}", part):
+        stiffness = data["rig"]["system_stiffness"]
+        number, unit = found[1].split()
+        factor = {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6}[unit]
+        stiffness["sigma"] = f"{float(number) * factor * 0.01!r} N/m"
+        stiffness["value"] = found[1]
+    elif found := re.fullmatch(
+        rf"use a displacement gauge across the contact with a resolution of {Q}", part
+    ):
+        put(data, "rig.displacement", {"driver": "sim", "rate": "1 kHz", "resolution": found[1]})
+    elif found := re.fullmatch(
+        rf"(use|declare) a second force channel that agrees with the first within {Q} \+ (\S+) %",
+        part,
+    ):
+        second = data["rig"]["second_force"]
+        put(second, "tolerance", found[2])
+        if found[1] == "declare":
+            second |= {"source": "arm", "tolerance_relative": f"{found[3]} %", "noise": "0.1 N"}
+    elif found := re.fullmatch(
+        r"measure the yield strength of .* to ± (\S+) % and write it so", part
+    ):
+        for body in assumed_bodies(data):
+            body["yield_strength"] += f" ± {found[1]} %"
+    elif part == "accept it in writing with identify.accept_unidentifiable":
+        put(data, "identify.accept_unidentifiable", "accepted")
+    else:
+        raise KeyError(part)
+
+
+def read(directory: Path, data: dict[str, Any]) -> Plan:
+    path = directory / "plan.yaml"
+    path.write_text(json.dumps(data, ensure_ascii=False), encoding="utf-8")
+    return load_plan(path)
+
+
+def codes(envelope: Envelope, severity: Severity) -> set[str]:
+    return {reason.code for reason in envelope.reasons if reason.severity is severity}
+
+
+def check(directory: Path, data: dict[str, Any], envelope: Envelope, reason: Reason) -> int:
+    """Write every remedy of a reason into the file and see what it does; how many there were."""
+    remedies = [] if reason.remedy == NONE_HELPS else reason.remedy.split("; or ")
+    for remedy in remedies:
+        after = derive(read(directory, written(data, remedy)))
+        told = re.search(r"\(it brings the warning (.*)\)$", remedy)
+        refused, warned = codes(after, Severity.REFUSE), codes(after, Severity.WARN)
+        assert reason.code not in refused | warned, remedy
+        assert not refused - codes(envelope, Severity.REFUSE), remedy
+        new = warned - codes(envelope, Severity.WARN)
+        assert new == (set(told[1].split(", ")) if told else set()), remedy
+    return len(remedies)
+
+
+def n(low: float, high: float) -> st.SearchStrategy[float]:
+    exponents = st.floats(math.log(low), math.log(high))
+    return exponents.map(lambda x: float(f"{math.exp(x):.5g}"))
+
+
+@st.composite
+def plans(draw: st.DrawFn) -> dict[str, Any]:
+    """Plans of which most are refused: hard and soft balls and tips, weak arms, loud sensors.
+
+    They are not shrunk: every step would try all remedies again.
+    """
+    data = copy.deepcopy(BASE)
+    radius_mm = draw(n(0.5, 100.0))
+    shape = draw(st.sampled_from(["sphere", "sphere", "cone_tip"]))
+    put(data, "payload.geometry", {"shape": shape, "radius": f"{radius_mm} mm"})
+    modulus_gpa = draw(n(0.002, 200.0))
+    put(data, "payload.material.youngs_modulus", f"{modulus_gpa} GPa")
+    put(data, "payload.material.yield_strength", f"{modulus_gpa * draw(n(0.003, 0.3))} GPa")
+    top_n = draw(n(5.0, 900.0))
+    put(data, "procedure.top_force", f"{top_n} N")
+    put(data, "procedure.step", f"{top_n / draw(st.sampled_from([2, 5, 6.5]))} N")
+    put(data, "rig.arm.max_push", f"{draw(n(100.0, 2000.0))} N")
+    put(data, "rig.force.range", f"{draw(n(100.0, 2000.0))} N")
+    noise_n = draw(n(0.02, 1.5))
+    put(data, "rig.force.noise", f"{noise_n} N")
+    put(data, "rig.force.resolution", f"{noise_n * draw(n(0.1, 3.0))} N")
+    if draw(st.booleans()):
+        put(data, "rig.second_force.tolerance", f"{draw(n(0.3, 12.0))} N")
+    else:
+        data["rig"]["second_force"] = {
+            "source": "none", "tolerance": "0 N", "tolerance_relative": "0 %", "noise": "0 N",
+        }  # fmt: skip
+    value = draw(n(4e4, 1e7))
+    put(data, "rig.system_stiffness.value", f"{value} N/m")
+    put(data, "rig.system_stiffness.sigma", f"{value * 0.01} N/m")
+    if draw(st.booleans()):
+        put(data, "payload.force_limit", f"{draw(n(5.0, 2000.0))} N")
+    return data
+
+
+@settings(
+    max_examples=20, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate],
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.filter_too_much],
+)  # fmt: skip
+@given(plans())
+def test_what_is_advised_lifts_what_it_is_told_against_and_refuses_nothing_else(
+    tmp_path: Path, data: dict[str, Any]
+) -> None:
+    try:
+        envelope = envelope_of(read(tmp_path, data))
+    except (BadInputError, RefusedError):
+        assume(False)
+    assume(envelope.verdict == "refused")
+    for reason in envelope.reasons:
+        if reason.severity is Severity.REFUSE:
+            assert reason.remedy
+            check(tmp_path, data, envelope, reason)
+    together = next((r for r in envelope.reasons if r.code == TOGETHER), None)
+    if together is not None and not together.remedy:
+        for change in together.message.partition(": ")[2].split("; "):
+            data = written(data, change)
+        assert not codes(derive(read(tmp_path, data)), Severity.REFUSE), together.message
+    elif together is None:
+        refused = [r for r in envelope.reasons if r.severity is Severity.REFUSE]
+        assert [r.remedy != NONE_HELPS for r in refused] == [True]
+
+
+def advice(directory: Path, **values: object) -> tuple[dict[str, Any], Envelope, dict[str, Reason]]:
+    data = copy.deepcopy(BASE)
+    for path, value in values.items():
+        put(data, path.replace("__", "."), value)
+    envelope = envelope_of(read(directory, data))
+    return data, envelope, {reason.code: reason for reason in envelope.reasons}
+
+
+def test_almost_all_of_f_c_may_be_pressed_where_the_strength_is_measured(tmp_path: Path) -> None:
+    data, envelope, reasons = advice(tmp_path, procedure__top_force="500 N")
+    reason = reasons["top_force_above_safe_limit"]
+    assert "reduce top_force to 46" in reason.remedy
+    assert "measure the yield strength of acetal" in reason.remedy
+    assert check(tmp_path, data, envelope, reason) >= 2
+
+
+def test_a_top_force_is_not_advised_where_it_is_above_f_c(tmp_path: Path) -> None:
+    """A stiff ball on a coarse arm: more force would tell it, and would break it."""
+    data, envelope, reasons = advice(
+        tmp_path, payload__force_limit="60 N", procedure__top_force="40 N", procedure__step="10 N",
+        rig__arm__position_resolution="5 µm",
+    )  # fmt: skip
+    reason = reasons["unidentifiable"]
+    assert "raise top_force" not in reason.remedy
+    assert "gauge" in reason.remedy
+    assert check(tmp_path, data, envelope, reason) >= 2
+
+
+@pytest.mark.parametrize(
+    ("values", "code", "words"),
+    [
+        ({"rig__arm__max_push": "200 N"}, "arm_too_weak", "use an arm that pushes"),
+        ({"rig__force__range": "250 N"}, "sensor_range", "with a range of"),
+        ({"payload__geometry__radius": "60 mm"}, "close_to_k_max", "gauge"),
+        (
+            {
+                "payload__material__youngs_modulus": "30 MPa",
+                "payload__material__yield_strength": "9 MPa",
+                "payload__geometry__radius": "12 mm",
+            },
+            "deep_contact",
+            "reduce top_force to",
+        ),
+        ({"payload__height": "12 mm"}, "thin_payload", "reduce top_force to 2"),
+        ({"procedure__search_distance": "2 mm"}, "search_short", "raise search_distance"),
+    ],
+)
+def test_each_remedy_helps_where_it_is_told(
+    tmp_path: Path, values: dict[str, object], code: str, words: str
+) -> None:
+    data, envelope, reasons = advice(tmp_path, **values)
+    assert words in reasons[code].remedy
+    assert check(tmp_path, data, envelope, reasons[code]) >= 1
+
+
+def test_levels_that_are_written_out_end_at_the_new_top_force(tmp_path: Path) -> None:
+    data = copy.deepcopy(BASE)
+    del data["procedure"]["step"]
+    put(data, "procedure.levels", ["100 N", "290 N", "600 N"])
+    put(data, "procedure.top_force", "600 N")
+    put(data, "identify.secant_force", "550 N")
+    plan = read(tmp_path, data)
+    reason = next(r for r in envelope_of(plan).reasons if r.severity is Severity.REFUSE)
+    assert re.match(
+        r"reduce top_force to (46\d N) and end the levels with \1 and identify.secant_force to \1",
+        reason.remedy,
+    )
+    remedy = remedies_for(plan, reason, envelope_of(plan).reasons, lambda p: derive(p).reasons)[0]
+    changed = remedy.change.make()
+    assert changed.procedure.levels_n[:2] == (100.0, 290.0)
+    assert changed.identify.secant_force_n == changed.procedure.top_force_n
+
+
+def test_where_no_single_change_helps_that_is_said() -> None:
+    envelope = envelope_of(load_plan(PROCEDURES / "plastic-cone.yaml"))
+    reasons = {reason.code: reason for reason in envelope.reasons}
+    assert reasons["top_force_above_safe_limit"].remedy == NONE_HELPS
+    assert reasons[TOGETHER].severity is Severity.NOTE
+
+
+def test_changes_that_help_together_are_told() -> None:
+    envelope = envelope_of(load_plan(PROCEDURES / "aluminium-sphere.yaml"))
+    together = next(reason for reason in envelope.reasons if reason.code == TOGETHER)
+    assert re.search(r"lift every refusal: reduce top_force to \d.*; use a disp", together.message)
+
+
+def test_a_remedy_that_was_not_tried_or_does_not_lift_is_not_told() -> None:
+    plan = load_plan(PROCEDURES / "aluminium-sphere.yaml")
+    reasons = derive(plan).reasons
+    told = advised(plan, reasons, lambda _: reasons)
+    assert {r.remedy for r in told if r.severity is Severity.REFUSE} == {NONE_HELPS}
+    worse = (Reason("another", Severity.REFUSE, ""),)
+    told = advised(plan, reasons, lambda _: worse)
+    assert {r.remedy for r in told if r.severity is Severity.REFUSE} == {NONE_HELPS}
+    warned = (Reason("another", Severity.WARN, ""),)
+    told = advised(plan, reasons, lambda _: warned)
+    assert all("(it brings the warning another)" in r.remedy for r in told
+               if r.severity is Severity.REFUSE)  # fmt: skip
+
+
+def test_nothing_is_tried_during_a_run_and_for_a_plan_that_goes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    refused = load_plan(PROCEDURES / "aluminium-sphere.yaml")
+    assert (
+        envelope_of(refused, Measured(0.5, 0.1)).reasons
+        == derive(refused, Measured(0.5, 0.1)).reasons
+    )
+    asked: list[Plan] = []
+
+    def judge(plan: Plan) -> tuple[Reason, ...]:
+        asked.append(plan)
+        return ()
+
+    sphere = load_plan(PROCEDURES / "plastic-sphere.yaml")
+    reasons = derive(sphere).reasons
+    assert advised(sphere, reasons, judge) == reasons
+    assert not asked
+    slow = replace(sphere, procedure=replace(sphere.procedure, search_distance_m=0.002))
+    advised(slow, derive(slow).reasons, judge)
+    assert 0 < len(asked) < 50
+
+
+def test_no_advice_names_a_force_above_what_counts_of_f_c() -> None:
+    plan = load_plan(Path(__file__).parents[3] / "procedures" / "plastic-pyramid.yaml")
+    found = envelope_of(plan)
+    counted_n = found.theory.counted.lower_n
+    advised = [re.search(r"top_force to ([\d.]+ \w+)", reason.remedy) for reason in found.reasons]
+    forces = [parse_quantity(match.group(1), "N") for match in advised if match]
+    assert all(force <= counted_n for force in forces)

@@ -1,0 +1,145 @@
+"""What of F_c the ladder of forces may count on, and what is said about it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.envelope.limit_reasons import counted_on
+from stepload.envelope.theory import DECLARED, theory_of
+from stepload.plan.load import load_plan
+from stepload.plan.model import Payload, Plan
+
+PROCEDURES = Path(__file__).resolve().parents[3] / "procedures"
+SPHERE = load_plan(PROCEDURES / "plastic-sphere.yaml")
+SURE: dict[str, Any] = {
+    "youngs_modulus_sigma_pa": 2.75e9 * 0.01, "poisson_ratio_sigma": 0.005,
+    "yield_strength_sigma_pa": 70e6 * 0.01,
+}  # fmt: skip
+
+
+def pressed(top_n: float, **payload: Any) -> Envelope:
+    procedure = replace(
+        SPHERE.procedure, top_force_n=top_n, step_n=top_n / 5,
+        levels_n=tuple(top_n * i / 5 for i in range(1, 6)),
+    )  # fmt: skip
+    identify = replace(SPHERE.identify, accept_unidentifiable="not what is looked at here")
+    plan = replace(
+        SPHERE, payload=replace(SPHERE.payload, **payload), procedure=procedure, identify=identify
+    )
+    return envelope_of(plan)
+
+
+def codes(envelope: Envelope) -> dict[str, str]:
+    return {reason.code: reason.message for reason in envelope.reasons}
+
+
+def test_almost_all_of_f_c_is_refused_and_said_why() -> None:
+    found = pressed(690.0)
+    assert found.theory.elastic_limit_n == pytest.approx(727.0, abs=0.1)
+    message = codes(found)["top_force_above_safe_limit"]
+    assert "492 N of F_c" not in message
+    assert "491.8 N of F_c" in message
+    assert "F_c = 727 N" in message
+    assert "known to 19.5%" in message
+    assert "counts, 492 N" in message
+    assert "probability of 0.023" in message
+    assert found.limits is None
+
+
+def test_every_rung_lies_below_the_lower_end() -> None:
+    found = pressed(400.0)
+    lower_n = found.theory.counted.lower_n
+    assert lower_n == pytest.approx(491.8, abs=0.1)
+    limits = found.run_limits
+    assert limits.counted_limit_n == lower_n
+    assert limits.elastic_limit_n == found.theory.elastic_limit_n
+    assert limits.force_limit_n == limits.allowed_n == pytest.approx((lower_n - 4.0 - 4.5) / 1.02)
+    assert found.largest_safe_force_n < limits.force_limit_n < lower_n
+    assert pressed(0.999 * found.largest_safe_force_n).limits is not None
+    assert pressed(1.001 * found.largest_safe_force_n).limits is None
+
+
+def test_what_a_person_knows_better_allows_more() -> None:
+    material = replace(SPHERE.payload.material, **SURE)
+    plate = replace(SPHERE.payload.plate, **(SURE | {"youngs_modulus_sigma_pa": 70e7}))
+    geometry = replace(SPHERE.payload.geometry, radius_sigma_m=28.7e-6)
+    found = pressed(600.0, material=material, plate=plate, geometry=geometry)
+    assert found.limits is not None
+    assert "limit_assumed" not in codes(found)
+    assert pressed(600.0).limits is None
+    vague = replace(SPHERE.payload.material, yield_strength_sigma_pa=7e6)
+    assert pressed(300.0).limits is not None
+    assert pressed(400.0, material=vague).limits is None
+
+
+def test_the_coverage_of_the_plan_counts() -> None:
+    counted = {k: pressed(100.0, limit_coverage=k).theory.counted for k in (1.0, 2.0, 3.0)}
+    assert [c.lower_n for c in counted.values()] == pytest.approx(
+        [727.05 * math.exp(-k * 0.19543) for k in counted], rel=1e-4
+    )
+    assert [c.probability for c in counted.values()] == pytest.approx(
+        [0.1587, 0.02275, 0.00135], abs=1e-4
+    )
+
+
+def limits_of(**payload: Any) -> tuple[float, str, float, str]:
+    theory = theory_of(replace(SPHERE.payload, **payload))
+    counted = theory.counted
+    return theory.elastic_limit_n, theory.limit_equation, counted.lower_n, counted.equation
+
+
+def test_of_a_declared_limit_and_of_theory_the_lower_end_counts() -> None:
+    theory = "(13) elastic-plastic sphere"
+    lower_n = theory_of(SPHERE.payload).counted.lower_n
+    assert limits_of(declared_force_limit_n=400.0) == (400.0, DECLARED, 400.0, DECLARED)
+    assert limits_of(declared_force_limit_n=600.0) == (600.0, DECLARED, lower_n, theory)
+    elastic_n, equation, counted_n, why = limits_of(declared_force_limit_n=4000.0)
+    assert (equation, counted_n, why) == (theory, lower_n, theory)
+    assert elastic_n == pytest.approx(727.0, abs=0.1)
+
+
+def test_a_person_may_state_how_well_a_declared_limit_is_known() -> None:
+    _, _, counted_n, why = limits_of(
+        declared_force_limit_n=400.0, declared_force_limit_sigma_n=40.0
+    )
+    assert counted_n == pytest.approx(400.0 * math.exp(-0.2))
+    assert why == DECLARED
+
+
+def test_f_c_stays_theorys_where_the_other_body_rules_its_lower_end() -> None:
+    plate = replace(SPHERE.payload.plate, yield_strength_pa=80e6, yield_strength_sigma_pa=24e6)
+    theory = theory_of(replace(SPHERE.payload, plate=plate))
+    assert theory.elastic_limit_n == pytest.approx(727.0, abs=0.1)
+    assert theory.counted.value_n > theory.elastic_limit_n > theory.counted.lower_n
+    assert theory.counted.sigma_ln > 0.9
+
+
+def test_what_was_assumed_is_said_and_what_was_declared_is_not_doubted() -> None:
+    message = codes(pressed(300.0))["limit_assumed"]
+    for words in ("yield strength of acetal ± 5 %", "radius ± 2 %", "Poisson's ratio of acetal"):
+        assert words in message
+    declared = pressed(300.0, declared_force_limit_n=400.0)
+    assert "limit_assumed" not in codes(declared)
+    assert "a person answers for it" in counted_on(declared.theory.counted)
+
+
+@pytest.mark.parametrize("path", sorted(PROCEDURES.glob("*.yaml")), ids=lambda path: path.stem)
+def test_every_shipped_plan_that_ran_before_still_runs(path: Path) -> None:
+    plan: Plan = load_plan(path)
+    refused = ("aluminium-cube", "aluminium-prism", "aluminium-sphere", "plastic-cone",
+               "plastic-pyramid")  # fmt: skip
+    assert (envelope_of(plan).verdict == "refused") == (path.stem in refused)
+
+
+def test_payloads_made_by_hand_need_no_word_about_it() -> None:
+    payload = Payload(
+        "ball", SPHERE.payload.geometry, SPHERE.payload.material, SPHERE.payload.plate
+    )
+    assert payload.limit_coverage == 2.0
+    assert theory_of(payload).counted.coverage == 2.0

@@ -1,0 +1,241 @@
+"""What the evidence says of ideal worlds, and of worlds that are not what they are taken for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pressed_runs import World, hertz, press
+
+from stepload.errors import DomainError
+from stepload.evidence.answer import Evidence, weigh
+from stepload.evidence.lawfit import Roughness
+from stepload.evidence.loops import Hold
+from stepload.evidence.path import Track
+from stepload.identify.fit import FloatArray
+
+RUNS = 4
+
+
+def chord_of(world: World, found: Evidence) -> float:
+    """The true chord between the forces that the headline names."""
+    at = np.array([found.headline.from_n, found.headline.to_n])
+    return float(np.diff(at)[0] / np.diff(world.law(at))[0])
+
+
+def holds(interval: tuple[float, float], truth: float) -> bool:
+    return interval[0] <= truth <= interval[1]
+
+
+def fired(found: Evidence) -> set[str]:
+    return {gate.name for gate in found.gates if gate.fires}
+
+
+def pad_over_stiff(force_n: FloatArray) -> FloatArray:
+    return np.asarray(force_n / 12e6 + np.minimum(force_n, 90.0) / 5e6)
+
+
+def stop(force_n: FloatArray) -> FloatArray:
+    beyond = np.maximum(hertz(force_n) - hertz(np.array([180.0]))[0], 0.0)
+    return np.asarray(hertz(force_n) - 0.5 * beyond)
+
+
+@pytest.mark.parametrize(
+    "world",
+    [
+        World(),
+        World(law=lambda force: (force / 2.2e7) ** (1 / 1.2)),
+        World(law=lambda force: force / 6e6),
+        World(force_noise_n=6.0),
+    ],
+    ids=["sphere", "n 1.2", "flat", "2 % noise"],
+)
+def test_an_ideal_contact_is_identified_and_true(world: World) -> None:
+    for seed in range(RUNS):
+        found = weigh(press(world, seed))
+        assert found.headline.verdict == "identified", found.headline.why
+        assert holds(found.headline.interval_n_per_m, chord_of(world, found))
+        secant = found.quantities["secant_from_touch"]
+        assert holds(secant.interval_n_per_m, secant.to_n / world.law(np.array([secant.to_n]))[0])
+
+
+@pytest.mark.parametrize("law", [pad_over_stiff, stop])
+def test_the_chord_holds_in_any_shape_and_the_secant_is_blocked(law: object) -> None:
+    world = World(law=law)  # type: ignore[arg-type]
+    for seed in range(RUNS):
+        found = weigh(press(world, seed))
+        assert found.headline.verdict == "identified", found.headline.why
+        assert holds(found.headline.interval_n_per_m, chord_of(world, found))
+        assert found.quantities["secant_from_touch"].verdict != "identified"
+        assert fired(found) <= {"shape", "chord_of_fit", "lack_of_fit"}
+
+
+@pytest.mark.parametrize(
+    ("world", "gates"),
+    [
+        (World(creep=0.12), {"reload", "hold_split", "hold_creep"}),
+        (World(creep=0.12, hold_s=20.0), {"hold_creep"}),
+        (World(drift_m_per_s=0.3e-6), {"drift"}),
+        (World(set_m=10e-6), {"gap_change", "touch_shift"}),
+        (World(lateral=0.08), {"lateral"}),
+        (World(cycles=1, loop=0.25), {"gap"}),
+    ],
+    ids=["creep", "long holds", "drift", "set", "lateral", "gap of one cycle"],
+)
+def test_what_is_not_elastic_is_not_identified(world: World, gates: set[str]) -> None:
+    for seed in range(RUNS):
+        found = weigh(press(world, seed))
+        assert found.headline.verdict != "identified"
+        assert gates <= fired(found)
+        assert all(gate.sentence for gate in found.gates if gate.fires)
+
+
+def test_yield_below_the_believed_limit_is_told_as_that() -> None:
+    found = weigh(press(World(set_m=16e-6, limit_n=727.0)))
+    sentences = " ".join(gate.sentence for gate in found.gates)
+    assert "yielded below the elastic limit of 727 N that was believed" in sentences
+
+
+def test_a_loading_alone_is_never_identified() -> None:
+    found = weigh(press(World(cycles=1, unload=False)))
+    assert found.headline.verdict == "marginal"
+    assert "only a loading" in found.headline.why[0]
+
+
+def test_a_secant_is_not_extrapolated() -> None:
+    found = weigh(press(World(top_n=100.0, said={"secant_force_n": 300.0})))
+    secant = found.quantities["secant_from_touch"]
+    assert secant.to_n == pytest.approx(100.0, rel=0.02)
+    assert secant.verdict != "identified"
+    assert "not extrapolated" in " ".join(secant.why)
+    assert found.headline.verdict == "identified"
+
+
+def test_roughness_that_is_stated_gives_a_secant_from_the_mean_plane() -> None:
+    run = press(World())
+    silent = weigh(replace(run, roughness=Roughness(None)))
+    stated = weigh(replace(run, roughness=Roughness(1e-6)))
+    smooth = weigh(replace(run, roughness=Roughness(0.0)))
+    assert "secant_from_mean_plane" not in silent.quantities
+    assert "secant_from_mean_plane" not in smooth.quantities
+    assert stated.quantities["secant_from_mean_plane"].value_n_per_m > 0.0
+    width = [each.quantities["secant_from_touch"].half_width for each in (silent, smooth)]
+    assert width[0] > width[1]
+
+
+def test_the_chord_begins_at_a_tenth_of_the_top_force() -> None:
+    found = weigh(press(World()))
+    assert found.headline.from_n == pytest.approx(0.1 * found.headline.to_n, rel=1e-6)
+
+
+def test_a_small_drift_is_taken_out() -> None:
+    world = World(drift_m_per_s=0.06e-6, quantum_m=0.2e-6, smooth_m=0.1e-6)
+    found = weigh(press(world))
+    assert found.drift_m_per_s == pytest.approx(0.06e-6, rel=0.1)
+    assert found.headline.value_n_per_m == pytest.approx(chord_of(world, found), rel=0.015)
+
+
+def test_doubts_from_elsewhere_block_every_figure() -> None:
+    found = weigh(replace(press(World()), doubts=("odd",)))
+    assert all(each.verdict != "identified" for each in found.quantities.values())
+    assert all("odd" in each.why for each in found.quantities.values())
+
+
+def test_what_is_asked_for_decides() -> None:
+    run = press(World())
+    half = weigh(run).headline.half_width
+    assert weigh(replace(run, accuracy=1.01 * half)).headline.verdict == "identified"
+    assert weigh(replace(run, accuracy=0.99 * half)).headline.verdict == "marginal"
+
+
+def test_a_force_that_eases_at_a_held_position_is_creep() -> None:
+    hold = Hold(force_n=100.0, lasted_s=3.0, crept_m=0.0, eased_n=-2.0, samples=10)
+    assert hold.creep(0.2e-6) == pytest.approx(0.4e-6)
+
+
+def test_one_cycle_is_never_surer_than_two() -> None:
+    one, two = (weigh(press(World(cycles=cycles))).headline for cycles in (1, 2))
+    assert one.half_width > two.half_width
+
+
+def test_every_line_widens_the_interval() -> None:
+    """A larger error of any source gives a wider headline."""
+    run = press(World())
+    narrow = weigh(run).headline.half_width
+    for wider in (
+        {"system_stiffness_sigma_n_per_m": 0.0, "gain_sigma": 0.05},
+        {"smooth_error_m": 3e-6},
+        {"lag_sigma_s": 0.05},
+        {"temperature_sigma_k": 3.0, "position_m_per_k": 1e-6},
+        {"temperature_sigma_k": 5.0, "modulus_per_k": 0.01},
+    ):
+        wide = weigh(replace(run, sources=replace(run.sources, **wider))).headline.half_width
+        assert wide > 1.1 * narrow, wider
+    soft = replace(run, deflection_sigma=lambda force: 0.06 * force / 3.49e6)
+    assert weigh(soft).headline.half_width > 1.5 * narrow
+
+
+def test_a_deformation_that_falls_is_refused() -> None:
+    run = press(World(system_n_per_m=3.49e6))
+    stiff = replace(run, deflection=lambda force: force / 1e6)
+    with pytest.raises(DomainError, match="does not rise"):
+        weigh(stiff)
+
+
+def test_thresholds_are_the_same_each_time() -> None:
+    first, second = (weigh(press(World())) for _ in range(2))
+    assert [gate.threshold for gate in first.gates] == [gate.threshold for gate in second.gates]
+
+
+def test_a_loop_that_repeats_in_both_cycles_is_not_quiet() -> None:
+    """Creep that recovers between cycles: gap change, set and reload are all nothing."""
+    run = press(World(loop=0.25))
+    found = weigh(run)
+    assert not {"gap_change", "set", "reload"} & fired(found)
+    time = next(line for line in found.headline.lines if line.source.startswith("time"))
+    assert time.relative > 0.02
+    bare = [
+        (number, *(replace(each, held=0 * each.held) for each in pair if each is not None))
+        for number, *pair in run.tracks
+    ]
+    assert "gap" in fired(weigh(replace(run, tracks=bare)))  # type: ignore[arg-type]
+
+
+def test_a_cycle_that_was_cut_short_is_left_out() -> None:
+    run = press(World())
+    number, loading, _ = run.tracks[1]
+    early = loading.force_n < 60.0
+    first = int(np.argmin(early))
+    cut = Track(*(getattr(loading, n)[:first] for n in ("time_s", "force_n", "travel_m", "held")))
+    found = weigh(replace(run, tracks=[run.tracks[0], (number, cut, None)], touches=None))
+    alone = weigh(replace(run, tracks=run.tracks[:1], touches=None))
+    assert found.headline == alone.headline
+    assert found.drift_m_per_s is None
+
+
+def test_a_secant_below_the_chord_is_the_laws_word() -> None:
+    found = weigh(replace(press(World()), secant_force_n=5.0))
+    secant = found.quantities["secant_from_touch"]
+    assert secant.verdict != "identified"
+    assert "below the" in " ".join(secant.why)
+
+
+def test_exponents_that_theory_knows_are_told_apart_where_the_data_can() -> None:
+    fine = World(quantum_m=0.1e-6, smooth_m=0.05e-6, position_noise_m=0.05e-6)
+    rows = {row.name: row for row in weigh(press(fine)).laws}
+    assert rows["power law, Hertz (n = 1.5)"].alike
+    assert not rows["power law, cone (n = 2)"].alike
+    assert not rows["power law, linear (n = 1)"].alike
+
+
+def test_a_second_loading_alone_still_tells_what_has_set() -> None:
+    run = press(World(set_m=10e-6))
+    number, loading, _ = run.tracks[1]
+    found = weigh(replace(run, tracks=[run.tracks[0], (number, loading, None)], touches=None))
+    gates = {gate.name: gate for gate in found.gates}
+    assert gates["set"].fires
+    time = next(line for line in found.headline.lines if line.source.startswith("time"))
+    chord = found.headline
+    span_m = (chord.to_n - chord.from_n) / chord.value_n_per_m
+    assert time.relative * span_m >= 0.999 * gates["set"].value

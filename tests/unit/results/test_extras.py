@@ -1,0 +1,153 @@
+"""The results beside the law, from a run whose truth was put in."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stepload.contact.materials import FlatPunch, Sphere
+from stepload.evidence.identification import Identification
+from stepload.identify.conditions import Conditions
+from stepload.identify.missing import Missing
+from stepload.identify.sources import Sources
+from stepload.record.lag import Lag
+from stepload.record.plain import json_text
+from stepload.record.rows import Phase
+from stepload.results.analyse import identify_payload
+from stepload.results.extras import extras_data, extras_of, extras_tables
+from stepload.results.press_data import PressData
+
+K, N, K_S, RADIUS_M = 6.57e8, 1.5, 3.49e6, 28.7e-3
+LEVELS = (50.0, 100.0, 150.0, 200.0, 250.0, 300.0)
+CONDITIONS = Conditions(
+    Sources(
+        K_S, 0.001 * K_S, 1e-8, force_noise_n=0.1, position_noise_m=2e-8,
+        position_resolution_m=1e-7, lag_sigma_s=1e-3,
+    ),
+    300.0, 3.0, 1e-7,
+)  # fmt: skip
+
+
+def run(*, cycles=2, down=True, creep=0.0, hold=2.0, loop=0.0) -> PressData:
+    """Steps at 200 Hz: the force is held, the deformation creeps by a share of each hold's δ."""
+    rng, step = np.random.default_rng(2), 5e-3
+    parts, now = [], 0.0
+
+    def add(forces, phase, cycle, crept=0.0, wider=0.0):
+        nonlocal now
+        forces = np.asarray(forces)
+        deep = (forces / K) ** (1 / N) * (1.0 + crept)
+        deep = deep + wider * (300.0 / K) ** (1 / N) * 4 * forces * (300.0 - forces) / 300.0**2
+        times = now + step * np.arange(forces.size)
+        now = float(times[-1]) + step
+        parts.append((times, forces, deep, np.full(forces.size, int(phase)),
+                      np.full(forces.size, cycle)))  # fmt: skip
+
+    for cycle in range(1, cycles + 1):
+        before = 3.0
+        for level in LEVELS:
+            add(np.linspace(before, level, 200), Phase.LOAD, cycle)
+            grows = creep * (1.0 - np.exp(-np.arange(0.0, hold, step) / 0.8))
+            add(np.full(int(hold / step), level), Phase.HOLD, cycle, crept=grows)
+            before = level
+        for level in reversed(LEVELS[:-1]) if down else ():
+            add(np.linspace(before, level, 200), Phase.UNLOAD, cycle, wider=loop)
+            add(np.full(int(hold / step), level), Phase.UNLOAD_HOLD, cycle, wider=loop)
+            before = level
+        add(np.zeros(200), Phase.RETRACT, cycle)
+    time, force, deep, phase, cycle = (np.concatenate(part) for part in zip(*parts, strict=True))
+    travel = deep + force / K_S + rng.normal(0.0, 2e-8, force.size)
+    read = force + rng.normal(0.0, 0.1, force.size)
+    return PressData(
+        time, read, np.round(travel / 1e-7) * 1e-7, phase, cycle, (), 0.1, 0.0,
+        Lag(0.0, 1e-3, "given"), 0.0, (), gauge=False,
+    )  # fmt: skip
+
+
+def identified(data: PressData) -> Identification:
+    return identify_payload(data, CONDITIONS)
+
+
+@pytest.fixture(scope="module")
+def whole() -> PressData:
+    return run(loop=0.03)
+
+
+def test_a_run_of_two_cycles_has_them_all(whole):
+    found = extras_of(whole, identified(whole), Sphere(RADIUS_M))
+    assert [c.cycle for c in found.loss.cycles] == [1, 2]
+    assert all(c.resolved and c.share == pytest.approx(0.05, rel=0.5) for c in found.loss.cycles)
+    assert abs(found.loss.change) < 3 * found.loss.change_sigma + 1e-3
+    assert [each.cycle for each in found.unloading] == [1, 2]
+    top = found.unloading[0]
+    assert top.indentation is not None
+    assert found.unloading[1].indentation is None
+    assert len(found.relaxation.holds) == 22
+    assert sum(each.loading for each in found.relaxation.holds) == 12
+    assert not found.relaxation.resolved
+    assert found.hunt_crossley.dissipation_s_per_m is None
+
+
+def test_creep_in_the_holds_is_seen():
+    data = run(creep=0.1)
+    found = extras_of(data, identified(data)).relaxation
+    assert found.resolved
+    assert all(each.resolved for each in found.holds if each.loading and each.force_n > 90.0)
+    # 1 − exp(−t/τ) over the hold after the skip.
+    assert found.holds[5].relative == pytest.approx(0.06, abs=0.025)
+
+
+def test_a_shape_without_a_radius_and_a_sphere_on_a_sphere_give_no_modulus(whole):
+    for geometry in (None, FlatPunch(0.01), Sphere(RADIUS_M, 0.05)):
+        found = extras_of(whole, identified(whole), geometry)
+        assert found.unloading[0].indentation is None
+
+
+def test_json_says_null_and_why(whole):
+    made = extras_data(extras_of(whole, identified(whole), Sphere(RADIUS_M)))
+    assert set(made) == {"missing", "relaxation", "unloading", "loss", "hunt_crossley"}
+    assert made["missing"] == {}
+    assert json.loads(json_text(made))["unloading"][0]["indentation"]["depth_m"] > 0.0
+    one_way = run(cycles=1, down=False, hold=0.3)
+    made = extras_data(extras_of(one_way, identified(one_way)))
+    for name in ("relaxation", "unloading", "loss"):
+        assert made[name] is None
+        assert made["missing"][name]
+    assert "unload: true" in made["missing"]["loss"]
+
+
+def test_every_result_or_its_reason_is_on_the_page(whole):
+    for data in (whole, run(cycles=1, down=False, hold=0.3)):
+        tables = extras_tables(extras_of(data, identified(data)))
+        rows = tables[0].rows
+        assert [row[0] for row in rows] == [
+            "relaxation in the holds", "unloading stiffness", "loss per cycle",
+            "Hunt–Crossley damping",
+        ]  # fmt: skip
+        assert all(len(row) == 3 and row[2] for row in rows)
+    assert [row[1] for row in rows[:3]] == ["–", "–", "–"]
+    assert "second opinion" in extras_tables(extras_of(whole, identified(whole)))[0].rows[1][2]
+
+
+def test_a_record_cut_anywhere_is_told_and_raises_nothing(whole):
+    law = identified(whole)
+    for stop in (0, 1, 5, 50, 300, 900, 4000, 9000, whole.time_s.size):
+        part = replace(
+            whole,
+            **{
+                name: getattr(whole, name)[:stop]
+                for name in ("time_s", "force_n", "travel_m", "phase", "cycle")
+            },
+        )
+        made = extras_data(extras_of(part, law, Sphere(RADIUS_M)))
+        for name in ("relaxation", "unloading", "loss", "hunt_crossley"):
+            assert (made[name] is None) == (name in made["missing"])
+
+
+def test_a_lag_taken_out_takes_damping_with_it(whole):
+    found = extras_of(replace(whole, lag_corrected_s=2e-3), identified(whole)).hunt_crossley
+    assert isinstance(found, Missing)
+    assert "lag" in found.why

@@ -1,0 +1,56 @@
+"""What the cycles of a run cannot show is told from its data."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stepload.record.lag import Lag
+from stepload.record.reader import Event
+from stepload.record.rows import Phase
+from stepload.results.press_data import PressData
+from stepload.results.remarks import levels, unseen
+
+
+def pressed(*branches: tuple[Phase, int, float]) -> PressData:
+    """A run of branches (phase, cycle, highest force), ten samples each."""
+    phase = np.repeat([int(b[0]) for b in branches], 10)
+    cycle = np.repeat([b[1] for b in branches], 10)
+    force = np.concatenate([np.linspace(0.1, 1.0, 10) * b[2] for b in branches])
+    time = np.arange(phase.size, dtype=float)
+    lag = Lag(math.nan, math.inf, "none")
+    return PressData(
+        time_s=time, force_n=force, travel_m=force * 1e-6, phase=phase, cycle=cycle, touches=(),
+        noise_n=0.1, zero_shift_n=0.0, lag=lag, lag_corrected_s=0.0, clocks=(), gauge=False,
+    )  # fmt: skip
+
+
+UP, DOWN = Phase.LOAD, Phase.UNLOAD
+
+
+def test_one_loading_says_what_it_cannot_show() -> None:
+    assert "nothing in this run hints" in unseen(pressed((UP, 1, 300.0)))
+    assert "gap between loading" in unseen(pressed((UP, 1, 300.0), (DOWN, 1, 300.0)))
+
+
+def test_a_second_loading_counts_once_it_comes_near_the_force_of_the_first() -> None:
+    first = ((UP, 1, 300.0), (DOWN, 1, 300.0))
+    assert unseen(pressed(*first, (UP, 2, 300.0))) == ""
+    assert unseen(pressed(*first, (UP, 2, 271.0))) == ""
+    assert unseen(pressed(*first, (UP, 2, 250.0))).startswith("one loading only")
+
+
+def test_two_loadings_without_unloading_cannot_tell_creep() -> None:
+    assert "creep cannot be told" in unseen(pressed((UP, 1, 300.0), (UP, 2, 300.0)))
+
+
+def test_a_run_without_a_load_step_says_nothing() -> None:
+    assert unseen(pressed((DOWN, 1, 10.0))) == ""
+
+
+def test_levels_that_were_missed_are_told() -> None:
+    held = Event(0.0, "held", {})
+    assert levels([held, held]) == ()
+    told = levels([held, held, Event(0.0, "level_missed", {}), held])
+    assert told[0].startswith("1 of 3 levels were not reached")

@@ -1,0 +1,142 @@
+"""The paper's experiments as commands that a user can type."""
+
+from __future__ import annotations
+
+from stepload.contact.elastic import equivalent_modulus
+from stepload_verify.paper.printed import ALUMINIUM, PAYLOADS
+from stepload_verify.paper.section import Section
+
+_COPY = """\
+```console
+$ stepload paper --out paper.md                  # this page, its figures, and the curves in paper/
+$ stepload plans copy system-stiffness
+$ stepload plans copy plastic-sphere
+```"""
+
+_CALIBRATE = """\
+```console
+$ stepload calibrate system-stiffness.yaml --dry-run --seed 1 --record calibration/stvf.json
+```"""
+
+_SPHERE = """\
+```yaml
+stepload: 1
+payload: payloads/plastic-sphere.yaml
+rig:
+  profile: stvf
+  system_stiffness: {record: calibration/stvf.json, policy: warn}
+procedure:
+  step: 50 N
+  top_force: 300 N
+  hold: 3 s
+  surface_distance: 5 mm
+identify: {temperature: 23 degC}
+```"""
+
+_RUN = """\
+```console
+$ stepload run sphere.yaml --dry-run --seed 2 --out test-1
+$ stepload identify test-1/run.mcap
+```"""
+
+_ELEMENTS = """\
+```console
+$ stepload identify paper/hertz-rough-plastic-sphere.csv --secant-force "300 N"
+$ stepload identify paper/hertz-rough-aluminium-sphere.csv --secant-force "300 N"
+$ stepload compare test-1 --curve paper/hertz-rough-plastic-sphere.csv --curve-modulus "{modulus}"
+```"""
+
+_INSTRON = """\
+```yaml
+stepload: 1
+payload:
+  name: plastic sphere on steel
+  geometry: {shape: sphere, radius: 28.7 mm}
+  material: {name: acetal, youngs_modulus: 2.75 GPa, poisson_ratio: 0.3, yield_strength: 70 MPa}
+  plate: {name: steel, youngs_modulus: 200 GPa, poisson_ratio: 0.29}
+  roughness: 7.5 µm
+rig: one-axis                                    # K_s, resolutions and misfit of the Instron
+procedure: {step: 50 N, top_force: 300 N, hold: 3 s, surface_distance: 5 mm}
+```"""
+
+_AGAINST = """\
+```console
+$ stepload run instron.yaml --dry-run --seed 3 --out instron
+$ stepload identify paper/instron-plastic-sphere.csv --secant-force "300 N" --msde "1.31 um"
+$ stepload compare test-1 --curve paper/instron-plastic-sphere.csv --curve-plate "200 GPa, 0.29"
+```"""
+
+_TESTS = """\
+```console
+$ stepload run sphere.yaml --dry-run --seed 4 --out test-2
+$ stepload compare test-1 test-2 --out tests
+```"""
+
+_REFUSED = """\
+```console
+$ stepload plans copy plastic-cone
+$ stepload plans copy plastic-pyramid
+$ stepload plans copy aluminium-sphere
+$ stepload plans copy aluminium-cube
+$ stepload plans copy aluminium-prism
+$ stepload preflight plastic-cone.yaml           # refused: 300 N is 31 F_c
+$ stepload preflight plastic-pyramid.yaml        # refused: 257 F_c
+$ stepload preflight aluminium-sphere.yaml       # refused: above F_c and beyond K_max
+$ stepload preflight aluminium-cube.yaml         # refused: beyond K_max
+$ stepload preflight aluminium-prism.yaml        # refused: beyond K_max
+```"""
+
+
+def other_means() -> Section:
+    """V-A: system stiffness, payload, finite elements and another machine."""
+    modulus = equivalent_modulus(PAYLOADS[0].material, ALUMINIUM)
+    lines = (
+        "Every command below is run by a test, in this order. Leave out `--dry-run` on a rig of "
+        "your own. Dry runs show that the way is there; that their numbers come out near what the "
+        "simulation was given is no agreement with the paper.",
+        "",
+        _COPY,
+        "",
+        "The system stiffness first (26):",
+        "",
+        _CALIBRATE,
+        "",
+        "A plan that goes by it, as `sphere.yaml`:",
+        "",
+        _SPHERE,
+        "",
+        _RUN,
+        "",
+        "Finite elements: a curve as CSV, here Hertz with (10) in their place. `rs_btls` of the "
+        "first is the row of Table II above. Its zero is the mean plane of the roughness, that of "
+        "a run is its touch: the two differ by some micrometres, so that `compare` has to find "
+        "other secants where the chord stiffness, which needs no zero, is the same.",
+        "",
+        _ELEMENTS.format(modulus=f"{modulus / 1e9:.2f} GPa"),
+        "",
+        "Another machine, another counter body. `instron.yaml` presses the sphere in a machine "
+        "like the Instron; a curve that such a machine gave is carried over by E_eq:",
+        "",
+        _INSTRON,
+        "",
+        _AGAINST,
+    )
+    return Section("V-A: other means for the same payload", lines)
+
+
+def robot_rig() -> Section:
+    """V-B: the payloads on the robot rig, twice, and what cannot be pressed."""
+    lines = (
+        "The plastic sphere a second time, and test 1 against test 2:",
+        "",
+        _TESTS,
+        "",
+        "The paper pressed its other payloads to 300 N as well. stepload refuses that, since the "
+        "tips and the aluminium sphere yield, and the metal is stiffer than the rig can tell:",
+        "",
+        _REFUSED,
+        "",
+        "Below F_c, 9.6 and 1.2 N, the tips leave little or nothing above the touch of 4 N that "
+        "this rig can tell; the aluminium sphere is beyond K_max below its F_c, too.",
+    )
+    return Section("V-B: the payloads on the robot rig", lines)

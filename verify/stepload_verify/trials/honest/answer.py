@@ -1,0 +1,161 @@
+"""What the program says of a record, and whether it is true."""
+
+from __future__ import annotations
+
+import math
+import traceback
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from stepload.errors import SteploadError
+from stepload.evidence.answer import weigh
+from stepload.evidence.quantity import Quantity
+from stepload.identify.conditions import Conditions
+from stepload.identify.judge import ResultVerdict
+from stepload.results.analyse import identify_payload
+from stepload.results.press_data import PressData
+from stepload.results.pressed import pressed
+from stepload_verify.trials.honest.case import Case
+from stepload_verify.trials.honest.laws import Law
+from stepload_verify.trials.honest.measure import record
+
+IDENTIFIED = ResultVerdict.IDENTIFIED.value
+QUANTITIES = ("chord", "secant_from_touch", "secant_from_mean_plane", "tangent")
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """One quantity as the program states it; N/m and N. `why` are the reasons of the verdict."""
+
+    value_n_per_m: float
+    low_n_per_m: float
+    high_n_per_m: float
+    from_n: float
+    to_n: float
+    verdict: str
+    why: tuple[str, ...] = ()
+
+    @property
+    def half_width(self) -> float:
+        """Half the interval over the value."""
+        return (self.high_n_per_m - self.low_n_per_m) / (2.0 * self.value_n_per_m)
+
+
+@dataclass(frozen=True, slots=True)
+class Scored:
+    """An answer beside the truth; `truth_n_per_m` None where the world has none.
+
+    Where the contact settles faster than it is pressed, `settled_n_per_m` and all between are as
+    true.
+    """
+
+    quantity: str
+    answer: Answer
+    truth_n_per_m: float | None
+    settled_n_per_m: float | None = None
+
+    @property
+    def believed(self) -> bool:
+        """Whether it is called IDENTIFIED."""
+        return self.answer.verdict == IDENTIFIED
+
+    @property
+    def true(self) -> bool:
+        """Whether the interval holds the truth; what does not exist is in no interval."""
+        if self.truth_n_per_m is None:
+            return False
+        low, high = sorted((self.truth_n_per_m, self.settled_n_per_m or self.truth_n_per_m))
+        return self.answer.low_n_per_m <= high and low <= self.answer.high_n_per_m
+
+    @property
+    def off(self) -> float:
+        """ln(value/truth), of the nearest truth."""
+        value = self.answer.value_n_per_m
+        if self.truth_n_per_m is None or not value > 0.0:
+            return math.nan
+        low, high = sorted((self.truth_n_per_m, self.settled_n_per_m or self.truth_n_per_m))
+        return math.log(value / min(max(value, low), high))
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """All answers for one case; none and a `problem` where it was refused or broke."""
+
+    world: str
+    seed: int
+    ideal: bool
+    unseen: bool
+    story: str
+    family: str
+    top_n: float
+    scored: tuple[Scored, ...]
+    problem: str = ""
+    broken: bool = False
+
+
+Ask = Callable[[PressData, Conditions], Mapping[str, Answer]]
+
+
+def answer(press: PressData, conditions: Conditions) -> Mapping[str, Answer]:
+    """The program's answers by quantity.
+
+    Raises:
+        SteploadError: the program refuses the record.
+    """
+    found = identify_payload(press, conditions)
+    return {name: _stated(each) for name, each in found.quantities.items()}
+
+
+def evidence(press: PressData, conditions: Conditions) -> Mapping[str, Answer]:
+    """The same without the paper's fits, which take half of the time and no part in it.
+
+    Raises:
+        SteploadError: the program refuses the record.
+    """
+    found = weigh(pressed(press, conditions))
+    return {name: _stated(each) for name, each in found.quantities.items()}
+
+
+def _stated(each: Quantity) -> Answer:
+    low, high = each.interval_n_per_m
+    return Answer(
+        each.value_n_per_m, low, high, each.from_n, each.to_n, each.verdict.value, each.why
+    )
+
+
+def truth(law: Law, quantity: str, stated: Answer) -> float | None:
+    """What is true of a law at the forces that an answer names."""
+    if quantity == "chord":
+        return law.chord(stated.from_n, stated.to_n)
+    if quantity == "secant_from_mean_plane":
+        return law.secant_from_plane(stated.to_n)
+    if quantity == "tangent":
+        return law.tangent(stated.to_n)
+    return law.secant(stated.to_n)
+
+
+def judged(case: Case, ask: Ask = answer) -> Outcome:
+    """Press a case, ask, and hold every answer against the truth."""
+    data, conditions = record(case)
+    stated: Mapping[str, Answer] = {}
+    problem, broken = "", False
+    try:
+        stated = ask(data, conditions)
+    except SteploadError as refusal:
+        problem = str(refusal)
+    except Exception:
+        problem, broken = traceback.format_exc(limit=-3), True
+    scored = tuple(
+        Scored(
+            name,
+            stated[name],
+            truth(case.law, name, stated[name]),
+            truth(case.settled, name, stated[name]) if case.settled else None,
+        )
+        for name in QUANTITIES
+        if name in stated
+    )
+    return Outcome(
+        case.world, case.seed, case.ideal, case.unseen, case.story, case.rig.family,
+        case.rig.top_n, scored, problem, broken,
+    )  # fmt: skip
