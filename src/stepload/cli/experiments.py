@@ -169,6 +169,10 @@ def identify(
         str | None,
         typer.Option("--position-noise", help='Noise (σ) of a position sample, "0.2 um".'),
     ] = None,
+    nonlinearity: Annotated[
+        str | None,
+        typer.Option("--nonlinearity", help='Bend of the force reading, "0.2 %" of the peak.'),
+    ] = None,
     secant_force: Annotated[
         str | None, typer.Option("--secant-force", help='Force of the secant, "300 N".')
     ] = None,
@@ -201,6 +205,7 @@ def identify(
         smooth_length_n=quantity(smooth_length, "N"),
         force_noise_n=quantity(force_noise, "N"),
         position_noise_m=quantity(position_noise, "m"),
+        nonlinearity=quantity(nonlinearity, "%"),
     )
     if payload is not None:
         wishes = wishes_of_payload(payload, wishes)

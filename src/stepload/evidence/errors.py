@@ -11,6 +11,7 @@ import numpy as np
 
 from stepload.evidence.path import Path
 from stepload.identify.fit import FloatArray
+from stepload.identify.linearity import linearity_errors
 from stepload.identify.smooth import few_degrees, smooth_correlation
 from stepload.identify.sources import Sources
 
@@ -69,6 +70,7 @@ def components(
     drift = context.drift_sigma_m_per_s * elapsed
     span = float(np.ptp(deformation_m))
     alike = smooth_correlation(force, length_n)
+    bent = whole * linearity_errors(force, sources.nonlinearity)
     return [
         Component(
             "force noise and quantum",
@@ -93,6 +95,9 @@ def components(
             _system_size(sources),
             np.outer(context.system_sigma_m, context.system_sigma_m)
             + alike * np.outer(context.table_sigma_m, context.table_sigma_m),
+        ),
+        Component(
+            "force linearity", f"{100 * sources.nonlinearity:.3g} %", bent.T @ bent
         ),
         Component(
             "alignment lag", f"{sources.lag_sigma_s * 1e3:.3g} ms", np.outer(late, late)

@@ -17,6 +17,7 @@ from stepload.evidence.loops import Branch
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.signs import Sign
 from stepload.identify.fit import FloatArray
+from stepload.identify.linearity import linearity_errors
 from stepload.identify.smooth import smooth_correlation
 from stepload.identify.sources import Sources
 
@@ -41,7 +42,7 @@ def draws(
     common = root @ rng.standard_normal((_GRID, REHEARSALS))
     loop = 0.6 * LARGEST_LOOP * rng.uniform(0.0, 1.0, REHEARSALS)
     deep_m = float(ideal.deformation(np.array([ideal.top_n]))[0])
-    bend = rng.standard_normal(REHEARSALS)
+    bend, crooked = rng.standard_normal(REHEARSALS), rng.standard_normal((2, REHEARSALS))
     found = []
     for branch in branches:
         path = branch.path
@@ -52,6 +53,8 @@ def draws(
         travel = ideal.travel(path.force_n)[:, None] + place + _interpolated(
             path.force_n, grid, smooth)  # fmt: skip
         travel = travel + run.deflection_sigma(path.force_n)[:, None] * bend
+        bent = linearity_errors(path.force_n, sources.nonlinearity)
+        travel = travel + (ideal.compliance(path.force_n) * bent).T @ crooked
         if path.size > 1 and path.force_n[0] > path.force_n[-1]:
             share = np.clip(path.force_n / ideal.top_n, 0.0, 1.0)
             travel = travel + 4.0 * deep_m * (share * (1.0 - share))[:, None] * loop

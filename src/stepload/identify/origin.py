@@ -103,6 +103,7 @@ def _smooth(one: Origin, other: Origin, apart_m: float) -> Common:
 _RULES: dict[str, Callable[[Origin, Origin, float], Common]] = {
     "system stiffness K_s": _stiffness,
     "force calibration": _gain,
+    "force linearity": _gain,
     "smooth deformation error": _smooth,
 }
 """Every other source is each run's own: noise, quanta, zero, lag, temperature, drift, creep and

@@ -10,6 +10,7 @@ import numpy as np
 
 from stepload.identify.deflection import DeflectionTable
 from stepload.identify.fit import Fit, FloatArray
+from stepload.identify.linearity import linearity_errors
 from stepload.identify.sensitivity import law_compliance
 from stepload.identify.smooth import few_degrees, propagate_smooth, smooth_lengths, worst_of
 
@@ -39,6 +40,8 @@ class Sources:
         lag_sigma_s: uncertainty of the time between force and position after alignment.
         force_rate_n_per_s: force rate at each point (N,), or one for all.
         gain_sigma: relative uncertainty of the force calibration.
+        nonlinearity: largest departure of the force reading from a line, as a share of the largest
+            force of the data.
         temperature_sigma_k: how well the temperature is known, and how far it may run during the
             data; with `position_m_per_k` (thermal growth of the loop, spread evenly over the points
             in the order given) and `modulus_per_k` (relative change of the payload's modulus).
@@ -61,6 +64,7 @@ class Sources:
     lag_sigma_s: float = 0.0
     force_rate_n_per_s: FloatArray | float = 0.0
     gain_sigma: float = 0.0
+    nonlinearity: float = 0.0
     temperature_sigma_k: float = 0.0
     position_m_per_k: float = 0.0
     modulus_per_k: float = 0.0
@@ -191,6 +195,8 @@ def _systematic(
         size = f"table of this pose, rows {float(row_m.max()) * 1e6:.3g} µm, common {size}"
     late = sensitivity @ (sources.force_rate_n_per_s * (law_compliance(fit, force_n) + rigid))
     late = late * sources.lag_sigma_s
+    bent = linearity_errors(force_n, sources.nonlinearity)
+    crooked = sensitivity @ (bent * (law_compliance(fit, force_n) + rigid)).T
     return [
         Part(
             "smooth deformation error",
@@ -198,6 +204,7 @@ def _systematic(
             smooth,
         ),
         Part("system stiffness K_s", size, own),
+        Part("force linearity", f"{100 * sources.nonlinearity:.3g} %", crooked @ crooked.T),
         Part("alignment lag", f"{sources.lag_sigma_s * 1e3:.3g} ms", np.outer(late, late)),
     ]
 

@@ -35,6 +35,10 @@ from stepload.plan.simulation import AS_DECLARED, Simulation
 
 _Age = Annotated[float, Quantity("s", 0.002, 2.0)]
 _Drift = Annotated[float, Quantity("N/s", 0.0, 100.0)]
+_CROOKED = (
+    "Largest departure of the reading from a straight line, as a share of the largest force "
+    "pressed; a data sheet states it of the full scale; default: 1 % is assumed."
+)
 _OLDER = "Older data stop the run (rule R3); default: 12 ms, or four samples if longer."
 
 
@@ -126,6 +130,7 @@ class ForceSpec:
     noise_n: Annotated[Force, Key("Standard deviation of the reading at rest.")]
     delay_s: Annotated[Delay, Key("From force to sample on the host.")]
     gain_uncertainty: Annotated[Share, Key("Relative standard uncertainty of the gain.")] = 0.01
+    nonlinearity: Annotated[Share | None, Key(_CROOKED)] = None
     drift_n_per_s: Annotated[_Drift, Key("Largest drift of the zero.")] = 0.0
     max_age_s: Annotated[_Age | None, Key(_OLDER)] = None
 

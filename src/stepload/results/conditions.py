@@ -17,6 +17,7 @@ from stepload.envelope.stiffness import known_stiffness
 from stepload.errors import BadInputError
 from stepload.identify.conditions import Conditions
 from stepload.identify.deflection import least_sigma
+from stepload.identify.linearity import ASSUMED_NONLINEARITY
 from stepload.identify.sources import Sources
 from stepload.plan.model import Payload
 from stepload.results.press_data import PressData
@@ -32,7 +33,7 @@ def planned(envelope: Envelope) -> Conditions:
     plan, theory = envelope.plan, envelope.theory
     rig, stiffness, wanted = plan.rig, plan.rig.system_stiffness, plan.identify
     gauge, payload = rig.displacement, plan.payload
-    smooth_m = stiffness.smooth_error_m
+    smooth_m, crooked = stiffness.smooth_error_m, rig.force.nonlinearity
     known = known_stiffness(plan)
     table = None if gauge else known.table
     sources = Sources(
@@ -47,6 +48,7 @@ def planned(envelope: Envelope) -> Conditions:
         position_resolution_m=gauge.resolution_m if gauge else rig.arm.position_resolution_m,
         lag_sigma_s=UNKNOWN_LAG_SIGMA_S,
         gain_sigma=rig.force.gain_uncertainty,
+        nonlinearity=ASSUMED_NONLINEARITY if crooked is None else crooked,
         temperature_sigma_k=wanted.temperature_uncertainty_k,
         position_m_per_k=payload.height_m * payload.thermal_expansion_per_k
         + (0.0 if gauge else rig.load_path_m * rig.thermal_expansion_per_k),
@@ -142,12 +144,13 @@ _TABLE = ("deflection_force_n", "deflection_m", "deflection_sigma_m")
 
 
 def _sources(data: dict[str, Any]) -> Sources:
-    """The sources of a record; one that knows no table has a K_s without one.
+    """The sources of a record; one that knows no table has a K_s without one, and one that does not
+    speak of the force sensor's linearity is of a time before it was asked.
 
     Its 50 N of smooth length was nobody's measurement either, but the constant of that version.
     """
     rows = {name: tuple(map(float, data.get(name, ()))) for name in _TABLE}
-    sources = Sources(**{**data, **rows})
+    sources = Sources(**{"nonlinearity": ASSUMED_NONLINEARITY, **data, **rows})
     stiffness = sources.system_stiffness_n_per_m
     if _TABLE[0] in data:
         return sources

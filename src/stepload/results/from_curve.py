@@ -25,6 +25,7 @@ from stepload.identify.curve_parts import (
 from stepload.identify.curve_signs import signs
 from stepload.identify.inverse_law import joint
 from stepload.identify.leftover import smooth_leftover
+from stepload.identify.linearity import ASSUMED_NONLINEARITY
 from stepload.identify.plausibility import plausibility
 from stepload.identify.sampling import uniform_in_force
 from stepload.identify.selection import Selected, select
@@ -156,6 +157,7 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
                 force_noise_n=zeroed.noise_n,
                 position_noise_m=math.sqrt(max(zeroed.noise_m**2 - quantum_m**2 / 12.0, 0.0)),
                 position_resolution_m=quantum_m,
+                nonlinearity=ASSUMED_NONLINEARITY,
             ),
             secant_force_n=secant_n,
             touch_force_n=zeroed.touch_n,

@@ -18,6 +18,7 @@ _SOURCES = (
     "smooth_length_n",
     "force_noise_n",
     "position_noise_m",
+    "nonlinearity",
 )
 _CONDITIONS = ("secant_force_n", "elastic_limit_n", "theory_k", "theory_n")
 
@@ -31,6 +32,7 @@ class Wishes:
         smooth_error_m, smooth_length_n: size of the smooth deformation error, and the force over
             which it changes.
         force_noise_n, position_noise_m: standard deviation of the noise of a sample.
+        nonlinearity: largest departure of the force reading from a line, a share of the peak.
         secant_force_n: where the secant is taken.
         elastic_limit_n: F_c.
         theory_k, theory_n: the payload's law (3).
@@ -42,6 +44,7 @@ class Wishes:
     smooth_length_n: float | None = None
     force_noise_n: float | None = None
     position_noise_m: float | None = None
+    nonlinearity: float | None = None
     secant_force_n: float | None = None
     elastic_limit_n: float | None = None
     theory_k: float | None = None

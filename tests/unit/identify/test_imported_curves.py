@@ -421,7 +421,7 @@ def test_a_stated_error_counts_at_every_force(
     found, _ = identified(
         Wishes(
             smooth_error_m=0.5e-6, force_noise_n=1.5 * scale, position_noise_m=1e-8,
-            secant_force_n=300.0 * scale,
+            secant_force_n=300.0 * scale, nonlinearity=0.0,
         ),
         displacement_m=depth, force_n=force * scale,
     )  # fmt: skip

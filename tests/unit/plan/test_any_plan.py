@@ -71,6 +71,7 @@ rig:
     noise: 0.5 N
     delay: 1 ms
     gain_uncertainty: 1 %
+    nonlinearity: 0.5 %
     drift: 0.01 N/s
     max_age: 20 ms
   displacement:

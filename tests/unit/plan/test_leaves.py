@@ -83,7 +83,8 @@ RANGES = {
     "0 to 100 %": """
         rig.force.gain_uncertainty rig.second_force.tolerance_relative
         rig.second_force.sensor.gain_uncertainty rig.simulation.creep
-        rig.second_force.sensor.gain_uncertainty rig.system_stiffness.deflection_common
+        rig.second_force.sensor.nonlinearity rig.system_stiffness.deflection_common
+        rig.force.nonlinearity
     """,
     "0 to 100 N/s": "rig.force.drift rig.second_force.sensor.drift",
     "0 to 1e6 N": "rig.second_force.tolerance rig.second_force.noise rig.simulation.adhesion",

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from stepload.identify.conditions import Conditions
 from stepload.identify.deflection import least_sigma
+from stepload.identify.linearity import ASSUMED_NONLINEARITY
 from stepload.identify.sources import Sources
 from stepload.record.align import ChannelClock
 from stepload.record.lag import measure_lag
@@ -135,6 +136,7 @@ def _conditions(case: Case) -> Conditions:
         position_resolution_m=rig.position_resolution_m,
         lag_sigma_s=rig.lag_sigma_s,
         gain_sigma=rig.gain_sigma,
+        nonlinearity=ASSUMED_NONLINEARITY,
         temperature_sigma_k=said.temperature_sigma_k,
         position_m_per_k=said.position_m_per_k,
         **_load_path(case),
