@@ -36,7 +36,8 @@ class Context:
     Attributes:
         compliance_m_per_n: (B,) dδ/dF of the payload along the path.
         system_m_per_n: (B,) of the rest of the chain.
-        system_sigma_m: (B,) standard uncertainty of the system's deflection, one error for all.
+        system_sigma_m: (M, B) standard uncertainties of the system's deflection: independent
+            errors, each one for the whole path.
         table_sigma_m: (B,) of the rows of its table, alike over the smooth length.
         expected_m: (B,) travel as a law gives it, without the errors of the sensor.
         drift_sigma_m_per_s: of the drift that was taken out.
@@ -93,7 +94,7 @@ def components(
         Component(
             "system stiffness K_s",
             _system_size(sources),
-            np.outer(context.system_sigma_m, context.system_sigma_m)
+            context.system_sigma_m.T @ context.system_sigma_m
             + alike * np.outer(context.table_sigma_m, context.table_sigma_m),
         ),
         Component(

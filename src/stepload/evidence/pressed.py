@@ -31,7 +31,8 @@ class Pressed:
         tracks: number, loading and unloading (or None) of each cycle in the order of time; one
             zero of travel for all.
         deflection: what the system takes of the travel, in m at forces (N,).
-        deflection_sigma: its standard uncertainty at forces (N,), one error for all of them.
+        deflection_sigma: its standard uncertainties (M, N) at forces (N,): independent errors, each
+            one for all forces.
         table_sigma: the same of a table's rows: neighbours err alike, over the smooth length.
         sources: what is known of the errors.
         roughness: what is known of the surface.

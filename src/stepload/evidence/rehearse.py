@@ -42,7 +42,7 @@ def draws(
     common = root @ rng.standard_normal((_GRID, REHEARSALS))
     loop = 0.6 * LARGEST_LOOP * rng.uniform(0.0, 1.0, REHEARSALS)
     deep_m = float(ideal.deformation(np.array([ideal.top_n]))[0])
-    bend, crooked = rng.standard_normal(REHEARSALS), rng.standard_normal((2, REHEARSALS))
+    bend, crooked = rng.standard_normal((2, 2, REHEARSALS))
     found = []
     for branch in branches:
         path = branch.path
@@ -52,7 +52,8 @@ def draws(
         smooth = sources.smooth_error_m * (common + NOT_REPEATED * own)
         travel = ideal.travel(path.force_n)[:, None] + place + _interpolated(
             path.force_n, grid, smooth)  # fmt: skip
-        travel = travel + run.deflection_sigma(path.force_n)[:, None] * bend
+        soft = run.deflection_sigma(path.force_n)
+        travel = travel + soft.T @ bend[: len(soft)]
         bent = linearity_errors(path.force_n, sources.nonlinearity)
         travel = travel + (ideal.compliance(path.force_n) * bent).T @ crooked
         if path.size > 1 and path.force_n[0] > path.force_n[-1]:

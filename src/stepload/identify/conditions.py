@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.identify.deflection import DeflectionTable
+from stepload.identify.deflection import DeflectionTable, seat_sigma
 from stepload.identify.fit import FloatArray
 from stepload.identify.sources import Sources
 
@@ -84,12 +84,19 @@ class Conditions:
         return force_n / stiffness if table is None else table.at(force_n)
 
     def bend_sigma(self, force_n: FloatArray) -> FloatArray:
-        """Standard uncertainty (N,) in m of what is common to all forces, in proportion."""
+        """Standard uncertainties (M, N) in m of its independent errors, each one for all forces.
+
+        One is in proportion; where no table of the pose says how the system gives way at small
+        force, the other is a seat that nobody has looked at.
+        """
         stiffness = self.sources.system_stiffness_n_per_m
         if stiffness is None:
-            return np.zeros_like(force_n)
+            return np.zeros((1, force_n.size))
         relative = self.sources.system_stiffness_sigma_n_per_m / stiffness
-        return np.asarray(relative * self.bend(force_n))
+        modes = [relative * self.bend(force_n)]
+        if self.deflection() is None:
+            modes.append(seat_sigma(force_n, stiffness))
+        return np.stack(modes)
 
     def table_sigma(self, force_n: FloatArray) -> FloatArray:
         """Standard uncertainty (N,) in m of the table's rows; 0 without a table."""

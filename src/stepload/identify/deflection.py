@@ -20,6 +20,9 @@ from stepload.identify.fit import FloatArray
 
 LEAST_RELATIVE = 0.05
 """Least relative standard uncertainty of a K_s without a table of the same pose."""
+SEAT_RELATIVE, SEAT_REACH = 0.05, 0.15
+"""Without a table the system may give way by so much more at small force than its K_s says, as a
+share of its deflection at the largest force, within about this share of that force."""
 BEGINS = 0.25
 """A table begins at this share of the peak force at the latest: below its first row it is a
 straight line to nothing, and a chord begins at 10 %."""
@@ -97,6 +100,16 @@ class DeflectionTable:
             f"the table of the system's deflection ends at {last_n:.4g} N, the data reach "
             f"{peak_force_n:.4g} N: beyond it the slope of its last rows was taken"
         )
+
+
+def seat_sigma(force_n: FloatArray, stiffness_n_per_m: float) -> FloatArray:
+    """Standard uncertainty (N,) in m of what joints and mounts give way as they seat, at forces
+    (N,) of at least 0; K_s, a line through larger forces, does not see it."""
+    top_n = float(force_n.max(initial=0.0))
+    if top_n <= 0.0:
+        return np.zeros_like(force_n)
+    seated = 1.0 - np.exp(-np.maximum(force_n, 0.0) / (SEAT_REACH * top_n))
+    return np.asarray(SEAT_RELATIVE * top_n / stiffness_n_per_m * seated)
 
 
 def least_sigma(stiffness_n_per_m: float, sigma_n_per_m: float) -> tuple[float, str]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from stepload.identify.fit import FloatArray
 
-ASSUMED_NONLINEARITY = 0.01
+ASSUMED_NONLINEARITY = 0.015
 """Where nobody has stated it: data sheets of force sensors name 0.1 % to 2 %."""
 _S_PEAK = math.sqrt(3.0) / 36.0
 

@@ -37,7 +37,7 @@ _Age = Annotated[float, Quantity("s", 0.002, 2.0)]
 _Drift = Annotated[float, Quantity("N/s", 0.0, 100.0)]
 _CROOKED = (
     "Largest departure of the reading from a straight line, as a share of the largest force "
-    "pressed; a data sheet states it of the full scale; default: 1 % is assumed."
+    "pressed; a data sheet states it of the full scale; default: 1.5 % is assumed."
 )
 _OLDER = "Older data stop the run (rule R3); default: 12 ms, or four samples if longer."
 

@@ -172,7 +172,7 @@ def test_every_line_widens_the_interval() -> None:
     ):
         wide = weigh(replace(run, sources=replace(run.sources, **wider))).headline.half_width
         assert wide > 1.1 * narrow, wider
-    soft = replace(run, deflection_sigma=lambda force: 0.06 * force / 3.49e6)
+    soft = replace(run, deflection_sigma=lambda force: 0.06 * force[None] / 3.49e6)
     assert weigh(soft).headline.half_width > 1.5 * narrow
 
 
