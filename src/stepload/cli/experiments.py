@@ -183,6 +183,10 @@ def identify(
         Path | None,
         typer.Option("--payload", help="YAML of the payload: its law and F_c check the units."),
     ] = None,
+    law: Annotated[
+        list[str] | None,
+        typer.Option("--law", help="Laws that figures may rest on: hertz,power …; auto: all."),
+    ] = None,
     kind: Annotated[str, typer.Option("--kind", help="payload or system.")] = "payload",
     as_json: AsJson = False,
 ) -> None:
@@ -190,7 +194,7 @@ def identify(
     from stepload.results.data import identification_data, system_data
     from stepload.results.from_file import identify_file, system_of_file
     from stepload.results.run_document import identification_document, system_document
-    from stepload.results.wishes import Wishes, wishes_of_payload
+    from stepload.results.wishes import Wishes, laws_of, wishes_of_payload
     from stepload.units import parse_quantity
 
     def quantity(text: str | None, unit: str) -> float | None:
@@ -206,6 +210,7 @@ def identify(
         force_noise_n=quantity(force_noise, "N"),
         position_noise_m=quantity(position_noise, "m"),
         nonlinearity=quantity(nonlinearity, "%"),
+        laws=laws_of(law or ()),
     )
     if payload is not None:
         wishes = wishes_of_payload(payload, wishes)

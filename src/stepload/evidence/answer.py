@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from stepload.contact.law_names import LAW_NAMES
 from stepload.errors import DomainError
 from stepload.evidence import figures
 from stepload.evidence.chord import Chord, chord
@@ -13,8 +14,15 @@ from stepload.evidence.drift import Drift, drift_of, without_drift
 from stepload.evidence.elastic import Elastic, elastic_of
 from stepload.evidence.errors import Component, Context, components, middle, total
 from stepload.evidence.gates import Gate
-from stepload.evidence.lawfit import CANNOT_TELL, LawFit, Whitened, fit_laws, fixed_exponents
-from stepload.evidence.laws import POWER
+from stepload.evidence.lawfit import (
+    CANNOT_TELL,
+    LawFit,
+    Whitened,
+    chosen_fits,
+    fit_law,
+    fit_laws,
+)
+from stepload.evidence.laws import FIXED, POWER
 from stepload.evidence.loops import LEAST_STRETCHES, Branch, Loop, loops_of
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Exponent, Quantity
@@ -30,12 +38,14 @@ AS_HIGH = 0.95
 
 @dataclass(frozen=True, slots=True)
 class LawRow:
-    """How well a law fits: χ², degrees of freedom, whether the data tell it from the best one."""
+    """How well a law fits: χ², degrees of freedom, whether the data cannot tell it from the best
+    one, whether the figures may rest on it."""
 
     name: str
     chi2: float
     degrees: int
     alike: bool
+    counts: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +95,11 @@ def weigh(run: Pressed) -> Evidence:
     drawn = draws(branches_of(loops), elastic, run, assumed[here])
     signs = contact_signs(run, loops, main, elastic, drift, drawn)
     data, laws = fitted[here]
-    shape = shape_of(first, main, elastic, data, laws, run.roughness, drawn[0])
+    every = [each for _, each in fitted if each]
+    chosen = [chosen_fits(data, run.laws, each, run.roughness) for data, each in fitted]
+    shape = shape_of(first, main, elastic, data, laws, chosen[here], run.roughness, drawn[0])
+    power = laws.get(POWER.name)
+    counting = [each for each in chosen if each] if run.laws else every
     notes, blocking = _cannot_show(run, loops)
     notes.append(
         f"the touch is the laws' word: the data begin at {format_quantity(lowest_n, 'N')}, and a "
@@ -95,7 +109,8 @@ def weigh(run: Pressed) -> Evidence:
         main=main,
         path=first.path,
         errors=errors,
-        law_sets=[each for _, each in fitted if each],
+        law_sets=counting if power is not None else [],
+        power=power.best.shape if power is not None else 1.0,
         left=figures.Discrepancies(
             signs.time_m, signs.creep_m, abs(shape.off) / 2.0, run.lateral_share or 0.0
         ),
@@ -103,12 +118,15 @@ def weigh(run: Pressed) -> Evidence:
         doubts=(*run.doubts, *blocking),
     )
     found = figures.quantities(run, read_from)
+    if run.laws:
+        unbound = figures.quantities(run, replace(read_from, law_sets=every))
+        notes.append(_chosen(run.laws, found, unbound))
     return Evidence(
         headline=found["chord"],
         quantities=found,
         exponent=figures.exponent(read_from),
         gates=tuple(read_from.gates),
-        laws=_rows(laws, data),
+        laws=_rows(laws, chosen[here], data),
         drift_m_per_s=drift.rate_m_per_s if drift is not None else None,
         notes=tuple(notes),
     )
@@ -181,18 +199,32 @@ def _fitted(
     return data, fit_laws(data, run.roughness, adhesive=run.adhesive)
 
 
-def _rows(laws: Mapping[str, LawFit], data: Whitened) -> tuple[LawRow, ...]:
+def _rows(
+    laws: Mapping[str, LawFit], chosen: Mapping[str, LawFit], data: Whitened
+) -> tuple[LawRow, ...]:
     """All laws and the exponents that theory knows, the best first."""
-    if not laws:
-        return ()
-    lowest = min(fit.chi2 for fit in laws.values())
-    found = [(fit.law.name, fit.chi2, fit.degrees) for fit in laws.values()]
-    if (power := laws.get(POWER.name)) is not None:
-        fixed = fixed_exponents(power, data).items()
-        found += [(f"power law, {name}", chi2, power.degrees + 1) for name, chi2 in fixed]
+    fixed = [fit for law in FIXED if (fit := fit_law(data, law)) is not None]
+    every = {**{fit.law.name: fit for fit in fixed}, **laws, **chosen}
+    lowest = min((fit.chi2 for fit in every.values()), default=0.0)
+    counts = chosen or laws
     return tuple(
-        LawRow(name, chi2, degrees, chi2 <= lowest + CANNOT_TELL)
-        for name, chi2, degrees in sorted(found, key=lambda row: row[1])
+        LawRow(name, fit.chi2, fit.degrees, fit.chi2 <= lowest + CANNOT_TELL, name in counts)
+        for name, fit in sorted(every.items(), key=lambda item: item[1].chi2)
+    )
+
+
+def _chosen(
+    words: Sequence[str], found: Mapping[str, Quantity], unbound: Mapping[str, Quantity]
+) -> str:
+    """What the choice of laws assumes, and what it changes."""
+    names = ", ".join(LAW_NAMES[word] for word in words)
+    touch = "secant_from_touch"
+    if touch not in found:
+        return f"law chosen: {names}: it cannot be fitted to this loading, no figure rests on it"
+    low, high = (format_quantity(end, "N/m") for end in unbound[touch].interval_n_per_m)
+    return (
+        f"law chosen: {names}: an assumption, not a finding; without it the 95 % interval of the "
+        f"secant from touch is {low} to {high}"
     )
 
 

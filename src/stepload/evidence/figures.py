@@ -49,7 +49,9 @@ class Reading:
         main: the chord.
         path: of the loading it was read from.
         errors: the components of the covariance, once per correlation length that may be.
-        law_sets: the laws fitted with each of them.
+        law_sets: the laws that figures rest on, fitted with each of them; empty where there are
+            none.
+        power: 1/n of the power law: how a share of the force changes the deformation.
         left: what the gates leave in the budget.
         gates: all gates.
         doubts: sentences that block every figure.
@@ -59,19 +61,19 @@ class Reading:
     path: Path
     errors: Sequence[Sequence[Component]]
     law_sets: Sequence[Mapping[str, LawFit]]
+    power: float
     left: Discrepancies
     gates: Sequence[Gate]
     doubts: Sequence[str]
 
 
 def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
-    """Every stiffness by kind; the chord always, the others where a power law fits."""
+    """Every stiffness by kind; the chord always, the others where there is a law."""
     main, path, errors = read_from.main, read_from.path, read_from.errors
     law_sets, left, gates = read_from.law_sets, read_from.left, read_from.gates
     sources, doubts, accuracy = run.sources, read_from.doubts, run.accuracy
     roughness, secant_force_n, deflection = run.roughness, run.secant_force_n, run.deflection
-    power = _power(law_sets)
-    q = power.best.shape if power is not None else 1.0
+    q = read_from.power
     bend = float(np.diff(deflection(np.array([main.from_n, main.to_n])))[0])
     scale = [
         Line("force calibration", f"{sources.gain_sigma:.2%}", q * sources.gain_sigma),
@@ -107,7 +109,7 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
         "chord": _made("chord", main.n_per_m, log_interval(main.n_per_m, lines), main.from_n,
                        main.to_n, lines, accuracy, blocked)
     }  # fmt: skip
-    if power is None:
+    if not law_sets:
         return found
     law_blocked = (*doubts, *fired(gates, of_law=True))
     beyond: tuple[str, ...] = ()
@@ -149,12 +151,6 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
     return found
 
 
-def _power(law_sets: Sequence[Mapping[str, LawFit]]) -> LawFit | None:
-    if not law_sets:
-        return None
-    return law_sets[middle(len(law_sets))].get(POWER.name)
-
-
 def _as_rough(laws: Mapping[str, LawFit], roughness: Roughness) -> bool:
     """Whether the surface is known to be rough and the data do not speak against it."""
     lowest = min(fit.chi2 for fit in laws.values())
@@ -194,7 +190,7 @@ def _of_laws(
 ) -> tuple[float, float, float, list[Line]] | None:
     """Stiffness, interval of the laws that are alike, and lines."""
     laws = law_sets[middle(len(law_sets))]
-    believed = laws[POWER.name]
+    believed = laws.get(POWER.name) or min(laws.values(), key=lambda fit: fit.chi2)
     kept = [list(each.values()) for each in law_sets]
     if _as_rough(laws, roughness):
         # The surface is known to be rough: laws of a smooth one are known to be wrong.
@@ -226,6 +222,7 @@ def _sensitivity(fit: LawFit, read: Read, path: Path, parts: Sequence[Component]
     rest = point.coefficients[1:]
     basis = fit.law.basis(u, point.shape)
     moved = (fit.law.basis(u, point.shape + step) @ rest - basis @ rest) / step
+    moved *= float(fit.law.grid.size > 1)  # a shape that is given does not follow the data
     columns = np.column_stack([np.ones_like(u), basis, moved])
     weight = np.linalg.solve(covariance, columns)
     estimator = np.linalg.pinv(columns.T @ weight) @ weight.T
@@ -272,9 +269,10 @@ def _made(
 
 
 def exponent(read_from: Reading) -> Exponent | None:
-    """n of the power law; laws that fit as well with an exponent of their own widen it."""
+    """n of the power law; laws that fit as well with an exponent of their own widen it. None where
+    no figure rests on a power law of free exponent."""
     law_sets = read_from.law_sets
-    power = _power(law_sets)
+    power = law_sets[middle(len(law_sets))].get(POWER.name) if law_sets else None
     if power is None:
         return None
     value = 1.0 / power.best.shape
@@ -285,7 +283,7 @@ def exponent(read_from: Reading) -> Exponent | None:
             if name == POWER.name:
                 ends = [1.0 / p.shape for p in fit.points if p.chi2 <= fit.chi2 + CHI2_95]
             elif fit.chi2 <= lowest + CANNOT_TELL:
-                ends = [1.0] if name == BILINEAR.name else [1.5]
+                ends = [_own_exponent(fit)]
             else:
                 continue
             low, high = min([low, *ends]), max([high, *ends])
@@ -294,3 +292,10 @@ def exponent(read_from: Reading) -> Exponent | None:
         why.append(f"this run cannot tell n = {low:.2f} from {high:.2f}")
     verdict = ResultVerdict.MARGINAL if why else ResultVerdict.IDENTIFIED
     return Exponent(value, (low, high), verdict, tuple(why))
+
+
+def _own_exponent(fit: LawFit) -> float:
+    """The exponent of a law that has it by its nature."""
+    if fit.law.parameters == 1:
+        return 1.0 / fit.best.shape
+    return 1.0 if fit.law is BILINEAR else 1.5

@@ -140,26 +140,28 @@ def lateral_gate(share: float) -> Gate:
     return gate("lateral", share, LATERAL_SHARE, "", "all", text)
 
 
-def shape_gates(advantage: float, allowed: float, better: str, off: float, off_allowed: float
-) -> list[Gate]:  # fmt: skip
-    """The gates of the power law's shape.
+def shape_gates(
+    law: str, advantage: float, allowed: float, better: str, off: float, off_allowed: float
+) -> list[Gate]:
+    """The gates of a law's shape.
 
     Args:
-        advantage: χ² of the power law less that of the best other law.
+        law: what the law is called.
+        advantage: χ² of the law less that of the best other law.
         allowed: how much is allowed.
         better: name of that law.
-        off: relative deviation of the local chord from that of the power law's fit.
+        off: relative deviation of the local chord from that of the law's fit.
         off_allowed: how much is allowed.
     """
     return [
         gate(
             "shape", advantage, allowed, "", "law",
-            f"the data speak for another law ({better}) than a power law: χ² differs by "
+            f"the data speak for another law ({better}) than {law}: χ² differs by "
             f"{advantage:.1f} (allowed {allowed:.1f})",
         ),
         gate(
             "chord_of_fit", abs(off), off_allowed, "", "law",
-            f"the power law's own chord is {off:+.1%} from the measured one (allowed "
+            f"the chord of {law} is {off:+.1%} from the measured one (allowed "
             f"± {off_allowed:.1%}): the law does not describe this contact",
         ),
     ]  # fmt: skip

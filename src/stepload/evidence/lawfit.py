@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +11,8 @@ import numpy as np
 from stepload.evidence.laws import (
     ADHESIVE,
     BILINEAR,
-    FIXED,
     HERTZ_LINEAR,
+    LAWS,
     PLASTIC,
     POWER,
     ROUGH,
@@ -114,8 +114,11 @@ class LawFit:
 def fit_law(data: Whitened, law: Law, roughness: Roughness | None = None) -> LawFit | None:
     """Fit a law at every shape parameter of its grid; None where none is possible.
 
-    A stated roughness holds the rough law to its length, within 20 %.
+    A stated roughness holds the rough law to its length, within 20 %; a surface that was declared
+    smooth is not fitted as a rough one.
     """
+    if law is ROUGH and roughness is not None and roughness.length_m == 0.0:
+        return None
     points = [p for shape in law.grid.tolist() if (p := _point(data, law, shape, roughness))]
     if not points:
         return None
@@ -156,26 +159,23 @@ def fit_laws(data: Whitened, roughness: Roughness, *, adhesive: bool) -> dict[st
 
     Args:
         data: a loading.
-        roughness: what is known; a surface declared smooth is not fitted as a rough one.
+        roughness: what is known.
         adhesive: whether the force went below zero about the touch.
     """
-    laws: list[Law] = [POWER, HERTZ_LINEAR, BILINEAR, STIFFENING, PLASTIC]
-    if roughness.length_m != 0.0:
-        laws.append(ROUGH)
+    laws: list[Law] = [POWER, HERTZ_LINEAR, BILINEAR, STIFFENING, PLASTIC, ROUGH]
     if adhesive:
         laws.append(ADHESIVE)
     found = {law.name: fit_law(data, law, roughness) for law in laws}
     return {name: fit for name, fit in found.items() if fit is not None}
 
 
-def fixed_exponents(power: LawFit, data: Whitened) -> dict[str, float]:
-    """χ² of the exponents that theory knows, by name."""
-    found = {}
-    for n, name in FIXED.items():
-        point = _point(data, power.law, 1.0 / n, None)
-        if point is not None:
-            found[name] = point.chi2
-    return found
+def chosen_fits(
+    data: Whitened, words: Sequence[str], laws: Mapping[str, LawFit], roughness: Roughness
+) -> dict[str, LawFit]:
+    """The laws of these words that can be fitted, by name; those in `laws` are fitted already."""
+    chosen = [LAWS[word] for word in words]
+    found = {law.name: laws.get(law.name) or fit_law(data, law, roughness) for law in chosen}
+    return {name: fit for name, fit in found.items() if fit is not None}
 
 
 def alike(fits: Sequence[LawFit]) -> tuple[LawFit, ...]:

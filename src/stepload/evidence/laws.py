@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stepload.contact.law_names import LAW_NAMES
 from stepload.contact.plastic import (
     EARLY_EXPONENT,
     EARLY_FACTOR,
@@ -102,18 +103,40 @@ def _nothing(size: int) -> Callable[[float], FloatArray]:
     return lambda _: np.zeros(size)
 
 
-POWER = Law("power law", _power, _nothing(1), np.linspace(0.25, 1.1, 52), 2)
-HERTZ_LINEAR = Law("Hertz and a linear part", _hertz_linear, _nothing(2), np.zeros(1), 2)
-BILINEAR = Law("two springs", _bilinear, _nothing(2), np.linspace(0.06, 0.9, 22), 3)
-STIFFENING = Law("Hertz against a stop", _stiffening, _nothing(2), np.linspace(0.06, 0.9, 22), 3)
-ROUGH = Law(
-    "rough sphere (10)", _rough, lambda ratio: np.array([0.5 * 1.605**2 * ratio]),
-    np.geomspace(2e-3, 0.25, 26), 2,
-)  # fmt: skip
-PLASTIC = Law("elastic-plastic (15)", _plastic, _nothing(1), np.geomspace(0.02, 0.55, 14), 2)
-ADHESIVE = Law(
-    "Hertz with adhesion", _adhesive, lambda pull: np.array([pull**HERTZ]),
-    np.geomspace(1e-3, 0.3, 16), 2,
-)  # fmt: skip
-FIXED = {1.5: "Hertz (n = 1.5)", 2.0: "cone (n = 2)", 1.0: "linear (n = 1)"}
-"""Exponents that theory knows; each is a power law without freedom of its exponent."""
+def _fixed(word: str, n: float) -> Law:
+    """A power law without freedom of its exponent."""
+    return Law(LAW_NAMES[word], _power, _nothing(1), np.array([1.0 / n]), 1)
+
+
+LAWS = {
+    "power": Law(LAW_NAMES["power"], _power, _nothing(1), np.linspace(0.25, 1.1, 52), 2),
+    "linear": _fixed("linear", 1.0),
+    "hertz": _fixed("hertz", 1.5),
+    "cone": _fixed("cone", 2.0),
+    "hertz-linear": Law(
+        LAW_NAMES["hertz-linear"], _hertz_linear, _nothing(2), np.zeros(1), 2
+    ),
+    "two-springs": Law(
+        LAW_NAMES["two-springs"], _bilinear, _nothing(2), np.linspace(0.06, 0.9, 22), 3
+    ),
+    "stop": Law(
+        LAW_NAMES["stop"], _stiffening, _nothing(2), np.linspace(0.06, 0.9, 22), 3
+    ),
+    "elastic-plastic": Law(
+        LAW_NAMES["elastic-plastic"], _plastic, _nothing(1), np.geomspace(0.02, 0.55, 14), 2
+    ),
+    "rough": Law(
+        LAW_NAMES["rough"], _rough, lambda ratio: np.array([0.5 * 1.605**2 * ratio]),
+        np.geomspace(2e-3, 0.25, 26), 2,
+    ),
+    "adhesive": Law(
+        LAW_NAMES["adhesive"], _adhesive, lambda pull: np.array([pull**HERTZ]),
+        np.geomspace(1e-3, 0.3, 16), 2,
+    ),
+}  # fmt: skip
+"""Every law by the word that chooses it."""
+POWER, HERTZ_LINEAR, BILINEAR = LAWS["power"], LAWS["hertz-linear"], LAWS["two-springs"]
+STIFFENING, PLASTIC = LAWS["stop"], LAWS["elastic-plastic"]
+ROUGH, ADHESIVE = LAWS["rough"], LAWS["adhesive"]
+FIXED = (LAWS["hertz"], LAWS["cone"], LAWS["linear"])
+"""Exponents that theory knows."""

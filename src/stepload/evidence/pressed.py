@@ -42,6 +42,7 @@ class Pressed:
         elastic_limit_n: F_c as it is believed, None where it is not known.
         secant_force_n: where secants from touch and tangents are wanted.
         accuracy: half width that is asked for, 1/t.
+        laws: words of the laws that were chosen, see `contact.law_names`; none: all are weighed.
         between_n: forces of the chord; None: 10 % of the top force, and the top.
         doubts: sentences from elsewhere that block every figure.
     """
@@ -57,6 +58,7 @@ class Pressed:
     elastic_limit_n: float | None = None
     secant_force_n: float = math.inf
     accuracy: float = 0.2
+    laws: tuple[str, ...] = ()
     between_n: tuple[float, float] | None = None
     doubts: tuple[str, ...] = ()
     table_sigma: Deflection = np.zeros_like

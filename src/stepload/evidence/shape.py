@@ -1,9 +1,9 @@
-"""Whether a power law describes the loading, and how well any law does."""
+"""Whether the law that is believed describes the loading, and how well any law does."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -27,37 +27,39 @@ _NEAR, _TRIES = 0.12, 49
 
 
 class Rehearsed(NamedTuple):
-    """Power laws fitted to rehearsals: χ² (R,) and ln(chord of the fit / local chord) (R,)."""
+    """A law fitted to rehearsals: χ² (R,) and ln(chord of the fit / local chord) (R,)."""
 
     chi2: FloatArray
     off: FloatArray
 
 
-def rehearse_power(
-    data: Whitened, deformation_m: FloatArray, weights: FloatArray, main: Chord, q: float
+def rehearse_law(
+    data: Whitened, fit: LawFit, shapes: Sequence[float], deformation_m: FloatArray, main: Chord
 ) -> Rehearsed:
-    """Fit the power law to rehearsed deformations (B, R)."""
+    """Fit a law to rehearsed deformations (B, R) with the shape parameters to try."""
     y = data.whiten(deformation_m)
     square = np.einsum("ij,ij->j", y, y)
     best = np.full(y.shape[1], math.inf)
     span = np.ones(y.shape[1])
-    u = np.array([main.from_n, main.to_n]) / data.top_n
-    for shape in np.linspace(max(q - _NEAR, 0.1), q + _NEAR, _TRIES).tolist():
-        columns = data.columns(POWER, shape)
+    for shape in shapes:
+        columns = data.columns(fit.law, shape)
         norm = np.linalg.norm(columns, axis=0)
         orthogonal, r = np.linalg.qr(columns / norm)
+        if np.abs(np.diag(r)).min() < 1e-9:
+            continue
         projected = orthogonal.T @ y
         chi2 = square - np.einsum("ij,ij->j", projected, projected)
-        at_top = (np.linalg.inv(r)[1] @ projected) / norm[1] * data.scale_m
+        gradient = fit.gradient(shape, main.to_n) - fit.gradient(shape, main.from_n)
+        found = (gradient / norm) @ np.linalg.solve(r, projected) * data.scale_m
         better = chi2 < best
         best = np.where(better, chi2, best)
-        span = np.where(better, at_top * (u[1] ** shape - u[0] ** shape), span)
-    local = np.maximum(weights @ deformation_m, 1e-300)
+        span = np.where(better, found, span)
+    local = np.maximum(main.weights @ deformation_m, 1e-300)
     return Rehearsed(best, np.log(np.maximum(span, 1e-300) / local))
 
 
 class Shape(NamedTuple):
-    """Gates of the shape, and ln(chord of the believed law / measured chord)."""
+    """Gates of the shape, and ln(chord of the law that `auto` believes / measured chord)."""
 
     gates: list[Gate]
     off: float
@@ -69,10 +71,12 @@ def shape_of(
     elastic: Elastic,
     data: Whitened,
     laws: Mapping[str, LawFit],
+    chosen: Mapping[str, LawFit],
     roughness: Roughness,
     drawn: FloatArray,
 ) -> Shape:
-    """Hold the power law, or the rough one where the roughness is stated, against the others.
+    """Hold the power law, or the rough one where the roughness is stated, against the others; where
+    laws were chosen, the best of them.
 
     Args:
         first: the loading.
@@ -80,31 +84,50 @@ def shape_of(
         elastic: what was rehearsed.
         data: the loading with the covariance of its errors.
         laws: all laws fitted to it.
+        chosen: those that the user chose; empty where he left the choice to the data.
         roughness: what is known of the surface.
         drawn: (B, R) rehearsed travel of the loading.
     """
-    believed = laws.get(POWER.name)
-    if believed is None:
+    power = laws.get(POWER.name)
+    if power is None:
         return Shape([], 0.0)
-    if roughness.length_m and ROUGH.name in laws:
-        believed = laws[ROUGH.name]
-    others = [fit for fit in laws.values() if fit is not believed]
-    best = min(others, key=lambda fit: fit.chi2, default=believed)
+    believed = laws.get(ROUGH.name, power) if roughness.length_m else power
     lowest = min(laws.values(), key=lambda fit: fit.chi2)
-    shape = believed.best.shape
-    gradient = believed.gradient(shape, main.to_n) - believed.gradient(shape, main.from_n)
-    off = math.log(float(gradient @ believed.best.coefficients) / main.span_m)
     deformation = drawn - elastic.deflection(first.path.force_n)[:, None]
-    rehearsed = rehearse_power(data, deformation, main.weights, main, elastic.q)
-    allowed_off = max(float(np.quantile(np.abs(rehearsed.off), QUANTILE)), LEAST_OFF)
+    near = np.linspace(max(elastic.q - _NEAR, 0.1), elastic.q + _NEAR, _TRIES).tolist()
+    rehearsed = rehearse_law(data, power, near, deformation, main)
     allowed_chi2 = max(
         float(np.quantile(rehearsed.chi2, QUANTILE)), LEAST_REDUCED_CHI2 * lowest.degrees
     )
-    advantage = max(believed.chi2 - best.chi2, 0.0)
-    return Shape(
-        [
-            *shape_gates(advantage, ANOTHER_LAW, best.law.name, off, allowed_off),
-            fit_gate(lowest.chi2, allowed_chi2, lowest.law.name),
-        ],
-        off,
-    )
+    lack = fit_gate(lowest.chi2, allowed_chi2, lowest.law.name)
+    off = _off(believed, main)
+    if not chosen:
+        others = [fit for fit in laws.values() if fit is not believed]
+        return Shape([*_against("a power law", believed, others, off, rehearsed), lack], off)
+    own = min(chosen.values(), key=lambda fit: fit.chi2)
+    if own is not power:
+        force_n, best = first.path.force_n, own.best
+        ideal = np.array([own.gradient(best.shape, each) @ best.coefficients for each in force_n])
+        errors = deformation - elastic.deformation(force_n)[:, None]
+        shapes = own.law.grid.tolist()
+        rehearsed = rehearse_law(data, own, shapes, ideal[:, None] + errors, main)
+    others = [fit for name, fit in laws.items() if name not in chosen]
+    said = f"the one that was chosen ({own.law.name})"
+    return Shape([*_against(said, own, others, _off(own, main), rehearsed), lack], off)
+
+
+def _off(fit: LawFit, main: Chord) -> float:
+    """ln(chord of a law / measured chord)."""
+    shape = fit.best.shape
+    gradient = fit.gradient(shape, main.to_n) - fit.gradient(shape, main.from_n)
+    return math.log(float(gradient @ fit.best.coefficients) / main.span_m)
+
+
+def _against(
+    said: str, law: LawFit, others: Sequence[LawFit], off: float, rehearsed: Rehearsed
+) -> list[Gate]:
+    """The gates of a law beside others."""
+    best = min(others, key=lambda fit: fit.chi2, default=law)
+    allowed = max(float(np.quantile(np.abs(rehearsed.off), QUANTILE)), LEAST_OFF)
+    advantage = max(law.chi2 - best.chi2, 0.0)
+    return shape_gates(said, advantage, ANOTHER_LAW, best.law.name, off, allowed)

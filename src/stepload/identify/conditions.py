@@ -30,6 +30,7 @@ class Conditions:
         theory_k, theory_n: the payload's contact law by theory (3), in N/m^n.
         modulus_pa: equivalent modulus (4) of payload and plate.
         plate_pa: E/(1 − ν²) of the plate alone.
+        laws: words of the laws that were chosen, see `contact.law_names`; none: all are weighed.
         pose, temperature_c: of the run; "" and None where the plan does not tell.
     """
 
@@ -48,6 +49,7 @@ class Conditions:
     theory_n: float | None = None
     modulus_pa: float | None = None
     plate_pa: float | None = None
+    laws: tuple[str, ...] = ()
     pose: str = ""
     temperature_c: float | None = None
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
 
+from stepload.contact.law_names import LAW_NAMES
 from stepload.plan.leaves import (
     Choice,
     Duration,
@@ -148,6 +149,10 @@ class IdentifyPlan:
         Force,
         Key("Force at which the secant is reported; default: 300 N or `top_force`.", derived=True),
     ]
+    laws: Annotated[
+        tuple[Annotated[str, Choice(tuple(LAW_NAMES))], ...],
+        Key("Laws that the figures may rest on: an assumption; left out, all that can be tried."),
+    ] = ()
     resolution_multiple_p: Annotated[
         float,
         Number(1.0, 100.0),

@@ -10,6 +10,7 @@ from typing import Any
 
 from stepload.contact.deflection import table_problem
 from stepload.contact.elastic import equivalent_modulus
+from stepload.contact.law_names import LAW_NAMES
 from stepload.contact.materials import BluntTip, Sphere
 from stepload.contact.rough import RoughSphere, roughness_number
 from stepload.envelope.envelope import Envelope
@@ -74,6 +75,7 @@ def planned(envelope: Envelope) -> Conditions:
         theory_n=theory.law.n,
         modulus_pa=equivalent_modulus(payload.material, payload.plate),
         plate_pa=payload.plate.youngs_modulus_pa / (1.0 - payload.plate.poisson_ratio**2),
+        laws=wanted.laws,
         pose=rig.arm.pose,
         temperature_c=wanted.temperature_c,
     )
@@ -133,13 +135,15 @@ def from_attachments(attachments: Mapping[str, bytes]) -> Conditions:
         raise BadInputError(f"the record has no {FILE}", hint="it was not made by stepload run")
     try:
         data = json.loads(raw)
-        found = Conditions(**{**data, "sources": _sources(data["sources"])})
+        laws = tuple(data.get("laws", ()))
+        found = Conditions(**{**data, "sources": _sources(data["sources"]), "laws": laws})
         _check(found)
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise BadInputError(f"{FILE} in the record is damaged: {error}") from None
     return found
 
 
+_NO_NUMBERS = ("sources", "kind", "laws", "pose", "temperature_c", "system_stiffness_note")
 _TABLE = ("deflection_force_n", "deflection_m", "deflection_sigma_m")
 
 
@@ -166,6 +170,8 @@ def _check(found: Conditions) -> None:
         raise ValueError(f"kind {found.kind!r}")
     if not isinstance(found.pose, str):
         raise ValueError(f"pose {found.pose!r}")
+    if unknown := [word for word in found.laws if word not in LAW_NAMES]:
+        raise ValueError(f"laws {unknown!r}")
     celsius = found.temperature_c
     if celsius is not None and not (isinstance(celsius, int | float) and math.isfinite(celsius)):
         raise ValueError(f"temperature_c is {celsius!r}")
@@ -182,7 +188,7 @@ def _check(found: Conditions) -> None:
                 "position_resolution_m", "smooth_length_n", "theory_k", "theory_n", "modulus_pa",
                 "plate_pa"}  # fmt: skip
     for name, value in numbers.items():
-        if name in ("sources", "kind", "pose", "temperature_c", "system_stiffness_note", *_TABLE):
+        if name in _NO_NUMBERS or name in _TABLE:
             continue
         if value is None and name in optional:
             continue

@@ -41,6 +41,7 @@ def identification_data(found: Identification) -> dict[str, Any]:
         "k_max_n_per_m": found.judgement.identifiability.k_max_n_per_m,
         "verdict": found.judgement.verdict,
         "reasons": found.judgement.reasons,
+        "laws_chosen": found.conditions.laws,
         **_evidence_data(found),
     }
 

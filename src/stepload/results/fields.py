@@ -149,6 +149,7 @@ LAW: tuple[Field[LawRow], ...] = (
     named("chi2", "χ²", number(".1f")),
     named("degrees", "degrees of freedom"),
     Field(lambda row: "yes" if row.alike else "no", label="cannot be told from the best"),
+    Field(lambda row: "yes" if row.counts else "no", label="figures may rest on it"),
 )
 
 CYCLE: tuple[Field[Cycle], ...] = (

@@ -62,6 +62,7 @@ def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = (
         elastic_limit_n=limit_n,
         secant_force_n=conditions.secant_force_n,
         accuracy=1.0 / conditions.t,
+        laws=conditions.laws,
         doubts=doubts,
     )
 
@@ -94,6 +95,7 @@ def pressed_curve(curve: PreparedCurve) -> Pressed:
         elastic_limit_n=limit_n,
         secant_force_n=conditions.secant_force_n,
         accuracy=1.0 / conditions.t,
+        laws=conditions.laws,
         doubts=doubts,
     )
 

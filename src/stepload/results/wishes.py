@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from stepload.contact.law_names import LAW_NAMES
 from stepload.envelope.theory import theory_of
+from stepload.errors import BadInputError
 from stepload.identify.conditions import Conditions
 from stepload.identify.deflection import least_sigma
 from stepload.identify.sources import Sources
@@ -20,7 +23,9 @@ _SOURCES = (
     "position_noise_m",
     "nonlinearity",
 )
-_CONDITIONS = ("secant_force_n", "elastic_limit_n", "theory_k", "theory_n")
+_CONDITIONS = ("secant_force_n", "elastic_limit_n", "theory_k", "theory_n", "laws")
+AUTO = "auto"
+"""Leaves the choice of laws to the data, whatever the plan of the record says."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +41,7 @@ class Wishes:
         secant_force_n: where the secant is taken.
         elastic_limit_n: F_c.
         theory_k, theory_n: the payload's law (3).
+        laws: words of the laws that figures may rest on; empty: all that can be tried.
     """
 
     system_stiffness_n_per_m: float | None = None
@@ -49,6 +55,7 @@ class Wishes:
     elastic_limit_n: float | None = None
     theory_k: float | None = None
     theory_n: float | None = None
+    laws: tuple[str, ...] | None = None
 
     @property
     def states_an_error(self) -> bool:
@@ -64,6 +71,24 @@ class Wishes:
         if any(name.startswith("system_stiffness") for name in sources):
             changed = _without_table(changed)
         return replace(conditions, sources=changed, **others)
+
+
+def laws_of(texts: Sequence[str]) -> tuple[str, ...] | None:
+    """Laws as a command line names them, each text one or several with commas between; None where
+    it names none, empty where it says `auto`.
+
+    Raises:
+        BadInputError: a word is not known, or `auto` is not alone.
+    """
+    words = [word.strip() for text in texts for word in text.split(",")]
+    for word in words:
+        if word not in LAW_NAMES and (word != AUTO or len(set(words)) > 1):
+            problem = "leaves no choice beside it" if word == AUTO else "is not a law"
+            raise BadInputError(
+                f"--law {word}: {word!r} {problem}",
+                hint=f"laws: {', '.join(LAW_NAMES)}; or {AUTO} alone",
+            )
+    return tuple(dict.fromkeys(word for word in words if word != AUTO)) if words else None
 
 
 def wishes_of_payload(path: Path, wishes: Wishes) -> Wishes:

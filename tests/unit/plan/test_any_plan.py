@@ -170,6 +170,7 @@ procedure:
 identify:
   kind: payload
   secant_force: 200 N
+  laws: [power, hertz]
   p: 2
   s: 20
   t: 5

@@ -173,3 +173,22 @@ def test_a_table_that_begins_too_high_is_none() -> None:
     sources = planned(envelope_of(plan)).sources
     assert sources.deflection_force_n == ()
     assert "at least 5 %" in sources.system_stiffness_note
+
+
+def test_a_choice_of_laws_goes_into_the_record_and_back() -> None:
+    plan = stvf_plan()
+    plan = replace(plan, identify=replace(plan.identify, laws=("hertz", "rough")))
+    conditions = planned(envelope_of(plan))
+    assert conditions.laws == ("hertz", "rough")
+    assert from_attachments({FILE: to_bytes(conditions)}) == conditions
+    old = json.loads(to_bytes(conditions))
+    del old["laws"]
+    assert from_attachments({FILE: json.dumps(old).encode()}).laws == ()
+
+
+@pytest.mark.parametrize("bad", [["herz"], "hertz", 3, [3], [["hertz"]], None])
+def test_laws_of_a_record_that_nobody_knows_are_refused(bad: object) -> None:
+    data = json.loads(to_bytes(planned(envelope_of(stvf_plan()))))
+    data["laws"] = bad
+    with pytest.raises(BadInputError, match="damaged"):
+        from_attachments({FILE: json.dumps(data).encode()})

@@ -7,7 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stepload.errors import BadInputError
+from stepload.results.data import identification_data
 from stepload.results.from_file import Wishes, identify_file
+from stepload.results.wishes import laws_of
 
 KS, K = 3.49e6, 6.57e8
 
@@ -47,3 +50,26 @@ def test_a_stated_length_is_taken_and_an_unknown_one_is_a_range(curve: Path) -> 
     assert told[source] == "0.5 µm over 40 N"
     unknown = sizes(curve, smooth_error_m=5e-7)
     assert unknown[source].startswith("0.5 µm over 25 N to 200 N (length not known)")
+
+
+def test_laws_are_named_one_by_one_or_with_commas() -> None:
+    assert laws_of(["hertz,power", "cone", "hertz"]) == ("hertz", "power", "cone")
+    assert laws_of([]) is None
+    assert laws_of(["auto"]) == ()
+
+
+@pytest.mark.parametrize("texts", [["herz"], ["auto,hertz"], ["hertz", "auto"], [""]])
+def test_a_law_nobody_knows_is_refused_with_the_list(texts: list[str]) -> None:
+    with pytest.raises(BadInputError) as caught:
+        laws_of(texts)
+    assert "power, linear, hertz" in (caught.value.hint or "")
+
+
+def test_the_choice_of_laws_reaches_a_curve_and_replaces_that_of_a_record(curve: Path) -> None:
+    given = Wishes(system_stiffness_n_per_m=KS, smooth_error_m=5e-7, laws=("hertz",))
+    found, _ = identify_file(curve, given)
+    assert found.run.laws == ("hertz",)
+    assert found.conditions.laws == ("hertz",)
+    assert identification_data(found)["laws_chosen"] == ("hertz",)
+    assert Wishes(laws=()).applied(found.conditions).laws == ()
+    assert Wishes().applied(found.conditions).laws == ("hertz",)

@@ -1,0 +1,80 @@
+"""What a choice of laws changes, and what it cannot make true."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pressed_runs import World, press
+
+from stepload.contact.law_names import LAW_NAMES
+from stepload.evidence.answer import Evidence, weigh
+from stepload.evidence.lawfit import Roughness
+from stepload.evidence.laws import LAWS
+from stepload.identify.fit import FloatArray
+
+TOUCH = "secant_from_touch"
+
+
+def chosen(world: World, *words: str) -> Evidence:
+    return weigh(replace(press(world), laws=words))
+
+
+def two_springs(force_n: FloatArray) -> FloatArray:
+    return np.asarray(force_n / 12e6 + np.minimum(force_n, 90.0) / 5e6)
+
+
+def test_every_name_is_a_law() -> None:
+    assert {word: law.name for word, law in LAWS.items()} == LAW_NAMES
+
+
+def test_a_law_that_was_chosen_and_fits_narrows_the_secant_and_says_so() -> None:
+    free, hertz = weigh(press(World())), chosen(World(), "hertz")
+    assert hertz.headline == free.headline
+    assert hertz.quantities[TOUCH].verdict == "identified"
+    assert hertz.quantities[TOUCH].half_width < free.quantities[TOUCH].half_width
+    truth = 300.0 / World().law(np.array([300.0]))[0]
+    low, high = hertz.quantities[TOUCH].interval_n_per_m
+    assert low <= truth <= high
+    note = hertz.notes[-1]
+    assert note.startswith("law chosen: power law, Hertz (n = 1.5): an assumption")
+    assert [row.name for row in hertz.laws if row.counts] == [LAW_NAMES["hertz"]]
+    assert LAW_NAMES["hertz"] not in [row.name for row in free.laws if row.counts]
+
+
+@pytest.mark.parametrize("word", ["cone", "hertz", "stop", "hertz-linear"])
+def test_a_law_that_was_chosen_and_does_not_fit_is_not_identified(word: str) -> None:
+    world = World(law=two_springs)
+    found = chosen(world, word)
+    assert found.headline == weigh(press(world)).headline
+    law_figures = [each for kind, each in found.quantities.items() if kind != "chord"]
+    assert all(each.verdict != "identified" for each in law_figures)
+    why = " ".join(reason for each in law_figures for reason in each.why)
+    assert (
+        not law_figures or f"two springs) than the one that was chosen ({LAW_NAMES[word]})" in why
+    )
+
+
+def test_the_law_that_is_true_may_be_chosen_where_the_power_law_does_not_fit() -> None:
+    world = World(law=two_springs)
+    assert weigh(press(world)).quantities[TOUCH].verdict != "identified"
+    found = chosen(world, "two-springs")
+    assert found.quantities[TOUCH].verdict == "identified", found.quantities[TOUCH].why
+    low, high = found.quantities[TOUCH].interval_n_per_m
+    assert low <= 300.0 / two_springs(np.array([300.0]))[0] <= high
+
+
+def test_an_exponent_that_was_assumed_is_not_a_finding() -> None:
+    assert chosen(World(), "hertz").exponent is None
+    both = chosen(World(), "power", "hertz").exponent
+    assert both is not None
+    assert both.interval[0] <= 1.5 <= both.interval[1]
+
+
+def test_a_choice_that_cannot_be_fitted_leaves_the_chord() -> None:
+    run = replace(press(World()), laws=("rough",))
+    found = weigh(replace(run, roughness=Roughness(0.0)))
+    assert set(found.quantities) == {"chord"}
+    assert "it cannot be fitted" in found.notes[-1]
+    assert TOUCH in weigh(replace(run, roughness=Roughness(None))).quantities
