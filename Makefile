@@ -11,6 +11,9 @@ WORKERS ?= $(shell expr $$(nproc 2>/dev/null || echo 2) + 2)
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
+# Some images forbid it: then each of the tests' hundreds of processes compiles every module anew.
+export PYTHONDONTWRITEBYTECODE :=
+
 .PHONY: help long demo demo-wire test lint types imports virtual realtime test-under-load mutants \
   mutants-generated installed wire campaign bench fuzz paper clean
 
