@@ -19,6 +19,9 @@ UNTRUE = {FaultCode.NOT_FINITE, FaultCode.OUT_OF_RANGE}
 NO_MORE_DATA = {FaultCode.STALE, FaultCode.NOT_CONNECTED, FaultCode.DRIVER} | UNTRUE
 """After these the driver hands out nothing any more."""
 
+RESET = ["drop rst"]
+"""After a reset ur_rtde's threads race: it gives up, or crashes. Reconnect it cannot either way."""
+
 UR_RTDE_ALONE = """
 import sys, time
 from stepload_drivers.ur.ports import ControlPort
@@ -50,7 +53,7 @@ def wait_until_still(emulator):
     ("commands", "codes"),
     [
         (["drop"], {FaultCode.NOT_CONNECTED}),
-        (["drop rst"], {FaultCode.NOT_CONNECTED}),
+        (RESET, {FaultCode.NOT_CONNECTED, FaultCode.DRIVER}),
         (["refuse on"], {FaultCode.NOT_CONNECTED}),
         (["freeze on"], {FaultCode.STALE}),
         (["repeat on"], {FaultCode.STALE}),
@@ -82,7 +85,7 @@ def test_fault_is_told_apart_and_the_arm_stops(
     fault = arm.fault()
     assert fault is not None
     assert fault.code in codes, fault.message
-    if fault.code == FaultCode.DRIVER:
+    if fault.code == FaultCode.DRIVER and commands != RESET:
         assert "crashed (SIGABRT)" in fault.message
     assert fault.hint
     try:
