@@ -54,7 +54,7 @@ imports: $(READY)
 	$(BIN)/lint-imports --no-cache
 
 virtual: $(KEPT) ## The tests that no clock on the wall can fail, on every core
-	$(BIN)/pytest -m 'not realtime and not long' -n $(WORKERS) --dist loadfile
+	$(BIN)/pytest -m 'not realtime and not long' -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 realtime: $(READY) ## The tests against the wall clock, alone, under a meter of the host's stalls
 	$(BIN)/pytest -m 'realtime and not long'
