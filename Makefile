@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
+KEPT   := $(VENV)/.compiled
 
 # Two tests more at a time than there are cores: some of them wait.
 WORKERS ?= $(shell expr $$(nproc 2>/dev/null || echo 2) + 2)
@@ -10,6 +11,9 @@ WORKERS ?= $(shell expr $$(nproc 2>/dev/null || echo 2) + 2)
 # Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
+
+# Some images forbid it: then each of the tests' hundreds of processes compiles every module anew.
+export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help long demo demo-wire test lint types imports virtual realtime test-under-load mutants \
   mutants-generated installed wire campaign bench fuzz paper clean
@@ -22,6 +26,11 @@ $(READY): pyproject.toml verify/pyproject.toml
 	  { echo "stepload needs Python 3.11 or newer; say which with: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' -e verify
+	@touch $@
+
+# Every worker imports every test file: once compiled by one process, that takes a third of the time.
+$(KEPT): $(READY)
+	-@$(BIN)/pytest --collect-only -qq >/dev/null
 	@touch $@
 
 demo: $(READY) ## The paper's plastic sphere on the simulated rig; ends with a report
@@ -44,8 +53,8 @@ types: $(READY)
 imports: $(READY)
 	$(BIN)/lint-imports --no-cache
 
-virtual: $(READY) ## The tests that no clock on the wall can fail, on every core
-	$(BIN)/pytest -m 'not realtime and not long' -n $(WORKERS) --dist loadfile
+virtual: $(KEPT) ## The tests that no clock on the wall can fail, on every core
+	$(BIN)/pytest -m 'not realtime and not long' -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 realtime: $(READY) ## The tests against the wall clock, alone, under a meter of the host's stalls
 	$(BIN)/pytest -m 'realtime and not long'

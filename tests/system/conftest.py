@@ -13,7 +13,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from real_runs import CYCLES, QUICK, Staged, stepload
+from real_runs import CYCLES, QUICK, Staged, in_process
 
 
 @pytest.fixture
@@ -24,13 +24,14 @@ def quick(tmp_path: Path) -> Path:
     return path
 
 
-def _dry_run(place: Path, plan: Path) -> Path:
+def _dry_run(place: Path, plan: Path, *, drawn: bool) -> Path:
     """The directory of a dry run in `place`, made by whichever worker comes first."""
     place.mkdir(exist_ok=True)
     with (place / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (place / "run" / "results.json").exists():
-            done = stepload("run", plan, "--dry-run", "--quiet", "--out", place / "run")
+            out = place / "run"
+            done = in_process("run", plan, "--dry-run", "--quiet", "--out", out, drawn=drawn)
             assert done.returncode == 0, done.stderr
     return place / "run"
 
@@ -57,14 +58,15 @@ def quick_plan(for_all_workers: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def quick_run(quick_plan: Path, for_all_workers: Path) -> Path:
-    """The directory of one dry run of the quick plan; to be read only."""
-    return _dry_run(for_all_workers / "quick", quick_plan)
+    """The directory of one dry run of the quick plan, without figures; to be read only."""
+    return _dry_run(for_all_workers / "quick", quick_plan, drawn=False)
 
 
 @pytest.fixture(scope="session")
 def cycles_run(for_all_workers: Path) -> Path:
-    """The same for a quick plan of two cycles, with unloading; its payload is identified."""
-    return _dry_run(for_all_workers / "cycles", _plan(for_all_workers / "cycles.yaml", CYCLES))
+    """The same for a quick plan of two cycles, with unloading and figures; it is identified."""
+    plan = _plan(for_all_workers / "cycles.yaml", CYCLES)
+    return _dry_run(for_all_workers / "cycles", plan, drawn=True)
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from real_runs import ROOT, stepload
+from real_runs import ROOT, in_process
 
 from stepload.cli.main import main
 from stepload.envelope.theory import theory_of
@@ -269,7 +269,7 @@ def test_help_is_quick() -> None:
 
 def test_usage_errors_are_text() -> None:
     for arguments in (["run"], ["run", "nowhere.yaml"], ["nosuch"], ["identify", "x.mcap"]):
-        done = stepload(*arguments)
+        done = in_process(*arguments)
         assert done.returncode == 2
         assert done.stderr
         assert "Traceback" not in done.stderr

@@ -166,26 +166,53 @@ class RtdeClient:
         return package
 
 
+class Dashboard:
+    """One connection to the dashboard server.
+
+    Raises:
+        DeviceError: not reachable or no greeting by the deadline (monotonic).
+    """
+
+    def __init__(self, host: str, deadline_s: float) -> None:
+        self._host = host
+        self._text = b""
+        self._sock = _connect(host, DASHBOARD, deadline_s)
+        try:
+            self._line(deadline_s)
+        except DeviceError:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        self._sock.close()
+
+    def ask(self, command: str, deadline_s: float) -> str:
+        """The reply to one command.
+
+        Raises:
+            DeviceError: the connection is lost or there is no answer by the deadline.
+        """
+        try:
+            self._sock.sendall(command.encode("ascii") + b"\n")
+        except OSError as error:
+            raise _no_answer(self._host, DASHBOARD, f"connection lost ({error})") from error
+        return self._line(deadline_s)
+
+    def _line(self, deadline_s: float) -> str:
+        while b"\n" not in self._text:
+            self._text += _receive(self._sock, self._host, DASHBOARD, deadline_s)
+        line, _, self._text = self._text.partition(b"\n")
+        return line.decode("utf-8", "replace").strip()
+
+
 def dashboard(host: str, commands: Sequence[str], deadline_s: float) -> list[str]:
     """Replies of the dashboard server, one per command.
 
     Raises:
         DeviceError: not reachable or no answer by the deadline.
     """
-    with contextlib.closing(_connect(host, DASHBOARD, deadline_s)) as sock:
-        text = b""
-        lines: list[str] = []
-        for index, command in enumerate(("", *commands)):
-            if command:
-                try:
-                    sock.sendall(command.encode("ascii") + b"\n")
-                except OSError as error:
-                    raise _no_answer(host, DASHBOARD, f"connection lost ({error})") from error
-            while len(lines) <= index:
-                text += _receive(sock, host, DASHBOARD, deadline_s)
-                *complete, text = text.split(b"\n")
-                lines += [line.decode("utf-8", "replace").strip() for line in complete]
-        return lines[1:]
+    with contextlib.closing(Dashboard(host, deadline_s)) as server:
+        return [server.ask(command, deadline_s) for command in commands]
 
 
 def send_script(host: str, script: str, deadline_s: float) -> None:

@@ -2,7 +2,7 @@
 
 It stops sending to the controller, so that the controller's own watchdog stops the arm, when the
 run falls silent while the arm follows targets. It ends the process at the first doubt about the
-connection, before ur_rtde can reconnect and start its program again behind everybody's back.
+connection.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Loop:
         self.sent_s = 0.0
         self._refused_s = math.inf
         self._has_fault = False
-        self._remote_check: RemoteCheck | None = None
+        self._remote_check = RemoteCheck(settings.host)
         self.forgive_pause()
         while self._state is None:
             self.step()
@@ -194,9 +194,7 @@ class Loop:
 
     def _why_no_program(self, state: UrState) -> Problem | None:
         """None while the dashboard is being asked."""
-        if self._remote_check is None:
-            self._remote_check = RemoteCheck(self.settings.host)
-        if not self._remote_check.done:
+        if not self._remote_check.done():
             return None
         if self._remote_check.remote is False:
             return Problem(
@@ -246,7 +244,7 @@ class Loop:
         )
 
     def die(self, code: FaultCode, message: str, hint: str) -> NoReturn:
-        """Report and end at once: a living ur_rtde would reconnect and upload again."""
+        """Report and end at once: nothing here can be trusted any more."""
         self._report(Problem(code, message, hint))
         self.link.drain(0.05)
         os._exit(REPORTED)

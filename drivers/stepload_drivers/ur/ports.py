@@ -6,12 +6,15 @@ answer. `getTimestamp` is the only proof of fresh data; isConnected() is asked f
 
 from __future__ import annotations
 
+import resource
 from typing import Any
 
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import VARIABLES, UrState
 
 READS = 3
+NO_MORE_FILES = 3
+"""As many as the standard streams, which stay open; fewer would also forbid poll() on one."""
 
 
 class ReceivePort:
@@ -60,6 +63,10 @@ class ReceivePort:
 class ControlPort:
     """RTDEControlInterface: position targets, stop, watchdog.
 
+    From then on this process cannot open another file or socket. ur_rtde's receiving thread would
+    reconnect on its own after a lost connection and start its program again, in a race with whoever
+    ends the process; so it is left without the means.
+
     Raises:
         RuntimeError: ur_rtde could not connect or start its program.
     """
@@ -72,6 +79,7 @@ class ControlPort:
             flags |= Rtde.FLAG_UPPER_RANGE_REGISTERS
         self._settings = settings
         self._rtde: Any = Rtde(settings.host, -1.0, flags)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (NO_MORE_FILES, NO_MORE_FILES))
 
     def connected(self) -> bool:
         return bool(self._rtde.isConnected())

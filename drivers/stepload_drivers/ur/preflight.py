@@ -18,6 +18,8 @@ from stepload_drivers.ur.state import safety_problem
 OLDEST: Version = (3, 4, 0, 0)
 UPPER_OFFSET = 24
 INTEGERS_USED, DOUBLES_USED = 8, 18
+REMOTE = {"true": True, "false": False}
+"""What the dashboard says of remote control; before 5.6 it says something else."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,4 +137,4 @@ def in_remote_control(host: str, timeout_s: float) -> bool | None:
         reply = dashboard(host, ["is in remote control"], time.monotonic() + timeout_s)[0].lower()
     except DeviceError:
         return None
-    return {"true": True, "false": False}.get(reply)
+    return REMOTE.get(reply)

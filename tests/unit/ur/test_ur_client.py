@@ -12,6 +12,7 @@ from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import client, frames
 from stepload_drivers.ur.client import RtdeClient, dashboard, send_script
 from stepload_drivers.ur.frames import encode
+from stepload_drivers.ur.remote import RemoteCheck
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING
 
 HOST = "10.0.0.2"
@@ -211,6 +212,29 @@ def test_a_dashboard_that_says_nothing_is_given_up_in_time(peers, clock):
     with pytest.raises(DeviceError, match="no answer in time"):
         dashboard(HOST, ["stop"], clock.now_s + 0.5)
     assert clock.now_s - began_s == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("reply", "remote"),
+    [(b"false\n", False), (b"True\n", True), (b"could not understand\n", None), (b"", None)],
+)
+def test_remote_control_is_asked_for_on_a_connection_made_before(peers, clock, reply, remote):
+    server = FakeSocket(clock, lambda data: [reply] if reply else [], b"Connected: UR\n")
+    peers.made[client.DASHBOARD] = server
+    check = RemoteCheck(HOST)
+    assert server.got == []
+    del peers.made[client.DASHBOARD]
+    while not check.done():
+        pass
+    assert check.remote is remote
+    assert server.got == [b"is in remote control\n"]
+
+
+def test_without_a_dashboard_remote_control_stays_unknown(peers):
+    check = RemoteCheck(HOST)
+    while not check.done():
+        pass
+    assert check.remote is None
 
 
 @pytest.mark.parametrize("port", client.SCRIPT_PORTS)

@@ -182,7 +182,7 @@ def test_local_control_is_told_apart_from_a_program_that_ended(
     make_loop, ur, link, step_for, monkeypatch
 ):
     monkeypatch.setattr(
-        loop_module, "RemoteCheck", lambda host: SimpleNamespace(done=True, remote=False)
+        loop_module, "RemoteCheck", lambda host: SimpleNamespace(done=lambda: True, remote=False)
     )
     loop = make_loop()
     ur.fields["runtime_state"] = 1

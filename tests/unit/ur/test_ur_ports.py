@@ -49,6 +49,14 @@ class Rtde:
 
 
 @pytest.fixture(autouse=True)
+def limits(monkeypatch):
+    """Limits that were set on the files this process may have open."""
+    limits = []
+    monkeypatch.setattr(ports.resource, "setrlimit", lambda what, pair: limits.append((what, pair)))
+    return limits
+
+
+@pytest.fixture(autouse=True)
 def library(monkeypatch):
     monkeypatch.setitem(sys.modules, "rtde_receive", SimpleNamespace(RTDEReceiveInterface=Rtde))
     monkeypatch.setitem(sys.modules, "rtde_control", SimpleNamespace(RTDEControlInterface=Rtde))
@@ -65,6 +73,13 @@ def test_a_package_is_new_only_with_another_stamp():
     assert port.read_new(first) is None
     port._rtde.stamps = [1.002]
     assert port.read_new(first).timestamp_s == 1.002
+
+
+def test_from_the_control_interface_on_no_socket_can_be_opened(limits):
+    ReceivePort(settings())
+    assert limits == []
+    ControlPort(settings())
+    assert limits == [(ports.resource.RLIMIT_NOFILE, (3, 3))]
 
 
 def test_values_of_two_moments_are_read_again():

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import pytest
+
 from stepload.doctor import motion
 from stepload.doctor.checkup import examine
 from stepload.doctor.line import Mark
 from stepload.envelope.envelope import envelope_of
 
 
+@pytest.mark.long
 def test_losses_are_found_and_the_stop_is_proven(emulated_run, monkeypatch):
     monkeypatch.setattr(motion, "SWINGS", 5)
     run = emulated_run(faults=("bota_serial=drop:0.1",))

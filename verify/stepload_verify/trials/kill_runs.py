@@ -171,9 +171,11 @@ class Run:
         return self._process.poll() is not None
 
     def finish(self) -> float:
-        """Let it end; seconds from its first sample to its last."""
-        if self._process.wait() != 0:
-            raise SystemExit(f"the run ended with code {self._process.returncode}")
+        """Let its record be finished; seconds from its first sample to its last."""
+        while not (self.directory / "run.mcap").exists():
+            if self.ended:
+                raise SystemExit(f"the run ended with code {self._process.returncode}")
+            time.sleep(0.01)
         return float(self._times[self.pushed - 1] - self._times[0])
 
     def kill(self, target: str) -> None:
