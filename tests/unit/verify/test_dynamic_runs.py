@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 
 from stepload.contact.rough import RoughSphere
+from stepload.envelope.envelope import derive
+from stepload.plan.load import load_plan
 from stepload.rig.world import PayloadTruth
 from stepload.run.rehearse import world_for
+from stepload.session.experiment import run_plan
 from stepload_drivers.sim.contact import path_give
 from stepload_verify.trials.dynamic.plans import draw
 from stepload_verify.trials.dynamic.press import drawn, judged, settled, truth
@@ -90,13 +93,14 @@ def test_creep_within_a_ramp_is_as_true_as_none_and_slower_creep_is_not() -> Non
     assert settled(SMOOTH, 1.1e6) is None
 
 
-def test_a_run_goes_through_the_engine_and_its_record_to_its_score(tmp_path: Path) -> None:
+def test_a_case_is_what_the_dry_run_of_its_plan_says_and_scored(tmp_path: Path) -> None:
     outcome = judged("as-declared", 6, quick=True, keep=tmp_path)
-    assert (tmp_path / "run.mcap").exists()
+    dry = run_plan(derive(load_plan(tmp_path / "plan.yaml")), dry_run=True, out=tmp_path / "dry")
     assert outcome.problem == outcome.stop == ""
     assert 0.0 < outcome.peak < 1.0
     chord = next(each for each in outcome.scored if each.quantity == "chord")
     assert chord.believed
+    assert chord.answer.value_n_per_m == dry.data["headline"]["value_n_per_m"]
     assert abs(chord.off) < chord.answer.half_width
 
 
