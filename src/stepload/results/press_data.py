@@ -59,7 +59,7 @@ class PressData:
         touches: raw touch points in the order of time.
         noise_n: force noise measured while at rest.
         zero_shift_n: last tare minus first; NaN without a second tare.
-        lag: measured lag of force behind position; `lag_corrected_s` of it was taken out.
+        lag: measured lag of force behind travel; `lag_corrected_s` of it was taken out.
         clocks: where each channel's times come from.
         gauge: whether travel was measured across the contact.
         lateral_n: size of the force across the pressing axis, tared like the axial one; None where
@@ -235,7 +235,9 @@ def press_data(recording: Recording, axis: str | None = None) -> PressData:
     _check_times(recording, raw.time_s)
     busy = np.isin(raw.phase, [*LOADING, *UNLOADING])
     gauge = raw.displacement_m is not None
-    lag = measure_lag(raw.time_s, raw.force_n, raw.position_m, busy)
+    # Of the travel that is identified: damping of the load path delays the arm, not the gauge.
+    raw_m = raw.position_m if raw.displacement_m is None else raw.displacement_m
+    lag = measure_lag(raw.time_s, raw.force_n, raw_m, busy)
     matters = abs(lag.lag_s) > max(3.0 * lag.sigma_s, LAG_THAT_MATTERS_S)
     lag_s = lag.lag_s if matters else 0.0
     aligned = align(recording, axis, lag_s) if lag_s else raw

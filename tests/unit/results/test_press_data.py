@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stepload.record.reader import Event, Recording
-from stepload.record.rows import ArmColumns, ForceColumns, Phase, TickColumns
+from stepload.record.rows import ArmColumns, DisplacementColumns, ForceColumns, Phase, TickColumns
 from stepload.results.press_data import LOADING, PressData, press_data
 from stepload.results.remarks import remarks, reopened
 
@@ -168,3 +168,19 @@ def test_a_force_across_that_is_no_number_is_none() -> None:
     run = recorded()
     run.force.wrench[5000, 0] = math.nan
     assert press_data(run).lateral_n is None
+
+
+def test_the_lag_is_that_of_the_travel_that_is_identified() -> None:
+    run = recorded()
+    late_m = np.interp(run.arm.receive_time_s - 8e-3, run.arm.receive_time_s, run.arm.position_m)
+    damped = replace(run, arm=run.arm._replace(position_m=late_m))
+    prompt_s = press_data(run).lag.lag_s
+    assert press_data(damped).lag.lag_s - prompt_s == pytest.approx(-8e-3, abs=5e-4)
+    gauge = DisplacementColumns(
+        receive_time_s=run.arm.receive_time_s, sequence=run.arm.sequence,
+        device_time_s=run.arm.device_time_s, status=run.arm.status,
+        displacement_m=run.arm.position_m - SURFACE_M,
+    )  # fmt: skip
+    across = press_data(replace(damped, displacement=gauge))
+    assert across.gauge
+    assert across.lag.lag_s == pytest.approx(prompt_s, abs=5e-4)

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from stepload.errors import BadInputError
 from stepload.record.rows import Phase
 from stepload.results.press_data import LOADING
-from stepload_verify.trials.honest.__main__ import ALL, main, mix
+from stepload_verify.trials.honest.__main__ import ALL, TUNED, main, mix
 from stepload_verify.trials.honest.answer import Answer, Outcome, Scored, answer, judged
 from stepload_verify.trials.honest.contact import Creep, nothing, press, settled
 from stepload_verify.trials.honest.course import HOLDS, course
@@ -176,11 +176,11 @@ def test_spoiled_worlds_are_not_counted_as_ideal():
 
 
 def test_a_mix_is_half_ideal_and_has_every_spoiled_world():
-    cases = list(mix(2 * len(SPOILED), 4, False))
+    cases = list(mix(2 * len(SPOILED), 4, *TUNED))
     names = [name for name, _ in cases]
     assert sum(name in IDEAL for name in names) == len(SPOILED)
     assert set(SPOILED) <= set(names) <= set(KNOWN)
-    assert cases == list(mix(2 * len(SPOILED), 4, False))
+    assert cases == list(mix(2 * len(SPOILED), 4, *TUNED))
 
 
 def outcome(ideal, *answers):

@@ -4,6 +4,7 @@
     python bench/coverage.py --runs 1000 --seed 1 --held-out   worlds kept from tuning
     python bench/coverage.py --world creep --runs 200 --seed 1 one world
     python bench/coverage.py --world creep --seed 1000017      one case in detail
+    python bench/coverage.py --dynamic --runs 300 --seed 1     pressed by the engine, from a record
 
 Exit code 1 where less is true than must be.
 """
@@ -13,8 +14,9 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
@@ -22,9 +24,12 @@ from pathlib import Path
 import numpy as np
 
 from stepload.evidence.answer import weigh
+from stepload.evidence.pressed import Pressed
 from stepload.results.pressed import pressed
+from stepload.results.saved import saved_run
+from stepload_verify.trials.dynamic import press as dynamic
+from stepload_verify.trials.dynamic import worlds as dynamic_worlds
 from stepload_verify.trials.honest.answer import QUANTITIES, Outcome, evidence, judged
-from stepload_verify.trials.honest.case import Case
 from stepload_verify.trials.honest.held_out import HELD_OUT, HELD_OUT_IDEAL
 from stepload_verify.trials.honest.measure import record
 from stepload_verify.trials.honest.score import report, verdict
@@ -33,14 +38,17 @@ from stepload_verify.trials.honest.worlds import IDEAL, KNOWN, SPOILED, World, m
 ALL: dict[str, World] = {**KNOWN, **{n: w for n, (w, _) in HELD_OUT_IDEAL.items()}, **HELD_OUT}
 A_SEED = 1_000_000
 """Case seeds of one bench seed: this many times it, and counting."""
+DYNAMIC = dict.fromkeys(dynamic_worlds.IDEAL, 1.0), list(dynamic_worlds.SPOILED)
+TUNED = {name: share for name, (_, share) in IDEAL.items()}, list(SPOILED)
+KEPT = {name: share for name, (_, share) in HELD_OUT_IDEAL.items()}, list(HELD_OUT)
 
 
-def mix(runs: int, seed: int, held_out: bool) -> Iterator[tuple[str, int]]:
-    """Worlds and seeds of a bench: ideal and spoiled in turns, the spoiled worlds evenly."""
-    ideal = HELD_OUT_IDEAL if held_out else IDEAL
-    spoiled = list(HELD_OUT if held_out else SPOILED)
+def mix(
+    runs: int, seed: int, ideal: Mapping[str, float], spoiled: Sequence[str]
+) -> Iterator[tuple[str, int]]:
+    """Worlds and seeds of a bench: ideal by their shares and spoiled in turns, these evenly."""
     rng = np.random.default_rng(seed)
-    names, shares = list(ideal), np.array([share for _, share in ideal.values()])
+    names, shares = list(ideal), np.array(list(ideal.values()))
     order: list[str] = []
     for i in range(runs):
         if i % 2 == 0:
@@ -62,12 +70,39 @@ def quickly(case: tuple[str, int]) -> Outcome:
     return judged(make(ALL, *case), evidence)
 
 
+def dynamically(case: tuple[str, int]) -> Outcome:
+    """The outcome of a world and a seed that the engine presses."""
+    return dynamic.judged(*case)
+
+
+def dynamically_quick(case: tuple[str, int]) -> Outcome:
+    """The same from the evidence alone."""
+    return dynamic.judged(*case, quick=True)
+
+
 def show(world: str, seed: int) -> None:
     """One case in detail."""
     case = make(ALL, world, seed)
-    outcome = judged(case)
-    print(f"{world} {seed}: {case.story or 'nothing added'}\n{case.rig}\n{case.procedure}")
+    print(f"{case.rig}\n{case.procedure}")
     print(f"gain {case.faults.gain:+.4f}, lag {case.faults.lag_s:.4f} s, {case.declared}")
+    if _show(judged(case)):
+        _show_gates(pressed(*record(case)), case.rig.depth_m)
+
+
+def show_dynamic(world: str, seed: int) -> None:
+    """One case in detail that the engine presses; its plan and record are kept."""
+    directory = Path(tempfile.mkdtemp(prefix=f"{world}-{seed}-"))
+    outcome = dynamic.judged(world, seed, keep=directory)
+    print(f"{directory}: peak {outcome.peak:.3f} F_c {outcome.stop}")
+    if _show(outcome):
+        saved = saved_run(directory)
+        deepest_m = float(saved.data.travel_m.max())
+        _show_gates(pressed(saved.data, saved.conditions), deepest_m)
+
+
+def _show(outcome: Outcome) -> bool:
+    """Print the answers; whether there are any."""
+    print(f"{outcome.world} {outcome.seed}: {outcome.family}, {outcome.story or 'nothing added'}")
     if outcome.problem:
         print(f"{'BROKEN' if outcome.broken else 'refused'}: {outcome.problem}")
     for each in outcome.scored:
@@ -80,14 +115,14 @@ def show(world: str, seed: int) -> None:
         )
         for reason in said.why:
             print(f"    {reason}")
-    if outcome.scored:
-        _show_gates(case)
+    return bool(outcome.scored)
 
 
-def _show_gates(case: Case) -> None:
-    for gate in weigh(pressed(*record(case))).gates:
+def _show_gates(run: Pressed, depth_m: float) -> None:
+    """Print every gate; lengths as shares of the depth."""
+    for gate in weigh(run).gates:
         fires = "fires" if gate.fires else ""
-        size = 1.0 / case.rig.depth_m if gate.unit == "m" else 1.0
+        size = 1.0 / depth_m if gate.unit == "m" else 1.0
         print(
             f"  gate {gate.name:14s} {size * gate.value:.5f} of {size * gate.threshold:.5f} {fires}"
         )
@@ -98,24 +133,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Must an answer called IDENTIFIED be true?")
     parser.add_argument("--runs", type=int, help="how many; without it and with --world: one case")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--world", choices=sorted(ALL))
+    parser.add_argument("--world")
     parser.add_argument("--held-out", action="store_true", help="worlds kept from tuning")
+    parser.add_argument("--dynamic", action="store_true", help="pressed by the whole engine")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--quick", action="store_true", help="without the paper's fits")
     parser.add_argument("--json", type=Path, help="write every outcome there")
     told = parser.parse_args(arguments)
+    known = dynamic_worlds.ALL if told.dynamic else ALL
+    if told.world and told.world not in known:
+        parser.error(f"--world is one of {', '.join(sorted(known))}")
     if told.world and told.runs is None:
-        show(told.world, told.seed)
+        (show_dynamic if told.dynamic else show)(told.world, told.seed)
         return 0
     runs = told.runs or 1000
-    cases = list(mix(runs, told.seed, told.held_out))
+    worlds = DYNAMIC if told.dynamic else KEPT if told.held_out else TUNED
+    cases = list(mix(runs, told.seed, *worlds))
     if told.world:
         cases = [(told.world, told.seed * A_SEED + i) for i in range(runs)]
     ask = quickly if told.quick else one
+    if told.dynamic:
+        ask = dynamically_quick if told.quick else dynamically
     start_s = time.perf_counter()
     if told.processes > 1:
         with ProcessPoolExecutor(told.processes) as pool:
-            outcomes = list(pool.map(ask, cases, chunksize=16))
+            outcomes = list(pool.map(ask, cases, chunksize=4))
     else:
         outcomes = [ask(case) for case in cases]
     took_s = time.perf_counter() - start_s

@@ -79,7 +79,11 @@ class Scored:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """All answers for one case; none and a `problem` where it was refused or broke."""
+    """All answers for one case; none and a `problem` where it was refused or broke.
+
+    Of a case that the engine pressed `stop` is the rule that ended it early, and `peak` the largest
+    true force over F_c.
+    """
 
     world: str
     seed: int
@@ -91,6 +95,8 @@ class Outcome:
     scored: tuple[Scored, ...]
     problem: str = ""
     broken: bool = False
+    stop: str = ""
+    peak: float = math.nan
 
 
 Ask = Callable[[PressData, Conditions], Mapping[str, Answer]]
@@ -103,7 +109,7 @@ def answer(press: PressData, conditions: Conditions) -> Mapping[str, Answer]:
         SteploadError: the program refuses the record.
     """
     found = identify_payload(press, conditions)
-    return {name: _stated(each) for name, each in found.quantities.items()}
+    return {name: stated(each) for name, each in found.quantities.items()}
 
 
 def evidence(press: PressData, conditions: Conditions) -> Mapping[str, Answer]:
@@ -113,34 +119,35 @@ def evidence(press: PressData, conditions: Conditions) -> Mapping[str, Answer]:
         SteploadError: the program refuses the record.
     """
     found = weigh(pressed(press, conditions))
-    return {name: _stated(each) for name, each in found.quantities.items()}
+    return {name: stated(each) for name, each in found.quantities.items()}
 
 
-def _stated(each: Quantity) -> Answer:
+def stated(each: Quantity) -> Answer:
+    """A quantity of the program as an answer."""
     low, high = each.interval_n_per_m
     return Answer(
         each.value_n_per_m, low, high, each.from_n, each.to_n, each.verdict.value, each.why
     )
 
 
-def truth(law: Law, quantity: str, stated: Answer) -> float | None:
+def truth(law: Law, quantity: str, answer: Answer) -> float | None:
     """What is true of a law at the forces that an answer names."""
     if quantity == "chord":
-        return law.chord(stated.from_n, stated.to_n)
+        return law.chord(answer.from_n, answer.to_n)
     if quantity == "secant_from_mean_plane":
-        return law.secant_from_plane(stated.to_n)
+        return law.secant_from_plane(answer.to_n)
     if quantity == "tangent":
-        return law.tangent(stated.to_n)
-    return law.secant(stated.to_n)
+        return law.tangent(answer.to_n)
+    return law.secant(answer.to_n)
 
 
 def judged(case: Case, ask: Ask = answer) -> Outcome:
     """Press a case, ask, and hold every answer against the truth."""
     data, conditions = record(case)
-    stated: Mapping[str, Answer] = {}
+    answers: Mapping[str, Answer] = {}
     problem, broken = "", False
     try:
-        stated = ask(data, conditions)
+        answers = ask(data, conditions)
     except SteploadError as refusal:
         problem = str(refusal)
     except Exception:
@@ -148,12 +155,12 @@ def judged(case: Case, ask: Ask = answer) -> Outcome:
     scored = tuple(
         Scored(
             name,
-            stated[name],
-            truth(case.law, name, stated[name]),
-            truth(case.settled, name, stated[name]) if case.settled else None,
+            answers[name],
+            truth(case.law, name, answers[name]),
+            truth(case.settled, name, answers[name]) if case.settled else None,
         )
         for name in QUANTITIES
-        if name in stated
+        if name in answers
     )
     return Outcome(
         case.world, case.seed, case.ideal, case.unseen, case.story, case.rig.family,
