@@ -11,7 +11,7 @@ import pytest
 
 from stepload.record.reader import Event, Recording
 from stepload.record.rows import ArmColumns, ForceColumns, Phase, TickColumns
-from stepload.results.press_data import LOADING, PressData, press_data
+from stepload.results.press_data import LOADING, PressData, largest_step, press_data
 from stepload.results.remarks import remarks, reopened
 
 STIFFNESS_N_PER_M = 2e6
@@ -168,3 +168,12 @@ def test_a_force_across_that_is_no_number_is_none() -> None:
     run = recorded()
     run.force.wrench[5000, 0] = math.nan
     assert press_data(run).lateral_n is None
+
+
+def test_the_largest_step_of_the_zero_is_that_between_neighbours() -> None:
+    assert largest_step(np.array([1.0, 1.5, 0.7, 0.9])) == pytest.approx(-0.8)
+    assert math.isnan(largest_step(np.array([1.0])))
+
+
+def test_the_zero_of_force_before_and_after_is_told(data: PressData) -> None:
+    assert data.zero_step_n == pytest.approx(1.3)
