@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from scipy.signal import lfilter
 
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.path import Track
@@ -49,6 +50,7 @@ class World:
     loop: float = 0.01
     creep: float = 0.0
     creep_tau_s: float = 5.0
+    damping_s: float = 0.0
     drift_m_per_s: float = 0.0
     set_m: float = 0.0
     lateral: float | None = 0.0
@@ -65,7 +67,10 @@ def press(world: World, seed: int = 0) -> Pressed:
     top_m = float(world.law(np.array([world.top_n]))[0])
     share = force / world.top_n
     deformation = ideal + unloading * 2.4 * world.loop * share * (1.0 - share) * top_m
-    deformation += _crept(ideal, world)
+    if world.creep:
+        deformation += world.creep * _late(ideal, world.creep_tau_s * world.rate_hz)
+    if world.damping_s:
+        deformation = _late(deformation, world.damping_s * world.rate_hz)
     after_first = (cycle > 1) | (unloading > 0)
     # What yielded stays: all of it without force, none of it where the top is reached again.
     deformation += world.set_m * after_first * (1.0 - share)
@@ -92,7 +97,7 @@ def press(world: World, seed: int = 0) -> Pressed:
     moved = world.set_m + world.drift_m_per_s * float(time[-1])
     made = Pressed(
         tracks, lambda f: f / world.system_n_per_m,
-        lambda f: world.system_sigma * f / world.system_n_per_m, sources,
+        lambda f: world.system_sigma * f[None] / world.system_n_per_m, sources,
         roughness=Roughness(0.0),
         touches=(Touch(0.0, 0.0, 3.0), Touch(float(time[-1]), moved, 3.0)),
         lateral_share=world.lateral, elastic_limit_n=world.limit_n, secant_force_n=world.top_n,
@@ -117,16 +122,10 @@ def _course(world: World) -> tuple[FloatArray, FloatArray, FloatArray, FloatArra
     return np.concatenate([row[3] for row in rows]), columns[0], columns[1], columns[2]
 
 
-def _crept(ideal: FloatArray, world: World) -> FloatArray:
-    """Delayed deformation: a share of the elastic one, with one time constant."""
-    late = np.zeros_like(ideal)
-    if world.creep:
-        step = 1.0 - np.exp(-1.0 / world.rate_hz / world.creep_tau_s)
-        state = 0.0
-        for i, now in enumerate(ideal.tolist()):
-            state += step * (now - state)
-            late[i] = state
-    return world.creep * late
+def _late(prompt: FloatArray, samples: float) -> FloatArray:
+    """What follows with one time constant, of so many samples."""
+    keep = np.exp(-1.0 / samples)
+    return np.asarray(lfilter([1.0 - keep], [1.0, -keep], prompt))
 
 
 def _smooth(force: FloatArray, world: World, rng: np.random.Generator) -> FloatArray:

@@ -112,7 +112,11 @@ def weigh(run: Pressed) -> Evidence:
         law_sets=counting if power is not None else [],
         power=power.best.shape if power is not None else 1.0,
         left=figures.Discrepancies(
-            signs.time_m, signs.creep_m, abs(shape.off) / 2.0, run.lateral_share or 0.0
+            signs.time_m,
+            signs.creep_m,
+            signs.zero_m,
+            abs(shape.off) / 2.0,
+            run.lateral_share or 0.0,
         ),
         gates=[*signs.gates, *shape.gates],
         doubts=(*run.doubts, *blocking),
@@ -240,6 +244,16 @@ def _cannot_show(run: Pressed, loops: Sequence[Loop]) -> tuple[list[str], list[s
         notes.append(
             "one cycle: drift cannot be told from creep, and what the first loading changed is "
             "seen only as a gap between loading and unloading"
+        )
+    if not any(loop.loading.holds for loop in loops[:2]):
+        notes.append(
+            "no holds while loading: creep, damping and a drift that turns with the load are seen "
+            "only as far as unloading lies elsewhere"
+        )
+    if run.zero_step_n is None:
+        notes.append(
+            "the force's zero was not looked at twice in free air: how far it drifts under load is "
+            "not known"
         )
     if run.sources.system_stiffness_note:
         notes.append(run.sources.system_stiffness_note)

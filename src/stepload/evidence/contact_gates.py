@@ -16,26 +16,32 @@ from stepload.evidence.gates import (
     lateral_gate,
     sign_gate,
     touch_gate,
+    zero_gate,
 )
 from stepload.evidence.loops import Loop
 from stepload.evidence.pressed import Pressed, Touch
-from stepload.evidence.rehearse import creep_threshold, thresholds
+from stepload.evidence.rate import rate_sign
+from stepload.evidence.rehearse import TO_SIGMA, creep_threshold, thresholds
 from stepload.evidence.signs import branches_of, hold_creep, signs_of
 from stepload.identify.fit import FloatArray
 
 OF_TWO_CYCLES = ("gap_change", "set", "reload")
 UNSEEN = 0.02
 """What one cycle cannot show of set, creep and drift, as a share of the deformation."""
+SLOW_CREEP = 2.0
+"""A first loading creeps by at most so many times what its second one then differs, where the
+creep takes longer than about two seconds: 0.43 to 1.0 of it for 2 to 40 s and holds of 0.5 s."""
 HARMLESS_TOUCH = 0.03
 """Touches are found one by one: a shift below this share of the deformation is no sign."""
 
 
 class ContactSigns(NamedTuple):
-    """Gates, and what they leave in the budget, in m."""
+    """Gates, and what they leave in the budget, as standard uncertainties in m."""
 
     gates: list[Gate]
     time_m: float
     creep_m: float
+    zero_m: float
 
 
 def contact_signs(
@@ -60,7 +66,7 @@ def contact_signs(
     rehearsed = thresholds(list(signs.values()), branches_of(loops), drawn)
     watched = [name for name in OF_TWO_CYCLES if name in signs]
     time_m = max((abs(signs[name].value_m) for name in watched), default=0.0)
-    creep = hold_creep(loops, main.from_n, elastic.payload_at)
+    creep = hold_creep(loops, main.from_n, elastic.payload_at, elastic.deformation)
     if "gap" in signs:
         if "gap_change" not in signs:
             # A second loading without its unloading has set and reload to tell all the same.
@@ -73,13 +79,34 @@ def contact_signs(
         if "gap_change" not in signs or creep is None:
             watched.append("gap")
     gates = [sign_gate(signs[name], rehearsed[name], main.span_m) for name in watched]
-    creep_m = 0.0
+    rate = rate_sign(loops, elastic)
+    if rate is not None:
+        bent = [
+            travel - elastic.travel(branch.path.force_n)[:, None]
+            for branch, travel in zip(branches_of(loops), drawn, strict=True)
+        ]
+        allowed = thresholds([rate], branches_of(loops), bent)
+        gates.append(sign_gate(rate, allowed["rate"], main.span_m))
+        time_m = max(time_m, abs(rate.value_m))
+    creep_m = zero_m = 0.0
     if creep is not None:
-        samples = min(hold.samples for loop in loops[:2] for hold in loop.loading.holds)
-        whole = elastic.at(elastic.top_n)
+        holds = [hold for loop in loops[:2] for hold in loop.loading.holds]
+        samples = min(hold.samples for hold in holds)
+        whole = math.sqrt(sum(elastic.at(hold.force_n) ** 2 for hold in holds) / len(holds))
         limit_m = creep_threshold(samples, creep.holds, run.sources, whole)
-        gates += creep_gates(creep, limit_m, main.span_m)
-        creep_m = abs(creep.total_m)
+        total_m = limit_m * creep.total_per_mean
+        gates += creep_gates(creep, limit_m, total_m, main.span_m)
+        # What was found beyond the noise is all of it or none. Beside it stands what holds of this
+        # length do not exclude; slow creep would have shown between the loadings as well.
+        noise_m = total_m / TO_SIGMA
+        unseen_m = min(noise_m, SLOW_CREEP * rehearsed.get("reload", math.inf) / math.sqrt(3.0))
+        found_m = math.sqrt(max(creep.total_m**2 - noise_m**2, 0.0) / 3.0)
+        creep_m = math.hypot(found_m, unseen_m)
+    if run.zero_step_n is not None:
+        # Between two looks at free air the zero is within half the step of an even drift.
+        harm_m = 0.5 * abs(run.zero_step_n) * elastic.at(main.from_n)
+        gates.append(zero_gate(run.zero_step_n, harm_m, main.span_m))
+        zero_m = harm_m / math.sqrt(3.0)
     if drift is not None:
         elapsed_s = float(main.weights @ loops[0].loading.path.time_s)
         gates.append(drift_gate(drift.rate_m_per_s * elapsed_s, elapsed_s, main.span_m))
@@ -87,7 +114,7 @@ def contact_signs(
         gates.append(_touch(run, run.touches, main, elastic, drift))
     if run.lateral_share is not None:
         gates.append(lateral_gate(run.lateral_share))
-    return ContactSigns(gates, time_m, creep_m)
+    return ContactSigns(gates, time_m, creep_m, zero_m)
 
 
 def _touch(

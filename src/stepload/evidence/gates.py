@@ -21,6 +21,7 @@ HARMLESS_DRIFT = 0.05
 LATERAL_SHARE = 0.05
 """Largest force across the axis, as a share of the force along it."""
 CREEP_SHARE = 0.03
+"""Creep over a loading, beyond which it is not settled, as a share of the deformation."""
 FAR = 2.0
 """A χ² so many times the allowed one speaks against the stated errors, not only against a law."""
 
@@ -59,13 +60,16 @@ _MEANS = {
     "set": "the contact has moved by {value} at {at} beside its movement at the top (allowed "
     "{limit}): it has set, crept or slipped",
     "reload": "the second loading deforms {value} differently from the first (allowed {limit}): "
-    "the first one changed the contact",
-    "gap": "unloading lies {value} from loading at {at} (allowed {limit}): creep, slip, yield or "
-    "drift; one cycle, or cycles without holds, cannot tell which",
+    "the first one changed the contact, or its rate was another one",
+    "gap": "unloading lies {value} from loading at {at} (allowed {limit}): creep, slip, yield, "
+    "damping or drift; one cycle, or cycles without holds, cannot tell which",
     "hold_split": "deformation goes on by {value} in a hold while loading beyond what it does "
     "while unloading (allowed {limit}): the contact creeps; stiffness depends on the holds' length",
-    "hold_creep": "deformation goes on in the holds, by {value} in all (allowed {limit}): the "
-    "contact is not settled when the next step begins",
+    "hold_creep": "deformation goes on in the holds, at a pace that makes {value} over the loading "
+    "(allowed {limit}): the contact is not settled when the next step begins",
+    "rate": "deformation in the holds is {value} from that of the ramps at the same force (allowed "
+    "{limit}): the contact is viscous, or force and position are out of step; stiffness depends on "
+    "the rate",
 }
 
 
@@ -87,15 +91,22 @@ def sign_gate(sign: Sign, rehearsed_m: float, span_m: float) -> Gate:
     return gate(sign.name, abs(sign.value_m), threshold, "m", "all", text)
 
 
-def creep_gates(creep: HoldCreep, rehearsed_m: float, span_m: float) -> list[Gate]:
-    """The gates of creep in holds."""
+def creep_gates(creep: HoldCreep, rehearsed_m: float, total_m: float, span_m: float) -> list[Gate]:
+    """The gates of creep in holds.
+
+    Args:
+        creep: what the holds show.
+        rehearsed_m: how large the mean over all holds may be where nothing creeps.
+        total_m: the same of `creep.total_m`.
+        span_m: deformation of the chord.
+    """
     found = []
     per_hold = HARMLESS * span_m / max(creep.holds, 1)
     if creep.unloading_m is not None:
         value = 0.5 * abs(creep.loading_m - creep.unloading_m)
         found.append(_creep("hold_split", value, max(rehearsed_m, per_hold)))
-    total = abs(creep.total_m)
-    found.append(_creep("hold_creep", total, max(rehearsed_m * creep.holds, CREEP_SHARE * span_m)))
+    allowed_m = max(total_m, CREEP_SHARE * span_m)
+    found.append(_creep("hold_creep", abs(creep.total_m), allowed_m))
     return found
 
 
@@ -129,6 +140,17 @@ def touch_gate(shift_m: float, threshold_m: float, limit_n: float | None) -> Gat
         f"(allowed {format_quantity(threshold_m, 'm')}): the rig drifts, or the payload grew"
     )
     return gate("touch_shift", abs(shift_m), threshold_m, "m", "all", text)
+
+
+def zero_gate(step_n: float, harm_m: float, span_m: float) -> Gate:
+    """The gate of the force's zero: what a step between two looks at free air may have done."""
+    text = (
+        f"the zero of force moves by {format_quantity(step_n, 'N')} from one look at free air to "
+        "the next; taken out as if it were even, it may still be "
+        f"{format_quantity(harm_m, 'm')} of the deformation (allowed "
+        f"{format_quantity(HARMLESS * span_m, 'm')}): let the sensor warm up"
+    )
+    return gate("force_zero", harm_m, HARMLESS * span_m, "m", "all", text)
 
 
 def lateral_gate(share: float) -> Gate:

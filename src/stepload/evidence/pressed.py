@@ -37,6 +37,8 @@ class Pressed:
         sources: what is known of the errors.
         roughness: what is known of the surface.
         touches: the first point of touch and the last; None without two.
+        zero_step_n: largest change of the force's zero from one look at free air to the next; None
+            without two.
         lateral_share: largest force across the axis as a share of that along it; None unknown.
         adhesive: whether the force went below zero about the touch.
         elastic_limit_n: F_c as it is believed, None where it is not known.
@@ -53,6 +55,7 @@ class Pressed:
     sources: Sources
     roughness: Roughness = field(default_factory=Roughness)
     touches: tuple[Touch, Touch] | None = None
+    zero_step_n: float | None = None
     lateral_share: float | None = None
     adhesive: bool = False
     elastic_limit_n: float | None = None

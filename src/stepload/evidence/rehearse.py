@@ -1,8 +1,8 @@
 """Rehearsals of the run's own ideal contact: how large a sign may be where there is nothing.
 
 The forces of the run are taken as they were, the deformation as the fitted power law gives it, and
-the rig's stated errors are drawn: smooth error, quanta, noise, a loop of up to 3 % of the stored
-energy that repeats in every cycle. The 99 % quantile of a sign over the rehearsals is its
+the rig's stated errors are drawn: smooth error, quanta, noise, lag, a loop of up to 3 % of the
+stored energy that repeats in every cycle. The 99 % quantile of a sign over the rehearsals is its
 threshold. The same record gives the same thresholds: the seed is fixed.
 """
 
@@ -23,6 +23,8 @@ from stepload.identify.sources import Sources
 
 REHEARSALS = 400
 QUANTILE = 0.99
+TO_SIGMA = 2.576
+"""The size of a normal error at that quantile in standard deviations."""
 LARGEST_LOOP = 0.03
 NOT_REPEATED = 0.2
 """Share of the smooth error that is another one in every branch."""
@@ -43,6 +45,7 @@ def draws(
     loop = 0.6 * LARGEST_LOOP * rng.uniform(0.0, 1.0, REHEARSALS)
     deep_m = float(ideal.deformation(np.array([ideal.top_n]))[0])
     bend, crooked = rng.standard_normal((2, 2, REHEARSALS))
+    late_s = sources.lag_sigma_s * np.random.default_rng(6789).standard_normal(REHEARSALS)
     found = []
     for branch in branches:
         path = branch.path
@@ -56,6 +59,7 @@ def draws(
         travel = travel + soft.T @ bend[: len(soft)]
         bent = linearity_errors(path.force_n, sources.nonlinearity)
         travel = travel + (ideal.compliance(path.force_n) * bent).T @ crooked
+        travel += (ideal.compliance(path.force_n) * path.rate_n_per_s)[:, None] * late_s
         if path.size > 1 and path.force_n[0] > path.force_n[-1]:
             share = np.clip(path.force_n / ideal.top_n, 0.0, 1.0)
             travel = travel + 4.0 * deep_m * (share * (1.0 - share))[:, None] * loop

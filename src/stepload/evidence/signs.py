@@ -6,13 +6,14 @@ creep in holds are weighted sums of the travel, so that rehearsals cost one prod
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from stepload.evidence.chord import chord
-from stepload.evidence.loops import Branch, Loop
+from stepload.evidence.loops import BETWEEN, Branch, Deflection, Loop
 from stepload.evidence.site import Site, hold_site, site, top_site
 from stepload.identify.fit import FloatArray
 
@@ -132,24 +133,34 @@ class HoldCreep:
     Attributes:
         loading_m: mean over the holds while loading.
         unloading_m: mean over those while unloading; None without any.
-        total_m: sum over the loading holds of the first cycle between the chord's forces.
+        total_m: over the first loading between the chord's forces: the sum over its holds, at
+            their pace for the time between them too.
+        total_per_mean: what an error of the mean over all holds, each with its own, is in that.
         holds: how many; `lasted_s` their median length.
     """
 
     loading_m: float
     unloading_m: float | None
     total_m: float
+    total_per_mean: float
     holds: int
     lasted_s: float
 
 
-def hold_creep(loops: Sequence[Loop], from_n: float, compliance: Compliance) -> HoldCreep | None:
+def hold_creep(
+    loops: Sequence[Loop], from_n: float, compliance: Compliance, deformation: Deflection
+) -> HoldCreep | None:
     """What the holds of the first two cycles show; None without holds.
+
+    A hold sees the creep of its own time only. Between holds the contact creeps as well, and short
+    holds see little of it: what they find is taken on to the whole loading, in proportion to the
+    deformation that creeps and the time that it has.
 
     Args:
         loops: the cycles.
         from_n: holds below this force add nothing to the chord.
         compliance: dδ/dF of the payload.
+        deformation: of the payload, at forces.
     """
     up = [[(h, h.creep(compliance(h.force_n))) for h in loop.loading.holds] for loop in loops[:2]]
     loading = [crept for holds in up for _, crept in holds]
@@ -161,10 +172,19 @@ def hold_creep(loops: Sequence[Loop], from_n: float, compliance: Compliance) -> 
         if loop.unloading is not None
         for hold in loop.unloading.holds
     ]
+    within = [(hold, crept) for hold, crept in up[0] if hold.force_n > 0.9 * from_n]
+    path = loops[0].loading.path
+    used = path.force_n > 0.9 * from_n
+    whole = float(np.trapezoid(deformation(path.force_n[used]), path.time_s[used]))
+    forces_n = np.array([hold.force_n for hold, _ in within])
+    lasted_s = np.array([hold.lasted_s for hold, _ in within])
+    watched = BETWEEN * float(lasted_s @ deformation(forces_n))
+    longer = max(whole / watched, 1.0) if watched > 0.0 else 1.0
     return HoldCreep(
         float(np.mean(loading)),
         float(np.mean(unloading)) if unloading else None,
-        float(sum(crept for hold, crept in up[0] if hold.force_n > 0.9 * from_n)),
+        longer * float(sum(crept for _, crept in within)),
+        longer * math.sqrt(len(within) * len(loading)),
         len(loading),
         float(np.median([hold.lasted_s for holds in up for hold, _ in holds])),
     )

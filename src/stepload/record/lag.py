@@ -20,6 +20,8 @@ _BLOCK_S = 0.25
 _DEGREE = 3
 _ROUNDS = 12
 _PRECISION_S = 2e-5
+LAG_THAT_MATTERS_S = 0.5e-3
+"""Below this a lag moves no result; above it, it is taken out where it is a lag."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +34,16 @@ class Lag:
     lag_s: float
     sigma_s: float
     how: str
+
+    @property
+    def correction_s(self) -> float:
+        """How much of it may be taken out: all of a significant lag, nothing of a lead.
+
+        A sensor is late, never early. A force that is ahead of its position is what a contact or a
+        load path does that creeps or has damping: taking that out would make a law of it.
+        """
+        late = self.lag_s > max(3.0 * self.sigma_s, LAG_THAT_MATTERS_S)
+        return self.lag_s if late else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,8 +129,8 @@ def measure_lag(
     Within a window of some seconds the force is a smooth function of the position, and a lag shows
     where the speed changes: at both ends of a ramp. The lag is the shift at which the rate of the
     force explains nothing more; its uncertainty comes from the noise within the windows or from how
-    much they disagree, whichever is more. Viscous damping in the load path looks like a negative
-    lag and is measured with it.
+    much they disagree, whichever is more. Damping and creep look like a negative lag and are
+    measured with it: see `Lag.correction_s`.
 
     Args:
         time_s, force_n, position_m: shape (N,), times rising.

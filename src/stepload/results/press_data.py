@@ -27,8 +27,6 @@ IntArray = NDArray[np.integer]
 
 LOADING = (Phase.LOAD, Phase.HOLD)
 UNLOADING = (Phase.UNLOAD, Phase.UNLOAD_HOLD)
-LAG_THAT_MATTERS_S = 0.5e-3
-"""Below this a lag moves no result; above it, it is corrected where it is significant."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +57,7 @@ class PressData:
         touches: raw touch points in the order of time.
         noise_n: force noise measured while at rest.
         zero_shift_n: last tare minus first; NaN without a second tare.
+        zero_step_n: the largest change from one tare to the next, NaN likewise.
         lag: measured lag of force behind travel; `lag_corrected_s` of it was taken out.
         clocks: where each channel's times come from.
         gauge: whether travel was measured across the contact.
@@ -81,6 +80,7 @@ class PressData:
     gauge: bool
     lateral_n: FloatArray | None = None
     lateral_noise_n: float = math.nan
+    zero_step_n: float = math.nan
 
     @property
     def contact(self) -> IntArray:
@@ -202,6 +202,12 @@ def _lateral(aligned: Aligned, recording: Recording) -> tuple[FloatArray | None,
     return np.asarray(size), math.sqrt(float(np.median(rest)))
 
 
+def largest_step(means_n: FloatArray) -> float:
+    """The largest change of zeros (T,) from one to the next, with its sign; NaN of one zero."""
+    steps = np.diff(means_n)
+    return float(steps[np.argmax(np.abs(steps))]) if steps.size else math.nan
+
+
 def _check_times(recording: Recording, time_s: FloatArray) -> None:
     """Sample times must be those of a run: what comes after builds even grids from them."""
     step_s = np.diff(time_s)
@@ -238,8 +244,7 @@ def press_data(recording: Recording, axis: str | None = None) -> PressData:
     # Of the travel that is identified: damping of the load path delays the arm, not the gauge.
     raw_m = raw.position_m if raw.displacement_m is None else raw.displacement_m
     lag = measure_lag(raw.time_s, raw.force_n, raw_m, busy)
-    matters = abs(lag.lag_s) > max(3.0 * lag.sigma_s, LAG_THAT_MATTERS_S)
-    lag_s = lag.lag_s if matters else 0.0
+    lag_s = lag.correction_s
     aligned = align(recording, axis, lag_s) if lag_s else raw
     times, means, noises = (np.array(column) for column in zip(*tares, strict=True))
     travel_m = aligned.displacement_m if gauge else aligned.position_m
@@ -261,4 +266,5 @@ def press_data(recording: Recording, axis: str | None = None) -> PressData:
         gauge=gauge,
         lateral_n=lateral_n,
         lateral_noise_n=lateral_noise_n,
+        zero_step_n=largest_step(means),
     )

@@ -57,6 +57,7 @@ def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = (
         sources=conditions.sources,
         roughness=Roughness(conditions.rough_length_m),
         touches=_touches(data),
+        zero_step_n=data.zero_step_n if math.isfinite(data.zero_step_n) else None,
         lateral_share=_lateral_share(data),
         adhesive=pulls(data),
         elastic_limit_n=limit_n,

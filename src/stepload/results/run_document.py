@@ -316,7 +316,8 @@ def _channel_table(press: PressData) -> Table:
     lag = press.lag
     note = (
         f"Force lags position by {lag.lag_s * 1e3:.2f} ± {lag.sigma_s * 1e3:.2f} ms "
-        f"({lag.how}); {press.lag_corrected_s * 1e3:.2f} ms corrected."
+        f"({lag.how}); {press.lag_corrected_s * 1e3:.2f} ms corrected; a force that comes early is "
+        "damping or creep and stays in the data."
         if math.isfinite(lag.lag_s)
         else f"Lag not measured: {lag.how}."
     )

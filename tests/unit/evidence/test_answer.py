@@ -79,9 +79,20 @@ def test_the_chord_holds_in_any_shape_and_the_secant_is_blocked(law: object) -> 
         (World(drift_m_per_s=0.3e-6), {"drift"}),
         (World(set_m=10e-6), {"gap_change", "touch_shift"}),
         (World(lateral=0.08), {"lateral"}),
+        (World(damping_s=0.15), {"rate"}),
+        (World(said={"zero_step_n": 6.0}), {"force_zero"}),
         (World(cycles=1, loop=0.25), {"gap"}),
     ],
-    ids=["creep", "long holds", "drift", "set", "lateral", "gap of one cycle"],
+    ids=[
+        "creep",
+        "long holds",
+        "drift",
+        "set",
+        "lateral",
+        "damping",
+        "zero of force",
+        "gap of one cycle",
+    ],
 )
 def test_what_is_not_elastic_is_not_identified(world: World, gates: set[str]) -> None:
     for seed in range(RUNS):
@@ -239,3 +250,57 @@ def test_a_second_loading_alone_still_tells_what_has_set() -> None:
     chord = found.headline
     span_m = (chord.to_n - chord.from_n) / chord.value_n_per_m
     assert time.relative * span_m >= 0.999 * gates["set"].value
+
+
+FINE = World(quantum_m=0.05e-6, position_noise_m=0.02e-6, smooth_m=0.05e-6, force_noise_n=0.1)
+
+
+def line_of(found: Evidence, begins: str) -> float:
+    return next(each.relative for each in found.headline.lines if each.source.startswith(begins))
+
+
+def test_a_little_damping_is_in_the_budget_and_a_steady_contact_has_none() -> None:
+    damped, steady = weigh(press(replace(FINE, damping_s=0.03))), weigh(press(FINE))
+    assert "rate" not in fired(damped)
+    assert line_of(damped, "time") > 3.0 * line_of(steady, "time")
+    assert holds(damped.headline.interval_n_per_m, chord_of(FINE, damped))
+
+
+@pytest.mark.parametrize("hold_s", [0.5, 3.0])
+@pytest.mark.parametrize("tau_s", [2.0, 10.0, 30.0])
+def test_creep_at_the_pace_of_the_holds_is_what_the_chord_is_off(
+    hold_s: float, tau_s: float
+) -> None:
+    """Short holds see little of it: what goes on between them counts as well."""
+    world = replace(FINE, hold_s=hold_s, creep=0.05, creep_tau_s=tau_s, loop=0.0)
+    found = weigh(press(world))
+    gate = next(gate for gate in found.gates if gate.name == "hold_creep")
+    at_n = np.array([found.headline.from_n, found.headline.to_n])
+    excess_m = np.diff(at_n)[0] / found.headline.value_n_per_m - np.diff(world.law(at_n))[0]
+    assert gate.value == pytest.approx(excess_m, abs=0.1 * excess_m + 0.4e-6)
+    assert holds(found.headline.interval_n_per_m, chord_of(world, found))
+
+
+def test_short_holds_exclude_less_creep() -> None:
+    long, short = (weigh(press(World(hold_s=hold_s))) for hold_s in (5.0, 0.5))
+    assert line_of(short, "creep") > 1.5 * line_of(long, "creep")
+
+
+def test_a_zero_of_force_that_moves_is_in_the_budget_and_one_that_is_not_known_is_told() -> None:
+    run = press(World())
+    moved, still = (weigh(replace(run, zero_step_n=step_n)) for step_n in (1.0, 0.0))
+    assert line_of(moved, "zero of force") > 0.002 > line_of(still, "zero of force")
+    assert "force_zero" not in fired(moved)
+    assert any("looked at twice in free air" in note for note in weigh(run).notes)
+    assert not any("looked at twice in free air" in note for note in still.notes)
+
+
+def test_a_run_without_holds_says_what_it_cannot_show() -> None:
+    run = press(World())
+    bare = [
+        (number, *(replace(each, held=0 * each.held) for each in pair if each is not None))
+        for number, *pair in run.tracks
+    ]
+    told = weigh(replace(run, tracks=bare))  # type: ignore[arg-type]
+    assert any("no holds while loading" in note for note in told.notes)
+    assert not any("no holds while loading" in note for note in weigh(run).notes)

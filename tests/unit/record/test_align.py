@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from stepload.errors import BadInputError
 from stepload.record.align import align, project, sample_times
-from stepload.record.lag import measure_lag
+from stepload.record.lag import Lag, measure_lag
 from stepload.record.reader import Recording
 from stepload.record.rows import (
     ArmColumns,
@@ -286,3 +287,20 @@ def test_slow_sensors_tell_a_lag_or_that_they_cannot(rate_hz: float, length_s: f
     lag = measure_lag(time_s, force_n + noise_n, position_m)
     assert lag.sigma_s > 0.0
     assert np.isnan(lag.lag_s) or abs(lag.lag_s) < 6.0 * lag.sigma_s
+
+
+@pytest.mark.parametrize("creeps", [False, True])
+def test_a_force_that_comes_early_is_left_in_the_data(creeps: bool) -> None:
+    """Creep and damping put the force ahead of the position; only a late force is a lag."""
+    time_s = np.arange(0.0, 60.0, 1e-3)
+    force_n = 1e6 * stepped(time_s)
+    late_s = 0.6 if creeps else 0.02
+    keep = np.exp(-1e-3 / late_s)
+    follows_m = lfilter([1.0 - keep], [1.0, -keep], force_n) / 1e6
+    position_m = force_n / 1e6 + 0.1 * follows_m if creeps else follows_m
+    force_n += np.random.default_rng(4).normal(0.0, 0.05, len(time_s))
+    lead = measure_lag(time_s, force_n, position_m)
+    assert lead.lag_s < -max(3.0 * lead.sigma_s, 1e-3)
+    assert lead.correction_s == 0.0
+    assert Lag(0.02, 1e-3, "").correction_s == 0.02
+    assert Lag(0.02, 0.01, "").correction_s == 0.0

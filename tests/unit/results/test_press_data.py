@@ -11,7 +11,7 @@ import pytest
 
 from stepload.record.reader import Event, Recording
 from stepload.record.rows import ArmColumns, DisplacementColumns, ForceColumns, Phase, TickColumns
-from stepload.results.press_data import LOADING, PressData, press_data
+from stepload.results.press_data import LOADING, PressData, largest_step, press_data
 from stepload.results.remarks import remarks, reopened
 
 STIFFNESS_N_PER_M = 2e6
@@ -184,3 +184,12 @@ def test_the_lag_is_that_of_the_travel_that_is_identified() -> None:
     across = press_data(replace(damped, displacement=gauge))
     assert across.gauge
     assert across.lag.lag_s == pytest.approx(prompt_s, abs=5e-4)
+
+
+def test_the_largest_step_of_the_zero_is_that_between_neighbours() -> None:
+    assert largest_step(np.array([1.0, 1.5, 0.7, 0.9])) == pytest.approx(-0.8)
+    assert math.isnan(largest_step(np.array([1.0])))
+
+
+def test_the_zero_of_force_before_and_after_is_told(data: PressData) -> None:
+    assert data.zero_step_n == pytest.approx(1.3)

@@ -9,8 +9,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from stepload.errors import BadInputError
+from stepload.evidence.answer import weigh
 from stepload.record.rows import Phase
 from stepload.results.press_data import LOADING
+from stepload.results.pressed import pressed
 from stepload_verify.trials.honest.__main__ import ALL, TUNED, main, mix
 from stepload_verify.trials.honest.answer import Answer, Outcome, Scored, answer, judged
 from stepload_verify.trials.honest.contact import Creep, nothing, press, settled
@@ -87,6 +89,20 @@ def test_late_deformation_is_that_of_the_differential_equation():
     late = np.interp(times, run.time_s, pressed.travel_m - prompt)
     assert late == pytest.approx(found.y[0], abs=0.01 * part * case.rig.depth_m)
     assert late.max() > 0.5 * part * case.rig.depth_m
+
+
+def test_a_damped_body_is_behind_in_the_ramp_and_at_its_law_in_the_hold():
+    still = clean(make(ALL, "sphere", 3), held_force=True)
+    damped = clean(make(ALL, "sphere", 3), held_force=True, damping_s=0.05)
+    (one, _), (other, _) = record(still), record(damped)
+    # Travel counts from the touch, where the damped body is behind as well.
+    apart = one.travel_m - other.travel_m
+    ramp = (one.phase == Phase.LOAD) & (one.cycle == 1)
+    settled_m = held(one, 1)[1] - held(other, 1)[1]
+    behind = np.median(apart[ramp]) - settled_m.mean()
+    assert np.ptp(settled_m) < 0.01 * behind
+    speed = np.median(np.diff(one.travel_m[ramp])) / (one.time_s[1] - one.time_s[0])
+    assert 0.2 < behind / (0.05 * speed) < 1.1
 
 
 def test_a_hold_keeps_the_position_while_the_force_relaxes():
@@ -274,3 +290,12 @@ def test_what_leaves_no_trace_counts_in_the_total_alone():
     assert verdict([*good, *bad], "chord").met
     assert not verdict([*good, *[replace(each, unseen=False) for each in bad]], "chord").met
     assert not verdict([*good, *bad, *bad], "chord").met
+
+
+def test_a_lead_is_left_in_a_record_and_told_by_the_rate():
+    data, conditions = record(clean(make(ALL, "sphere", 3), damping_s=0.1))
+    assert data.lag.lag_s < -0.01
+    assert data.lag_corrected_s == 0.0
+    gates = {gate.name: gate for gate in weigh(pressed(data, conditions)).gates}
+    assert "viscous" in gates["rate"].sentence
+    assert gates["force_zero"].value < gates["force_zero"].threshold

@@ -57,6 +57,8 @@ class Contact:
         drift: displacement over time.
         backlash_m: what the reading loses where the motion turns.
         held_force: whether holds keep the force; else they keep the position.
+        damping_s: time within which a Kelvin-Voigt body follows its force: F = K (δ + t δ̇)ⁿ.
+        load_drift_m_per_n_s: drift that turns with the force, as of motors that get warm by it.
     """
 
     law: Law
@@ -70,6 +72,8 @@ class Contact:
     drift: Path = nothing
     backlash_m: float = 0.0
     held_force: bool = False
+    damping_s: float = 0.0
+    load_drift_m_per_n_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +120,11 @@ def _travel(contact: Contact, course: Course, force: FloatArray) -> FloatArray:
         source = np.maximum(force, 0.0) if creep.of_force else body
         late = _late(source, creep, course)
         body = _prompt(contact, force + late) if creep.of_force else body + late
+    if contact.damping_s:
+        body = _late(body, Creep((1.0,), (contact.damping_s,)), course)
+    if contact.load_drift_m_per_n_s:
+        dt_s = float(course.time_s[1] - course.time_s[0])
+        body = body + contact.load_drift_m_per_n_s * dt_s * np.cumsum(np.maximum(force, 0.0))
     for at_n, length_m in contact.slips:
         body = body + length_m * np.maximum.accumulate(force >= at_n)
     if contact.ratchet_m:

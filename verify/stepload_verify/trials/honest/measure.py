@@ -16,11 +16,11 @@ from stepload.record.align import ChannelClock
 from stepload.record.lag import measure_lag
 from stepload.results.conditions import measured
 from stepload.results.press_data import (
-    LAG_THAT_MATTERS_S,
     LOADING,
     UNLOADING,
     PressData,
     TouchPoint,
+    largest_step,
 )
 from stepload_verify.trials.honest.case import Case
 from stepload_verify.trials.honest.contact import press
@@ -71,12 +71,11 @@ def _quantised(values: FloatArray, quantum: float, offset: float) -> FloatArray:
 
 
 def _press_data(case: Case, run: Course, force: FloatArray, travel: FloatArray) -> PressData:
-    """As `press_data` does: lag measured and taken out, tare, zero of travel at the first touch."""
+    """As `press_data` does: a lag taken out, tare, zero of travel at the first touch."""
     time_s = run.time_s
     busy = np.isin(run.phase, [*LOADING, *UNLOADING])
     lag = measure_lag(time_s, force, travel, busy)
-    matters = abs(lag.lag_s) > max(3.0 * lag.sigma_s, LAG_THAT_MATTERS_S)
-    lag_s = lag.lag_s if matters else 0.0
+    lag_s = lag.correction_s
     if lag_s:
         travel = np.interp(time_s - lag_s, time_s, travel)
     middle = np.array([0.5 * (time_s[each.start] + time_s[each.stop - 1]) for each in run.tares])
@@ -109,6 +108,7 @@ def _press_data(case: Case, run: Course, force: FloatArray, travel: FloatArray) 
         lag_corrected_s=lag_s,
         clocks=CLOCKS,
         gauge=False,
+        zero_step_n=largest_step(means),
     )
 
 

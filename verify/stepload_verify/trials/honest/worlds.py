@@ -127,6 +127,35 @@ def creep_long_holds(name: str, seed: int, rng: Rng) -> Case:
     return spoiled(creep(name, seed, rng), "holds 20 s", procedure={"hold_s": 20.0})
 
 
+def creep_short_holds(name: str, seed: int, rng: Rng) -> Case:
+    """Creep of 2 to 15 % within 5 to 40 s, and holds of half a second or one."""
+    drawn = Creep((between(0.02, 0.15, rng),), (between(5.0, 40.0, rng),))
+    hold_s = float(rng.choice([0.5, 1.0]))
+    case = start(name, seed, rng)
+    return spoiled(
+        case, f"{drawn}, holds {hold_s} s", contact={"creep": drawn}, procedure={"hold_s": hold_s}
+    )  # fmt: skip
+
+
+def viscous(name: str, seed: int, rng: Rng) -> Case:
+    """A Kelvin-Voigt body that follows its force within 10 to 300 ms."""
+    damping_s = between(0.01, 0.3, rng)
+    case = start(name, seed, rng)
+    return spoiled(case, f"follows within {damping_s:.3f} s", contact={"damping_s": damping_s})
+
+
+def load_drift(name: str, seed: int, rng: Rng) -> Case:
+    """A drift that turns with the force, 0.5 to 30 % of the depth a cycle; half have no holds."""
+    case = start(name, seed, rng)
+    share = between(0.005, 0.3, rng) * float(rng.choice([-1.0, 1.0]))
+    rate = share * case.rig.depth_m / PERIOD_S / (0.5 * case.rig.top_n)
+    hold_s = 0.0 if rng.integers(2) else case.procedure.hold_s
+    return spoiled(
+        case, f"{share:.3f} of the depth a cycle, holds {hold_s} s",
+        contact={"load_drift_m_per_n_s": rate}, procedure={"hold_s": hold_s},
+    )  # fmt: skip
+
+
 def drift(name: str, seed: int, rng: Rng) -> Case:
     """The whole load path drifts by 0.5 to 30 % of the depth a cycle."""
     case = start(name, seed, rng)
@@ -387,6 +416,9 @@ SPOILED: dict[str, World] = {
     "creep": creep,
     "creep-log": creep_log,
     "creep-long-holds": creep_long_holds,
+    "creep-short-holds": creep_short_holds,
+    "viscous": viscous,
+    "load-drift": load_drift,
     "drift": drift,
     "temperature": temperature,
     "hysteresis": hysteresis,
