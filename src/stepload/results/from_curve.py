@@ -30,6 +30,7 @@ from stepload.identify.sampling import uniform_in_force
 from stepload.identify.selection import Selected, select
 from stepload.identify.sources import Sources
 from stepload.record.curves import Curve
+from stepload.results.curve_glitches import without_glitches
 from stepload.results.wishes import Wishes
 from stepload.units import format_quantity
 
@@ -279,9 +280,9 @@ def _check_what_is_left(
 def _zeroed(curve: Curve, *, keep_zero: bool) -> _Zeroed:
     """Turn, tare and zero. `keep_zero`: a zero that the file states stays where data begin in
     contact."""
+    curve, notes = without_glitches(curve)
     given = curve.displacement_m if curve.displacement_m is not None else curve.position_m
     assert given is not None
-    notes = []
     turn = signs(given, curve.force_n)
     travel_m, force_n = turn.travel * given, turn.force * curve.force_n
     if turn.force < 0.0:

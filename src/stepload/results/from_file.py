@@ -54,10 +54,11 @@ def system_of_file(path: Path) -> SystemStiffnessFit:
                 f"{path}: system stiffness needs the columns time_s, position_m, force_n"
             )
         pressed = pressed_system(curve)
-        resolution_m = quantum(pressed.travel_m)
+        assert pressed.time_s is not None
         return fit_system_stiffness(
-            curve.time_s, pressed.travel_m, pressed.force_n, resolution_m=resolution_m
-        )
+            pressed.time_s, pressed.travel_m, pressed.force_n,
+            resolution_m=quantum(pressed.travel_m),
+        )  # fmt: skip
 
 
 def _identify_curve(curve: Curve, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:

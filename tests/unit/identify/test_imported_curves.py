@@ -136,6 +136,38 @@ def test_a_spike_in_free_air_is_no_touch(identified: Callable[..., Found]) -> No
     assert covers(found)
 
 
+@pytest.mark.parametrize(("row", "newton", "metre"), [(500, 3000.0, 0.0), (430, 0.0, 1e-3),
+                                                    (610, -200.0, -50e-6)])  # fmt: skip
+def test_a_glitch_is_dropped_counted_and_told(
+    identified: Callable[..., Found], row: int, newton: float, metre: float
+) -> None:
+    rng = np.random.default_rng(8)
+    force = np.concatenate([course(), course()[::-1]])
+    position = travel(force) + rng.normal(0, 5e-8, force.size)
+    noisy = force + rng.normal(0, 0.3, force.size)
+    clean, _ = identified(RIG, position_m=position, force_n=noisy)
+    noisy[row] += newton
+    position[row] += metre
+    found, notes = identified(RIG, position_m=position, force_n=noisy)
+    assert f"1 of {force.size} row dropped" in notes
+    assert f"row {row + 1}," in notes
+    assert found.headline is not None
+    assert clean.headline is not None
+    assert found.headline.value_n_per_m == pytest.approx(clean.headline.value_n_per_m, rel=2e-3)
+    assert found.headline.verdict is clean.headline.verdict
+
+
+def test_a_glitch_in_the_run_of_a_system(tmp_path: Path) -> None:
+    force = np.concatenate([course(), course()[::-1]])
+    position = force / KS + np.random.default_rng(3).normal(0, 5e-8, force.size)
+    noisy = force + np.random.default_rng(4).normal(0, 0.3, force.size)
+    noisy[500] += 3000.0
+    path = tmp_path / "curve.csv"
+    table = np.column_stack([np.arange(force.size) * 0.01, position, noisy])
+    np.savetxt(path, table, "%.10g", ",", header="time_s,position_m,force_n", comments="")
+    assert system_of_file(path).stiffness_n_per_m == pytest.approx(KS, rel=0.01)
+
+
 def flags(found: Identification) -> set[Flag]:
     return {doubt.flag for fit in found.fits.values() for doubt in fit.doubts}
 
