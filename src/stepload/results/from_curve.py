@@ -149,7 +149,6 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
         if not wishes.secant_force_n:
             notes.append(f"secant at the peak force of {format_quantity(secant_n, 'N', 4)}")
     quantum_m, quantum_n = quantum(whole.travel_m), quantum(whole.force_n)
-    span_m = float(np.ptp(travel_m))
     conditions = wishes.applied(
         Conditions(
             sources=Sources(
@@ -160,7 +159,7 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
             ),
             secant_force_n=secant_n,
             touch_force_n=zeroed.touch_n,
-            position_resolution_m=max(quantum_m, 1e-9 * span_m, math.ulp(0.0)),
+            position_resolution_m=_resolution(travel_m, quantum_m, wishes),
         )
     )
     time_s = None if whole.time_s is None else whole.time_s[loading]
@@ -170,6 +169,7 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
         _check_what_is_left(selected, travel_m, force_n, stiffness)
     conditions, note, leftover = _with_leftover(selected, conditions, zeroed.noise_m, wishes)
     notes += note
+    notes.append(_about_resolution(conditions, wishes))
     exact = is_exact(travel_m) and is_exact(force_n) and not leftover
     doubts = (
         *_jump_doubts(selected, quantum_m),
@@ -239,6 +239,30 @@ def _fitted_zero(travel_m: FloatArray, force_n: FloatArray) -> float:
         return joint(travel_m[chosen], force_n[chosen]).zero_m
     except DomainError:
         return 0.0
+
+
+def _resolution(travel_m: FloatArray, quantum_m: float, wishes: Wishes) -> float:
+    """Position resolution (29) in m as the steps of the travel show it, beside its noise.
+
+    NaN where neither is seen nor noise stated: such a travel was computed or smoothed, or is short.
+    """
+    return math.nan if not wishes.position_noise_m and is_exact(travel_m) else quantum_m
+
+
+def _about_resolution(conditions: Conditions, wishes: Wishes) -> str:
+    seen_m = conditions.position_resolution_m
+    if math.isnan(seen_m):
+        return (
+            "the travel does not show its resolution, neither by steps nor by noise: K_max (34) is "
+            "not known (--position-noise)"
+        )
+    noise_m = 2.0 * conditions.sources.position_noise_m
+    whose = "the stated" if wishes.position_noise_m else "its"
+    what = f"twice {whose} noise" if noise_m > seen_m else "its least step"
+    return (
+        f"position resolution for K_max (34): {format_quantity(max(seen_m, noise_m), 'm', 2)}, "
+        f"{what}"
+    )
 
 
 def _check_stiffness(curve: Curve, wishes: Wishes) -> None:

@@ -74,6 +74,5 @@ def _without_errors(found: Identification) -> Identification:
         quantities = {kind: without_interval(q) for kind, q in evidence.quantities.items()}
         evidence = replace(evidence, quantities=quantities, headline=quantities["chord"])
         judged = replace(judged, verdict=evidence.headline.verdict, reasons=evidence.headline.why)
-    reachable = replace(judged.identifiability, k_max_n_per_m=math.nan)
-    judged = replace(judged, identifiability=reachable)
+    judged = replace(judged, k_max_n_per_m=math.nan)
     return replace(found, budgets={}, judgement=judged, evidence=evidence)

@@ -270,7 +270,7 @@ def _predicted_table(run: Evaluation) -> Table:
             if each.kind in ("chord", "secant_from_touch")
         ]  # fmt: skip
         if seen is not None:
-            reached = found.judgement.identifiability.k_max_n_per_m
+            reached = found.judgement.k_max_n_per_m
             rows.append(("K_max (34)", stiffness, seen.k_max_n_per_m, reached))
     texts = [(label, show(one), show(other)) for label, show, one, other in rows]
     columns = ("figure", "predicted", "measured")
