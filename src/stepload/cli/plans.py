@@ -52,16 +52,27 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
     }
 
 
+def show_verdict(envelope: Envelope, out: Output, *, details: bool = True) -> None:
+    """A preflight's verdict and reasons as text; without `details` its notes are counted only."""
+    from stepload.results.model import Finding
+
+    notes = sum(reason.severity == "note" for reason in envelope.reasons)
+    noted = notes and not details
+    aside = f" ({notes} {'note' if notes == 1 else 'notes'}: --verbose)" if noted else ""
+    out.line(f"preflight: {envelope.verdict.upper()}{aside}")
+    for reason in envelope.reasons:
+        if details or reason.severity != "note":
+            out.finding(Finding(reason.severity, reason.message, reason.remedy))
+
+
 def show_preflight(envelope: Envelope, out: Output) -> None:
     """A preflight as text: verdict and reasons first, then the figures behind them."""
     from stepload.results import fields
-    from stepload.results.model import Finding, Table, table
+    from stepload.results.model import Table, table
     from stepload.results.run_document import force_budget_table
     from stepload.units import format_quantity as f
 
-    out.line(f"preflight: {envelope.verdict.upper()}")
-    for reason in envelope.reasons:
-        out.finding(Finding(reason.severity, reason.message, reason.remedy))
+    show_verdict(envelope, out)
     theory, found = envelope.theory, envelope.identifiability
     rows = [
         ("elastic limit F_c", f(theory.elastic_limit_n, "N"), theory.limit_equation),

@@ -236,7 +236,7 @@ def _evidence_tables(found: Identification) -> list[Table]:
     total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."
     return [
         table("Stiffness (* headline)", fields.QUANTITY, evidence.quantities.values(),
-              [*notes, *evidence.notes]),
+              [*notes, *evidence.notes], headline=True),
         table("What the headline's interval is made of", fields.LINE,
               [line for line in headline.lines if line.relative > 0.0], [total], page_only=True),
         table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
