@@ -133,6 +133,10 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
     Raises:
         BadInputError: K_s is missing or too much, or there is no pressing in the data.
     """
+    if curve.perhaps_machine and wishes.system_stiffness_n_per_m is not None:
+        curve = replace(
+            curve, position_m=curve.displacement_m, displacement_m=None, perhaps_machine=""
+        )
     _check_stiffness(curve, wishes)
     compensated = curve.displacement_m is not None
     zeroed = _zeroed(curve, keep_zero=compensated)
@@ -172,6 +176,7 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
     notes.append(_about_resolution(conditions, wishes))
     exact = is_exact(travel_m) and is_exact(force_n) and not leftover
     doubts = (
+        *_machine_doubts(curve),
         *_jump_doubts(selected, quantum_m),
         *plausibility(
         selected.deformation_m, force_n, travel_m=whole.travel_m,
@@ -208,6 +213,7 @@ def deformation_curve(curve: Curve) -> Curve:
         )
     zeroed = _zeroed(curve, keep_zero=True)
     loading, notes = _first_loading(zeroed)
+    notes += _machine_doubts(curve)
     whole = zeroed.whole
     travel_m, force_n = whole.travel_m[loading], whole.force_n[loading]
     if zeroed.touch_n > 0.0:
@@ -467,6 +473,14 @@ def _cut(whole: Branch, part: slice) -> Branch:
         whole.force_n[part],
         None if whole.lateral_n is None else whole.lateral_n[part],
     )
+
+
+def _machine_doubts(curve: Curve) -> Iterator[str]:
+    if curve.perhaps_machine:
+        yield (
+            f"the column {curve.perhaps_machine!r} may hold the machine's own deflection: call it "
+            "displacement_m if that is out of it, or give --system-stiffness"
+        )
 
 
 def _jump_doubts(selected: Selected, quantum_m: float) -> Iterator[str]:

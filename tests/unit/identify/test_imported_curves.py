@@ -158,6 +158,30 @@ def test_a_glitch_is_dropped_counted_and_told(
     assert found.headline.verdict is clean.headline.verdict
 
 
+@pytest.mark.parametrize("name", ["Displacement [mm]", "Compression (mm)", "disp_mm"])
+def test_a_displacement_of_a_testing_machine_is_doubted(
+    identified: Callable[..., Found], name: str
+) -> None:
+    """It may be its crosshead's, and all of the machine's compliance is in it."""
+    rng = np.random.default_rng(4)
+    up = np.linspace(0.0, 300.0, 400)
+    force = np.concatenate([up, up[::-1]])
+    position = 1e3 * ((force / K) ** (1 / N) + force / KS + rng.normal(0, 5e-8, force.size))
+    noisy = force + rng.normal(0, 0.3, force.size)
+    found, _ = identified(**{name: position, "force_n": noisy})
+    assert found.judgement.verdict != "identified"
+    assert any("the machine's own deflection" in why for why in found.judgement.reasons)
+    found, _ = identified(RIG, **{name: position, "force_n": noisy})
+    assert found.headline is not None
+    assert found.headline.verdict == "identified"
+    low, high = found.headline.interval_n_per_m
+    ends = np.array([found.headline.from_n, found.headline.to_n])
+    assert low < np.diff(ends)[0] / np.diff((ends / K) ** (1 / N))[0] < high
+    for own in ("displacement_mm", "Depth [mm]"):
+        found, _ = identified(**{own: position, "force_n": noisy})
+        assert not any("own deflection" in why for why in found.judgement.reasons)
+
+
 def test_a_glitch_in_the_run_of_a_system(tmp_path: Path) -> None:
     force = np.concatenate([course(), course()[::-1]])
     position = force / KS + np.random.default_rng(3).normal(0, 5e-8, force.size)
