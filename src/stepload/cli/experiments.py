@@ -195,7 +195,7 @@ def identify(
 ) -> None:
     """Identify the contact law from a record or a CSV file; nothing is moved or changed."""
     from stepload.results.data import identification_data, system_data
-    from stepload.results.from_file import identify_file, system_of_file
+    from stepload.results.from_file import results_of_file, system_of_file
     from stepload.results.run_document import identification_document, system_document
     from stepload.results.wishes import Wishes, wishes_of_payload
     from stepload.units import parse_quantity
@@ -221,9 +221,9 @@ def identify(
         out.show(system_document(fit))
         out.result(system_data(fit))
     elif kind == "payload":
-        found, notes = identify_file(file, wishes)
-        out.show(identification_document(found, notes))
-        out.result(identification_data(found) | {"notes": notes})
+        told = results_of_file(file, wishes)
+        out.show(identification_document(*told))
+        out.result(identification_data(told.found) | {"notes": told.notes})
     else:
         raise BadInputError(f"--kind {kind!r}", hint="payload or system")
 

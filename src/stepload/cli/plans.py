@@ -99,12 +99,13 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
 
 def _counted_rows(counted: CountedLimit) -> list[tuple[str, str, str]]:
     """How well F_c is known and what of it is counted on."""
+    from stepload.envelope.limit_reasons import risk
     from stepload.units import format_quantity as f
 
     if counted.sigma_ln == 0.0:
         return []
     most = max(counted.sources, key=lambda source: source.sigma_ln)
-    end = f"k = {counted.coverage:g}: lower still with a probability of {counted.probability:.2g}"
+    end = f"k = {counted.coverage:g}: lower still with a probability of {risk(counted)}"
     return [
         (
             "  standard uncertainty of ln F_c",
@@ -132,10 +133,18 @@ def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = Fal
     from stepload.envelope.envelope import envelope_of
     from stepload.envelope.reason import PlanVerdict
     from stepload.plan.load import load_plan
+    from stepload.results.model import Finding
+    from stepload.session.experiment import simulated_devices
 
     out = Output(as_json=as_json)
     envelope = envelope_of(load_plan(plan, payload=payload))
     show_preflight(envelope, out)
+    named = simulated_devices(envelope.plan)
+    if named and envelope.verdict is not PlanVerdict.REFUSED:
+        simulated = (
+            f"{', '.join(named)}: simulated devices, so `run` takes this plan with --dry-run only"
+        )
+        out.finding(Finding("note", simulated, "name the drivers of your devices to press"))
     refused = envelope.verdict is PlanVerdict.REFUSED
     limits = None if refused else envelope.limits
     if limits is not None:

@@ -17,7 +17,7 @@ from stepload.record.outcome import RunOutcome, RunStatus
 from stepload.record.reader import Recording
 from stepload.results import fields
 from stepload.results.analyse import Evaluation, beyond_theory
-from stepload.results.extras import extras_tables
+from stepload.results.extras import Extras, extras_tables
 from stepload.results.model import (
     Card,
     Document,
@@ -43,13 +43,26 @@ MOOD: dict[ResultVerdict, Mood] = {
 }
 
 
-def identification_document(found: Identification, notes: Sequence[str] = ()) -> Document:
-    """An identification from a file; `notes` say what had to be assumed."""
+def identification_document(
+    found: Identification,
+    notes: Sequence[str] = (),
+    run_in: RunIn | None = None,
+    extras: Extras | None = None,
+) -> Document:
+    """An identification from a file; `notes` say what had to be assumed.
+
+    `run_in` and `extras` are what a record of ours says beside the law, as a run's report does.
+    """
+    tables = _identification_tables(found)
+    if run_in is not None:
+        tables.append(_run_in_table(run_in))
+    if extras is not None:
+        tables += extras_tables(extras)
     return Document(
         title="Identification",
         verdict=_identified(found),
         reasons=(*found.judgement.reasons, *(f"note: {note}" for note in notes)),
-        tables=_identification_tables(found),
+        tables=tables,
     )
 
 

@@ -81,8 +81,10 @@ class Output:
             self.line(f"        -> {found.remedy}", hang=" " * 11)
 
     def tables(self, *tables: Table) -> None:
-        """Tables for people with their notes."""
+        """Tables for people with their notes; one without rows is none."""
         for each in tables:
+            if not each.rows:
+                continue
             self.table(each.title, each.columns, each.rows)
             if each.notes:
                 self.line("\n".join((*each.notes, "")))
