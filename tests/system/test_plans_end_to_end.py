@@ -21,6 +21,7 @@ from stepload.record.reader import read_recording
 from stepload.run.first_loading import true_chord, true_secant
 from stepload.run.rehearse import payload_truth
 from stepload.session import experiment
+from stepload.units import format_quantity
 
 PROCEDURES = ROOT / "procedures"
 UNSAFE, UNIDENTIFIABLE = "top_force_above_safe_limit", "unidentifiable"
@@ -210,6 +211,38 @@ def test_identify_says_the_same_as_the_run(
     assert later.code == 0
     for key in ("believe", "fits", "headline", "quantities", "gates", "verdict", "reasons"):
         assert later.data[key] == at_once[key]
+
+
+def told(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    """What a person reads of one `stepload` command in this process."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", ["stepload", *map(str, arguments)])
+        with pytest.raises(SystemExit):
+            main()
+    return capsys.readouterr().out
+
+
+def test_identify_shows_what_the_record_says_beside_the_law(
+    cycles_run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    at_once = json.loads((cycles_run / "results.json").read_text())
+    text = told(capsys, "identify", cycles_run)
+    for words in ("Cycles", "Cycle 1 is the virgin", "relaxation in the holds", "loss per cycle"):
+        assert words in text
+    cycles = [
+        format_quantity(each["secant_n_per_m"], "N/m") for each in at_once["run_in"]["cycles"]
+    ]
+    shown = text[text.index("Cycles") :]
+    assert all(secant in shown for secant in cycles)
+    assert text.index("loss per cycle") < text.index("IDENTIFIED:") < text.index("chord *")
+
+
+def test_preflight_says_that_a_simulated_rig_is_for_rehearsals(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    text = told(capsys, "preflight", PROCEDURES / "plastic-sphere.yaml")
+    assert "rig.arm, rig.force: simulated devices" in text
+    assert "--dry-run only" in text
 
 
 def test_replay_does_not_trip(cycles_run: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -50,13 +50,19 @@ def exit_code(finished: Finished) -> ExitCode:
     return ExitCode.BUG if finished.problems else ExitCode.OK
 
 
-def _show_run(finished: Finished, out: Output) -> None:
+Verbose = Annotated[
+    bool,
+    typer.Option("--verbose", help="All tables, of preflight and result; the report has them too."),
+]
+
+
+def _show_run(finished: Finished, out: Output, *, details: bool) -> None:
     for error in finished.outcome.errors:
         out.line(f"error on the way: {error}")
     for problem in finished.problems:
         out.line(f"error: {problem}")
     if finished.document is not None:
-        out.show(finished.document)
+        out.show(finished.document, details=details)
     else:
         out.line(f"{finished.outcome.why}\nno result")
     if (report := finished.directory / "report.html").exists():
@@ -73,11 +79,12 @@ def press(
     out: Path | None,
     seed: int | None,
     quiet: bool,
+    verbose: bool = False,
     resume: Path | None = None,
 ) -> Finished:
     """Run a plan with its preflight, progress and result shown; `operator` listens already."""
     from stepload.cli.keys import keys
-    from stepload.cli.plans import show_preflight
+    from stepload.cli.plans import show_preflight, show_verdict
     from stepload.cli.progress import progress
     from stepload.envelope.reason import PlanVerdict
     from stepload.session.experiment import run_plan
@@ -86,7 +93,10 @@ def press(
     if envelope.verdict is not PlanVerdict.REFUSED:
         for repaired in repair_all(out or envelope.plan.record.directory):
             output.line(repaired.line)
-        show_preflight(envelope, output)
+        if verbose:
+            show_preflight(envelope, output)
+        else:
+            show_verdict(envelope, output, details=False)
     with keys(operator), progress(quiet=quiet) as show:
         finished = run_plan(
             envelope,
@@ -97,7 +107,7 @@ def press(
             operator=operator,
             on_progress=show,
         )
-    _show_run(finished, output)
+    _show_run(finished, output, details=verbose)
     return finished
 
 
@@ -109,6 +119,7 @@ def run(
     seed: Seed = None,
     resume: ResumeDirectory = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
     """Run a plan: preflight, press, record, identify, report.
@@ -124,7 +135,7 @@ def run(
     with operator.listening():
         finished = press(
             envelope, operator, output,
-            dry_run=dry_run, out=out, seed=seed, resume=resume, quiet=quiet,
+            dry_run=dry_run, out=out, seed=seed, resume=resume, quiet=quiet, verbose=verbose,
         )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})
     raise typer.Exit(exit_code(finished))
@@ -192,7 +203,7 @@ def identify(
 ) -> None:
     """Identify the contact law from a record or a CSV file; nothing is moved or changed."""
     from stepload.results.data import identification_data, system_data
-    from stepload.results.from_file import identify_file, system_of_file
+    from stepload.results.from_file import results_of_file, system_of_file
     from stepload.results.run_document import identification_document, system_document
     from stepload.results.wishes import Wishes, laws_of, wishes_of_payload
     from stepload.units import parse_quantity
@@ -220,9 +231,9 @@ def identify(
         out.show(system_document(fit))
         out.result(system_data(fit))
     elif kind == "payload":
-        found, notes = identify_file(file, wishes)
-        out.show(identification_document(found, notes))
-        out.result(identification_data(found) | {"notes": notes})
+        told = results_of_file(file, wishes)
+        out.show(identification_document(*told))
+        out.result(identification_data(told.found) | {"notes": told.notes})
     else:
         raise BadInputError(f"--kind {kind!r}", hint="payload or system")
 

@@ -52,16 +52,27 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
     }
 
 
+def show_verdict(envelope: Envelope, out: Output, *, details: bool = True) -> None:
+    """A preflight's verdict and reasons as text; without `details` its notes are counted only."""
+    from stepload.results.model import Finding
+
+    notes = sum(reason.severity == "note" for reason in envelope.reasons)
+    noted = notes and not details
+    aside = f" ({notes} {'note' if notes == 1 else 'notes'}: --verbose)" if noted else ""
+    out.line(f"preflight: {envelope.verdict.upper()}{aside}")
+    for reason in envelope.reasons:
+        if details or reason.severity != "note":
+            out.finding(Finding(reason.severity, reason.message, reason.remedy))
+
+
 def show_preflight(envelope: Envelope, out: Output) -> None:
     """A preflight as text: verdict and reasons first, then the figures behind them."""
     from stepload.results import fields
-    from stepload.results.model import Finding, Table, table
+    from stepload.results.model import Table, table
     from stepload.results.run_document import force_budget_table
     from stepload.units import format_quantity as f
 
-    out.line(f"preflight: {envelope.verdict.upper()}")
-    for reason in envelope.reasons:
-        out.finding(Finding(reason.severity, reason.message, reason.remedy))
+    show_verdict(envelope, out)
     theory, found = envelope.theory, envelope.identifiability
     rows = [
         ("elastic limit F_c", f(theory.elastic_limit_n, "N"), theory.limit_equation),
@@ -88,12 +99,13 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
 
 def _counted_rows(counted: CountedLimit) -> list[tuple[str, str, str]]:
     """How well F_c is known and what of it is counted on."""
+    from stepload.envelope.limit_reasons import risk
     from stepload.units import format_quantity as f
 
     if counted.sigma_ln == 0.0:
         return []
     most = max(counted.sources, key=lambda source: source.sigma_ln)
-    end = f"k = {counted.coverage:g}: lower still with a probability of {counted.probability:.2g}"
+    end = f"k = {counted.coverage:g}: lower still with a probability of {risk(counted)}"
     return [
         (
             "  standard uncertainty of ln F_c",
@@ -121,10 +133,18 @@ def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = Fal
     from stepload.envelope.envelope import envelope_of
     from stepload.envelope.reason import PlanVerdict
     from stepload.plan.load import load_plan
+    from stepload.results.model import Finding
+    from stepload.session.experiment import simulated_devices
 
     out = Output(as_json=as_json)
     envelope = envelope_of(load_plan(plan, payload=payload))
     show_preflight(envelope, out)
+    named = simulated_devices(envelope.plan)
+    if named and envelope.verdict is not PlanVerdict.REFUSED:
+        simulated = (
+            f"{', '.join(named)}: simulated devices, so `run` takes this plan with --dry-run only"
+        )
+        out.finding(Finding("note", simulated, "name the drivers of your devices to press"))
     refused = envelope.verdict is PlanVerdict.REFUSED
     limits = None if refused else envelope.limits
     if limits is not None:

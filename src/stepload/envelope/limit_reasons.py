@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from statistics import NormalDist
 
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import CountedLimit, Theory
 from stepload.units import format_quantity
+
+
+def risk(counted: CountedLimit) -> str:
+    """The probability that the limit is lower than what is counted on, and whose it is.
+
+    Of several bodies that may yield first it is the sum, which `limit_coverage` says of one alone.
+    """
+    alone = NormalDist().cdf(-counted.coverage)
+    if counted.probability <= 1.01 * alone:
+        return f"{counted.probability:.2g}"
+    return f"{counted.probability:.2g} (of both bodies together; {alone:.2g} of one alone)"
 
 
 def counted_on(counted: CountedLimit) -> str:
@@ -18,7 +30,7 @@ def counted_on(counted: CountedLimit) -> str:
         f"{value}, is known to {counted.sigma_ln:.1%} (standard uncertainty of ln F_c):"
         f" its lower end at {counted.coverage:g} standard uncertainties counts,"
         f" {format_quantity(counted.lower_n, 'N')}; the payload yields below that with a"
-        f" probability of {counted.probability:.2g}"
+        f" probability of {risk(counted)}"
     )
 
 

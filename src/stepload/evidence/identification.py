@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stepload.errors import BadInputError, DomainError
 from stepload.evidence.answer import Evidence, weigh
+from stepload.evidence.loops import LEAST_STRETCHES
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
 from stepload.identify.budget import Budget, budget
@@ -31,7 +32,8 @@ FloatArray = NDArray[np.float64]
 REPORTED = ("rs_btls", "rs_rtls", "joint")
 """Always reported: the paper's two fits and the one with a fitted zero."""
 BUDGETED = (*REPORTED, "odr", "inverse_ls")
-LEAST_SAMPLES = 10
+LEAST_SAMPLES = LEAST_STRETCHES
+"""Points of a loading in contact: fewer have no local stiffness."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,8 +134,9 @@ def identify(selected: Selected, conditions: Conditions, run: Pressed) -> Identi
     pressing = int((selected.force_n > 0.0).sum())
     if pressing < LEAST_SAMPLES:
         raise BadInputError(
-            f"{pressing} samples with positive force; at least {LEAST_SAMPLES} are needed",
-            hint="check the sign of the force: pressing is positive",
+            f"too few points: the loading has {pressing} with a force above 0, at least "
+            f"{LEAST_SAMPLES} are needed",
+            hint="record more points on the way up; pressing is positive",
         )
     peak_n = float(selected.force_n.max())
     sigma_m, sigma_n = white_sigmas(
@@ -177,27 +180,31 @@ def _judged(
     evidence: Evidence | None, problem: str, conditions: Conditions, peak_n: float
 ) -> Judgement:
     """The headline's verdict, and how far the rig was stretched by (34)."""
-    sources = conditions.sources
-    reachable = identifiability(
-        peak_n,
-        max(conditions.position_resolution_m, 2.0 * sources.position_noise_m),
-        sources.system_stiffness_n_per_m,
-        p=conditions.p,
-        s=conditions.s,
-        t=conditions.t,
-    )
+    sources, k_max, reach = conditions.sources, math.nan, []
+    resolution_m = conditions.position_resolution_m
+    if not math.isnan(resolution_m):
+        resolution_m = max(resolution_m, 2.0 * sources.position_noise_m)
+        k_max = identifiability(
+            peak_n,
+            resolution_m,
+            sources.system_stiffness_n_per_m,
+            p=conditions.p,
+            s=conditions.s,
+            t=conditions.t,
+        ).k_max_n_per_m
     if evidence is None:
-        return Judgement(ResultVerdict.NOT_IDENTIFIABLE, (problem,), reachable)
+        return Judgement(ResultVerdict.NOT_IDENTIFIABLE, (problem,), k_max)
     headline = evidence.headline
-    k_max = reachable.k_max_n_per_m
-    share = headline.value_n_per_m / k_max
-    ratio = (
-        f"chord stiffness {format_quantity(headline.value_n_per_m, 'N/m')} is {share:.2g} of K_max "
-        f"{format_quantity(k_max, 'N/m')} with the measured peak force and noise (34)"
-    )
+    if not math.isnan(k_max):
+        share = headline.value_n_per_m / k_max
+        reach.append(
+            f"chord stiffness {format_quantity(headline.value_n_per_m, 'N/m')} is {share:.2g} of "
+            f"K_max {format_quantity(k_max, 'N/m')} (34), for the measured peak force and a "
+            f"position resolution of {format_quantity(resolution_m, 'm', 2)}"
+        )
     interval = (
         f"the 95 % interval is ±{headline.half_width:.1%} of the chord stiffness, asked for is "
         f"±{1.0 / conditions.t:.0%} (1/t)"
     )
     against = [why for why in headline.why if not why.startswith("the 95 % interval")]
-    return Judgement(headline.verdict, (*against, interval, ratio), reachable)
+    return Judgement(headline.verdict, (*against, interval, *reach), k_max)

@@ -20,7 +20,7 @@ class Conditions:
             payload's deformation already.
         secant_force_n: force the secants are taken at.
         touch_force_n: the contact threshold that found the zero; 0 where the zero is given.
-        position_resolution_m: δ_Δ for (34).
+        position_resolution_m: δ_Δ for (34); NaN where it is neither stated nor seen.
         elastic_limit_n: F_c, None where it is not known.
         roughness_m: σ_eq, None where the payload is smooth or not known.
         rough_length_m: 1.22 σ κ^-0.16 of the surface (11); 0 where it was declared smooth, None

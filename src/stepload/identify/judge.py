@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from stepload.identify.identifiability import Identifiability
-
 
 class ResultVerdict(StrEnum):
     """What the data have shown about the payload."""
@@ -18,8 +16,12 @@ class ResultVerdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """What the data are good for, and why."""
+    """What the data are good for, and why.
+
+    `k_max_n_per_m` is (34) in N/m with the force that was reached; NaN where the position
+    resolution is neither stated nor seen in the data.
+    """
 
     verdict: ResultVerdict
     reasons: tuple[str, ...]
-    identifiability: Identifiability
+    k_max_n_per_m: float

@@ -85,6 +85,17 @@ class Header:
     width: int
 
 
+def may_be_machine(column: Column) -> bool:
+    """Whether a column of displacement may hold the machine's own deflection as well.
+
+    Testing machines call their crosshead's travel so; depth, indentation and deformation are the
+    payload's, and so is our own name with any unit.
+    """
+    if column.role != "displacement_m" or re.fullmatch(r"displacement_\w+", column.name):
+        return False
+    return bool({"displacement", "disp", "compression"} & set(_words(column.name)))
+
+
 class HeaderError(Exception):
     """A line that is no header; `known` says how much of one it looks like."""
 

@@ -18,6 +18,7 @@ from stepload.record.curve_header import (
     Header,
     HeaderError,
     delimiter_of,
+    may_be_machine,
     parse_header,
     split,
 )
@@ -44,6 +45,8 @@ class Curve:
         force_n: force.
         lateral_n: (C, N) components of the lateral force; None where the file has none.
         notes: what was skipped, dropped and converted, in sentences.
+        perhaps_machine: name of the column of displacement where it may hold the deflection of the
+            machine as well; "" where it says that it does not.
     """
 
     time_s: FloatArray | None
@@ -52,6 +55,7 @@ class Curve:
     force_n: FloatArray
     lateral_n: FloatArray | None = None
     notes: tuple[str, ...] = ()
+    perhaps_machine: str = ""
 
 
 def _fail(path: Path, line: int, column: int, message: str, hint: str = HINT) -> NoReturn:
@@ -199,6 +203,7 @@ def _curve(path: Path, head: _Head, table: Table) -> Curve:
         force_n=found["force_n"][0],
         lateral_n=np.stack(found[LATERAL]) if LATERAL in found else None,
         notes=tuple(_notes(head, table)),
+        perhaps_machine=next((c.name[:60] for c in head.header.columns if may_be_machine(c)), ""),
     )
 
 

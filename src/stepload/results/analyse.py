@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +19,7 @@ from stepload.identify.selection import compensated, select
 from stepload.identify.system import SeriesContact, SystemStiffnessFit, fit_system_stiffness
 from stepload.plan.model import Plan
 from stepload.record.outcome import RunOutcome
-from stepload.record.reader import Recording
+from stepload.record.reader import Event, Recording
 from stepload.results.conditions import measured, planned
 from stepload.results.extras import Extras, extras_of
 from stepload.results.press_data import LOADING, UNLOADING, PressData, number, press_data
@@ -108,7 +109,7 @@ def pieces(data: PressData) -> NDArray[np.intp]:
     return np.asarray(data.cycle * (len(data.touches) + 1) + data.contact, dtype=np.intp)
 
 
-def whole_cycles(plan: Plan, recording: Recording) -> list[int]:
+def whole_cycles(events: Sequence[Event], levels: int) -> list[int]:
     """Cycles of which every level was held on the way up, and the lowest on the way down.
 
     A pause on the way down cuts a cycle short, a run that ended early its last one, and a run that
@@ -116,30 +117,57 @@ def whole_cycles(plan: Plan, recording: Recording) -> list[int]:
     """
     up: dict[int, set[int]] = {}
     down = set()
-    for event in recording.events:
+    for event in events:
         if event.kind == "held":
             cycle, step = int(number(event, "cycle")), int(number(event, "step"))
             if event.data.get("loading"):
                 up.setdefault(cycle, set()).add(step)
             elif step <= 1:
                 down.add(cycle)
-    every = set(range(1, len(plan.procedure.levels_n) + 1))
+    every = set(range(1, levels + 1))
     return sorted(cycle for cycle, steps in up.items() if cycle in down and every <= steps)
 
 
 def _cycles(
     plan: Plan, recording: Recording, data: PressData, found: Identification
 ) -> RunIn | None:
-    """What the whole cycles say.
+    """What the whole cycles of a plan say; see `cycles_of_run`."""
+    procedure = plan.procedure
+    if not procedure.unload:
+        return None
+    return cycles_of_run(
+        data, found,
+        whole=whole_cycles(recording.events, len(procedure.levels_n)),
+        cycles=procedure.cycles, lift_off=procedure.lift_off,
+        touched_before=recording.metadata.get("touched_before") == "true",
+    )  # fmt: skip
+
+
+def cycles_of_run(
+    data: PressData,
+    found: Identification,
+    *,
+    whole: Sequence[int],
+    cycles: int,
+    lift_off: bool,
+    touched_before: bool,
+) -> RunIn | None:
+    """What the whole cycles say; None where one was meant to be, or two were and none is whole.
+
+    Args:
+        data: of the run.
+        found: its identification: the deflection to take out, the force of the secants.
+        whole: numbers of the whole cycles.
+        cycles: how many were meant to be.
+        lift_off: whether the contact was to be parted between them.
+        touched_before: whether an earlier part of this run has touched the payload.
 
     Raises:
         BadInputError: what the cycles are to be compared with is missing.
     """
-    if not plan.procedure.unload or plan.procedure.cycles < 2:
+    if cycles < 2:
         return None
-    whole = whole_cycles(plan, recording)
-    touched_before = recording.metadata.get("touched_before") == "true"
-    if not whole and plan.procedure.cycles < STEADY_CYCLES:
+    if not whole and cycles < STEADY_CYCLES:
         return None  # no run-in was asked for; what the cycles cannot show is told apart from it
     if not whole or (whole[0] != 1 and not touched_before):
         raise BadInputError(
@@ -148,7 +176,7 @@ def _cycles(
             else "no run-in: no cycle of this record was pressed and unloaded to its last step"
         )
     opened = touched_before or any(touch.purpose == "resume" for touch in data.touches)
-    if not plan.procedure.lift_off and opened:
+    if not lift_off and opened:
         raise BadInputError(
             "no run-in: a pause or an interruption opened the contact, which was to stay closed"
         )
@@ -173,7 +201,7 @@ def _cycles(
         force_n,
         data.cycle[mask],
         secant_force_n=found.conditions.secant_force_n,
-        lift_off=plan.procedure.lift_off,
+        lift_off=lift_off,
         virgin=not touched_before,
         secant_sigma=noise_m / max(float(np.ptp(deformation_m)), noise_m),
         touch_m=touch_m,

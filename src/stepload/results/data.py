@@ -38,7 +38,7 @@ def identification_data(found: Identification) -> dict[str, Any]:
         "interval_secant_n_per_m": stated.interval_secant_n_per_m if stated else None,
         "budget": [data(fields.BUDGET_LINE, line) for line in (stated.lines if stated else ())],
         "peak_force_n": found.peak_force_n,
-        "k_max_n_per_m": found.judgement.identifiability.k_max_n_per_m,
+        "k_max_n_per_m": found.judgement.k_max_n_per_m,
         "verdict": found.judgement.verdict,
         "reasons": found.judgement.reasons,
         "laws_chosen": found.conditions.laws,

@@ -22,7 +22,7 @@ from stepload.identify.hunt_crossley import HuntCrossley, hunt_crossley
 from stepload.identify.loss import CycleLoss, Loss, loss
 from stepload.identify.missing import Missing
 from stepload.identify.relaxation import HoldChange, HoldSamples, Relaxation, relaxation
-from stepload.identify.selection import payload_deformation
+from stepload.identify.selection import compensated
 from stepload.identify.unloading import OPINION, Unloading, unloading
 from stepload.record.rows import Phase
 from stepload.results.model import NOTHING, Field, Table, interval, named, number, quantity, table
@@ -58,11 +58,12 @@ def extras_of(data: PressData, found: Identification, geometry: Geometry | None 
         found: its identification: the law, K_s and the uncertainty sources.
         geometry: of the payload where it is known; a sphere on a flat plate gives a modulus.
     """
-    stiffness = found.conditions.sources.system_stiffness_n_per_m
-    deformation_m = (
-        data.travel_m
-        if stiffness is None
-        else payload_deformation(data.travel_m, data.force_n, stiffness)
+    conditions = found.conditions
+    deformation_m = compensated(
+        data.travel_m,
+        data.force_n,
+        system_stiffness_n_per_m=conditions.sources.system_stiffness_n_per_m,
+        deflection=conditions.deflection(),
     )
     return Extras(
         relaxation=_told(lambda: _relaxation(data, deformation_m, found)),

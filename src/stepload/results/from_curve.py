@@ -31,6 +31,7 @@ from stepload.identify.sampling import uniform_in_force
 from stepload.identify.selection import Selected, select
 from stepload.identify.sources import Sources
 from stepload.record.curves import Curve
+from stepload.results.curve_glitches import without_glitches
 from stepload.results.wishes import Wishes
 from stepload.units import format_quantity
 
@@ -133,6 +134,10 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
     Raises:
         BadInputError: K_s is missing or too much, or there is no pressing in the data.
     """
+    if curve.perhaps_machine and wishes.system_stiffness_n_per_m is not None:
+        curve = replace(
+            curve, position_m=curve.displacement_m, displacement_m=None, perhaps_machine=""
+        )
     _check_stiffness(curve, wishes)
     compensated = curve.displacement_m is not None
     zeroed = _zeroed(curve, keep_zero=compensated)
@@ -149,7 +154,6 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
         if not wishes.secant_force_n:
             notes.append(f"secant at the peak force of {format_quantity(secant_n, 'N', 4)}")
     quantum_m, quantum_n = quantum(whole.travel_m), quantum(whole.force_n)
-    span_m = float(np.ptp(travel_m))
     conditions = wishes.applied(
         Conditions(
             sources=Sources(
@@ -161,7 +165,7 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
             ),
             secant_force_n=secant_n,
             touch_force_n=zeroed.touch_n,
-            position_resolution_m=max(quantum_m, 1e-9 * span_m, math.ulp(0.0)),
+            position_resolution_m=_resolution(travel_m, quantum_m, wishes),
         )
     )
     time_s = None if whole.time_s is None else whole.time_s[loading]
@@ -171,8 +175,10 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
         _check_what_is_left(selected, travel_m, force_n, stiffness)
     conditions, note, leftover = _with_leftover(selected, conditions, zeroed.noise_m, wishes)
     notes += note
+    notes.append(_about_resolution(conditions, wishes))
     exact = is_exact(travel_m) and is_exact(force_n) and not leftover
     doubts = (
+        *_machine_doubts(curve),
         *_jump_doubts(selected, quantum_m),
         *plausibility(
         selected.deformation_m, force_n, travel_m=whole.travel_m,
@@ -209,6 +215,7 @@ def deformation_curve(curve: Curve) -> Curve:
         )
     zeroed = _zeroed(curve, keep_zero=True)
     loading, notes = _first_loading(zeroed)
+    notes += _machine_doubts(curve)
     whole = zeroed.whole
     travel_m, force_n = whole.travel_m[loading], whole.force_n[loading]
     if zeroed.touch_n > 0.0:
@@ -240,6 +247,30 @@ def _fitted_zero(travel_m: FloatArray, force_n: FloatArray) -> float:
         return joint(travel_m[chosen], force_n[chosen]).zero_m
     except DomainError:
         return 0.0
+
+
+def _resolution(travel_m: FloatArray, quantum_m: float, wishes: Wishes) -> float:
+    """Position resolution (29) in m as the steps of the travel show it, beside its noise.
+
+    NaN where neither is seen nor noise stated: such a travel was computed or smoothed, or is short.
+    """
+    return math.nan if not wishes.position_noise_m and is_exact(travel_m) else quantum_m
+
+
+def _about_resolution(conditions: Conditions, wishes: Wishes) -> str:
+    seen_m = conditions.position_resolution_m
+    if math.isnan(seen_m):
+        return (
+            "the travel does not show its resolution, neither by steps nor by noise: K_max (34) is "
+            "not known (--position-noise)"
+        )
+    noise_m = 2.0 * conditions.sources.position_noise_m
+    whose = "the stated" if wishes.position_noise_m else "its"
+    what = f"twice {whose} noise" if noise_m > seen_m else "its least step"
+    return (
+        f"position resolution for K_max (34): {format_quantity(max(seen_m, noise_m), 'm', 2)}, "
+        f"{what}"
+    )
 
 
 def _check_stiffness(curve: Curve, wishes: Wishes) -> None:
@@ -281,9 +312,9 @@ def _check_what_is_left(
 def _zeroed(curve: Curve, *, keep_zero: bool) -> _Zeroed:
     """Turn, tare and zero. `keep_zero`: a zero that the file states stays where data begin in
     contact."""
+    curve, notes = without_glitches(curve)
     given = curve.displacement_m if curve.displacement_m is not None else curve.position_m
     assert given is not None
-    notes = []
     turn = signs(given, curve.force_n)
     travel_m, force_n = turn.travel * given, turn.force * curve.force_n
     if turn.force < 0.0:
@@ -444,6 +475,14 @@ def _cut(whole: Branch, part: slice) -> Branch:
         whole.force_n[part],
         None if whole.lateral_n is None else whole.lateral_n[part],
     )
+
+
+def _machine_doubts(curve: Curve) -> Iterator[str]:
+    if curve.perhaps_machine:
+        yield (
+            f"the column {curve.perhaps_machine!r} may hold the machine's own deflection: call it "
+            "displacement_m if that is out of it, or give --system-stiffness"
+        )
 
 
 def _jump_doubts(selected: Selected, quantum_m: float) -> Iterator[str]:

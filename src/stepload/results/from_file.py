@@ -5,23 +5,42 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from stepload.errors import BadInputError
 from stepload.evidence.identification import Identification, identify
 from stepload.evidence.quantity import without_interval
 from stepload.identify.curve_parts import quantum
+from stepload.identify.runin import RunIn
 from stepload.identify.system import SystemStiffnessFit, fit_system_stiffness
 from stepload.record.curves import Curve, read_curve
 from stepload.record.untrusted import untrusted
-from stepload.results.analyse import identify_payload, identify_system
+from stepload.results.analyse import (
+    cycles_of_run,
+    identify_payload,
+    identify_system,
+    whole_cycles,
+)
+from stepload.results.extras import Extras, extras_of
 from stepload.results.from_curve import prepare, pressed_system
+from stepload.results.press_data import number
 from stepload.results.pressed import pressed_curve
-from stepload.results.saved import saved_run
+from stepload.results.saved import SavedRun, saved_run
 from stepload.results.wishes import Wishes
 
 
 def _is_record(path: Path) -> bool:
     return path.is_dir() or path.suffix.lower() in (".mcap", ".part")
+
+
+class FromFile(NamedTuple):
+    """What a file says: the identification, what had to be assumed, and of a record of ours its
+    cycles and what it says beside the law."""
+
+    found: Identification
+    notes: tuple[str, ...]
+    run_in: RunIn | None = None
+    extras: Extras | None = None
 
 
 def identify_file(path: Path, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
@@ -33,9 +52,42 @@ def identify_file(path: Path, wishes: Wishes) -> tuple[Identification, tuple[str
     with untrusted(path):
         if not _is_record(path):
             return _identify_curve(read_curve(path), wishes)
+        return _identify_record(saved_run(path), wishes)
+
+
+def results_of_file(path: Path, wishes: Wishes) -> FromFile:
+    """The same with all that a record of ours says beside the law.
+
+    Raises:
+        BadInputError: the file is not what it should be, or has nothing to identify.
+    """
+    if not _is_record(path):
+        return FromFile(*identify_file(path, wishes))
+    with untrusted(path):
         run = saved_run(path)
-        notes = ("the record is partial",) if run.partial else ()
-        return identify_payload(run.data, wishes.applied(run.conditions)), notes
+        found, notes = _identify_record(run, wishes)
+        try:
+            run_in = _cycles(run, found)
+        except BadInputError as error:
+            run_in, notes = None, (*notes, error.message)
+        return FromFile(found, notes, run_in, extras_of(run.data, found))
+
+
+def _identify_record(run: SavedRun, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
+    notes = ("the record is partial",) if run.partial else ()
+    return identify_payload(run.data, wishes.applied(run.conditions)), notes
+
+
+def _cycles(run: SavedRun, found: Identification) -> RunIn | None:
+    """The whole cycles, as far as the record itself tells what they were to be."""
+    levels = [int(number(event, "step")) for event in run.events if event.kind == "held"]
+    return cycles_of_run(
+        run.data, found,
+        whole=whole_cycles(run.events, max(levels, default=0)),
+        cycles=int(run.data.cycle.max()),
+        lift_off=any(touch.purpose == "cycle" for touch in run.data.touches),
+        touched_before=run.metadata.get("touched_before") == "true",
+    )  # fmt: skip
 
 
 def system_of_file(path: Path) -> SystemStiffnessFit:
@@ -54,10 +106,11 @@ def system_of_file(path: Path) -> SystemStiffnessFit:
                 f"{path}: system stiffness needs the columns time_s, position_m, force_n"
             )
         pressed = pressed_system(curve)
-        resolution_m = quantum(pressed.travel_m)
+        assert pressed.time_s is not None
         return fit_system_stiffness(
-            curve.time_s, pressed.travel_m, pressed.force_n, resolution_m=resolution_m
-        )
+            pressed.time_s, pressed.travel_m, pressed.force_n,
+            resolution_m=quantum(pressed.travel_m),
+        )  # fmt: skip
 
 
 def _identify_curve(curve: Curve, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
@@ -73,6 +126,5 @@ def _without_errors(found: Identification) -> Identification:
         quantities = {kind: without_interval(q) for kind, q in evidence.quantities.items()}
         evidence = replace(evidence, quantities=quantities, headline=quantities["chord"])
         judged = replace(judged, verdict=evidence.headline.verdict, reasons=evidence.headline.why)
-    reachable = replace(judged.identifiability, k_max_n_per_m=math.nan)
-    judged = replace(judged, identifiability=reachable)
+    judged = replace(judged, k_max_n_per_m=math.nan)
     return replace(found, budgets={}, judgement=judged, evidence=evidence)

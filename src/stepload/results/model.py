@@ -75,8 +75,13 @@ def number(form: str) -> Show:
 
 
 def interval(unit: str) -> Show:
-    """Shows two numbers of one SI unit as an interval."""
-    return lambda ends: f"[{', '.join(format_quantity(end, unit) for end in ends)}]"
+    """Shows two numbers of one SI unit as an interval; the unit once where both have the same."""
+
+    def show(ends: Sequence[float]) -> str:
+        (low, _, of), (high, _, other) = (format_quantity(end, unit).partition(" ") for end in ends)
+        return f"[{low}, {high}] {of}" if of == other else f"[{low} {of}, {high} {other}]"
+
+    return show
 
 
 def data(fields: Iterable[Field[T]], item: T) -> dict[str, Any]:
@@ -86,13 +91,17 @@ def data(fields: Iterable[Field[T]], item: T) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table for people; `notes` stand below. A terminal leaves out what is `page_only`."""
+    """A table for people; `notes` stand below.
+
+    A terminal leaves out what is `page_only`, and shows the `headline` table beside the verdict.
+    """
 
     title: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
     notes: Sequence[str] = ()
     page_only: bool = False
+    headline: bool = False
 
 
 def table(
@@ -102,11 +111,12 @@ def table(
     notes: Sequence[str] = (),
     *,
     page_only: bool = False,
+    headline: bool = False,
 ) -> Table:
     """The table of `items`: one row each, one column for every field that has a label."""
     shown = [each for each in fields if each.label]
     rows = [[each.text(item) for each in shown] for item in items]
-    return Table(title, [each.label for each in shown], rows, notes, page_only)
+    return Table(title, [each.label for each in shown], rows, notes, page_only, headline)
 
 
 @dataclass(frozen=True, slots=True)

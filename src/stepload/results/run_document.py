@@ -17,7 +17,7 @@ from stepload.record.outcome import RunOutcome, RunStatus
 from stepload.record.reader import Recording
 from stepload.results import fields
 from stepload.results.analyse import Evaluation, beyond_theory
-from stepload.results.extras import extras_tables
+from stepload.results.extras import Extras, extras_tables
 from stepload.results.model import (
     Card,
     Document,
@@ -43,13 +43,26 @@ MOOD: dict[ResultVerdict, Mood] = {
 }
 
 
-def identification_document(found: Identification, notes: Sequence[str] = ()) -> Document:
-    """An identification from a file; `notes` say what had to be assumed."""
+def identification_document(
+    found: Identification,
+    notes: Sequence[str] = (),
+    run_in: RunIn | None = None,
+    extras: Extras | None = None,
+) -> Document:
+    """An identification from a file; `notes` say what had to be assumed.
+
+    `run_in` and `extras` are what a record of ours says beside the law, as a run's report does.
+    """
+    tables = _identification_tables(found)
+    if run_in is not None:
+        tables.append(_run_in_table(run_in))
+    if extras is not None:
+        tables += extras_tables(extras)
     return Document(
         title="Identification",
         verdict=_identified(found),
         reasons=(*found.judgement.reasons, *(f"note: {note}" for note in notes)),
-        tables=_identification_tables(found),
+        tables=tables,
     )
 
 
@@ -236,7 +249,7 @@ def _evidence_tables(found: Identification) -> list[Table]:
     total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."
     return [
         table("Stiffness (* headline)", fields.QUANTITY, evidence.quantities.values(),
-              [*notes, *evidence.notes]),
+              [*notes, *evidence.notes], headline=True),
         table("What the headline's interval is made of", fields.LINE,
               [line for line in headline.lines if line.relative > 0.0], [total], page_only=True),
         table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
@@ -270,7 +283,7 @@ def _predicted_table(run: Evaluation) -> Table:
             if each.kind in ("chord", "secant_from_touch")
         ]  # fmt: skip
         if seen is not None:
-            reached = found.judgement.identifiability.k_max_n_per_m
+            reached = found.judgement.k_max_n_per_m
             rows.append(("K_max (34)", stiffness, seen.k_max_n_per_m, reached))
     texts = [(label, show(one), show(other)) for label, show, one, other in rows]
     columns = ("figure", "predicted", "measured")

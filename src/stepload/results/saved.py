@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime
 from pathlib import Path
 
 from stepload.errors import BadInputError
 from stepload.identify.conditions import Conditions
-from stepload.record.reader import read_recording
+from stepload.record.reader import Event, read_recording
 from stepload.record.untrusted import untrusted
 from stepload.results.conditions import from_attachments, measured
 from stepload.results.press_data import PressData, press_data
@@ -19,13 +19,14 @@ RECORD = "run.mcap"
 
 @dataclass(frozen=True, slots=True)
 class SavedRun:
-    """What a record tells; `partial`: it was not finished."""
+    """What a record tells; `partial`: it was not finished, `events`: what happened when."""
 
     path: Path
     data: PressData
     conditions: Conditions
     metadata: Mapping[str, str]
     partial: bool
+    events: Sequence[Event] = ()
 
     @property
     def name(self) -> str:
@@ -75,4 +76,5 @@ def saved_run(path: Path) -> SavedRun:
             conditions=measured(from_attachments(recording.attachments), data),
             metadata=recording.metadata,
             partial=recording.partial,
+            events=recording.events,
         )

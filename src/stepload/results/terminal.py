@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import sys
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, TextIO
 
@@ -21,6 +23,19 @@ from stepload.record.plain import json_text
 from stepload.results.model import Document, Finding, Table
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
+
+
+LONGEST_WORD = 20
+"""A table breaks longer words only: paths, identifiers."""
+
+
+def _wrapped(line: str, columns: int, hang: str) -> str:
+    """A line broken between words; a word that is too long stays whole, to be copied."""
+    return "\n".join(
+        textwrap.wrap(
+            line, columns, subsequent_indent=hang, break_long_words=False, break_on_hyphens=False
+        )
+    )
 
 
 def visible(text: str) -> str:
@@ -49,33 +64,41 @@ class Output:
     def __init__(self, *, as_json: bool) -> None:
         self.as_json = as_json
         self._text = sys.stderr if as_json else sys.stdout
+        self._columns = shutil.get_terminal_size().columns if self._text.isatty() else None
 
-    def line(self, text: str = "") -> None:
-        """One line for people."""
+    def line(self, text: str = "", *, hang: str = "  ") -> None:
+        """A text for people; a terminal breaks it between words, and `hang` begins what follows."""
+        shown = visible(text)
+        if self._columns is not None:
+            shown = "\n".join(_wrapped(line, self._columns, hang) for line in shown.split("\n"))
         with _perhaps_gone(self._text):
-            print(visible(text), file=self._text, flush=True)
+            print(shown, file=self._text, flush=True)
 
     def finding(self, found: Finding) -> None:
         """One finding, and what to do about it."""
-        self.line(f"{found.mark.upper():7} {found.text}")
+        self.line(f"{found.mark.upper():7} {found.text}", hang=" " * 8)
         if found.remedy:
-            self.line(f"        -> {found.remedy}")
+            self.line(f"        -> {found.remedy}", hang=" " * 11)
 
     def tables(self, *tables: Table) -> None:
-        """Tables for people with their notes."""
+        """Tables for people with their notes; one without rows is none."""
         for each in tables:
+            if not each.rows:
+                continue
             self.table(each.title, each.columns, each.rows)
             if each.notes:
                 self.line("\n".join((*each.notes, "")))
 
-    def show(self, document: Document) -> None:
-        """A result for people: its tables, then what they come to."""
+    def show(self, document: Document, *, details: bool = True) -> None:
+        """A result for people: the tables behind it, then on one screen what they come to."""
+        if details:
+            self.tables(*(e for e in document.tables if not e.page_only and not e.headline))
         if document.ended:
             self.line(document.ended)
-        self.tables(*(each for each in document.tables if not each.page_only))
         self.line(f"{document.verdict.word.upper()}: {document.verdict.text}")
         for reason in document.reasons:
-            self.line(f"  {reason}")
+            self.line(f"  {reason}", hang=" " * 4)
+        self.tables(*(each for each in document.tables if each.headline))
 
     def table(self, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         """A small table for people; numbers should come with their units."""
@@ -83,12 +106,15 @@ class Output:
         from rich.console import Console
         from rich.table import Table
 
-        table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
-        for column in columns:
-            table.add_column(column, overflow="fold")
+        table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False,
+                      padding=(0, 1, 0, 0))  # fmt: skip
+        for place, column in enumerate(columns):
+            words = " ".join((column, *(visible(row[place]) for row in rows))).split()
+            longest = max(map(len, words), default=1)
+            table.add_column(column, overflow="fold", min_width=min(longest, LONGEST_WORD))
         for row in rows:
             table.add_row(*(visible(cell).replace("[", r"\[") for cell in row))
-        width = None if self._text.isatty() else 110
+        width = self._columns or 110
         with _perhaps_gone(self._text):
             Console(file=self._text, width=width, highlight=False).print(table)
 

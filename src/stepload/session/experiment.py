@@ -168,20 +168,25 @@ def _check_that_it_may_run(envelope: Envelope, dry_run: bool) -> None:
         _refuse_simulated(envelope.plan)
 
 
-def _refuse_simulated(plan: Plan) -> None:
-    """A simulated device outside a dry run presses a payload of its own: that measures nothing."""
+def simulated_devices(plan: Plan) -> list[str]:
+    """Keys of the devices of a plan that are simulated: it can be rehearsed, not run."""
     rig, second = plan.rig, plan.rig.second_force.sensor
     specs: dict[str, ArmSpec | ForceSpec | DisplacementSpec | None] = {
         "arm": rig.arm, "force": rig.force, "second_force.sensor": second,
         "displacement": rig.displacement,
     }  # fmt: skip
-    named = [key for key, spec in specs.items() if spec and spec.driver.name == SIMULATED]
+    return [f"rig.{key}" for key, spec in specs.items() if spec and spec.driver.name == SIMULATED]
+
+
+def _refuse_simulated(plan: Plan) -> None:
+    """A simulated device outside a dry run presses a payload of its own: that measures nothing."""
+    named = simulated_devices(plan)
     if named:
         raise RefusedError(
-            f"rig.{named[0]} names the driver {SIMULATED}, which simulates a payload of its own and"
+            f"{named[0]} names the driver {SIMULATED}, which simulates a payload of its own and"
             " not the plan's: what it says is no measurement",
             hint="rehearse the plan with --dry-run, or name the drivers of your devices: "
-            + ", ".join(f"rig.{key}.driver" for key in named),
+            + ", ".join(f"{key}.driver" for key in named),
         )
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from statistics import NormalDist
 from typing import Any
 
 import pytest
 
 from stepload.envelope.envelope import Envelope, envelope_of
-from stepload.envelope.limit_reasons import counted_on
+from stepload.envelope.limit_reasons import counted_on, risk
 from stepload.envelope.theory import DECLARED, theory_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Payload, Plan
@@ -143,3 +144,12 @@ def test_payloads_made_by_hand_need_no_word_about_it() -> None:
     )
     assert payload.limit_coverage == 2.0
     assert theory_of(payload).counted.coverage == 2.0
+
+
+@pytest.mark.parametrize(("coverage", "alone"), [(2.0, "0.023"), (3.0, "0.0013")])
+def test_the_risk_of_two_bodies_is_told_from_that_of_one(coverage: float, alone: str) -> None:
+    limit = pressed(300.0).theory.counted
+    one = replace(limit, coverage=coverage, probability=NormalDist().cdf(-coverage))
+    both = replace(one, probability=2.0 * one.probability)
+    assert risk(one) == alone
+    assert risk(both).endswith(f"(of both bodies together; {alone} of one alone)")

@@ -91,6 +91,28 @@ def test_a_run_of_two_cycles_has_them_all(whole):
     assert found.hunt_crossley.dissipation_s_per_m is None
 
 
+def test_the_table_of_the_system_is_taken_out_where_there_is_one(whole):
+    """Soft joints below 100 N: F/K_s alone leaves them in the unloading branch."""
+    rows = np.arange(10.0, 301.0, 10.0)
+
+    def joints(force):
+        return 8e-6 * -np.expm1(-np.abs(force) / 40.0)
+
+    table = {
+        "deflection_force_n": tuple(rows.tolist()),
+        "deflection_m": tuple((rows / K_S + joints(rows)).tolist()),
+        "deflection_sigma_m": (1e-8,) * rows.size,
+    }
+    soft = replace(whole, travel_m=whole.travel_m + joints(whole.force_n))
+    known = replace(CONDITIONS, sources=replace(CONDITIONS.sources, **table))
+    expected = extras_of(whole, identified(whole))
+    found = extras_of(soft, identify_payload(soft, known))
+    for one, other in zip(found.unloading, expected.unloading, strict=True):
+        assert one.stiffness_n_per_m == pytest.approx(other.stiffness_n_per_m, rel=0.01)
+    for one, other in zip(found.loss.cycles, expected.loss.cycles, strict=True):
+        assert one.stored_j == pytest.approx(other.stored_j, rel=0.01)
+
+
 def test_creep_in_the_holds_is_seen():
     data = run(creep=0.1)
     found = extras_of(data, identified(data)).relaxation

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import html
+import io
 import json
+import re
+import sys
 from dataclasses import dataclass
 
 import pytest
@@ -59,7 +62,7 @@ def test_programs_get_what_has_a_key_and_people_what_has_a_label() -> None:
     assert data(FIELDS, SOFT) == {"stiffness_n_per_m": 2.5e3, "ends_m": (1e-3, 2e-3), "turns": 7}
     assert TABLE.columns == ["stiffness", "ends", "turns / 3"]
     assert TABLE.rows == [
-        ["2.5 kN/m", "[1 mm, 2 mm]", "2.33"],
+        ["2.5 kN/m", "[1, 2] mm", "2.33"],
         ["1 MN/m", NOTHING, "1.00"],
     ]
 
@@ -67,7 +70,7 @@ def test_programs_get_what_has_a_key_and_people_what_has_a_label() -> None:
 def test_fields_of_a_part_are_none_where_the_part_is_missing() -> None:
     fields: list[Field[tuple[str, Spring | None]]] = by_name("name", FIELDS)
     rows = table("", fields, [("soft", SOFT), ("none", None)]).rows
-    assert rows == [["soft", "2.5 kN/m", "[1 mm, 2 mm]", "2.33"], ["none", *[NOTHING] * 3]]
+    assert rows == [["soft", "2.5 kN/m", "[1, 2] mm", "2.33"], ["none", *[NOTHING] * 3]]
     assert data(fields, ("none", None)) == dict.fromkeys(("stiffness_n_per_m", "ends_m", "turns"))
 
 
@@ -115,3 +118,47 @@ def test_with_json_one_object_goes_out_and_text_to_the_other_stream(
     assert json.loads(told.out) == {
         "stiffness_n_per_m": 1e6, "ends_m": None, "turns": 3, "nothing": None,
     }  # fmt: skip
+
+
+def test_an_interval_names_its_unit_once_where_both_ends_have_it() -> None:
+    assert interval("N")((0.5, 0.75)) == "[500, 750] mN"
+    assert interval("N")((0.5, 1.5)) == "[500 mN, 1.5 N]"
+
+
+class Terminal(io.StringIO):
+    """Standard output of a person."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_terminal_breaks_lines_and_cells_between_words_only(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    terminal = Terminal()
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setattr(sys, "stdout", terminal)
+    prose = "spring constants of several identically manufactured springs " * 3
+    wide = Table("t", ("identification", "value", "verdict"), [[prose, prose, "identified"]])
+    out = Output(as_json=False)
+    out.finding(Finding("warn", prose, prose))
+    out.show(document(wide, text=prose))
+    text = re.sub(r"\x1b\[\d*m", "", terminal.getvalue())
+    assert max(len(line) for line in text.splitlines()) <= 80
+    words = set(prose.split()) | {"identification", "identified"}
+    assert words <= set(re.findall(r"[a-z]+", text))
+    assert set(re.findall(r"[a-z]{4,}", text)) <= words | {"sound", "because", "value", "verdict"}
+
+
+def test_the_verdict_stands_below_the_details_and_beside_its_own_table(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    behind = Table("Behind", ("which",), [["others"]])
+    beside = Table("Beside", ("which",), [["the one"]], headline=True)
+    Output(as_json=False).show(document(beside, behind))
+    text = capsys.readouterr().out
+    assert text.index("Behind") < text.index("SOUND:") < text.index("Beside")
+    Output(as_json=False).show(document(beside, behind), details=False)
+    text = capsys.readouterr().out
+    assert "Behind" not in text
+    assert text.index("SOUND:") < text.index("Beside")
