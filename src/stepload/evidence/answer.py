@@ -32,6 +32,8 @@ from stepload.evidence.signs import branches_of
 from stepload.identify.smooth import smooth_lengths
 from stepload.units import format_quantity
 
+UPPER_SHARE = 0.7
+"""The upper chord begins at this share of the top force."""
 AS_HIGH = 0.95
 """Cycles are compared that reach this share of the first one's top force."""
 
@@ -107,6 +109,7 @@ def weigh(run: Pressed) -> Evidence:
     )
     read_from = figures.Reading(
         main=main,
+        upper=chord(first, UPPER_SHARE * main.to_n, main.to_n),
         path=first.path,
         errors=errors,
         law_sets=counting if power is not None else [],

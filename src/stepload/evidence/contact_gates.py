@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from stepload.evidence.chord import Chord
 from stepload.evidence.drift import Drift
 from stepload.evidence.elastic import Elastic
@@ -127,7 +129,8 @@ def _touch(
     """The gate of the points of touch, drift and unequal forces taken out."""
     one, other = touches
     at_n = max(0.5 * (one.force_n + other.force_n), 1e-3 * main.to_n)
-    shift = other.travel_m - one.travel_m - elastic.at(at_n) * (other.force_n - one.force_n)
+    pressed_m = elastic.travel(np.array([one.force_n, other.force_n]))
+    shift = other.travel_m - one.travel_m - float(np.diff(pressed_m)[0])
     elapsed = other.time_s - one.time_s
     shift -= drift.rate_m_per_s * elapsed if drift is not None else 0.0
     sources = run.sources

@@ -28,6 +28,9 @@ EXPONENT_HALF_WIDTH = 0.1
 """An exponent known worse than this is not identified."""
 OPEN = 5.0
 """A stiffness whose interval spans more than so many powers of e is open."""
+REACHED = 1.06
+"""A force asked for counts as reached where the data end at most so little below: a step of small
+force is held within its band."""
 HOPELESS = 1.0
 """A figure whose interval is wider than itself is not identifiable."""
 
@@ -48,6 +51,7 @@ class Reading:
 
     Attributes:
         main: the chord.
+        upper: the chord of the uppermost forces: where a tangent at the top is read.
         path: of the loading it was read from.
         errors: the components of the covariance, once per correlation length that may be.
         law_sets: the laws that figures rest on, fitted with each of them; empty where there are
@@ -59,6 +63,7 @@ class Reading:
     """
 
     main: Chord
+    upper: Chord
     path: Path
     errors: Sequence[Sequence[Component]]
     law_sets: Sequence[Mapping[str, LawFit]]
@@ -118,7 +123,7 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
     at_n = secant_force_n
     if secant_force_n > main.to_n:
         at_n = main.to_n
-        if math.isfinite(secant_force_n) and secant_force_n > 1.02 * main.to_n:
+        if math.isfinite(secant_force_n) and secant_force_n > REACHED * main.to_n:
             beyond = (
                 f"asked for at {secant_force_n:.4g} N, but the data end at {main.to_n:.4g} N: "
                 "given there, not extrapolated",
@@ -136,6 +141,8 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
             continue
         stiffness, low, high, own = made
         rest = [*scale, *common]
+        if kind == "tangent":
+            rest.append(_upper(read_from, roughness))
         extra = NORMAL_95 * _size(rest)
         low, high = (stiffness * math.exp(side * math.hypot(math.log(end / stiffness), extra))
                      for side, end in ((-1.0, low), (1.0, high)))  # fmt: skip
@@ -158,6 +165,13 @@ def _as_rough(laws: Mapping[str, LawFit], roughness: Roughness) -> bool:
     lowest = min(fit.chi2 for fit in laws.values())
     rough = laws.get(ROUGH.name)
     return bool(roughness.length_m) and rough is not None and rough.chi2 <= lowest + CANNOT_TELL
+
+
+def _believed(laws: Mapping[str, LawFit], roughness: Roughness) -> LawFit:
+    """The law that a value is read from; the others only widen it."""
+    if _as_rough(laws, roughness):
+        return laws[ROUGH.name]
+    return laws.get(POWER.name) or min(laws.values(), key=lambda fit: fit.chi2)
 
 
 def _open(kind: str, at_n: float, blocked: Sequence[str]) -> Quantity:
@@ -192,11 +206,10 @@ def _of_laws(
 ) -> tuple[float, float, float, list[Line]] | None:
     """Stiffness, interval of the laws that are alike, and lines."""
     laws = law_sets[middle(len(law_sets))]
-    believed = laws.get(POWER.name) or min(laws.values(), key=lambda fit: fit.chi2)
+    believed = _believed(laws, roughness)
     kept = [list(each.values()) for each in law_sets]
-    if _as_rough(laws, roughness):
+    if believed.law is ROUGH:
         # The surface is known to be rough: laws of a smooth one are known to be wrong.
-        believed = laws[ROUGH.name]
         kept = [[each[ROUGH.name]] for each in law_sets if ROUGH.name in each]
     best = at_point(believed, believed.best, read)
     whole = union(kept, read)
@@ -213,6 +226,22 @@ def _of_laws(
     names = sorted({fit.law.name for each in kept for fit in each})
     size = f"{len(names)} laws" if len(names) > 1 else names[0]
     return value, low, high, [*lines, Line("model (laws and zero)", size, model)]
+
+
+def _upper(read_from: Reading, roughness: Roughness) -> Line:
+    """By how much more than their errors allow the law and the data differ in the upper chord."""
+    upper, here = read_from.upper, middle(len(read_from.law_sets))
+    believed, parts = _believed(read_from.law_sets[here], roughness), read_from.errors[here]
+
+    def span(fit: LawFit, shape: float) -> FloatArray:
+        return np.asarray(fit.gradient(shape, upper.to_n) - fit.gradient(shape, upper.from_n))
+
+    of_law_m = float(span(believed, believed.best.shape) @ believed.best.coefficients)
+    weights = upper.weights - _sensitivity(believed, span, read_from.path, parts)
+    allowed = _size(_lines(parts, weights, upper.span_m))
+    off = math.log(of_law_m / upper.span_m) if min(of_law_m, upper.span_m) > 0.0 else math.inf
+    beyond = math.sqrt(max(off**2 - allowed**2, 0.0))
+    return Line("shape (upper chord against the law's)", f"{off:.2%}", beyond)
 
 
 def _sensitivity(fit: LawFit, read: Read, path: Path, parts: Sequence[Component]) -> FloatArray:
