@@ -24,11 +24,13 @@ from stepload.evidence.lawfit import (
 )
 from stepload.evidence.laws import FIXED, POWER
 from stepload.evidence.loops import LEAST_STRETCHES, Branch, Loop, loops_of
+from stepload.evidence.misfit import misfit_of, visit
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Exponent, Quantity
 from stepload.evidence.rehearse import draws
 from stepload.evidence.shape import shape_of
 from stepload.evidence.signs import branches_of
+from stepload.identify.fit import FloatArray
 from stepload.identify.smooth import smooth_lengths
 from stepload.units import format_quantity
 
@@ -102,6 +104,7 @@ def weigh(run: Pressed) -> Evidence:
     shape = shape_of(first, main, elastic, data, laws, chosen[here], run.roughness, drawn[0])
     power = laws.get(POWER.name)
     counting = [each for each in chosen if each] if run.laws else every
+    misfit = _misfit(loops, shape.law, elastic, drawn, main) if shape.law is not None else []
     notes, blocking = _cannot_show(run, loops)
     notes.append(
         f"the touch is the laws' word: the data begin at {format_quantity(lowest_n, 'N')}, and a "
@@ -121,7 +124,7 @@ def weigh(run: Pressed) -> Evidence:
             abs(shape.off) / 2.0,
             run.lateral_share or 0.0,
         ),
-        gates=[*signs.gates, *shape.gates],
+        gates=[*signs.gates, *shape.gates, *misfit],
         doubts=(*run.doubts, *blocking),
     )
     found = figures.quantities(run, read_from)
@@ -206,6 +209,20 @@ def _fitted(
     return data, fit_laws(data, run.roughness, adhesive=run.adhesive)
 
 
+def _misfit(
+    loops: Sequence[Loop], law: LawFit, elastic: Elastic, drawn: Sequence[FloatArray], main: Chord
+) -> list[Gate]:
+    """The gate of what a law leaves, where two loadings show it."""
+    loadings = {id(loop.loading) for loop in loops}
+    visits = [
+        visit(branch, elastic, travel)
+        for branch, travel in zip(branches_of(loops), drawn, strict=True)
+        if id(branch) in loadings
+    ]
+    found = misfit_of(visits, elastic, law, main.span_m)
+    return [found] if found is not None else []
+
+
 def _rows(
     laws: Mapping[str, LawFit], chosen: Mapping[str, LawFit], data: Whitened
 ) -> tuple[LawRow, ...]:
@@ -224,7 +241,7 @@ def _chosen(
     words: Sequence[str], found: Mapping[str, Quantity], unbound: Mapping[str, Quantity]
 ) -> str:
     """What the choice of laws assumes, and what it changes."""
-    names = ", ".join(LAW_NAMES[word] for word in words)
+    names = " or ".join(LAW_NAMES[word] for word in words)
     touch = "secant_from_touch"
     if touch not in found:
         return f"law chosen: {names}: it cannot be fitted to this loading, no figure rests on it"

@@ -200,6 +200,16 @@ def fit_gate(chi2: float, allowed: float, law: str) -> Gate:
     return gate("lack_of_fit", chi2, allowed, "", "all" if far else "law", text)
 
 
+def misfit_gate(misfit_m: float, spread_m: float, allowed_m: float, law: str) -> Gate:
+    """The gate of what a law leaves (rms) against the spread of one visit from the next."""
+    found, scatter, allowed = (format_quantity(x, "m") for x in (misfit_m, spread_m, allowed_m))
+    text = (
+        f"the law ({law}) does not fit: it leaves {found} rms (allowed {allowed}), and loading "
+        f"again scatters by {scatter} only: this is no noise, whatever errors were stated"
+    )
+    return gate("misfit", misfit_m, allowed_m, "m", "law", text)
+
+
 def fired(gates: Sequence[Gate], *, of_law: bool) -> tuple[str, ...]:
     """Sentences of the gates that block a figure, one that rests on a law or not."""
     return tuple(g.sentence for g in gates if g.fires and (of_law or g.blocks == "all"))

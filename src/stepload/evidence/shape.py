@@ -59,10 +59,12 @@ def rehearse_law(
 
 
 class Shape(NamedTuple):
-    """Gates of the shape, and ln(chord of the law that `auto` believes / measured chord)."""
+    """Gates of the shape, ln(chord of the law that is believed without a choice / measured chord),
+    and the law that the gates are about; None where no power law fits."""
 
     gates: list[Gate]
     off: float
+    law: LawFit | None
 
 
 def shape_of(
@@ -90,7 +92,7 @@ def shape_of(
     """
     power = laws.get(POWER.name)
     if power is None:
-        return Shape([], 0.0)
+        return Shape([], 0.0, None)
     believed = laws.get(ROUGH.name, power) if roughness.length_m else power
     lowest = min(laws.values(), key=lambda fit: fit.chi2)
     deformation = drawn - elastic.deflection(first.path.force_n)[:, None]
@@ -103,7 +105,9 @@ def shape_of(
     off = _off(believed, main)
     if not chosen:
         others = [fit for fit in laws.values() if fit is not believed]
-        return Shape([*_against("a power law", believed, others, off, rehearsed), lack], off)
+        return Shape(
+            [*_against("a power law", believed, others, off, rehearsed), lack], off, believed
+        )
     own = min(chosen.values(), key=lambda fit: fit.chi2)
     if own is not power:
         force_n, best = first.path.force_n, own.best
@@ -113,7 +117,7 @@ def shape_of(
         rehearsed = rehearse_law(data, own, shapes, ideal[:, None] + errors, main)
     others = [fit for name, fit in laws.items() if name not in chosen]
     said = f"the one that was chosen ({own.law.name})"
-    return Shape([*_against(said, own, others, _off(own, main), rehearsed), lack], off)
+    return Shape([*_against(said, own, others, _off(own, main), rehearsed), lack], off, own)
 
 
 def _off(fit: LawFit, main: Chord) -> float:

@@ -135,6 +135,7 @@ SIGNS = {
     "shape": "another law, χ² better by",
     "chord_of_fit": "chord of the law against the measured one",
     "lack_of_fit": "χ² of the best law",
+    "misfit": "what the law leaves, against the scatter of loading again",
 }
 """What people call each sign."""
 

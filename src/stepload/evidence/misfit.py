@@ -1,0 +1,109 @@
+"""Lack of fit against the spread of the run itself, whatever errors were stated.
+
+A lack-of-fit test in the sense of the analysis of variance holds what a law leaves against the pure
+error, which only repeated visits of the same force can tell. Both are read from the run, so errors
+that were stated too large hide no misfit here. What is smooth over force repeats from visit to
+visit and is in the one and not in the other; so the ratio has no F distribution even where the law
+is true, and what it may be comes from rehearsals of the run's own ideal contact. How well
+such errors repeat nobody states: what the stated errors alone may leave is allowed too, but only up
+to a share of the deformation; beyond it the spread has to bear it out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from stepload.evidence.elastic import Elastic
+from stepload.evidence.gates import HARMLESS, Gate, misfit_gate
+from stepload.evidence.lawfit import LawFit
+from stepload.evidence.loops import Branch
+from stepload.evidence.path import Path
+from stepload.evidence.rehearse import QUANTILE
+from stepload.identify.fit import FloatArray
+
+TRUSTED = 0.02
+"""Stated errors are trusted, without any spread, for a misfit of this share of the deformation."""
+HEAVIEST = 3.0
+"""One stretch (a hold) counts at most so many times the usual one: its quantum is one number."""
+
+
+class Visit(NamedTuple):
+    """One loading: its path, what it is off the elastic contact by (B,), the same rehearsed (B, R),
+    in m."""
+
+    path: Path
+    off_m: FloatArray
+    rehearsed_m: FloatArray
+
+
+def visit(branch: Branch, elastic: Elastic, drawn: FloatArray) -> Visit:
+    """A loading against the elastic contact; `drawn` (B, R) is its rehearsed travel in m."""
+    force_n = branch.path.force_n
+    off_m = branch.deformation_m - elastic.deformation(force_n)
+    return Visit(branch.path, off_m, drawn - elastic.travel(force_n)[:, None])
+
+
+def misfit_of(visits: Sequence[Visit], elastic: Elastic, law: LawFit, span_m: float) -> Gate | None:
+    """The gate of what a law leaves, against the spread between two loadings.
+
+    Args:
+        visits: the loadings, that of the law first; with one of them there is no pure error.
+        elastic: the contact that was rehearsed.
+        law: the one that is believed, or was chosen.
+        span_m: deformation between the chord's forces.
+    """
+    if len(visits) < 2:
+        return None
+    first, second = visits[:2]
+    weights = np.minimum(first.path.count, HEAVIEST * float(np.median(first.path.count)))
+    weights = weights / weights.sum()
+    force_n, point = first.path.force_n, law.best
+    law_m = np.array([law.gradient(point.shape, each) @ point.coefficients for each in force_n])
+    off_m = (first.off_m + elastic.deformation(force_n) - law_m)[:, None]
+    misfit_m = float(_left(elastic, law, first.path, off_m, weights)[0])
+    spread_m = float(
+        _spread(first, second, weights, first.off_m[:, None], second.off_m[:, None])[0]
+    )
+    rehearsed = _left(elastic, law, first.path, first.rehearsed_m, weights)
+    spreads = _spread(first, second, weights, first.rehearsed_m, second.rehearsed_m)
+    times = float(np.quantile(rehearsed / np.maximum(spreads, 1e-300), QUANTILE))
+    stated_m = min(float(np.quantile(rehearsed, QUANTILE)), TRUSTED * span_m)
+    allowed_m = max(times * spread_m, stated_m, HARMLESS * span_m)
+    return misfit_gate(misfit_m, spread_m, allowed_m, law.law.name)
+
+
+def _rms(left_m: FloatArray, weights: FloatArray) -> FloatArray:
+    """Root of the mean square (R,) of (B, R) about its mean."""
+    return np.asarray(np.sqrt(weights @ (left_m - weights @ left_m) ** 2))
+
+
+def _spread(
+    first: Visit, second: Visit, weights: FloatArray, one_m: FloatArray, other_m: FloatArray
+) -> FloatArray:
+    """Standard deviation (R,) of one visit, from the difference of two at the same forces; what
+    all forces have in common is no scatter."""
+    order = np.argsort(second.path.force_n)
+    force = second.path.force_n[order]
+    place = np.clip(np.searchsorted(force, first.path.force_n), 1, force.size - 1)
+    width = np.maximum(force[place] - force[place - 1], 1e-300)
+    share = np.clip((first.path.force_n - force[place - 1]) / width, 0.0, 1.0)[:, None]
+    there = other_m[order]
+    again = there[place - 1] * (1.0 - share) + there[place] * share
+    return np.asarray(_rms(one_m - again, weights) / np.sqrt(2.0))
+
+
+def _left(
+    elastic: Elastic, law: LawFit, path: Path, off_m: FloatArray, weights: FloatArray
+) -> FloatArray:
+    """What a law leaves (R,), rms, of deviations (B, R) from it: its zero, its size and, where it
+    is free, its power follow them."""
+    u = path.force_n / elastic.top_n
+    curve = u ** (law.best.shape if law.law.parameters == 1 else elastic.q)
+    root = np.sqrt(weights)[:, None]
+    columns = np.column_stack([np.ones_like(u), curve, curve * np.log(u)])
+    columns = columns[:, : 1 + law.law.parameters] * root
+    found = np.linalg.lstsq(columns, off_m * root, rcond=None)[0]
+    return _rms(off_m - columns @ found / root, weights)
