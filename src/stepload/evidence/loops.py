@@ -14,6 +14,9 @@ LEAST_STRETCHES = 6
 """A loading of fewer stretches has no local stiffness."""
 
 
+LEAST_HELD = 0.05
+"""Rests that make up less than this share of their branch's time are the turn of a motion, no
+holds."""
 EARLY = 8
 """Creep is counted from the mean of the first eighth of a hold to that of its last half."""
 BETWEEN = 0.75 - 0.5 / EARLY
@@ -103,7 +106,8 @@ def _holds(track: Track, deflection: Deflection) -> tuple[Hold, ...]:
         lasted_s = float(track.time_s[end - 1] - track.time_s[start])
         crept_m, eased_n = after[0] - before[0], after[1] - before[1]
         found.append(Hold(float(force.mean()), lasted_s, crept_m, eased_n, early))
-    return tuple(found)
+    whole_s = float(track.time_s[-1] - track.time_s[0])
+    return tuple(found) if sum(hold.lasted_s for hold in found) >= LEAST_HELD * whole_s else ()
 
 
 def _mean(track: Track, part: slice, deflection: Deflection) -> tuple[float, float]:
