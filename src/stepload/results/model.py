@@ -75,11 +75,17 @@ def number(form: str) -> Show:
 
 
 def interval(unit: str) -> Show:
-    """Shows two numbers of one SI unit as an interval; the unit once where both have the same."""
+    """Shows two numbers of one SI unit as an interval; where both have the same unit, it is named
+    once and both end at the same decimal."""
 
     def show(ends: Sequence[float]) -> str:
         (low, _, of), (high, _, other) = (format_quantity(end, unit).partition(" ") for end in ends)
-        return f"[{low}, {high}] {of}" if of == other else f"[{low} {of}, {high} {other}]"
+        if of != other:
+            return f"[{low} {of}, {high} {other}]"
+        places = max(len(end.partition(".")[2]) for end in (low, high))
+        if places and all(end.replace(".", "").lstrip("-").isdigit() for end in (low, high)):
+            low, high = (f"{float(end):.{places}f}" for end in (low, high))
+        return f"[{low}, {high}] {of}"
 
     return show
 

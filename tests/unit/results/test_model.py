@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import io
 import json
+import math
 import re
 import sys
 from dataclasses import dataclass
@@ -122,6 +123,8 @@ def test_with_json_one_object_goes_out_and_text_to_the_other_stream(
 
 def test_an_interval_names_its_unit_once_where_both_ends_have_it() -> None:
     assert interval("N")((0.5, 0.75)) == "[500, 750] mN"
+    assert interval("N")((5.531, 6.7)) == "[5.53, 6.70] N"
+    assert interval("N")((0.0, math.inf)) == "[0, inf] N"
     assert interval("N")((0.5, 1.5)) == "[500 mN, 1.5 N]"
 
 
