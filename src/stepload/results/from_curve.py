@@ -55,6 +55,10 @@ SMOOTH_LENGTH_SHARE = 1.0 / 6.0
 over this share of the peak force: 50 N of 300 N on the step-load rigs."""
 LEAST_SPAN = 0.3
 """A loading covers at least this share of the peak force, or there is none in the data."""
+NO_FREE_AIR = (
+    "no free air in the data: the zero of the force is the file's word; a preload that was tared "
+    "away would falsify the secant (28) and n, not the chord"
+)
 LEAST_UNCERTAINTY = 1e-5
 """Residuals below this share of the deformation are of rounding, not of a measurement."""
 
@@ -342,6 +346,8 @@ def _zeroed(curve: Curve, *, keep_zero: bool) -> _Zeroed:
             x = travel_m[first]
         f = force_n[first]
         notes += _tare_notes(air, x, band_n)
+    else:
+        notes.append(NO_FREE_AIR)
     touch = first_touch(f, band_n)
     lead_in = air is not None or _is_soft(x, f, touch)
     begin, touch_n = 0, 0.0

@@ -619,3 +619,13 @@ def test_a_curve_to_compare_with_gets_the_same_care() -> None:
     assert found.force_n[-1] == pytest.approx(300.0, rel=0.02)
     with pytest.raises(BadInputError, match="no column displacement_m"):
         deformation_curve(curve(position_m=depth, force_n=force))
+
+
+@pytest.mark.parametrize("lead_in", [0, 200])
+def test_a_curve_without_free_air_says_whose_word_its_zero_is(lead_in: int) -> None:
+    rng = np.random.default_rng(12)
+    loaded = np.linspace(1.0, 300.0, 300)
+    force = np.concatenate([np.zeros(lead_in), loaded]) + rng.normal(0, 0.1, lead_in + 300)
+    depth = np.concatenate([np.linspace(-5e-5, 0.0, lead_in), (loaded / K) ** (1 / N)])
+    notes = prepare(curve(displacement_m=depth, force_n=force), NOTHING).notes
+    assert any("no free air" in note for note in notes) is (lead_in == 0)
