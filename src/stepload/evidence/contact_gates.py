@@ -139,6 +139,7 @@ def _touch(
         sources.position_noise_m,
         elastic.at(at_n) * math.hypot(sources.force_noise_n, sources.force_resolution_n / 3.5),
         drift.sigma_m_per_s * elapsed if drift is not None else 0.0,
+        max(one.blur_m, other.blur_m) / math.sqrt(3.0),
     )
     allowed = max(3.0 * math.sqrt(2.0) * sigma, HARMLESS_TOUCH * main.span_m)
     return touch_gate(shift, allowed, run.elastic_limit_n)

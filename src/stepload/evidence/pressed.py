@@ -16,11 +16,16 @@ from stepload.identify.sources import Sources
 
 
 class Touch(NamedTuple):
-    """One point of touch: when, at which travel in m, at which force in N."""
+    """One point of touch: when, at which travel in m, at which force in N.
+
+    `blur_m` is how far the arm went from one sample to the next: force and travel of a touch need
+    not be of the same moment.
+    """
 
     time_s: float
     travel_m: float
     force_n: float
+    blur_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,8 @@ FloatArray = NDArray[np.float64]
 _HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
 NEAR_TOP = 0.5
 """The force across the axis is looked at above this share of the largest force."""
+BEFORE_TOUCH_S = 0.05
+"""Over so much time before a touch the speed of the approach is read."""
 
 
 def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = ()) -> Pressed:
@@ -159,8 +161,19 @@ def _touches(data: PressData) -> tuple[Touch, Touch] | None:
     later = [touch for touch in data.touches if touch.purpose in ("cycle", "last")][-1:]
     if not first or not later:
         return None
-    one, other = (Touch(t.time_s, t.travel_m, t.force_n) for t in (first[0], later[0]))
+    one, other = (
+        Touch(t.time_s, t.travel_m, t.force_n, _blur_m(data, t.time_s))
+        for t in (first[0], later[0])
+    )
     return one, other
+
+
+def _blur_m(data: PressData, time_s: float) -> float:
+    """How far the travel goes between two samples on the way to a touch, in m."""
+    end = int(np.searchsorted(data.time_s, time_s, side="right"))
+    begin = int(np.searchsorted(data.time_s, time_s - BEFORE_TOUCH_S))
+    way = data.travel_m[begin:end]
+    return abs(float(way[-1] - way[0])) / (way.size - 1) if way.size > 1 else 0.0
 
 
 def _lateral_share(data: PressData) -> float | None:

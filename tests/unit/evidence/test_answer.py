@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -304,3 +305,15 @@ def test_a_run_without_holds_says_what_it_cannot_show() -> None:
     told = weigh(replace(run, tracks=bare))  # type: ignore[arg-type]
     assert any("no holds while loading" in note for note in told.notes)
     assert not any("no holds while loading" in note for note in weigh(run).notes)
+
+
+def test_a_touch_is_no_better_than_the_way_between_two_samples():
+    run = press(World())
+    one, other = run.touches
+    fast = replace(run, touches=(one, other._replace(blur_m=5e-6)))
+    slow, blurred = (
+        next(gate for gate in weigh(each).gates if gate.name == "touch_shift")
+        for each in (run, fast)
+    )
+    assert blurred.threshold == pytest.approx(3.0 * math.sqrt(2.0 / 3.0) * 5e-6, rel=0.1)
+    assert slow.threshold < 0.5 * blurred.threshold
