@@ -315,5 +315,5 @@ def test_a_touch_is_no_better_than_the_way_between_two_samples():
         next(gate for gate in weigh(each).gates if gate.name == "touch_shift")
         for each in (run, fast)
     )
-    assert blurred.threshold == pytest.approx(3.0 * math.sqrt(2.0 / 3.0) * 5e-6, rel=0.1)
-    assert slow.threshold < 0.5 * blurred.threshold
+    own = 3.0 * math.sqrt(2.0 / 3.0) * 5e-6
+    assert blurred.threshold == pytest.approx(math.hypot(slow.threshold, own), rel=0.02)
