@@ -190,6 +190,10 @@ def identify(
     elastic_limit: Annotated[
         str | None, typer.Option("--elastic-limit", help='F_c, to flag data above it, "727 N".')
     ] = None,
+    tared: Annotated[
+        bool,
+        typer.Option("--tared", help="A curve's force was tared in free air: it has none to see."),
+    ] = False,
     payload: Annotated[
         Path | None,
         typer.Option("--payload", help="YAML of the payload: its law and F_c check the units."),
@@ -222,6 +226,7 @@ def identify(
         position_noise_m=quantity(position_noise, "m"),
         nonlinearity=quantity(nonlinearity, "%"),
         laws=laws_of(law or ()),
+        tared=tared,
     )
     if payload is not None:
         wishes = wishes_of_payload(payload, wishes)

@@ -103,12 +103,13 @@ def weigh(run: Pressed) -> Evidence:
     chosen = [chosen_fits(data, run.laws, each, run.roughness) for data, each in fitted]
     shape = shape_of(first, main, elastic, data, laws, chosen[here], run.roughness, drawn[0])
     power = laws.get(POWER.name)
-    counting = [each for each in chosen if each] if run.laws else every
+    # A choice that cannot be fitted with the length that stands for all is not believed at all.
+    counting = [each for each in chosen if each and chosen[here]] if run.laws else every
     misfit = _misfit(loops, shape.law, elastic, drawn, main) if shape.law is not None else []
     notes, blocking = _cannot_show(run, loops)
     notes.append(
         f"the touch is the laws' word: the data begin at {format_quantity(lowest_n, 'N')}, and a "
-        "film or a seat that gives way below is not in a secant"
+        "film or a seat that gives way below makes a secant false"
     )
     read_from = figures.Reading(
         main=main,
@@ -126,6 +127,7 @@ def weigh(run: Pressed) -> Evidence:
         ),
         gates=[*signs.gates, *shape.gates, *misfit],
         doubts=(*run.doubts, *blocking),
+        law_doubts=run.law_doubts,
     )
     found = figures.quantities(run, read_from)
     if run.laws:

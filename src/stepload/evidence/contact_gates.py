@@ -69,6 +69,7 @@ def contact_signs(
     watched = [name for name in OF_TWO_CYCLES if name in signs]
     time_m = max((abs(signs[name].value_m) for name in watched), default=0.0)
     creep = hold_creep(loops, main.from_n, elastic.payload_at, elastic.deformation)
+    rate = rate_sign(loops, elastic)
     if "gap" in signs:
         if "gap_change" not in signs:
             # A second loading without its unloading has set and reload to tell all the same.
@@ -78,10 +79,9 @@ def contact_signs(
             # A loop that repeats in both cycles changes nothing from one to the other.
             beyond_m = max(abs(signs["gap"].value_m) - rehearsed["gap"], 0.0)
             time_m = max(time_m, beyond_m / math.sqrt(3.0))
-        if "gap_change" not in signs or creep is None:
+        if "gap_change" not in signs or creep is None or rate is None:
             watched.append("gap")
     gates = [sign_gate(signs[name], rehearsed[name], main.span_m) for name in watched]
-    rate = rate_sign(loops, elastic)
     if rate is not None:
         bent = [
             travel - elastic.travel(branch.path.force_n)[:, None]

@@ -60,6 +60,7 @@ class Reading:
         left: what the gates leave in the budget.
         gates: all gates.
         doubts: sentences that block every figure.
+        law_doubts: sentences that block what rests on a law.
     """
 
     main: Chord
@@ -71,6 +72,7 @@ class Reading:
     left: Discrepancies
     gates: Sequence[Gate]
     doubts: Sequence[str]
+    law_doubts: Sequence[str]
 
 
 def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
@@ -118,7 +120,7 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
     }  # fmt: skip
     if not law_sets:
         return found
-    law_blocked = (*doubts, *fired(gates, of_law=True))
+    law_blocked = (*doubts, *read_from.law_doubts, *fired(gates, of_law=True))
     beyond: tuple[str, ...] = ()
     at_n = secant_force_n
     if secant_force_n > main.to_n:
@@ -318,7 +320,11 @@ def exponent(read_from: Reading) -> Exponent | None:
             else:
                 continue
             low, high = min([low, *ends]), max([high, *ends])
-    why = [*read_from.doubts, *fired(read_from.gates, of_law=True)]
+    why = [
+        *read_from.doubts,
+        *read_from.law_doubts,
+        *fired(read_from.gates, of_law=True),
+    ]
     if (high - low) / 2.0 > EXPONENT_HALF_WIDTH:
         why.append(f"this run cannot tell n = {low:.2f} from {high:.2f}")
     verdict = ResultVerdict.MARGINAL if why else ResultVerdict.IDENTIFIED

@@ -52,6 +52,7 @@ class Pressed:
         laws: words of the laws that were chosen, see `contact.law_names`; none: all are weighed.
         between_n: forces of the chord; None: 10 % of the top force, and the top.
         doubts: sentences from elsewhere that block every figure.
+        law_doubts: sentences that block what rests on a law, and so on the zero of the force.
     """
 
     tracks: Sequence[tuple[int, Track, Track | None]]
@@ -69,4 +70,5 @@ class Pressed:
     laws: tuple[str, ...] = ()
     between_n: tuple[float, float] | None = None
     doubts: tuple[str, ...] = ()
+    law_doubts: tuple[str, ...] = ()
     table_sigma: Deflection = np.zeros_like

@@ -56,9 +56,12 @@ over this share of the peak force: 50 N of 300 N on the step-load rigs."""
 LEAST_SPAN = 0.3
 """A loading covers at least this share of the peak force, or there is none in the data."""
 NO_FREE_AIR = (
-    "no free air in the data: the zero of the force is the file's word; a preload that was tared "
-    "away would falsify the secant (28) and n, not the chord"
+    "no free air before the touch: the zero of the force is the file's word, and a preload that "
+    "was tared away would falsify this figure (--tared, if it was tared in free air)"
 )
+BELOW_ZERO = 0.02
+"""Forces so far below zero, as a share of the peak, are no noise; one row in a hundred of them no
+accident."""
 LEAST_UNCERTAINTY = 1e-5
 """Residuals below this share of the deformation are of rounding, not of a measurement."""
 
@@ -101,6 +104,7 @@ class PreparedCurve:
             system where `conditions.sources.system_stiffness_n_per_m` is not None.
         notes: what was turned, taken out and assumed, in sentences.
         doubts: what stands against an identification, in sentences.
+        law_doubts: what stands against a figure that needs the zero of the force.
         error_known: False where neither the data nor the caller tell how good the channels are:
             there is no interval then, and no K_max.
         adhesion_n: how far the force was pulled down before the touch; 0 where it was not.
@@ -111,6 +115,7 @@ class PreparedCurve:
     cycles: tuple[CurveCycle, ...]
     notes: tuple[str, ...]
     doubts: tuple[str, ...]
+    law_doubts: tuple[str, ...]
     error_known: bool
     adhesion_n: float
 
@@ -119,7 +124,8 @@ class PreparedCurve:
 class _Zeroed:
     """Whole channels, turned, tared and zeroed; where the touch is and which force found it.
 
-    `touch_n` is 0 and `begin` 0 where the zero of the file is kept.
+    `touch_n` is 0 and `begin` 0 where the zero of the file is kept; `seen_free` says whether free
+    air before the touch tells the zero of the force.
     """
 
     whole: Branch
@@ -130,6 +136,7 @@ class _Zeroed:
     noise_m: float
     adhesion_n: float
     notes: tuple[str, ...]
+    seen_free: bool
 
 
 def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
@@ -183,6 +190,7 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
     exact = is_exact(travel_m) and is_exact(force_n) and not leftover
     doubts = (
         *_machine_doubts(curve),
+        *_zero_doubts(zeroed),
         *_jump_doubts(selected, quantum_m),
         *plausibility(
         selected.deformation_m, force_n, travel_m=whole.travel_m,
@@ -201,6 +209,7 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
         cycles=tuple(_cycles(zeroed)),
         notes=tuple(notes),
         doubts=tuple(doubts),
+        law_doubts=() if zeroed.seen_free or wishes.tared else (NO_FREE_AIR,),
         error_known=wishes.states_an_error or not exact,
         adhesion_n=zeroed.adhesion_n,
     )
@@ -346,8 +355,6 @@ def _zeroed(curve: Curve, *, keep_zero: bool) -> _Zeroed:
             x = travel_m[first]
         f = force_n[first]
         notes += _tare_notes(air, x, band_n)
-    else:
-        notes.append(NO_FREE_AIR)
     touch = first_touch(f, band_n)
     lead_in = air is not None or _is_soft(x, f, touch)
     begin, touch_n = 0, 0.0
@@ -371,6 +378,7 @@ def _zeroed(curve: Curve, *, keep_zero: bool) -> _Zeroed:
         noise_m,
         _pull(f[:touch], max(ADHESION * float(f.max()), TOUCH_NOISE * noise_n)) if lead_in else 0.0,
         tuple(notes),
+        air is not None,
     )
 
 
@@ -488,6 +496,18 @@ def _machine_doubts(curve: Curve) -> Iterator[str]:
         yield (
             f"the column {curve.perhaps_machine!r} may hold the machine's own deflection: call it "
             "displacement_m if that is out of it, or give --system-stiffness"
+        )
+
+
+def _zero_doubts(zeroed: _Zeroed) -> Iterator[str]:
+    """A force far below zero, where no free air before the touch says what zero is."""
+    force_n = zeroed.whole.force_n
+    low_n = -max(BELOW_ZERO * float(force_n.max()), TOUCH_NOISE * zeroed.noise_n)
+    if not zeroed.seen_free and np.mean(force_n < low_n) > BELOW_ZERO / 2.0:
+        yield (
+            f"the force goes down to {format_quantity(float(force_n.min()), 'N')} and no free air "
+            "comes before the touch: its zero is not that of free air, and every force is off by "
+            "it (give the whole test, from free air on)"
         )
 
 

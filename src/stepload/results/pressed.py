@@ -100,6 +100,7 @@ def pressed_curve(curve: PreparedCurve) -> Pressed:
         accuracy=1.0 / conditions.t,
         laws=conditions.laws,
         doubts=doubts,
+        law_doubts=curve.law_doubts,
     )
 
 

@@ -41,6 +41,7 @@ class Wishes:
         secant_force_n: where the secant is taken.
         elastic_limit_n: F_c.
         theory_k, theory_n: the payload's law (3).
+        tared: the force is zero in free air, though the file does not show it.
         laws: words of the laws that figures may rest on; empty: all that can be tried.
     """
 
@@ -55,6 +56,7 @@ class Wishes:
     elastic_limit_n: float | None = None
     theory_k: float | None = None
     theory_n: float | None = None
+    tared: bool = False
     laws: tuple[str, ...] | None = None
 
     @property

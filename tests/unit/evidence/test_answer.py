@@ -10,6 +10,7 @@ import pytest
 from pressed_runs import World, hertz, press
 
 from stepload.errors import DomainError
+from stepload.evidence import contact_gates
 from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.loops import Hold
@@ -317,3 +318,12 @@ def test_a_touch_is_no_better_than_the_way_between_two_samples():
     )
     own = 3.0 * math.sqrt(2.0 / 3.0) * 5e-6
     assert blurred.threshold == pytest.approx(math.hypot(slow.threshold, own), rel=0.02)
+
+
+def test_the_gap_stays_watched_where_no_hold_lies_between_two_ramps(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A hold at the top alone tells creep, not a force that comes late."""
+    assert "gap" not in {gate.name for gate in weigh(press(World())).gates}
+    monkeypatch.setattr(contact_gates, "rate_sign", lambda *_: None)
+    assert "gap" in {gate.name for gate in weigh(press(World())).gates}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -9,10 +10,13 @@ import pytest
 from pressed_runs import World, press
 
 from stepload.contact.law_names import LAW_NAMES
+from stepload.evidence import answer
 from stepload.evidence.answer import Evidence, weigh
+from stepload.evidence.errors import middle
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.laws import LAWS
 from stepload.identify.fit import FloatArray
+from stepload.identify.smooth import smooth_lengths
 
 TOUCH = "secant_from_touch"
 
@@ -78,3 +82,17 @@ def test_a_choice_that_cannot_be_fitted_leaves_the_chord() -> None:
     assert set(found.quantities) == {"chord"}
     assert "it cannot be fitted" in found.notes[-1]
     assert TOUCH in weigh(replace(run, roughness=Roughness(None))).quantities
+
+
+def test_a_choice_that_cannot_be_fitted_with_the_length_that_stands_for_all_counts_with_none(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    run = press(World())
+    run = replace(run, sources=replace(run.sources, smooth_length_n=None), laws=("hertz",))
+    assert TOUCH in weigh(run).quantities
+    whole, asked = answer.chosen_fits, itertools.count()
+    here = middle(len(smooth_lengths(None, 300.0)))
+    monkeypatch.setattr(
+        answer, "chosen_fits", lambda *given: {} if next(asked) == here else whole(*given)
+    )
+    assert set(weigh(run).quantities) == {"chord"}

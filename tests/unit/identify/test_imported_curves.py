@@ -621,11 +621,37 @@ def test_a_curve_to_compare_with_gets_the_same_care() -> None:
         deformation_curve(curve(position_m=depth, force_n=force))
 
 
-@pytest.mark.parametrize("lead_in", [0, 200])
-def test_a_curve_without_free_air_says_whose_word_its_zero_is(lead_in: int) -> None:
+@pytest.mark.parametrize(("preload", "lead_in"), [(0.0, 200), (0.0, 0), (20.0, 0)])
+def test_a_secant_needs_a_zero_of_force_that_somebody_saw(
+    identified: Callable[..., Found], preload: float, lead_in: int
+) -> None:
+    """A preload that was tared away leaves no trace: the chord bears it, a secant does not."""
     rng = np.random.default_rng(12)
-    loaded = np.linspace(1.0, 300.0, 300)
-    force = np.concatenate([np.zeros(lead_in), loaded]) + rng.normal(0, 0.1, lead_in + 300)
-    depth = np.concatenate([np.linspace(-5e-5, 0.0, lead_in), (loaded / K) ** (1 / N)])
-    notes = prepare(curve(displacement_m=depth, force_n=force), NOTHING).notes
-    assert any("no free air" in note for note in notes) is (lead_in == 0)
+    up = np.linspace(preload, 300.0, 400)
+    loaded = np.concatenate([np.zeros(lead_in), up, up[::-1], np.zeros(lead_in)])
+    depth = (loaded / K) ** (1 / N)
+    depth[:lead_in] = np.linspace(-5e-5, 0.0, lead_in)
+    depth[depth.size - lead_in :] = np.linspace(0.0, -5e-5, lead_in)
+    columns = {
+        "displacement_m": depth + rng.normal(0, 5e-8, depth.size),
+        "force_n": loaded - preload + rng.normal(0, 0.1, depth.size),
+    }
+    found, _ = identified(Wishes(smooth_error_m=2e-7), **columns)
+    assert found.headline is not None
+    assert found.headline.verdict == "identified"
+    secant = found.quantities["secant_from_touch"]
+    assert (secant.verdict == "identified") is (lead_in > 0)
+    assert any("no free air" in why for why in secant.why) is (lead_in == 0)
+    vouched, _ = identified(Wishes(smooth_error_m=2e-7, tared=True), **columns)
+    why = vouched.quantities["secant_from_touch"].why
+    assert not any("no free air" in each for each in why)
+
+
+def test_a_force_that_goes_far_below_zero_has_no_zero(identified: Callable[..., Found]) -> None:
+    up = np.linspace(0.0, 300.0, 400)
+    depth = (np.concatenate([up, up[::-1]]) / K) ** (1 / N)
+    force = np.concatenate([up, up[::-1]]) - 50.0
+    found, _ = identified(Wishes(smooth_error_m=2e-7), displacement_m=depth, force_n=force)
+    assert found.headline is not None
+    assert found.headline.verdict == "marginal"
+    assert any("is not that of free air" in why for why in found.headline.why)
