@@ -6,7 +6,7 @@ READY  := $(VENV)/.ready
 KEPT   := $(VENV)/.compiled
 
 # Two tests more at a time than there are cores: some of them wait.
-WORKERS ?= $(shell expr $$(nproc 2>/dev/null || echo 2) + 2)
+WORKERS ?= $(shell expr $$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2) + 2)
 
 # Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.
 export OPENBLAS_NUM_THREADS := 1

@@ -30,6 +30,13 @@ CONNECTION_LOST = frozenset(
 )
 """After these nothing the child says is believed: it is killed."""
 
+LINK_LOST = (
+    "Robot is disconnected", "End of file", "Connection reset", "Broken pipe",
+    "Too many open files",
+)  # fmt: skip
+"""What ur_rtde prints when its connection is gone. It may end its process in trying to reconnect,
+for which it is left no means, before the child's loop has seen the loss."""
+
 PAUSED = 4
 RESCUE_S = 1.0
 
@@ -191,11 +198,7 @@ class UrArm(Arm):
             self._take(message)
         if self._child.ended:
             if self._fault is None:
-                self._latch(
-                    FaultCode.DRIVER,
-                    self._child.last_words(),
-                    "the arm's watchdog stops the arm; open anew",
-                )
+                self._latch(*_end_of(self._child.last_words()))
             self._kill()
             return
         now_s = time.monotonic()
@@ -285,3 +288,12 @@ class UrArm(Arm):
         if self._child is not None:
             self._child.kill()
             self._child = None
+
+
+def _end_of(last_words: str) -> tuple[FaultCode, str, str]:
+    """Code, message and hint of a child that has ended without saying why."""
+    if any(sign in last_words for sign in LINK_LOST):
+        message = f"the controller closed the connection ({last_words})"
+        hint = "check cable and controller; the arm's watchdog stops it"
+        return FaultCode.NOT_CONNECTED, message, hint
+    return FaultCode.DRIVER, last_words, "the arm's watchdog stops the arm; open anew"

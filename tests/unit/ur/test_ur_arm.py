@@ -37,6 +37,7 @@ class FakeChild:
     def __init__(self, clock, settings, period_s, connect_s) -> None:
         self.clock, self.settings, self.period_s = clock, settings, period_s
         self.ended = self.killed = self.has_quit = self.deaf = False
+        self.said_last = "ur_rtde crashed"
         self.answers: dict[str, dict[str, Any] | None] = {}
         self.sent: list[bytes] = []
         self.queue: list[tuple[float, Any]] = [
@@ -81,7 +82,7 @@ class FakeChild:
         return [message for message in self.sent if message[:1] == kind]
 
     def last_words(self) -> str:
-        return "ur_rtde crashed"
+        return self.said_last
 
     def kill(self) -> None:
         self.killed = True
@@ -287,6 +288,20 @@ def test_a_stop_of_the_controller_keeps_the_child_and_the_first_fault_counts(ope
     child.arrives(fault(FaultCode.PROGRAM_STOPPED))
     assert arm.fault().code is FaultCode.PROTECTIVE_STOP
     assert not child.killed
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["RTDEControlInterface: Robot is disconnected, reconnecting...", "(asio.misc:2) End of file"],
+)
+def test_a_child_that_ends_over_a_lost_connection_says_so(opened, said):
+    """ur_rtde crashes where it cannot reconnect, sometimes before the loop has seen the loss."""
+    arm, child = opened()
+    child.said_last = f"ur_rtde crashed (SIGSEGV); it printed last: {said}"
+    child.arrives(lambda _: None)
+    assert arm.fault().code is FaultCode.NOT_CONNECTED
+    assert "the controller closed the connection" in arm.fault().message
+    assert child.killed
 
 
 def test_a_child_that_ends_is_a_fault(opened):
