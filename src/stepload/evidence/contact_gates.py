@@ -82,6 +82,8 @@ def contact_signs(
         if "gap_change" not in signs or creep is None or rate is None:
             watched.append("gap")
     gates = [sign_gate(signs[name], rehearsed[name], main.span_m) for name in watched]
+    if "seat" in signs:
+        gates.append(sign_gate(signs["seat"], rehearsed["seat"], main.span_m, "law"))
     if rate is not None:
         bent = [
             travel - elastic.travel(branch.path.force_n)[:, None]

@@ -63,6 +63,8 @@ _MEANS = {
     "the first one changed the contact, or its rate was another one",
     "gap": "unloading lies {value} from loading at {at} (allowed {limit}): creep, slip, yield, "
     "damping or drift; one cycle, or cycles without holds, cannot tell which",
+    "seat": "at {at} the next branch lies {value} from the first loading (allowed {limit}): "
+    "something gave way at small force, as a seat or a film does, and a secant would count it",
     "hold_split": "deformation goes on by {value} in a hold while loading beyond what it does "
     "while unloading (allowed {limit}): the contact creeps; stiffness depends on the holds' length",
     "hold_creep": "deformation goes on in the holds, at a pace that makes {value} over the loading "
@@ -81,14 +83,14 @@ def gate(
     return made if made.fires else Gate(name, value, threshold, unit, blocks, "")
 
 
-def sign_gate(sign: Sign, rehearsed_m: float, span_m: float) -> Gate:
+def sign_gate(sign: Sign, rehearsed_m: float, span_m: float, blocks: Blocks = "all") -> Gate:
     """The gate of a sign that vanishes for an elastic contact."""
     threshold = max(rehearsed_m, HARMLESS * span_m)
     text = _MEANS[sign.name].format(
         at=format_quantity(sign.force_n, "N"), value=format_quantity(sign.value_m, "m"),
         limit=format_quantity(threshold, "m"),
     )  # fmt: skip
-    return gate(sign.name, abs(sign.value_m), threshold, "m", "all", text)
+    return gate(sign.name, abs(sign.value_m), threshold, "m", blocks, text)
 
 
 def creep_gates(creep: HoldCreep, rehearsed_m: float, total_m: float, span_m: float) -> list[Gate]:

@@ -19,6 +19,8 @@ from stepload.identify.fit import FloatArray
 
 LOWEST_SHARE = 0.15
 """Without holds on the way down the gap is taken at this share of the top force."""
+FOOT_SHARE = 0.03
+"""At this share of the top force, or where the data begin above it, a seat is looked for."""
 
 Compliance = Callable[[float], float]
 """dδ/dF in m/N at a force in N: of payload and system together."""
@@ -61,6 +63,8 @@ def signs_of(loops: Sequence[Loop], compliance: Compliance) -> list[Sign]:
         found += [gaps[0]] if gaps else []
         if len(gaps) == 2:
             found.append(_difference("gap_change", gaps[0], gaps[1]))
+    seat = _seat(loops, compliance)
+    found += [seat] if seat is not None else []
     if second is not None:
         tops = [(loop.loading, top_site(loop.loading.path)) for loop in (first, second)]
         shift = _shift("top_shift", tops, compliance)
@@ -80,6 +84,24 @@ def signs_of(loops: Sequence[Loop], compliance: Compliance) -> list[Sign]:
             )
         )
     return found
+
+
+def _seat(loops: Sequence[Loop], compliance: Compliance) -> Sign | None:
+    """At the foot of the first loading: the next branch that comes down as far, less the first.
+
+    None where none does, or where the foot is no lower than where gaps are looked at.
+    """
+    first = loops[0].loading
+    later = loops[1].loading if len(loops) > 1 else loops[0].unloading
+    if later is None:
+        return None
+    top_n = float(first.path.force_n.max())
+    reached_n = max(float(branch.path.force_n.min()) for branch in (first, later))
+    foot_n = max(FOOT_SHARE * top_n, reached_n)
+    if foot_n > 0.5 * LOWEST_SHARE * top_n:
+        return None
+    feet = [(branch, site(branch.path, foot_n)) for branch in (first, later)]
+    return _shift("seat", feet, compliance)
 
 
 def lowest_common(loops: Sequence[Loop]) -> float | None:

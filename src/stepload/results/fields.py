@@ -127,6 +127,7 @@ SIGNS = {
     "gap": "gap of one cycle",
     "hold_split": "creep in holds, loading less unloading",
     "hold_creep": "creep at the holds' pace, over the loading",
+    "seat": "the foot of the next branch against the first loading",
     "rate": "holds against ramps at the same force",
     "force_zero": "what the zero of force may have done",
     "drift": "drift, share of the deformation",

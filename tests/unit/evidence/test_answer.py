@@ -327,3 +327,15 @@ def test_the_gap_stays_watched_where_no_hold_lies_between_two_ramps(
     assert "gap" not in {gate.name for gate in weigh(press(World())).gates}
     monkeypatch.setattr(contact_gates, "rate_sign", lambda *_: None)
     assert "gap" in {gate.name for gate in weigh(press(World())).gates}
+
+
+def test_what_gave_way_once_at_small_force_keeps_the_secant_from_being_identified():
+    """A seat of 7 µm within some 10 N: the chord does not feel it."""
+    run = press(World())
+    number, loading, unloading = run.tracks[1]
+    lower = replace(loading, travel_m=loading.travel_m + 7e-6 * np.exp(-loading.force_n / 10.0))
+    seated = weigh(replace(run, tracks=[run.tracks[0], (number, lower, unloading)]))
+    assert [gate.name for gate in seated.gates if gate.fires] == ["seat"]
+    assert seated.headline.verdict == "identified"
+    assert seated.quantities["secant_from_touch"].verdict == "marginal"
+    assert any("a seat or a film" in why for why in seated.quantities["secant_from_touch"].why)
