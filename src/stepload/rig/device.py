@@ -14,7 +14,7 @@ from typing import ClassVar
 
 from stepload.rig.faults import Fault
 from stepload.rig.options import Option
-from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
+from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample, SixFloats
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +43,25 @@ class Health:
     age_s: float
     longest_gap_s: float
     errors: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class ArmConfiguration:
+    """How an arm stands and what it is set to, as it says itself; None: it does not tell.
+
+    Attributes:
+        joints_rad: shape (joints,).
+        tcp_offset: TCP from the flange: x, y, z in m, rotation vector in rad.
+        payload_kg: mass at the flange that the controller reckons with.
+        payload_cog_m: its centre of gravity from the flange, shape (3,).
+        speed_fraction: of the speed slider, 0 to 1.
+    """
+
+    joints_rad: tuple[float, ...] | None = None
+    tcp_offset: SixFloats | None = None
+    payload_kg: float | None = None
+    payload_cog_m: tuple[float, float, float] | None = None
+    speed_fraction: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,6 +186,13 @@ class Arm(Device):
         Raises:
             DeviceError: not confirmed; the stop was sent nevertheless.
         """
+
+    def configuration(self) -> ArmConfiguration | None:
+        """How the arm stands and what it is set to, as of the newest sample; None: not told.
+
+        Valid after `open`; never blocks, never raises.
+        """
+        return None
 
     def prove_stop(self, distance_m: float, speed_m_s: float, timeout_s: float) -> StopProof | None:
         """Move slowly away from the plate, stop sending under way, and see the arm stop by itself.
