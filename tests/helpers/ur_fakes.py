@@ -6,6 +6,7 @@ from typing import Any
 
 from driver_time import Clock
 
+from stepload.rig.device import ArmConfiguration
 from stepload_drivers.ur import wire
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, UrState, travel_m
 
@@ -91,6 +92,22 @@ class FakeUr:
         self._input("upload")
         self.fields["runtime_state"] = PLAYING
         return self.uploads
+
+
+class FakeTold:
+    """The connection on which the controller tells its configuration; `polls` counts the looks."""
+
+    def __init__(self) -> None:
+        self.configuration = ArmConfiguration(
+            (0.0,) * 6, (0.0, 0.0, 0.1, 0.0, 0.0, 0.0), 1.2, (0.0, 0.0, 0.05), 1.0
+        )
+        self.polls = 0
+        self.silent = False
+        self.seen_s = 0.0
+
+    def poll(self) -> bool:
+        self.polls += 1
+        return not self.silent
 
 
 class FakeLink:

@@ -11,6 +11,7 @@ import socket
 import sys
 from typing import Any
 
+from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers.priority import prefer_this_thread
 from stepload_drivers.ur import procedures, wire
@@ -70,6 +71,8 @@ def main() -> None:
         link.send(wire.pack_json(wire.STAGE, name="RTDE control interface"))
         stay_alive_for(float(connect_s))
         procedures.connect(loop)
+    except DeviceError as error:
+        _report_failure(link, FaultCode(error.code), error.message)
     except RuntimeError as error:
         _report_failure(link, FaultCode.NOT_CONNECTED, f"ur_rtde: {error}")
     except RequestError as error:

@@ -81,6 +81,9 @@ class RtdeClient:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
         self._sock.close()
 
     def _next(self) -> Frame:
@@ -136,10 +139,16 @@ class RtdeClient:
         Raises:
             DeviceError: refused or no answer.
         """
-        request = struct.pack(">d", rate_hz) + ",".join(state.VARIABLES).encode()
-        answer = self._ask(frames.SETUP_OUTPUTS, request)
+        self._begin(self._outputs(rate_hz, state.VARIABLES))
+
+    def _outputs(self, rate_hz: float, names: Sequence[str]) -> list[str]:
+        """The types of the output variables `names`, as the controller answers."""
+        request = struct.pack(">d", rate_hz) + ",".join(names).encode()
+        return frames.split_names(self._ask(frames.SETUP_OUTPUTS, request)[1:])
+
+    def _begin(self, types: list[str]) -> None:
         try:
-            self._layout = frames.package_struct(frames.split_names(answer[1:]))
+            self._layout = frames.package_struct(types)
         except FrameError as error:
             raise DeviceError(
                 f"{self._host}: the controller lacks an output variable ({error})",

@@ -30,6 +30,7 @@ from stepload_drivers.ur.state import (
     target_pose,
     travel_m,
 )
+from stepload_drivers.ur.told import ToldClient
 
 POLL_S = 0.0004
 HANG_S = 2.0
@@ -37,6 +38,7 @@ RESEND_SHARE = 0.2
 """Inputs are sent again after this share of the watchdog's time."""
 CLOCK_SLACK_S = 1.0
 REFUSAL_GRACE_S = 0.05
+TOLD_S = 1.0
 REPORTED = 3
 """Exit status of a child that has reported its fault itself."""
 
@@ -75,6 +77,7 @@ class Loop:
         self._refused_s = math.inf
         self._has_fault = False
         self._remote_check = RemoteCheck(settings.host)
+        self.told = ToldClient(settings.host, time.monotonic() + TOLD_S)
         self.forgive_pause()
         while self._state is None:
             self.step()
@@ -140,6 +143,8 @@ class Loop:
         self._state, self._seen_s = state, now_s
         self.standstill.add(state)
         self.link.send(wire.pack_sample(now_s, state))
+        if self.told.poll() and self.told.configuration is not None:
+            self.link.send(wire.pack_configuration(self.told.configuration))
 
     def _check_connected(self) -> None:
         """ur_rtde's "not connected" is believed at once, its "connected" never."""

@@ -16,6 +16,7 @@ from stepload_drivers.ur.state import PLAYING, UrState, arrived_m, can_move, saf
 
 PROGRAM_START_S = 3.0
 STANDSTILL_S = 2.0
+TOLD_S = 1.0
 SERVO_STOP_M_S2 = 10.0
 ORPHAN_M_S = 0.01
 ORPHAN_WAIT_S = 1.0
@@ -45,6 +46,7 @@ def connect(loop: Loop) -> None:
         _trip_watchdog(loop)
         _restart(loop)
     _wait(loop, lambda _: loop.standstill.still, STANDSTILL_S, "the arm does not stand still")
+    _wait(loop, lambda _: loop.told.configuration is not None, TOLD_S, "no configuration is told")
     loop.begin_here()
 
 

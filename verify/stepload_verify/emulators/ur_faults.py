@@ -16,6 +16,9 @@ safeguard on|off      safeguard stop; releasing resumes the program
 kill-program          stop the program as from the pendant
 ignore-inputs on|off  what clients write gets lost, so that the watchdog trips
 local on|off          local control: scripts are ignored
+slider FRACTION       speed slider of the pendant, 0 to 1
+payload KG [X Y Z]    payload mass, and its centre of gravity in m
+tcp X Y Z             TCP from the flange in m
 nan on|off            NaN in every floating-point value
 random on|off         random bytes as values
 wrong-type on|off     data packages under an unknown type
