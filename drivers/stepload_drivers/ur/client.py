@@ -119,7 +119,7 @@ class RtdeClient:
             raise DeviceError(
                 f"{self._host}: the controller does not speak RTDE protocol 2",
                 code=FaultCode.UNSUPPORTED,
-                hint="PolyScope 3.4 to 5.x is supported",
+                hint="PolyScope 3.4 to 3.15 and 5.4 to 5.x are supported",
             )
         answer = self._ask(frames.GET_VERSION)
         if len(answer) != 16:
@@ -153,7 +153,7 @@ class RtdeClient:
             raise DeviceError(
                 f"{self._host}: the controller lacks an output variable ({error})",
                 code=FaultCode.UNSUPPORTED,
-                hint="PolyScope 3.4 to 5.x is supported",
+                hint="PolyScope 3.4 to 3.15 and 5.4 to 5.x are supported",
             ) from error
         if self._ask(frames.START) != b"\x01":
             raise _no_answer(self._host, RTDE, "refused to start sending")

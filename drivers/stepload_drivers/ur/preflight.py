@@ -16,6 +16,8 @@ from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import safety_problem
 
 OLDEST: Version = (3, 4, 0, 0)
+OLDEST_E_SERIES: Version = (5, 4, 0, 0)
+SUPPORTED = "3.4 to 3.15 or 5.4 to 5.x"
 UPPER_OFFSET = 24
 INTEGERS_USED, DOUBLES_USED = 8, 18
 REMOTE = {"true": True, "false": False}
@@ -51,13 +53,20 @@ def check_version(version: Version, *, upper_registers: bool) -> None:
         raise DeviceError(
             f"PolyScope {text} is not supported: PolyScope X has no dashboard and no script port",
             code=FaultCode.UNSUPPORTED,
-            hint="use an e-Series or CB3 controller with PolyScope 3.4 to 5.x",
+            hint=f"use an e-Series or CB3 controller with PolyScope {SUPPORTED}",
         )
     if version < OLDEST or version[0] == 4:
         raise DeviceError(
             f"PolyScope {text} is not supported, 3.4 is the oldest that is",
             code=FaultCode.UNSUPPORTED,
             hint="update the controller's software",
+        )
+    if (5, 0, 0, 0) <= version < OLDEST_E_SERIES:
+        raise DeviceError(
+            f"PolyScope {text} is not supported: with 5.0 to 5.3 ur_rtde 1.6.5 takes its "
+            "connection for lost at the first command and crashes",
+            code=FaultCode.UNSUPPORTED,
+            hint="update the controller's software to PolyScope 5.4 or later",
         )
     if upper_registers and version >= (5, 23, 0, 0):
         raise DeviceError(

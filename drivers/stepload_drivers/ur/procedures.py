@@ -39,9 +39,10 @@ def connect(loop: Loop) -> None:
         RequestError: the controller refused something, its watchdog did not act, or the arm does
             not stand still.
     """
+    loop.expect_stop = loop.muted = True
     loop.control = ControlPort(loop.settings)
     loop.forgive_pause()
-    _prepare(loop)
+    _begin(loop)
     if loop.settings.prove_watchdog:
         _trip_watchdog(loop)
         _restart(loop)
@@ -125,6 +126,22 @@ def _wait(loop: Loop, done: Callable[[UrState], bool], timeout_s: float, what: s
     return time.monotonic() - started_s
 
 
+def _begin(loop: Loop) -> None:
+    """See the program run on both connections, and prepare it; then a stop is a fault again.
+
+    The controller sends to its clients one after the other: the one may still say STOPPED when the
+    other says PLAYING, and ur_rtde sends no command before its own does.
+    """
+    control = _control(loop)
+
+    def started(package: UrState) -> bool:
+        return can_move(package) and control.program_runs()
+
+    _wait(loop, started, PROGRAM_START_S, "the control program did not start")
+    _prepare(loop)
+    loop.muted = loop.expect_stop = False
+
+
 def _prepare(loop: Loop) -> None:
     """TCP, payload, watchdog: all of it is lost when the program starts anew."""
     at_s = time.monotonic()
@@ -164,12 +181,7 @@ def _restart(loop: Loop) -> None:
     if not control.upload():
         raise RequestError("the controller refused the control program")
 
-    def started(package: UrState) -> bool:
-        return can_move(package) and control.program_runs()
-
-    _wait(loop, started, PROGRAM_START_S, "the control program did not start")
-    _prepare(loop)
-    loop.muted = loop.expect_stop = False
+    _begin(loop)
 
 
 def _back_away(loop: Loop, distance_m: float, speed_m_s: float) -> float:

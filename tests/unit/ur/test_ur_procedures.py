@@ -10,6 +10,7 @@ from ur_fakes import HOME, PERIOD_S
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import child, procedures, wire
 from stepload_drivers.ur.procedures import RequestError
+from stepload_drivers.ur.state import PLAYING
 
 AT_M = 1e-3
 
@@ -82,6 +83,27 @@ def test_commands_wait_until_the_control_connection_sees_the_program(make_loop, 
     last_prepare_s = max(time_s for what, _, time_s in ur.inputs if what == "prepare")
     assert len(seen) > 5
     assert last_prepare_s >= seen[-1]
+
+
+@pytest.mark.parametrize("prove_watchdog", [False, True])
+@pytest.mark.parametrize("late_s", [0.002, 0.02])
+def test_a_program_that_the_data_show_late_is_no_stop_and_proves_no_watchdog(
+    make_loop, ur, link, clock, late_s, prove_watchdog
+):
+    """The control connection already says PLAYING while the data still say STOPPED."""
+    ur.fields["runtime_state"] = 1
+    loop = make_loop(control=False, prove_watchdog=prove_watchdog)
+    ur.program_runs = lambda: True
+    began_s = clock.now_s
+
+    def begin() -> None:
+        ur.fields["runtime_state"], ur.watchdog_s = PLAYING, 0.1
+
+    clock.at(began_s + late_s, begin)
+    procedures.connect(loop)
+    assert ur.inputs[0][0] == "prepare"
+    assert ur.inputs[0][2] >= began_s + late_s
+    assert link.told(wire.FAULT) == []
 
 
 def test_a_program_stopped_by_somebody_else_proves_no_watchdog(make_loop, ur, clock):
