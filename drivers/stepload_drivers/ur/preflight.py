@@ -11,9 +11,11 @@ from dataclasses import dataclass
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
+from stepload_drivers.ur.changed import slow_problem
 from stepload_drivers.ur.client import RtdeClient, Version, dashboard
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import safety_problem
+from stepload_drivers.ur.told import told
 
 OLDEST: Version = (3, 4, 0, 0)
 OLDEST_E_SERIES: Version = (5, 4, 0, 0)
@@ -84,11 +86,11 @@ def register_names(*, upper_registers: bool) -> list[str]:
 
 
 def preflight(settings: Settings, deadline_s: float) -> Controller:
-    """Ask version, registers, data, identity and remote control; ends by `deadline_s`.
+    """Ask version, registers, data, speed slider, identity, remote control; ends by `deadline_s`.
 
     Raises:
-        DeviceError: NOT_CONNECTED, UNSUPPORTED, WRONG_DEVICE, NOT_REMOTE REFUSED_COMMAND
-            (registers taken), or the stop that is in force.
+        DeviceError: NOT_CONNECTED, UNSUPPORTED (version, slider below 100 %), WRONG_DEVICE,
+            NOT_REMOTE, REFUSED_COMMAND (registers taken), or the stop that is in force.
     """
     with RtdeClient(settings.host, deadline_s) as rtde:
         version = rtde.version()
@@ -107,6 +109,10 @@ def preflight(settings: Settings, deadline_s: float) -> Controller:
             raise DeviceError(
                 f"{settings.host}: {problem.message}", code=problem.code, hint=problem.hint
             )
+    if problem := slow_problem(told(settings.host, deadline_s)):
+        raise DeviceError(
+            f"{settings.host}: {problem.message}", code=problem.code, hint=problem.hint
+        )
     serial_number, model = _identity(settings, version, deadline_s)
     return Controller(version, serial_number, model)
 

@@ -10,13 +10,15 @@ import contextlib
 import time
 from collections.abc import Callable
 
+from stepload_drivers.ur.changed import change, expected, tcp_changed
 from stepload_drivers.ur.loop import Loop
 from stepload_drivers.ur.ports import ControlPort
 from stepload_drivers.ur.state import PLAYING, UrState, arrived_m, can_move, safety_problem
+from stepload_drivers.ur.told import RATE_HZ
+from stepload_drivers.ur.watch import TOLD_S
 
 PROGRAM_START_S = 3.0
 STANDSTILL_S = 2.0
-TOLD_S = 1.0
 SERVO_STOP_M_S2 = 10.0
 ORPHAN_M_S = 0.01
 ORPHAN_WAIT_S = 1.0
@@ -47,7 +49,6 @@ def connect(loop: Loop) -> None:
         _trip_watchdog(loop)
         _restart(loop)
     _wait(loop, lambda _: loop.standstill.still, STANDSTILL_S, "the arm does not stand still")
-    _wait(loop, lambda _: loop.told.configuration is not None, TOLD_S, "no configuration is told")
     loop.begin_here()
 
 
@@ -139,7 +140,24 @@ def _begin(loop: Loop) -> None:
 
     _wait(loop, started, PROGRAM_START_S, "the control program did not start")
     _prepare(loop)
-    loop.muted = loop.expect_stop = False
+    loop.muted = False
+    _arm(loop)
+    loop.expect_stop = False
+
+
+def _arm(loop: Loop) -> None:
+    """See the settings told as they must be; from here on a change of them is a fault."""
+    watch, since_s = loop.watch, time.monotonic()
+
+    def told_since(_: UrState) -> bool:
+        return watch.told.seen_s > since_s + 1.0 / RATE_HZ  # not one that was under way
+
+    _wait(loop, told_since, TOLD_S, "the controller does not tell its settings")
+    assert watch.told.configuration is not None
+    armed = watch.armed or expected(loop.settings, watch.told.configuration)
+    if problem := change(armed, watch.told.configuration):
+        raise RequestError(problem.message)
+    watch.armed = armed
 
 
 def _prepare(loop: Loop) -> None:
@@ -191,6 +209,8 @@ def _back_away(loop: Loop, distance_m: float, speed_m_s: float) -> float:
     that has jumped ahead, frozen or drifted must not become a push. Further behind the target than
     any target may lead, one of the two is wrong, and no servo target is safe.
     """
+    if tcp_changed(loop.watch.armed, loop.watch.told.configuration):
+        raise RequestError("the TCP was changed: left to the controller's own target")
     from_m = min(loop.position_m, loop.commanded_m)
     behind_m, limit_m = loop.commanded_m - from_m, loop.settings.max_lead_m
     if behind_m > limit_m:
