@@ -150,18 +150,21 @@ def test_with_another_tcp_no_pose_is_sent_any_more(pressing, ur, told):
     assert len(ur.of("servo")) == sent
 
 
-def test_a_program_stopped_by_somebody_else_proves_no_watchdog(make_loop, ur, clock):
-    loop = make_loop(control=False)
-    clock.at(clock.now_s + 0.11, lambda: ur.fields.update(runtime_state=1))
-    with pytest.raises(RequestError, match=r"\d\d ms after .*not by its watchdog \(100 ms\)"):
-        procedures.connect(loop)
-
-
-def test_a_safety_stop_proves_no_watchdog(make_loop, ur, clock):
-    loop = make_loop(control=False)
-    clock.at(clock.now_s + 0.16, lambda: ur.fields.update(runtime_state=1, safety_mode=3))
-    with pytest.raises(RequestError, match="protective stop"):
-        procedures.connect(loop)
+@pytest.mark.parametrize(
+    ("after_s", "fields", "says"),
+    [
+        (0.03, {}, r"3\d ms after .*not by its watchdog \(100 ms\)"),
+        (0.09, {"safety_mode": 3}, "protective stop"),
+    ],
+)
+def test_a_program_stopped_by_something_else_proves_no_watchdog(
+    make_loop, ur, clock, after_s, fields, says
+):
+    loop = make_loop()
+    loop.sent(clock.now_s)
+    clock.at(clock.now_s + after_s, lambda: ur.fields.update(runtime_state=1, **fields))
+    with pytest.raises(RequestError, match=says):
+        procedures._trip_watchdog(loop)
 
 
 def test_travel_counts_from_where_the_arm_stands_at_the_end_of_open(make_loop, ur, clock):
