@@ -433,7 +433,7 @@ class Supervisor:
         return self._found(
             "R5", difference_n, tolerance_n, "N",
             f"the second channel reads {difference_n:+.4g} N beside the force sensor's"
-            f" {smooth_n:.4g} N",
+            f" {smooth_n:.4g} N{_opposite(smooth_n, smooth_n + difference_n)}",
         )  # fmt: skip
 
     def _judge_load(self, target_m: float, smooth_n: float, speed: float) -> Breach | None:
@@ -462,3 +462,14 @@ class Supervisor:
             "R6", travel_m, LEASH_SHARE * leash_n / limits.stiffness_n_per_m, "m",
             f"{travel_m * 1e6:.1f} um of travel and no answer in force",
         )  # fmt: skip
+
+
+def _opposite(force_n: float, second_n: float) -> str:
+    """What to think of channels of which one goes up about as far as the other goes down."""
+    if not force_n * second_n < 0.0 or not 0.3 < abs(second_n / force_n) < 3.0:
+        return ""
+    return (
+        ": they have opposite signs, so one of the two has the wrong sign. Change neither until a"
+        " push by hand on the tool has shown which (stepload setup): two that agree can both be"
+        " wrong"
+    )
