@@ -120,6 +120,15 @@ class ArmSpec:
 class ForceSpec:
     """The force sensor that the run is controlled and identified with."""
 
+    profile: ClassVar[
+        Annotated[
+            Name | None,
+            Key(
+                "Data sheet of the sensor, `stepload profiles` lists them: driver and figures, to "
+                "which `axis` and the address in `options` are added."
+            ),
+        ]
+    ] = None
     driver: Annotated[DriverChoice, Key(inline=True)]
     rate_hz: Annotated[Rate, Key("Samples per second.")]
     axis: Annotated[
