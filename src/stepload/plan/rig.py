@@ -135,6 +135,15 @@ class ForceSpec:
     `push_problem` says why the push of `pushed_on` proves nothing any more, "" where it does.
     """
 
+    profile: ClassVar[
+        Annotated[
+            Name | None,
+            Key(
+                "Data sheet of the sensor, `stepload profiles` lists them: driver and figures, to "
+                "which `axis` and the address in `options` are added."
+            ),
+        ]
+    ] = None
     driver: Annotated[DriverChoice, Key(inline=True)]
     rate_hz: Annotated[Rate, Key("Samples per second.")]
     axis: Annotated[Axis, Key(_AXIS)]
