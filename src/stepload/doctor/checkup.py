@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,10 +24,14 @@ NEEDED_TO_MOVE = ("arm: data", "arm: longest age", "arm: stop", "arm: watchdog")
 
 @dataclass(frozen=True, slots=True)
 class Checkup:
-    """All lines, and the measured figures as YAML for the rig file ("" without any)."""
+    """All lines, and the measured figures as YAML for the rig file ("" without any).
+
+    `figures` are the same by key of the rig: value in SI, its unit, and how it was measured.
+    """
 
     lines: tuple[Line, ...]
     snippet: str
+    figures: Mapping[tuple[str, ...], tuple[float, str, str]]
 
     @property
     def failed(self) -> bool:
@@ -233,4 +237,4 @@ def examine(
             exam.add(*_faults(rig))
     except DeviceError as error:
         exam.add(_no(stage, error))
-    return Checkup(tuple(exam.lines), exam.snippet())
+    return Checkup(tuple(exam.lines), exam.snippet(), exam.figures)
