@@ -127,6 +127,9 @@ class ForceSensor(Device):
     rate_hz: float
     """Nominal sample rate; valid after `open`."""
 
+    built_into_arm: ClassVar[bool] = False
+    """Whether it is the sensor that `Arm.has_force` speaks of: the two are then one channel."""
+
     @abstractmethod
     def drain(self) -> list[ForceSample]:
         """All samples that arrived since the last call, oldest first; none lost, none repeated."""

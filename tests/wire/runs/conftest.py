@@ -21,7 +21,7 @@ from stepload_verify.emulators.rig_process import RigProcess
 sys.path.insert(0, str(Path(__file__).parent))  # for fault_table
 
 DEMO = Path(__file__).parents[3] / "procedures" / "demo-wire.yaml"
-ATI_RATE_HZ = 500.0
+RATES_HZ = {"ati_can": 500.0, "line_serial": 100.0, "ur_force": 500.0}
 _COUNT = itertools.count()
 
 
@@ -78,9 +78,7 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
             "levels_n": (10.0, 20.0), "top_force_n": 20.0, "load_rate_n_per_s": 30.0,
         }  # fmt: skip
         arm = replace(plan.rig.arm, rate_hz=arm_rate_hz)
-        force = plan.rig.force
-        if sensor == "ati_can":
-            force = replace(force, rate_hz=ATI_RATE_HZ)
+        force = replace(plan.rig.force, rate_hz=RATES_HZ.get(sensor, plan.rig.force.rate_hz))
         plan = replace(
             plan,
             payload=replace(plan.payload, declared_force_limit_n=elastic_limit_n),

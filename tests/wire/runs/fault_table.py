@@ -234,7 +234,7 @@ SENSORS = (
     _sensor(NET, "batch:0.016", UNHARMED),
     _sensor(NET, "wrap:3", UNHARMED, at_start=True),
     _sensor(NET, "cut:0.3", says=_CORRUPT),
-    _sensor(NET, "second_client", says=_SILENT, always=True),
+    _sensor(NET, "second_client", says=_SILENT),
     _sensor(NET, "silent", says=_SILENT),
     _sensor(NET, "restart", says=_SILENT),
     _sensor(NET, "unplug", says=f"({_SILENT}|{_GONE}: UDP)"),
