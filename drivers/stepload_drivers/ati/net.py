@@ -40,6 +40,7 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
     """
 
     DRIVER = "ati_net"
+    ADDRESS = ("host", "port")
     OPTIONS: ClassVar[Mapping[str, Option]] = {
         "host": Option("text", "address of the device, a number rather than a name", required=True),
         "port": Option("integer", "UDP port of RDT", default=rdt.PORT, low=1, high=65535),

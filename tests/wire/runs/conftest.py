@@ -14,7 +14,7 @@ import pytest
 
 from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
-from stepload.plan.model import DriverChoice, Plan
+from stepload.plan.model import DriverChoice, Plan, SecondForce
 from stepload.run.rehearse import world_for
 from stepload_verify.emulators.rig_process import RigProcess
 
@@ -88,17 +88,21 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
         )
         surface_m = plan.procedure.surface_distance_m
         spec = replace(world_for(envelope_of(plan)), **{"surface_m": surface_m, **(world or {})})
+        if own := sensor == "ur_force":  # in the base frame the plate pushes upwards
+            force = replace(force, axis="+fz")
+            spec = replace(spec, arm_force_noise_n=force.noise_n)
         rig = RigProcess(
             spec,
             ur=_host(),
-            sensors=(sensor,),
+            sensors=() if own else (sensor,),
             faults=faults,
             transport=transport,
             version=version,
         )
         started.append(rig)
         ur = {**arm.driver.options, **rig.options["ur"], "prove_watchdog": False}
-        read = {**rig.options[sensor], "max_age": force.driver.options["max_age"]}
+        address = rig.options["ur"] if own else rig.options[sensor]
+        read = {**address, "max_age": force.driver.options["max_age"]}
         return EmulatedRun(
             replace(
                 plan,
@@ -106,6 +110,7 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
                     plan.rig,
                     arm=replace(arm, driver=DriverChoice("ur", ur)),
                     force=replace(force, driver=DriverChoice(sensor, read)),
+                    second_force=SecondForce() if own else plan.rig.second_force,
                 ),
             ),
             rig,

@@ -86,6 +86,8 @@ class Row:
     @property
     def name(self) -> str:
         words = [" + ".join(self.commands) or "sound", *map(str, self.rig.values())]
+        if self.sensor == WRIST:
+            words.insert(0, WRIST)
         if self.at_start:
             words.append("at start")
         return " ".join(words)
@@ -253,7 +255,7 @@ SENSORS = (
     _sensor(NET, "deaf", REFUSED, says="not_connected", at_start=True),
     _sensor(NET, "refuse", REFUSED, says="refused_command", at_start=True),
     _sensor(LINE, "noise:1", says=_CORRUPT),
-    _sensor(LINE, "cut:1", says=_CORRUPT),
+    _sensor(LINE, "cut:0.5", says=f"({_CORRUPT}|{_SILENT})"),
     _sensor(LINE, "nan", says=f"({_CORRUPT}|{_SILENT})"),
     _sensor(LINE, "silent", says=_SILENT),
     _sensor(LINE, "freeze", says=_SAME),
@@ -263,6 +265,16 @@ SENSORS = (
     _sensor(LINE, "drift:-600", says=_DISAGREES),
     _sensor(LINE, "gain:0.4", says=_DISAGREES, at_start=True),
     _sensor(LINE, "drop:0.01", UNHARMED),
+    _arm(end=UNHARMED, sensor=WRIST),
+    _arm("freeze on", says=f"({_OLD}|{_SILENT})", sensor=WRIST),
+    _arm("drop", says=f"({_LINK_LOST}|{_GONE}|{_SILENT})", sensor=WRIST),
+    _arm("emergency-stop", end=HELD, says="(R4|device )", sensor=WRIST),
+    _arm(
+        end=REFUSED,
+        says="unsupported.*motor currents",
+        sensor=WRIST,
+        rig={"version": "3.15", "arm_rate_hz": 125.0},
+    ),
 )
 
 ROWS = ARM + SENSORS
