@@ -121,7 +121,7 @@ class RtdeClient:
             raise DeviceError(
                 f"{self._host}: the controller does not speak RTDE protocol 2",
                 code=FaultCode.UNSUPPORTED,
-                hint="PolyScope 3.4 to 5.x is supported",
+                hint="PolyScope 3.4 to 3.15 and 5.4 to 5.x are supported",
             )
         answer = self._ask(frames.GET_VERSION)
         if len(answer) != 16:
@@ -141,15 +141,21 @@ class RtdeClient:
         Raises:
             DeviceError: refused or no answer.
         """
-        request = struct.pack(">d", rate_hz) + ",".join(state.VARIABLES).encode()
-        answer = self._ask(frames.SETUP_OUTPUTS, request)
+        self._begin(self._outputs(rate_hz, state.VARIABLES))
+
+    def _outputs(self, rate_hz: float, names: Sequence[str]) -> list[str]:
+        """The types of the output variables `names`, as the controller answers."""
+        request = struct.pack(">d", rate_hz) + ",".join(names).encode()
+        return frames.split_names(self._ask(frames.SETUP_OUTPUTS, request)[1:])
+
+    def _begin(self, types: list[str]) -> None:
         try:
-            self._layout = frames.package_struct(frames.split_names(answer[1:]))
+            self._layout = frames.package_struct(types)
         except FrameError as error:
             raise DeviceError(
                 f"{self._host}: the controller lacks an output variable ({error})",
                 code=FaultCode.UNSUPPORTED,
-                hint="PolyScope 3.4 to 5.x is supported",
+                hint="PolyScope 3.4 to 3.15 and 5.4 to 5.x are supported",
             ) from error
         if self._ask(frames.START) != b"\x01":
             raise _no_answer(self._host, RTDE, "refused to start sending")

@@ -253,6 +253,41 @@ def test_remote_control_is_asked_for_on_a_connection_made_before(peers, clock, r
     assert server.got == [b"is in remote control\n"]
 
 
+def settled(check):
+    while check._asking:
+        pass
+    return check.remote
+
+
+def test_remote_control_is_asked_for_every_second_on_the_same_connection(peers, clock):
+    replies = [b"true\n", b"false\n", b"true\n"]
+    server = FakeSocket(clock, lambda data: [replies.pop(0)], b"Connected: UR\n")
+    peers.made[client.DASHBOARD] = server
+    check = RemoteCheck(HOST)
+    seen = []
+    for _ in range(300):
+        clock.sleep(0.01)
+        check.poll()
+        seen.append(settled(check))
+        if not replies:
+            break
+    assert [seen[0], seen[150], seen[-1]] == [None, True, True]
+    assert False in seen
+    assert len(peers.asked) == 1
+
+
+@pytest.mark.parametrize("reply", [b"could not understand\n", None])
+def test_a_dashboard_that_does_not_say_is_asked_once(peers, clock, reply):
+    server = FakeSocket(clock, lambda data: [reply] if reply else [], b"Connected: UR\n")
+    peers.made[client.DASHBOARD] = server
+    check = RemoteCheck(HOST)
+    for _ in range(50):
+        clock.sleep(0.1)
+        check.poll()
+        assert settled(check) is None
+    assert server.got == [b"is in remote control\n"]
+
+
 def test_without_a_dashboard_remote_control_stays_unknown(peers):
     check = RemoteCheck(HOST)
     while not check.done():

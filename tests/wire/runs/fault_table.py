@@ -15,7 +15,12 @@ A UR controller and its link
   not in remote control                  local on (before the run)
   script refused later                   local on + kill-program; emergency-stop (no retract taken)
   old controller 3.3                     version 3.3
+  e-Series 5.0 to 5.3                    version 5.3
   CB3 3.15, e-Series 5.4                 version 3.15, version 5.4: sound
+  speed slider                           slider 0.5, slider 0; slider 0.5 (before the run)
+  payload or TCP changed                 payload 2, tcp 0 0 -0.0005
+  local control, program goes on         local on
+  clients served one by one              gap 0.002: sound
   PolyScope X                            version 10.7
   rate 50 Hz, jitter 20 ms               rate 50, jitter 0.02: counted
   NaN or random payload                  nan on, random on
@@ -124,6 +129,12 @@ ARM = (
     _arm("kill-program", says=_flagged("program_stopped")),
     _arm("ignore-inputs on", says=_flagged("program_stopped")),
     _arm("local on", "kill-program", end=HELD, says=_flagged("not_remote")),
+    _arm("local on", says="device .*not_remote: somebody at the pendant"),
+    _arm("slider 0.5", says="device .*setting_changed: .*speed slider from 100% to 50%"),
+    _arm("slider 0", end=HELD, says="device .*setting_changed: .*speed slider from 100% to 0%"),
+    _arm("payload 2", says="setting_changed: .*payload mass from 0.000 kg to 2.000 kg"),
+    _arm("tcp 0 0 -0.0005", says="setting_changed: .*TCP from"),
+    _arm("gap 0.002", end=UNHARMED, at_start=True),
     _arm("rate 50", end=UNHARMED, counted="arm lost"),
     _arm("jitter 0.02", end=UNHARMED, counted="arm lost"),
     _arm("nan on", says="(device|loop) .*not.finite"),
@@ -135,6 +146,7 @@ ARM = (
     _arm("wrong-size control", says="(device|loop) .*the controller closed the connection"),
     _arm("host kill", says="(device|loop) .*ur_rtde crashed"),
     _arm("local on", end=REFUSED, says="not_remote", at_start=True),
+    _arm("slider 0.5", end=REFUSED, says="unsupported.*speed slider is at 50%", at_start=True),
     _arm("claim 0 23", end=REFUSED, says="refused_command.*in use", at_start=True),
     _arm("freeze on", end=REFUSED, says="not_connected", at_start=True),
     _arm("blackhole on", end=REFUSED, says="not_connected", at_start=True),
@@ -143,6 +155,7 @@ ARM = (
     _arm("emergency-stop", end=REFUSED, says="emergency_stop", at_start=True),
     _arm("safeguard on", end=REFUSED, says="safeguard_stop", at_start=True),
     _arm(end=REFUSED, says="unsupported.*3.4", rig={"version": "3.3"}),
+    _arm(end=REFUSED, says="unsupported.*5.0 to 5.3", rig={"version": "5.3"}),
     _arm(end=REFUSED, says="unsupported.*PolyScope X", rig={"version": "10.7"}),
     _arm(end=UNHARMED, rig={"version": "3.15", "arm_rate_hz": 125.0}),
     _arm(end=UNHARMED, rig={"version": "5.4"}),
