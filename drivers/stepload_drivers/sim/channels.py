@@ -367,6 +367,8 @@ class ArmChannel(Channel):
         if self._plant.braked:
             status |= _STOPPED
         force = self.arm_force_n * active.get("arm_force_gain", 1.0)
+        if "arm_force_deaf" in active:
+            force -= self._plant.force_n + self._mass * self._plant.tip_acceleration_m_s2
         if "arm_force_reversed" in active:
             force = -force
         force += active.get("arm_force_bias", 0.0)

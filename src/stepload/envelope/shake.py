@@ -35,8 +35,8 @@ BLURS = 10.0
 SLOWER, SLOWEST = 0.8, 16
 QUANTA = 2.0
 """Inertia over the resolution of a channel too quiet for its noise to stir it."""
-STIRRED = 0.5
-"""Noise over resolution from which on a channel shows what is smaller than its resolution."""
+STIRRED = 0.3
+"""Noise over resolution from which on a quantised swing is read with its own amplitude to 6 %."""
 _RESONANCE_SHARE = 0.25
 _QUANTUM_SIGMA = 1.0 / math.sqrt(12.0)
 
@@ -216,9 +216,7 @@ def _with_cycles(plan: Plan, shake: Shake) -> Shake:
         half_widths = [
             math.inf if blurred else coverage * sigma / math.sqrt(cycles) for sigma in sigmas
         ]
-        found = replace(
-            shake, cycles=cycles, coverage=coverage, half_widths=tuple(half_widths)
-        )
+        found = replace(shake, cycles=cycles, coverage=coverage, half_widths=tuple(half_widths))
         longer_s = found.duration_s + found.period_s
         if found.tells or longer_s > LONGEST_S:
             break
