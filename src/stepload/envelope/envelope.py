@@ -40,7 +40,8 @@ class Envelope:
     `limits` are the thresholds of the run; None where the plan may not be pressed as it stands,
     `refusal` says why. Speeds and force budget are then those at the largest safe force; where no
     force is safe the speeds are 0 and the budget is empty. `bounds` are the rig's delays and
-    inertia, `shake` is the best that can prove the force channels, None where no mass is stated. Secants and deformation are theory's, `top_force_n` is the plan's.
+    inertia, `shake` is the best that can prove the force channels, None where no mass is stated.
+    Secants and deformation are theory's, `top_force_n` is the plan's.
     """
 
     plan: Plan

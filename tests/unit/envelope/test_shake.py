@@ -57,7 +57,7 @@ def test_a_shake_keeps_what_the_arm_and_the_run_allow(make: Any, mass_kg: float)
 @pytest.mark.parametrize("make", MAKERS)
 def test_noise_makes_a_shake_longer_and_then_useless(make: Any) -> None:
     durations = []
-    for noise_n in (0.1, 0.4, 40.0):
+    for noise_n in (0.1, 0.8, 40.0):
         envelope = envelope_for(
             with_force(make(touch_force_n=10.0), tool_mass_kg=1.0, noise_n=noise_n)
         )
@@ -84,6 +84,16 @@ def test_a_shake_that_tells_nothing_says_why() -> None:
         assert "rig.force.pushed_on" in reason.remedy
         assert envelope.telling_shake is None
         assert "prove the force channels" not in [stage.name for stage in envelope.stages]
+
+
+def test_a_mass_that_cannot_be_told_does_not_keep_the_other_from_being_told() -> None:
+    plan = with_second(with_force(ur_plan(), tool_mass_kg=1.0), tool_mass_kg=1.0)
+    envelope = envelope_for(plan)
+    assert envelope.telling_shake is not None
+    assert [channel.key for channel in envelope.telling_shake.channels] == ["rig.force"]
+    (reason,) = [each for each in envelope.reasons if each.code == "shake_tells_nothing"]
+    assert "second force channel" in reason.message
+    assert "rig.second_force.pushed_on" in reason.remedy
 
 
 def test_without_a_mass_there_is_no_shake() -> None:

@@ -14,7 +14,7 @@ from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import WorldFault
 
 QUICK = {"touches": 1, "tare_s": 0.2, "hold_s": 0.2, "top_force_n": 100.0, "unload": False}
-MASS_KG = 1.5
+MASS_KG = 3.0
 MAKERS = [stvf_plan, ur_plan]
 
 
