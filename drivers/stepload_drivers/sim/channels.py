@@ -246,7 +246,8 @@ class ForceChannel(Channel):
         wrench = self._wrench(value)
         if self.swapped:
             fx, fy, fz, tx, ty, tz = wrench
-            wrench = (fz, fx, fy, tz, tx, ty)
+            noise = self._noise  # that of the axis which feels nothing now
+            wrench = (fz + noise(), fx + noise(), fy + noise(), tz, tx, ty)
         row = (self.sequence, device_s, receive_s, status, wrench, math.nan)
         self.pending.append(_new(ForceSample, row))
 

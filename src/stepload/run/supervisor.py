@@ -67,8 +67,9 @@ class Supervisor:
         "_delayed", "_delayed_at", "_found", "_last_n", "_last_target_m", "_least_progress_m",
         "_limits", "_mean_n", "_model_alpha", "_model_m", "_now_s", "_progress_m", "_progress_s",
         "_progress_time_s", "_recent_m_s", "_rest", "_rest_steps", "_second_is_arm",
-        "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound", "_speed_decay", "_standing",
-        "_second_wrong_way", "_steps", "_still_blur_m", "_still_m", "_still_model_m", "_tared", "_taut_s", "_wrong_way",
+        "_second_wrong_way", "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound",
+        "_speed_decay", "_standing", "_steps", "_still_blur_m", "_still_m", "_still_model_m",
+        "_tared", "_taut_s", "_wrong_way",
         "arm", "cause", "force", "force_n", "predicted_n",
         "second", "second_n", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n",
         "smooth_tau_s", "speed_m_s", "zero_n",
@@ -379,14 +380,14 @@ class Supervisor:
         return breach
 
     def _judge_second_side(self, second: ForceWatch, phase: int) -> Breach | None:
-        """R1 and R11 of what a second sensor feels across its axis: it may be the only one alive."""
+        """R1 and R11 of what a second sensor feels across its axis: only it may be alive."""
         limits, across_n = self._limits, second.across_n
         whole_n = math.hypot(self.second_n, across_n)
         if across_n > limits.touch_force_n and whole_n > limits.force_limit_n:
             return self._found(
                 "R1", whole_n, limits.force_limit_n, "N",
-                f"with {across_n:.4g} N across the pressing axis the whole force on the second force"
-                f" sensor is {whole_n:.4g} N, beyond {limits.force_limit_n:.4g} N",
+                f"with {across_n:.4g} N across the pressing axis the whole force on the second"
+                f" force sensor is {whole_n:.4g} N, beyond {limits.force_limit_n:.4g} N",
             )  # fmt: skip
         if phase not in _SEARCHING:
             self._second_wrong_way = 0
