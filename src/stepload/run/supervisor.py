@@ -383,7 +383,7 @@ class Supervisor:
         """R1 and R11 of what a second sensor feels across its axis: only it may be alive."""
         limits, across_n = self._limits, second.across_n
         whole_n = math.hypot(self.second_n, across_n)
-        if across_n > limits.touch_force_n and whole_n > limits.force_limit_n:
+        if whole_n > limits.force_limit_n and across_n > limits.touch_force_n:
             return self._found(
                 "R1", whole_n, limits.force_limit_n, "N",
                 f"with {across_n:.4g} N across the pressing axis the whole force on the second"
