@@ -294,7 +294,7 @@ SENSORS = (
     _arm("emergency-stop", end=HELD, says="(R4|device )", sensor=WRIST),
     _arm(
         end=REFUSED,
-        says="unsupported.*motor currents",
+        says="unsupported.*3.15",
         sensor=WRIST,
         rig={"version": "3.15", "arm_rate_hz": 125.0},
     ),
