@@ -246,7 +246,8 @@ class ForceChannel(Channel):
         wrench = self._wrench(value)
         if self.swapped:
             fx, fy, fz, tx, ty, tz = wrench
-            wrench = (fz, fx, fy, tz, tx, ty)
+            noise = self._noise  # that of the axis which feels nothing now
+            wrench = (fz + noise(), fx + noise(), fy + noise(), tz, tx, ty)
         row = (self.sequence, device_s, receive_s, status, wrench, math.nan)
         self.pending.append(_new(ForceSample, row))
 
@@ -367,6 +368,8 @@ class ArmChannel(Channel):
         if self._plant.braked:
             status |= _STOPPED
         force = self.arm_force_n * active.get("arm_force_gain", 1.0)
+        if "arm_force_deaf" in active:
+            force -= self._plant.force_n + self._mass * self._plant.tip_acceleration_m_s2
         if "arm_force_reversed" in active:
             force = -force
         force += active.get("arm_force_bias", 0.0)

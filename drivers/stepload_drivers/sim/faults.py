@@ -47,6 +47,7 @@ _ARM = {
     "position_jump": "the measured position is off by `magnitude` m",
     "arm_force_freeze": "the arm's own force stands still",
     "arm_force_gain": "the arm's own force is multiplied by `magnitude`",
+    "arm_force_deaf": "the arm's own force feels nothing; its noise stays alive",
     "arm_force_reversed": "the arm's own force has the opposite sign",
     "arm_force_bias": "`magnitude` N is added to the arm's own force",
     "protective_stop": "the arm brakes, holds and takes no command",

@@ -72,9 +72,9 @@ def change(armed: ArmConfiguration, told: ArmConfiguration) -> Problem | None:
 
 def tcp_changed(armed: ArmConfiguration | None, told: ArmConfiguration | None) -> bool:
     """Whether a pose means another place of the arm than at arming, as far as it is told."""
-    before, now = armed and armed.tcp_offset, told and told.tcp_offset
-    if before is None or now is None:
+    if armed is None or told is None or armed.tcp_offset is None or told.tcp_offset is None:
         return False
+    before, now = armed.tcp_offset, told.tcp_offset
     return _far(before[:3], now[:3], SAME_M) or _far(before[3:], now[3:], SAME_RAD)
 
 

@@ -10,7 +10,6 @@ not in the guide, 3.12 and 5.5.1 have it (Universal_Robots_Client_Library, pull 
 from __future__ import annotations
 
 import contextlib
-import math
 import time
 
 from stepload.errors import DeviceError
@@ -21,14 +20,13 @@ from stepload_drivers.ur.client import RtdeClient
 RATE_HZ = 25.0
 
 WANTED = {
-    "timestamp": 1,
-    "actual_q": 6,
-    "target_speed_fraction": 1,
-    "payload": 1,
-    "payload_cog": 3,
-    "tcp_offset": 6,
+    "actual_q": (6, 7.0),
+    "target_speed_fraction": (1, 1.5),
+    "payload": (1, 100.0),
+    "payload_cog": (3, 5.0),
+    "tcp_offset": (6, 10.0),
 }
-"""Variables asked for, and how many numbers each has."""
+"""Variables asked for: how many numbers each has, and the largest that can be true (SI units)."""
 
 
 class ToldClient(RtdeClient):
@@ -93,11 +91,12 @@ class ToldClient(RtdeClient):
         if frame.kind != frames.DATA or len(frame.payload) != self._layout.size:
             return False
         numbers = self._layout.unpack(frame.payload)[1:]
-        if not all(map(math.isfinite, numbers)):
-            return False
         values: dict[str, tuple[float, ...]] = {}
         for name in self._names:
-            values[name], numbers = numbers[: WANTED[name]], numbers[WANTED[name] :]
+            count, limit = WANTED[name]
+            values[name], numbers = numbers[:count], numbers[count:]
+            if not all(abs(number) <= limit for number in values[name]):  # nor if it is NaN
+                return False
         self.configuration = _configuration(values)
         self.seen_s = time.monotonic()
         return True

@@ -15,6 +15,7 @@ from stepload.envelope.domains import domain_reasons
 from stepload.envelope.hazards import hazards
 from stepload.envelope.limit_reasons import limit_reasons
 from stepload.envelope.limits import RunLimits, limits_of
+from stepload.envelope.one_channel import one_channel_reasons
 from stepload.envelope.press import PressRig, Term
 from stepload.envelope.pressing import Pressing, largest_top_force, pressing_for
 from stepload.envelope.proof import shake_reasons
@@ -40,7 +41,8 @@ class Envelope:
     `limits` are the thresholds of the run; None where the plan may not be pressed as it stands,
     `refusal` says why. Speeds and force budget are then those at the largest safe force; where no
     force is safe the speeds are 0 and the budget is empty. `bounds` are the rig's delays and
-    inertia, `shake` is the best that can prove the force channels, None where no mass is stated. Secants and deformation are theory's, `top_force_n` is the plan's.
+    inertia, `shake` is the best that can prove the force channels, None where no mass is stated.
+    Secants and deformation are theory's, `top_force_n` is the plan's.
     """
 
     plan: Plan
@@ -127,6 +129,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         *limit_reasons(theory),
         *domain_reasons(plan, theory),
         *rig_reasons(plan),
+        *one_channel_reasons(plan),
         *age_reasons(plan),
         *cycle_reasons(plan),
         *stiffness_reasons(plan),

@@ -24,7 +24,14 @@ def shake_reasons(plan: Plan, shake: Shake | None) -> Iterator[Reason]:
             " feel it",
             f"keep {format_quantity(behind_m, 'm')} behind the start pose free",
         )  # fmt: skip
-        return
+        for other in shake.untold:
+            yield from _useless(other)
+    else:
+        yield from _useless(shake)
+
+
+def _useless(shake: Shake) -> Iterator[Reason]:
+    """What a shake leaves untold of each channel."""
     for channel, half_width in zip(shake.channels, shake.half_widths, strict=True):
         inertia_n = channel.mass_kg * shake.acceleration_m_s2
         if half_width <= 0.5 * HALF_WIDTH and shake.visible(channel):

@@ -35,8 +35,8 @@ BLURS = 10.0
 SLOWER, SLOWEST = 0.8, 16
 QUANTA = 2.0
 """Inertia over the resolution of a channel too quiet for its noise to stir it."""
-STIRRED = 0.5
-"""Noise over resolution from which on a channel shows what is smaller than its resolution."""
+STIRRED = 0.3
+"""Noise over resolution from which on a quantised swing is read with its own amplitude to 6 %."""
 _RESONANCE_SHARE = 0.25
 _QUANTUM_SIGMA = 1.0 / math.sqrt(12.0)
 
@@ -66,7 +66,8 @@ class Shake:
     `follow` is the share of it that an arm with this lag still goes. `cycles` count, after
     `SETTLING_CYCLES`; `coverage` is the quantile of Student's distribution
     by which their scatter is widened to a 99 % interval. `half_widths` are the shares of the stated
-    masses to which the felt ones will be told, one for each of `channels`.
+    masses to which the felt ones will be told, one for each of `channels`. `untold` are the best
+    shakes of channels that this one leaves out, since none tells their mass.
     """
 
     travel_m: float
@@ -76,6 +77,7 @@ class Shake:
     coverage: float
     channels: tuple[ShakenChannel, ...]
     half_widths: tuple[float, ...] = ()
+    untold: tuple[Shake, ...] = ()
 
     @property
     def period_s(self) -> float:
@@ -147,13 +149,25 @@ def _channel(
 
 
 def shake_for(plan: Plan, limits: RunLimits) -> Shake | None:
-    """The shortest shake that tells every stated mass, else the one that comes nearest to it.
+    """The shortest shake that tells the stated masses, else the one that comes nearest to it.
 
+    A mass that no shake tells is left out where another one can be told, the main sensor's first.
     None where no mass is stated. Whether it `tells` is for the caller to look at.
     """
     channels = channels_of(plan)
     if not channels:
         return None
+    shake = _best(plan, limits, channels)
+    if shake.tells or len(channels) == 1:
+        return shake
+    alone = [_best(plan, limits, (channel,)) for channel in channels]
+    for each in alone:
+        if each.tells:
+            return replace(each, untold=tuple(other for other in alone if other is not each))
+    return shake
+
+
+def _best(plan: Plan, limits: RunLimits, channels: tuple[ShakenChannel, ...]) -> Shake:
     fastest = _fastest(plan, channels)
     shakes = [
         _with_cycles(plan, _largest(plan, limits, fastest * SLOWER**slower, channels))
@@ -216,9 +230,7 @@ def _with_cycles(plan: Plan, shake: Shake) -> Shake:
         half_widths = [
             math.inf if blurred else coverage * sigma / math.sqrt(cycles) for sigma in sigmas
         ]
-        found = replace(
-            shake, cycles=cycles, coverage=coverage, half_widths=tuple(half_widths)
-        )
+        found = replace(shake, cycles=cycles, coverage=coverage, half_widths=tuple(half_widths))
         longer_s = found.duration_s + found.period_s
         if found.tells or longer_s > LONGEST_S:
             break

@@ -128,7 +128,12 @@ def run_data(run: Evaluation) -> dict[str, Any]:
     if run.run_in is not None:
         made["run_in"] = _run_in_data(run.run_in)
     if run.data is not None:
-        told = (*remarks(run.data), *alive(run.recording.events), *levels(run.recording.events), *beyond_theory(run))
+        told = (
+            *remarks(run.data),
+            *alive(run.recording.events),
+            *levels(run.recording.events),
+            *beyond_theory(run),
+        )
         made["reasons"] = [*made["reasons"], *told]
     if run.extras is not None:
         made |= extras_data(run.extras)

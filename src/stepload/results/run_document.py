@@ -96,7 +96,12 @@ def run_document(run: Evaluation) -> Document:
         f"preflight: {reason.message}" for reason in envelope.reasons if reason.severity != "note"
     ]
     if run.data is not None:
-        reasons += [*remarks(run.data), *alive(run.recording.events), *levels(run.recording.events), *beyond_theory(run)]
+        reasons += [
+            *remarks(run.data),
+            *alive(run.recording.events),
+            *levels(run.recording.events),
+            *beyond_theory(run),
+        ]
     if run.problem and run.problem != verdict.text:
         reasons.append(run.problem)
     if resumed := run.recording.metadata.get("resumed"):

@@ -89,7 +89,8 @@ def felt_mass(
 
     m = −F/(ω² X) of each cycle; their scatter is the uncertainty of their mean.
     """
-    masses = np.real(-force_n / (shake.omega_rad_s**2 * position_m[:, None]))
+    with np.errstate(invalid="ignore", divide="ignore"):  # NaN proves nothing
+        masses = np.real(-force_n / (shake.omega_rad_s**2 * position_m[:, None]))
     shares = sign * masses / channel.mass_kg
     mean = shares.mean(axis=0)
     scatter = float(shares[:, along].std(ddof=1))

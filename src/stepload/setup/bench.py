@@ -62,7 +62,7 @@ class Heard(NamedTuple):
             raise DeviceError(
                 f"rig.{name}: the sensor itself calls its readings bad (status bits"
                 f" {max(sample.status for sample in samples)})",
-                code=FaultCode.DEVICE_REPORTS, hint="is it overloaded? see its page in docs/devices",
+                code=FaultCode.DEVICE_REPORTS, hint="is it overloaded? docs/devices has its page",
             )  # fmt: skip
         return np.array([sample.wrench[:3] for sample in samples])
 

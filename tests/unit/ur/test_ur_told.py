@@ -113,12 +113,13 @@ def test_the_newest_of_several_counts(connect):
     assert connection.configuration.speed_fraction == 0.25
 
 
-def test_what_is_no_number_is_passed_over(connect):
+@pytest.mark.parametrize("fault", ["nan on", "random on", "short on", "payload 1000"])
+def test_what_cannot_be_true_is_passed_over(connect, fault):
     connection, socket, controller = connect()
     socket.send_package()
     connection.poll()
     known = connection.configuration
-    controller.command("nan on")
+    controller.command(fault)
     socket.send_package()
     assert connection.poll() is False
     assert connection.configuration is known

@@ -45,6 +45,8 @@ Force sensors
   torn sample, reply out of step         torn; late (ATI): counted
   unplug, second reader, boot banner     unplug (slcan, socketcand, serial), second_reader, restart
   wrong divider or units                 wrong_model, gain
+  stream taken by a second client        second_client (Net F/T)
+  wrong sign, wrong axis                 gain:-1, swap; with a shake before the approach, too
   the emulators' other switches          silent, nan, clock_stop, clock_jump, wrap, late, deaf,
                                          refuse
 """
@@ -56,6 +58,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 BOTA, UART, CAN, ATI = "bota_serial", "robotous_uart", "robotous_can", "ati_can"
+NET, LINE, WRIST = "ati_net", "line_serial", "ur_force"
 
 RETRACTED = "retracted"
 """The run ends as stopped, the arm is off the surface."""
@@ -89,6 +92,8 @@ class Row:
     @property
     def name(self) -> str:
         words = [" + ".join(self.commands) or "sound", *map(str, self.rig.values())]
+        if self.sensor == WRIST:
+            words.insert(0, WRIST)
         if self.at_start:
             words.append("at start")
         return " ".join(words)
@@ -170,6 +175,9 @@ _TCP = {"transport": "socketcand"}
 _FAR = {"retract_m": 1e-3}
 """A sensor that reads a tenth is touched, as it seems, half a millimetre late."""
 
+_SHAKEN = {"tool_mass_kg": 1.0}
+"""A tool whose inertia the sensor must feel before the approach."""
+
 SENSORS = (
     _sensor(BOTA, "bit_flip:0.3", says=_CORRUPT),
     _sensor(BOTA, "noise:0.3", says=_CORRUPT),
@@ -195,6 +203,12 @@ SENSORS = (
     _sensor(BOTA, "offset:-20", says=_WRONG_FORCE),
     _sensor(BOTA, "offset:20", says=_WRONG_FORCE),
     _sensor(BOTA, "gain:0.4", says=_DISAGREES, at_start=True),
+    _sensor(BOTA, "gain:-1", says="R11 .*the sign of force.axis is wrong", at_start=True),
+    _sensor(BOTA, "swap", says="R11 .*force.axis names the wrong axis", at_start=True),
+    _sensor(BOTA, "gain:-1", says="proof_of_life .*the sign is wrong", at_start=True, rig=_SHAKEN),
+    _sensor(BOTA, "swap", says="proof_of_life .*along -fx instead", at_start=True, rig=_SHAKEN),
+    _sensor(BOTA, "gain:0.4", says="proof_of_life .*gain is wrong", at_start=True, rig=_SHAKEN),
+    _sensor(BOTA, "batch:0.004", UNHARMED, rig=_SHAKEN),
     _sensor(BOTA, "lag:0.8", says=f"({_DISAGREES}|R10 force sensor|device .*clock: )"),
     _sensor(BOTA, "batch:0.016", UNHARMED),
     _sensor(BOTA, "late:0.015", UNHARMED),
@@ -240,6 +254,50 @@ SENSORS = (
     _sensor(ATI, "lag:0.8", says=f"({_DISAGREES}|{_SILENT})"),
     _sensor(ATI, "unplug", says=f"{_GONE}: CAN bus"),
     _sensor(ATI, "unplug", says=f"{_GONE}: CAN bus", rig=_TCP),
+    _sensor(NET, "drop:0.05", UNHARMED, counted="lost"),
+    _sensor(NET, "status:16", UNHARMED, counted="status_bits"),
+    _sensor(NET, "batch:0.016", UNHARMED),
+    _sensor(NET, "wrap:3", UNHARMED, at_start=True),
+    _sensor(NET, "cut:0.3", says=_CORRUPT),
+    _sensor(NET, "second_client", says=_SILENT),
+    _sensor(NET, "silent", says=_SILENT),
+    _sensor(NET, "restart", says=_SILENT),
+    _sensor(NET, "unplug", says=f"({_SILENT}|{_GONE}: UDP)"),
+    _sensor(NET, "freeze", says=_SAME),
+    _sensor(NET, "zero", says=r"(R4 force sensor: \d+ identical|R9 force jumped)"),
+    _sensor(NET, "overrange:2", says=_OVER),
+    _sensor(NET, "status:17", says=_OVER),
+    _sensor(NET, "status:28", says=_BY_DEVICE),
+    _sensor(NET, "offset:-20", says=_WRONG_FORCE),
+    _sensor(NET, "drift:-600", says=_DISAGREES),
+    _sensor(NET, "gain:0.4", says=_DISAGREES, at_start=True),
+    _sensor(NET, "lag:0.8", says=f"({_DISAGREES}|R10 force sensor|device .*clock: )"),
+    _sensor(NET, "clock_stop", says=_CLOCK),
+    _sensor(NET, "clock_jump:30", says=_CLOCK),
+    _sensor(NET, "wrong_model", says=_DISAGREES, at_start=True, rig=_FAR),
+    _sensor(NET, "deaf", REFUSED, says="not_connected", at_start=True),
+    _sensor(NET, "refuse", REFUSED, says="refused_command", at_start=True),
+    _sensor(LINE, "noise:1", says=_CORRUPT),
+    _sensor(LINE, "cut:0.5", says=f"({_CORRUPT}|{_SILENT})"),
+    _sensor(LINE, "nan", says=f"({_CORRUPT}|{_SILENT})"),
+    _sensor(LINE, "silent", says=_SILENT),
+    _sensor(LINE, "freeze", says=_SAME),
+    _sensor(LINE, "overrange:2", says=_OVER),
+    _sensor(LINE, "unplug", says=f"{_GONE}: serial port"),
+    _sensor(LINE, "offset:-20", says=_WRONG_FORCE),
+    _sensor(LINE, "drift:-600", says=_DISAGREES),
+    _sensor(LINE, "gain:0.4", says=_DISAGREES, at_start=True),
+    _sensor(LINE, "drop:0.01", UNHARMED),
+    _arm(end=UNHARMED, sensor=WRIST),
+    _arm("freeze on", says=f"({_OLD}|{_SILENT})", sensor=WRIST),
+    _arm("drop", says=f"({_LINK_LOST}|{_GONE}|{_SILENT})", sensor=WRIST),
+    _arm("emergency-stop", end=HELD, says="(R4|device )", sensor=WRIST),
+    _arm(
+        end=REFUSED,
+        says="unsupported.*3.15",
+        sensor=WRIST,
+        rig={"version": "3.15", "arm_rate_hz": 125.0},
+    ),
 )
 
 ROWS = ARM + SENSORS

@@ -11,6 +11,7 @@ from typing import Protocol
 
 from stepload_verify.emulators.faults import FaultBoard
 from stepload_verify.emulators.physics import Wrench, WrenchSource
+from stepload_verify.emulators.rdtwire import RdtWire
 from stepload_verify.emulators.wire import PtyWire, TcpWire, Wire
 
 IDLE_S = 0.05
@@ -59,6 +60,9 @@ class Measured:
         if drift := board.magnitude("drift"):
             extra_n += drift / 60.0 * board.since_s("drift")
         wrench = self._source.wrench(time_s, extra_n)
+        if board.on("swap"):
+            fx, fy, fz, tx, ty, tz = wrench
+            wrench = (fz, fx, fy, tz, tx, ty)
         if (gain := board.magnitude("gain")) is None:
             return wrench
         fx, fy, fz, tx, ty, tz = (gain * value for value in wrench)
@@ -110,6 +114,8 @@ class Emulator:
                 self._wire.close()
                 self._halt.wait()
                 return
+            if self.board.on("second_client") and isinstance(self._wire, RdtWire):
+                self._wire.usurp()
             self._serve(next_s)
             now_s = time.monotonic()
             restart = self.board.on("restart")
@@ -142,7 +148,7 @@ class Emulator:
             if data:
                 for units in self.device.receive(data, time.monotonic()):
                     self._send(units, time.monotonic())
-            elif not isinstance(self._wire, TcpWire):
+            elif isinstance(self._wire, PtyWire):
                 self._halt.wait(0.001)
         self._flush(time.monotonic())
 
