@@ -10,6 +10,7 @@ from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.load import load_plan
+from stepload.plan.problems import PlanError
 from stepload.plan.references import names_a_file
 from stepload.plan.shipped import payload_folder
 from stepload.plan.source import read_source
@@ -17,8 +18,6 @@ from stepload.setup.answers import Answers
 from stepload.setup.flat import Value, below, flat, quoted, written
 from stepload.units import format_quantity
 
-TRIED_N = 1.0
-"""Top force with which preflight is first asked how much is safe."""
 SHARE = 0.9
 STEPS = 6
 TOUCHES_N = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 70.0, 100.0)
@@ -107,7 +106,7 @@ def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
     values = plan_values(answers, path.parent)
     asked, steps = answers.text("top_force"), STEPS
     if asked == "most":
-        tried = envelope_here(with_forces(values, rig, TRIED_N, 1, ""), path)
+        tried, _, _ = _lightest(values, rig, path, let_through=False)
         largest_n = tried.largest_safe_force_n
         top_n = float(f"{SHARE * largest_n:.2g}")
         if not 0.0 < top_n <= largest_n:
@@ -135,14 +134,35 @@ def touch_plan(answers: Answers, rig: str, path: Path) -> tuple[str, float]:
         "procedure.cycles": Value("1", "a touch only"),
         "identify.accept_unidentifiable": Value("a touch, not a measurement", ""),
     }
-    last: Envelope | None = None
+    envelope, plan, top_n = _lightest(values, rig, path, let_through=True)
+    if envelope.verdict is PlanVerdict.REFUSED:
+        raise refusal(envelope)
+    return written(plan), top_n
+
+
+def _lightest(
+    values: Mapping[str, Value], rig: str, path: Path, *, let_through: bool
+) -> tuple[Envelope, dict[str, Value], float]:
+    """The plan of least force that makes a plan, or that preflight lets through if one does.
+
+    Raises:
+        PlanError: none makes a plan.
+    """
+    problem: PlanError | None = None
+    last: tuple[Envelope, dict[str, Value], float] | None = None
     for top_n in TOUCHES_N:
         plan = with_forces(values, rig, top_n, 1, "the least that preflight lets through")
-        last = envelope_here(plan, path)
-        if last.verdict is not PlanVerdict.REFUSED:
-            return written(plan), top_n
-    assert last is not None
-    raise refusal(last)
+        try:
+            last = envelope_here(plan, path), plan, top_n
+        except PlanError as error:  # a level must be above the force that counts as touch
+            problem = error
+            continue
+        if not let_through or last[0].verdict is not PlanVerdict.REFUSED:
+            break
+    if last is None:
+        assert problem is not None
+        raise problem
+    return last
 
 
 def refusal(envelope: Envelope) -> RefusedError:

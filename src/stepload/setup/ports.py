@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 from contextlib import suppress
+
+NO_ADAPTERS = ("virtual", "udp_multicast", "serial")
+"""Not plugged in, or any serial port."""
 
 
 def serial_ports() -> list[str]:
@@ -17,11 +21,12 @@ def can_adapters() -> list[str]:
     """CAN adapters that python-can sees, as interface and channel; virtual ones left out."""
     import can
 
+    logging.getLogger("can").setLevel(logging.CRITICAL)  # it names every library that is not there
     found: list[str] = []
     with suppress(Exception):  # an adapter's library that is half installed fails in its own way
         found += [
             f"{seen['interface']} {seen['channel']}"
             for seen in can.detect_available_configs()
-            if seen["interface"] not in ("virtual", "udp_multicast")
+            if seen["interface"] not in NO_ADAPTERS
         ]
     return found
