@@ -5,6 +5,7 @@ from __future__ import annotations
 from stepload.doctor import checkup
 from stepload.doctor.line import Mark
 from stepload.envelope.envelope import envelope_of
+from stepload.envelope.reason import Severity
 from stepload.errors import RefusedError
 from stepload.plan.load import load_plan
 from stepload.record.outcome import RunStatus
@@ -25,6 +26,10 @@ def plan(setup: Setup) -> Found:
     write_plan(path, text, force=False)
     note = f"{path.name}: preflight says {envelope.verdict}"
     setup.tell(note)
+    for reason in envelope.reasons:
+        if reason.severity is not Severity.NOTE:
+            setup.tell(f"{reason.severity.upper():7} {reason.message}")
+            setup.tell(f"        -> {reason.remedy}")
     return Found({}, (note,))
 
 

@@ -1,4 +1,4 @@
-"""The whole set-up of an emulated rig as a transcript: `python -m stepload_verify.trials.first_day`.
+"""The whole set-up of an emulated rig: `python -m stepload_verify.trials.first_day`, a transcript.
 
 An emulated UR arm with an emulated sensor in real time, through the real drivers. What a person
 would do with hands (push, lead the arm) is done to the emulated rig when the set-up asks for it.
@@ -25,7 +25,7 @@ from stepload.setup.story import set_up
 from stepload_verify.emulators.rig_process import RigProcess
 
 HAND_N = 40.0
-TOOL_KG = 1.5
+TOOL_KG = 0.4
 SURFACE_M = 5e-4
 DOWN, ASIDE = f"lead 0 {math.pi} 0", f"lead 0 {math.pi / 2} 0"
 BUSY = {
