@@ -148,6 +148,7 @@ def _motion(exam: _Examination, rig: OpenRig) -> None:
     """Each motion only if what it rests on has proven sound."""
     plan = exam.plan
     try:
+        start_m = motion.position_now(rig)
         for check in (motion.check_stop, motion.check_watchdog):
             if exam.failed(*NEEDED_TO_MOVE):
                 exam.add(skipped("arm: motion", "not moved: the arm failed before"))
@@ -156,6 +157,7 @@ def _motion(exam: _Examination, rig: OpenRig) -> None:
         if exam.failed(*NEEDED_TO_MOVE):
             return
         line, response_s = motion.check_response(plan, rig)
+        motion.return_to(rig, start_m)
     except DeviceError as error:
         exam.add(_no("arm: motion", error))
         return

@@ -58,7 +58,7 @@ class Answers:
         question = QUESTIONS[name]
         if name in self.given:
             answer = self.given[name]
-        elif name in self.kept:
+        elif name in self.kept and not question.consent:
             answer = self.kept[name]
         elif (told := self._asked(question)) is not None:
             answer = told

@@ -14,6 +14,7 @@ from stepload.setup.context import Setup
 from stepload.setup.first_plan import first_plan, touch_plan, write_plan
 from stepload.setup.flat import Value
 from stepload.setup.state import Found
+from stepload.setup.way import stands_at_start
 from stepload.units import format_quantity
 
 DOCTOR_S = 5.0
@@ -61,6 +62,7 @@ def touch(setup: Setup) -> Found:
     shown = format_quantity(top_n, "N")
     setup.tell(f"the lightest touch that preflight lets through: one step of {shown}")
     setup.answers.consent("may_touch")
+    stands_at_start(setup)
     path.write_text(text, encoding="utf-8")
     runs = setup.rig.parent / "runs" / f"touch-{setup.today.isoformat()}"
     number = 1

@@ -19,10 +19,14 @@ VERSION = 1
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What a step has found: values for the rig file by dotted key, and notes for people."""
+    """What a step has found: values for the rig file by dotted key, and notes for people.
+
+    `facts` are for later steps.
+    """
 
     values: Mapping[str, Value] = field(default_factory=dict)
     notes: Sequence[str] = ()
+    facts: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +134,8 @@ def _sha256(data: bytes) -> str:
 
 
 def _done_data(step: Done) -> dict[str, Any]:
-    return {"on": step.on, "values": step.found.values, "notes": list(step.found.notes)}
+    return {"on": step.on, "values": step.found.values, "notes": list(step.found.notes),
+            "facts": dict(step.found.facts)}  # fmt: skip
 
 
 def _from_data(data: Any) -> State:
@@ -138,7 +143,7 @@ def _from_data(data: Any) -> State:
         raise ValueError(f"version {data['stepload_setup']}, this stepload knows {VERSION}")
     done = {
         name: Done(step["on"], Found({k: Value(*v) for k, v in step["values"].items()},
-                                     step["notes"]))
+                                     step["notes"], step["facts"]))
         for name, step in data["done"].items()
     }  # fmt: skip
     return State(dict(data["answers"]), done, list(data["rig_sha256"]))

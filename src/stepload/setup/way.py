@@ -21,6 +21,8 @@ LONGEST_BACK_M = 0.02
 REST_S, AT_REST_S = 1.0, 0.3
 LEAST_STOP_N, NOISE_TIMES = 5.0, 10.0
 LATE_M = 2e-3
+AT_START_M, AT_START_RAD = 5e-4, math.radians(1.0)
+POSE = "pose"
 BACK_AGAIN_M = 2e-4
 
 
@@ -56,7 +58,27 @@ def start(setup: Setup) -> Found:
     notes = [f"start pose (TCP, base frame; m and rad): {_numbers(pose)}"]
     if told is not None and told.joints_rad is not None:
         notes.append(f"start pose (joints, rad): {_numbers(told.joints_rad)}")
-    return Found({}, notes)
+    return Found({}, notes, {POSE: " ".join(map(repr, pose))})
+
+
+def stands_at_start(setup: Setup) -> None:
+    """Refuse to go on from elsewhere than where the arm was led: the plate is as far from there.
+
+    Raises:
+        RefusedError: it stands elsewhere.
+    """
+    led = [float(part) for part in setup.state.done["start"].found.facts[POSE].split()]
+    with setup.opened(setup.state.values, False) as bench:
+        pose = listen(bench, AT_REST_S).arm[-1].pose
+    off_m = math.dist(pose[:3], led[:3])
+    turned_rad = math.dist(pose[3:], led[3:])
+    if off_m > AT_START_M or turned_rad > AT_START_RAD:
+        raise RefusedError(
+            f"the arm stands {1e3 * off_m:.2f} mm and {math.degrees(turned_rad):.1f} degrees from"
+            f" the start pose it was led to, at most {1e3 * AT_START_M:g} mm and"
+            f" {math.degrees(AT_START_RAD):.0f} degrees are taken",
+            hint="--redo start, with the arm led to its start pose",
+        )
 
 
 def _approach(values: dict[str, Value]) -> tuple[float, ...] | None:

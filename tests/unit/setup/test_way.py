@@ -77,3 +77,13 @@ def test_a_way_back_that_is_too_long_is_refused():
     with pytest.raises(RefusedError, match="at most 20 mm"):
         way.way(ready(rig, hazards_read_by="A. Tester", back="30 mm"))
     assert math.isclose(rig.position_m, 0.0)
+
+
+def test_a_touch_begins_only_where_the_arm_was_led():
+    rig = Rig()
+    setup = ready(rig)
+    setup.state.done["start"] = Done("2026-11-22", way.start(setup))
+    way.stands_at_start(setup)
+    rig.tool.turned = (0.0, math.pi - 0.1, 0.0)
+    with pytest.raises(RefusedError, match=r"0.00 mm and 5.7 degrees from the start pose"):
+        way.stands_at_start(setup)
