@@ -9,6 +9,7 @@ from stepload.envelope.reason import Severity
 from stepload.errors import RefusedError
 from stepload.plan.load import load_plan
 from stepload.record.outcome import RunStatus
+from stepload.run.operator import Operator
 from stepload.session import experiment
 from stepload.setup.context import Setup
 from stepload.setup.first_plan import first_plan, touch_plan, write_plan
@@ -68,7 +69,9 @@ def touch(setup: Setup) -> Found:
     number = 1
     while (directory := runs.with_name(f"{runs.name}-{number}")).exists():
         number += 1
-    finished = experiment.run_plan(envelope_of(load_plan(path)), dry_run=False, out=directory)
+    operator, envelope = Operator(), envelope_of(load_plan(path))
+    with operator.listening():
+        finished = experiment.run_plan(envelope, dry_run=False, out=directory, operator=operator)
     outcome = finished.outcome
     if outcome.status is not RunStatus.COMPLETED:
         raise RefusedError(

@@ -27,6 +27,7 @@ from stepload_verify.emulators.rig_process import RigProcess
 
 HAND_N = 40.0
 TOOL_KG = 0.4
+NOISE_N = 0.05
 SURFACE_M = 5e-4
 DOWN, ASIDE = f"lead 0 {math.pi} 0", f"lead 0 {math.pi / 2} 0"
 BUSY = {
@@ -63,7 +64,8 @@ class Hands:
 def emulated_rig(host: str, **truth: object) -> RigProcess:
     """A UR5e with a sensor and a tool above the silicone ball, emulated at a loopback address."""
     spec = world_for(envelope_of(load_plan(plan_path("demo-wire"))))
-    known = {"surface_m": SURFACE_M, "force_tool_mass_kg": TOOL_KG, **truth}
+    known = {"surface_m": SURFACE_M, "force_tool_mass_kg": TOOL_KG, "force_noise_n": NOISE_N,
+             **truth}  # fmt: skip
     return RigProcess(replace(spec, **known), ur=host)  # type: ignore[arg-type]
 
 
