@@ -132,6 +132,7 @@ def touch_plan(answers: Answers, rig: str, path: Path) -> tuple[str, float]:
     values = plan_values(answers, path.parent)
     values |= {
         "procedure.cycles": Value("1", "a touch only"),
+        "procedure.settle_timeout": Value("2 s", "a level that is not reached is left, not held"),
         "identify.accept_unidentifiable": Value("a touch, not a measurement", ""),
     }
     envelope, plan, top_n = _lightest(values, rig, path, let_through=True)

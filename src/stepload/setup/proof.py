@@ -79,6 +79,7 @@ def touch(setup: Setup) -> Found:
             hint=f"its record and report: {finished.directory}",
         )
     at = ", ".join(format_quantity(found.position_m, "m") for found in outcome.touches)
-    note = f"touched with {shown}, the surface at {at} from the start pose"
+    peak = format_quantity(outcome.peak_force_n, "N")
+    note = f"touched with up to {peak}, the surface at {at} from the start pose"
     setup.tell(note)
     return Found({}, (note,))
