@@ -14,6 +14,7 @@ PROCEDURES = Path(__file__).parents[2] / "procedures"
 def plan_with(directory: Path, proof: str) -> Path:
     text = (PROCEDURES / "ur5e-silicone-sphere.yaml").read_text()
     text = text.replace("payload: payloads/", f"payload: {PROCEDURES}/payloads/")
+    text = text.replace("host: 192.168.1.10", "host: 127.0.99.1")
     path = directory / "plan.yaml"
     path.write_text(text.replace("      port: /dev/ttyUSB0\n", f"      port: /nowhere\n{proof}"))
     return path

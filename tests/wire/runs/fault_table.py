@@ -158,7 +158,7 @@ _TCP = {"transport": "socketcand"}
 _FAR = {"retract_m": 1e-3}
 """A sensor that reads a tenth is touched, as it seems, half a millimetre late."""
 
-_SHAKEN = {"tool_mass_kg": 1.0}
+_SHAKEN = {"tool_mass_kg": 1.0, "retract_m": 1e-3}
 """A tool whose inertia the sensor must feel before the approach."""
 
 SENSORS = (
