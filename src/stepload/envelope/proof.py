@@ -41,7 +41,7 @@ def _heavy(plan: Plan) -> Iterator[Reason]:
             f"accelerating the tool of {format_quantity(mass_kg or 0.0, 'kg')} may take"
             f" {format_quantity(inertia_n, 'N')}, and {format_quantity(touch_n, 'N')} count as a"
             " touch, or as a pull that stops the run (R11)",
-            "raise procedure.touch_force above it",
+            "raise procedure.touch_force above it, or leave it out",
             inertia_n, touch_n, "N",
         )  # fmt: skip
 

@@ -172,7 +172,7 @@ _WRONG_FORCE = "(R1|R2|R5|R9) "
 _CLOCK = r"(R10 force sensor|device .*clock: )"
 _BY_DEVICE = "(R4 force sensor: the device flags|device .*device_reports)"
 _TCP = {"transport": "socketcand"}
-_FAR = {"retract_m": 1e-3}
+_FAR = {"retract_m": 1e-3, "touch_force_n": 1.5}
 """A sensor that reads a tenth is touched, as it seems, half a millimetre late."""
 
 _SHAKEN = {"tool_mass_kg": 1.0, "retract_m": 1e-3}
