@@ -176,8 +176,8 @@ def _check_that_it_may_run(envelope: Envelope, dry_run: bool, hazards_read_now: 
         )
     if not dry_run:
         _refuse_simulated(envelope.plan)
-        _refuse_unproven(envelope)
         hazards.refuse_unread(envelope.plan, hazards_read_now)
+        _refuse_unproven(envelope)
 
 
 def simulated_devices(plan: Plan) -> list[str]:

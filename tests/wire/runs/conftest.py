@@ -85,8 +85,9 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
             plan.rig.force,
             rate_hz=RATES_HZ.get(sensor, plan.rig.force.rate_hz),
             tool_mass_kg=tool_mass_kg,
-            pushed_on=None if tool_mass_kg else date.today(),
         )
+        if tool_mass_kg is None:
+            force = replace(force, pushed_on=date.today())
         second = replace(plan.rig.second_force, pushed_on=date.today())
         plan = replace(
             plan,

@@ -45,8 +45,8 @@ Force sensors
   torn sample, reply out of step         torn; late (ATI): counted
   unplug, second reader, boot banner     unplug (slcan, socketcand, serial), second_reader, restart
   wrong divider or units                 wrong_model, gain
-  wrong sign, wrong axis                 gain:-1, swap; with a shake before the approach, too
   stream taken by a second client        second_client (Net F/T)
+  wrong sign, wrong axis                 gain:-1, swap; with a shake before the approach, too
   the emulators' other switches          silent, nan, clock_stop, clock_jump, wrap, late, deaf,
                                          refuse
 """
@@ -294,7 +294,7 @@ SENSORS = (
     _arm("emergency-stop", end=HELD, says="(R4|device )", sensor=WRIST),
     _arm(
         end=REFUSED,
-        says="unsupported.*motor currents",
+        says="unsupported.*3.15",
         sensor=WRIST,
         rig={"version": "3.15", "arm_rate_hz": 125.0},
     ),
