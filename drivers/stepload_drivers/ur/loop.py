@@ -13,7 +13,7 @@ import signal
 import time
 from typing import Any, NoReturn
 
-from stepload.rig.faults import FaultCode
+from stepload.rig.faults import TAKEN_OVER, FaultCode
 from stepload_drivers.ur import wire
 from stepload_drivers.ur.link import Link
 from stepload_drivers.ur.ports import ControlPort, ReceivePort
@@ -22,6 +22,7 @@ from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.standstill import Standstill
 from stepload_drivers.ur.state import (
     PLAYING,
+    STOPPED,
     Problem,
     UrState,
     Vector6,
@@ -37,6 +38,8 @@ RESEND_SHARE = 0.2
 """Inputs are sent again after this share of the watchdog's time."""
 CLOCK_SLACK_S = 1.0
 REFUSAL_GRACE_S = 0.05
+WATCHDOG_SHARE = 0.9
+"""The controller's watchdog has acted only after so much of its time without an input of ours."""
 REPORTED = 3
 """Exit status of a child that has reported its fault itself."""
 
@@ -52,7 +55,7 @@ class Loop:
     `expect_stop` is set while a stop of the program is wanted; `muted` while nothing is sent;
     `target_m` is the target that the arm follows, None while it follows none; `commanded_m` the
     last one there was, 0 (where the arm stood) before any; `sent_s` a time just before the last
-    input to the controller.
+    input to the controller. Once `taken_over`, by a person or a safety system, no target is sent.
     """
 
     def __init__(self, link: Link, settings: Settings, period_s: float) -> None:
@@ -66,6 +69,7 @@ class Loop:
         self.fresh_target = False
         self.muted = False
         self.expect_stop = False
+        self.taken_over = False
         self.heard_s = time.monotonic()
         self._period_s = period_s
         self._receive = ReceivePort(settings)
@@ -73,6 +77,7 @@ class Loop:
         self._offset_s = 0.0
         self.sent_s = 0.0
         self._refused_s = math.inf
+        self._unsent_s = math.nan
         self._has_fault = False
         self._remote_check = RemoteCheck(settings.host)
         self.forgive_pause()
@@ -120,8 +125,9 @@ class Loop:
         for message in self.link.receive(POLL_S):
             self.heard_s = time.monotonic()
             if message[:1] == wire.TARGET:
-                self.follow(wire.unpack_target(message))
-                self.muted = False
+                if not self.taken_over:
+                    self.follow(wire.unpack_target(message))
+                    self.muted = False
             elif message[:1] == wire.REQUEST:
                 self.requests.append(wire.unpack_json(message))
         self._poll()
@@ -180,9 +186,13 @@ class Loop:
     def _find_fault(self, state: UrState, now_s: float) -> None:
         """Report once what keeps the arm from following, told apart as well as it can be."""
         problem = safety_problem(state)
-        if problem is None and state.runtime_state != PLAYING:
+        if problem is not None:
+            self.taken_over = True
+        elif state.runtime_state != PLAYING:
+            if math.isnan(self._unsent_s):
+                self._unsent_s = now_s - self.sent_s
             problem = self._why_no_program(state)
-        elif problem is None and now_s - self._refused_s > REFUSAL_GRACE_S:
+        elif now_s - self._refused_s > REFUSAL_GRACE_S:
             problem = Problem(
                 FaultCode.REFUSED_COMMAND,
                 "the controller refused a position target",
@@ -190,7 +200,10 @@ class Loop:
             )
         if problem is not None:
             self._has_fault = self.muted = True
+            self.taken_over = self.taken_over or problem.code in TAKEN_OVER
             self._report(problem)
+            if self.taken_over and state.runtime_state != STOPPED:
+                self._remote_check.end_program()  # what is only paused would go on once released
 
     def _why_no_program(self, state: UrState) -> Problem | None:
         """None while the dashboard is being asked."""
@@ -202,17 +215,19 @@ class Loop:
                 "the controller was switched to local control and runs our program no more",
                 "switch the pendant to remote control, then start anew",
             )
-        silent_s = time.monotonic() - self.heard_s
-        cause = (
-            f"its watchdog stopped it: nothing came from the run for {silent_s * 1e3:.0f} ms"
-            if silent_s > self.settings.leash_s
-            else "stopped from the pendant or dashboard, by its watchdog, or replaced"
-        )
+        where = f"does not run (runtime_state {state.runtime_state})"
+        if self._unsent_s >= WATCHDOG_SHARE / self.settings.watchdog_hz:
+            return Problem(
+                FaultCode.WATCHDOG_STOP,
+                f"the control program on the controller {where}: its watchdog stopped it, nothing "
+                f"was sent for {self._unsent_s * 1e3:.0f} ms",
+                "check the load of this computer, and the leash; then start anew",
+            )
         return Problem(
             FaultCode.PROGRAM_STOPPED,
-            "the control program on the controller does not run "
-            f"(runtime_state {state.runtime_state}): {cause}",
-            "see the pendant's log; then start anew",
+            f"the control program on the controller {where}: stopped from the pendant or "
+            "dashboard, or replaced, or our inputs did not reach it",
+            "nothing moves the arm now: move it clear on the pendant, see its log, then start anew",
         )
 
     def _send_due(self, control: ControlPort) -> None:

@@ -177,6 +177,8 @@ def _back_away(loop: Loop, distance_m: float, speed_m_s: float) -> float:
     that has jumped ahead, frozen or drifted must not become a push. Further behind the target than
     any target may lead, one of the two is wrong, and no servo target is safe.
     """
+    if loop.taken_over:
+        raise RequestError("the arm was stopped by a person or a safety system: no motion")
     from_m = min(loop.position_m, loop.commanded_m)
     behind_m, limit_m = loop.commanded_m - from_m, loop.settings.max_lead_m
     if behind_m > limit_m:

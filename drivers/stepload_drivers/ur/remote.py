@@ -33,6 +33,15 @@ class RemoteCheck:
             self._thread.start()
         return not self._thread.is_alive()
 
+    def end_program(self) -> None:
+        """Send the dashboard's stop, aside of the loop as well; whether it is obeyed is not told."""
+        threading.Thread(target=self._stop, daemon=True).start()
+
+    def _stop(self) -> None:
+        if self._dashboard is not None:
+            with contextlib.suppress(DeviceError):
+                self._dashboard.ask("stop", time.monotonic() + ASK_S)
+
     def _ask(self) -> None:
         if self._dashboard is None:
             return
