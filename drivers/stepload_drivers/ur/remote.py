@@ -34,7 +34,7 @@ class RemoteCheck:
         return not self._thread.is_alive()
 
     def end_program(self) -> None:
-        """Send the dashboard's stop, aside of the loop as well; whether it is obeyed is not told."""
+        """Send the dashboard's stop, aside of the loop too; whether it is obeyed is not told."""
         threading.Thread(target=self._stop, daemon=True).start()
 
     def _stop(self) -> None:

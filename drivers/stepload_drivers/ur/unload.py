@@ -1,9 +1,9 @@
-"""A retract past ur_rtde that can be taken up again: sent once, then looked for as long as it takes.
+"""A retract past ur_rtde that can be taken up again: sent once, then looked for.
 
-A program handed over to a controller that does not answer may still be carried out when it wakes, so
-it is not sent again, and no stop is sent after it, before it was seen to have ended. Before every
-sending the controller is asked who has the arm: after a person or a safety system took over nothing
-is sent any more.
+A program handed over to a controller that does not answer may still be carried out when it wakes,
+so it is not sent again, and no stop is sent after it, before it was seen to have ended. Before
+every sending the controller is asked who has the arm: after a person or a safety system took over
+nothing is sent any more.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ class FaultCode(StrEnum):
     EMERGENCY_STOP = "emergency_stop"
     SAFEGUARD_STOP = "safeguard_stop"
     PROGRAM_STOPPED = "program_stopped"
-    """The program on the controller that carries out our commands was ended, by nobody knows whom."""
+    """The program on the controller that carries out our commands was ended, not known by whom."""
     WATCHDOG_STOP = "watchdog_stop"
     """The arm's own watchdog ended that program because our commands did not come."""
     NOT_REMOTE = "not_remote"
@@ -53,8 +53,8 @@ TAKEN_OVER = frozenset(
         FaultCode.NOT_REMOTE,
     }
 )
-"""A person, or a safety system, has the arm now or may have it: nothing moves it any more, a retract
-neither, until a person starts anew."""
+"""A person, or a safety system, has the arm now or may have it: nothing moves it any more, not even
+a retract, until a person starts anew."""
 
 NO_ANSWER = frozenset({FaultCode.NOT_CONNECTED, FaultCode.STALE})
 """The device does not answer now; what was asked of it can be asked again."""

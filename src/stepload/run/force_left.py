@@ -43,7 +43,7 @@ class ForceLeft:
 
     @property
     def proven(self) -> bool:
-        """Whether the reading is of now, sound, from a zero, and not what the run was stopped for."""
+        """Whether the reading is of now, sound, tared, and not what the run was stopped for."""
         engine = self._engine
         rule = engine.cause.rule if engine.cause else ""
         fresh = self.age_s <= engine.limits.stale_force_s

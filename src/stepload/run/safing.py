@@ -79,8 +79,8 @@ def stop_notice(cause: Cause | None, start_s: float) -> str:
     if cause is None:
         return "STOPPING on request: the arm retracts. Use the emergency stop if it does not."
     return (
-        f"STOPPED by {cause.rule} at {cause.time_s - start_s:.3f} s: {cause.message}{cause.numbers}. "
-        "USE THE EMERGENCY STOP if the arm presses on."
+        f"STOPPED by {cause.rule} at {cause.time_s - start_s:.3f} s: {cause.message}"
+        f"{cause.numbers}. USE THE EMERGENCY STOP if the arm presses on."
     )
 
 

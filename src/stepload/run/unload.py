@@ -37,8 +37,9 @@ def unload(arm: Arm, way: Way, force: ForceLeft, operator: Operator, say: Say) -
     Raises:
         DeviceError: not confirmed, with what is known of the force.
     """
-    say(f"safing: the arm is sent back by {way.distance_m * 1e3:.2f} mm")
+    say(f"safing: the arm is asked to go back by {way.distance_m * 1e3:.2f} mm")
     begun_s = time.monotonic()
+    force.look()
     trying = _Trying(begun_s + way.timeout_s + way.patience_s, force, operator, say)
     fault = arm.fault()
     if fault is not None and fault.code in NO_ANSWER and way.patience_s > 0.0:
@@ -49,12 +50,13 @@ def unload(arm: Arm, way: Way, force: ForceLeft, operator: Operator, say: Say) -
             break
         except DeviceError as error:
             force.look()
-            over = trying.over() if error.code in NO_ANSWER and way.patience_s > 0.0 else "-"
+            patient = error.code in NO_ANSWER and way.patience_s > 0.0
+            over = trying.over() if patient else force.words
             if over:
-                say(f"safing: the retract is NOT confirmed: {error.message}; {force.words}")
-                if over == "-":
-                    raise
-                raise DeviceError(f"{error.message}; {over}", code=error.code) from error
+                told = f"{error.message}; {over}"
+                stays = "THE FORCE STAYS ON; " if force.still_on else ""
+            say(f"safing: the retract is NOT confirmed: {told}. {stays}{error.hint}")
+                raise DeviceError(told, code=error.code, hint=error.hint) from error
         time.sleep(AGAIN_S)
     took_s = time.monotonic() - begun_s
     if way.patience_s > 0.0:
@@ -94,9 +96,9 @@ class _Trying:
     def over(self) -> str:
         """Why nothing is tried any more; "" while the trying goes on."""
         if self._signals is not None and self._operator.signals > self._signals:
-            return "the operator has ended the trying"
+            return f"the operator has ended the trying; {self._force.words}"
         if time.monotonic() >= self._until_s:
-            return "given up after the time for trying"
+            return f"given up after the time for trying; {self._force.words}"
         if self._signals is not None and self._force.gone:
             return f"not tried any more, for {self._force.words}: the contact is open"
         self.tell()

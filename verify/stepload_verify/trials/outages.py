@@ -14,12 +14,10 @@ import argparse
 import os
 import signal
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 from stepload.envelope.envelope import Envelope, envelope_of
@@ -123,9 +121,7 @@ def run_with_outage(kind: str, seconds: float, host: str = HOST) -> Told:
     """Press, lose the controller for `seconds` (`kind` of OUTAGES or PERSONS), end the run."""
     begin, end = (OUTAGES | PERSONS)[kind]
     bare = pressing_plan(host, {})
-    spec = replace(
-        world_for(envelope_of(bare)), surface_m=bare.procedure.surface_distance_m
-    )
+    spec = replace(world_for(envelope_of(bare)), surface_m=bare.procedure.surface_distance_m)
     with RigProcess(spec, ur=host, sensors=(bare.rig.force.driver.name,)) as rig:
         envelope = envelope_of(pressing_plan(host, rig.options))
         return _spoiled(kind, seconds, envelope, rig, begin, end)
@@ -179,7 +175,8 @@ def main() -> int:
             left.append(told)
             print(told.row, flush=True)
     words_ms = sorted(t.words_after_s * 1e3 for t in left)
-    print(f"decision to words: median {words_ms[len(words_ms) // 2]:.1f} ms, max {words_ms[-1]:.1f}")
+    middle_ms = words_ms[len(words_ms) // 2]
+    print(f"decision to words: median {middle_ms:.1f} ms, max {words_ms[-1]:.1f} ms")
     return 0
 
 
