@@ -55,7 +55,7 @@ def unload(arm: Arm, way: Way, force: ForceLeft, operator: Operator, say: Say) -
             if over:
                 told = f"{error.message}; {over}"
                 stays = "THE FORCE STAYS ON; " if force.still_on else ""
-            say(f"safing: the retract is NOT confirmed: {told}. {stays}{error.hint}")
+                say(f"safing: the retract is NOT confirmed: {told}. {stays}{error.hint}")
                 raise DeviceError(told, code=error.code, hint=error.hint) from error
         time.sleep(AGAIN_S)
     took_s = time.monotonic() - begun_s
