@@ -145,7 +145,7 @@ class Unloading:
             self._keep(package)
         if in_remote_control(settings.host, ASK_LIMIT_S) is False:
             error = not_remote(settings.host)
-            self._refuse(error.code, error.message, error.hint)
+            self._refuse(FaultCode(error.code), error.message, error.hint)
         self._from = self._from or self._seen
 
     def _sight(self, deadline_s: float, own_s: float) -> UrState | None:

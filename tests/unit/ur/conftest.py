@@ -10,7 +10,7 @@ from driver_time import Clock
 from ur_fakes import APPROACH, PERIOD_S, Died, FakeLink, FakeUr
 
 from stepload_drivers.ur import arm as arm_module
-from stepload_drivers.ur import client, procedures, remote, rescue
+from stepload_drivers.ur import client, procedures, remote, rescue, unload
 from stepload_drivers.ur import loop as loop_module
 from stepload_drivers.ur.settings import settings_from
 
@@ -18,7 +18,7 @@ from stepload_drivers.ur.settings import settings_from
 @pytest.fixture
 def clock(monkeypatch) -> Clock:
     clock = Clock()
-    clock.install(monkeypatch, loop_module, procedures, rescue, client, remote, arm_module)
+    clock.install(monkeypatch, loop_module, procedures, rescue, unload, client, remote, arm_module)
     return clock
 
 
@@ -40,7 +40,10 @@ def make_loop(ur, link, monkeypatch):
         raise Died(status)
 
     def ask_remote(host: str) -> SimpleNamespace:
-        return SimpleNamespace(done=lambda: True, remote=True)
+        return SimpleNamespace(
+            done=lambda: True, remote=True, end_program=lambda: ur.inputs.append(
+                ("dashboard stop", 0.0, 0.0))
+        )  # fmt: skip
 
     monkeypatch.setattr(loop_module, "ReceivePort", lambda settings: ur)
     monkeypatch.setattr(procedures, "ControlPort", lambda settings: ur)
