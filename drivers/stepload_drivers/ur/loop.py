@@ -36,6 +36,8 @@ POLL_S = 0.0004
 HANG_S = 2.0
 RESEND_SHARE = 0.2
 """Inputs are sent again after this share of the watchdog's time."""
+GAP_SEEN_S = 0.05
+"""A stop seen so soon after a gap in what was sent came of that gap."""
 CLOCK_SLACK_S = 1.0
 REFUSAL_GRACE_S = 0.05
 WATCHDOG_SHARE = 0.9
@@ -78,6 +80,7 @@ class Loop:
         self.sent_s = 0.0
         self._refused_s = math.inf
         self._unsent_s = math.nan
+        self._gap_s, self._gap_end_s = 0.0, -math.inf
         self._has_fault = False
         self._remote_check = RemoteCheck(settings.host)
         self.forgive_pause()
@@ -190,7 +193,8 @@ class Loop:
             self.taken_over = True
         elif state.runtime_state != PLAYING:
             if math.isnan(self._unsent_s):
-                self._unsent_s = now_s - self.sent_s
+                recent = now_s - self._gap_end_s < GAP_SEEN_S
+                self._unsent_s = max(now_s - self.sent_s, self._gap_s if recent else 0.0)
             problem = self._why_no_program(state)
         elif now_s - self._refused_s > REFUSAL_GRACE_S:
             problem = Problem(
@@ -244,6 +248,8 @@ class Loop:
             pose = target_pose(self.start, self.settings.approach, self.target_m)
             sent = control.servo(pose, self._period_s)
         self.fresh_target = False
+        if self.sent_s and now_s - self.sent_s >= WATCHDOG_SHARE / self.settings.watchdog_hz:
+            self._gap_s, self._gap_end_s = now_s - self.sent_s, now_s
         self.sent_s = now_s
         self._refused_s = math.inf if sent else min(self._refused_s, now_s)
 

@@ -55,7 +55,7 @@ BOTA, UART, CAN, ATI = "bota_serial", "robotous_uart", "robotous_can", "ati_can"
 RETRACTED = "retracted"
 """The run ends as stopped, the arm is off the surface."""
 HELD = "held"
-"""The run ends as stopped where nothing can move the arm any more; nothing pushes on."""
+"""The run ends as stopped where nothing can or may move the arm any more; nothing pushes on."""
 REFUSED = "refused"
 """A device does not open; nothing has moved."""
 UNHARMED = "unharmed"
@@ -117,8 +117,8 @@ ARM = (
     _arm("protective-stop", end=HELD, says=_flagged("protective_stop")),
     _arm("emergency-stop", end=HELD, says=_flagged("emergency_stop")),
     _arm("safeguard on", end=HELD, says=_flagged("safeguard_stop")),
-    _arm("kill-program", says=_flagged("program_stopped")),
-    _arm("ignore-inputs on", says=_flagged("program_stopped")),
+    _arm("kill-program", end=HELD, says=_flagged("program_stopped")),
+    _arm("ignore-inputs on", end=HELD, says=_flagged("program_stopped")),
     _arm("local on", "kill-program", end=HELD, says=_flagged("not_remote")),
     _arm("rate 50", end=UNHARMED, counted="arm lost"),
     _arm("jitter 0.02", end=UNHARMED, counted="arm lost"),
