@@ -151,12 +151,12 @@ def _spoiled(
             Engine(envelope, Operator()), devices, NullRecorder(), on_progress=watch,
             say=lambda text: lines.append((time.monotonic(), text)),
         )  # fmt: skip
+        if not before:
+            raise RuntimeError(f"the run ended before it pressed: {outcome.why}")
         worker.join()
-        taken = rig.state()
         time.sleep(WAIT_S)
     truth = rig.state()
     moved_m = abs(truth["position_m"] - before[0]["position_m"])
-    assert abs(truth["position_m"] - taken["position_m"]) < 5e-3
     return Told(
         kind, seconds, before[0]["contact_n"], truth["contact_n"], moved_m, outcome, tuple(lines)
     )
@@ -171,10 +171,16 @@ def main() -> int:
     left = []
     for kind in options.kind or [*OUTAGES, *PERSONS]:
         for seconds in options.seconds if kind in OUTAGES else [1.0]:
-            told = run_with_outage(kind, seconds)
+            try:
+                told = run_with_outage(kind, seconds)
+            except RuntimeError as error:
+                print(f"{kind:24} {seconds:5.1f} s  {error}", flush=True)
+                continue
             left.append(told)
             print(told.row, flush=True)
-    words_ms = sorted(t.words_after_s * 1e3 for t in left)
+    words_ms = sorted(t.words_after_s * 1e3 for t in left if t.outcome.cause)
+    if not words_ms:
+        return 0
     middle_ms = words_ms[len(words_ms) // 2]
     print(f"decision to words: median {middle_ms:.1f} ms, max {words_ms[-1]:.1f} ms")
     return 0
