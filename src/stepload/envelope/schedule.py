@@ -16,6 +16,8 @@ REST_S = 0.2
 """Rest after a retract; the loop's own delays come on top."""
 RING_S = 0.2
 """Until the ringing of a touch has died out."""
+SETTLED_S = 1.2
+"""Until the test of rest can say that a level has settled: no hold is shorter."""
 BETWEEN_CYCLES_TARE_S = 1.0
 SLOW_SHARE = 0.5
 """Of the guarded speed, where the surface is known."""
@@ -65,7 +67,8 @@ def schedule(
     run_out_m = 2.0 * fast_m_s * limits.reaction_s
     gap_m = touch_gap_m(limits, back_m)
     ramp_s = levels[-1] / len(levels) / procedure.load_rate_n_per_s
-    step_s = ramp_s + RISE_TIME_CONSTANTS / limits.step_rate_per_s + procedure.hold_s
+    hold_s = max(procedure.hold_s, 4.0 / limits.step_rate_per_s + SETTLED_S)
+    step_s = ramp_s + RISE_TIME_CONSTANTS / limits.step_rate_per_s + hold_s
     rest_s = REST_S + 4.0 * limits.loop_s
     back_s = back_m / retract_speed_m_s + rest_s
     again_s = (gap_m + run_out_m) / (SLOW_SHARE * guarded_m_s) + RING_S

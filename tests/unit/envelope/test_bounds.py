@@ -491,7 +491,7 @@ def test_the_schedule_adds_up() -> None:
     )  # fmt: skip
     stages = {s.name: s for s in schedule(procedure, limits, retract_speed_m_s=0.02)}
     way_m = 2.5e-3 + procedure.retract_m - 1e-4
-    step_s = 50.0 / 1000.0 + 0.46 + 0.5
+    step_s = 50.0 / 1000.0 + 0.46 + 0.4 + 1.2
     assert stages["load step with hold"].total_s == pytest.approx(12 * step_s)
     assert stages["unload step with hold"].total_s == pytest.approx(10 * step_s)
     assert stages["fast approach"].total_s == pytest.approx(way_m / 0.01)

@@ -10,8 +10,7 @@ from run_plans import envelope_for, stvf_plan
 
 QUICK = {"touches": 2, "tare_s": 0.5, "hold_s": 0.5, "top_force_n": 100.0}
 BAND = (0.85, 1.2)
-"""Time of the run over the time told. How long a level takes to settle, beyond its hold, is not
-known before; a hold as short as here is always exceeded."""
+"""Time of the run over the time told. How a level creeps beyond its hold is not known before."""
 
 
 @pytest.mark.parametrize(
