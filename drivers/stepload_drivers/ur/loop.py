@@ -17,7 +17,6 @@ from stepload.rig.faults import TAKEN_OVER, FaultCode
 from stepload_drivers.ur import wire
 from stepload_drivers.ur.link import Link
 from stepload_drivers.ur.ports import ControlPort, ReceivePort
-from stepload_drivers.ur.remote import RemoteCheck
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.standstill import Standstill
 from stepload_drivers.ur.state import (
@@ -31,6 +30,8 @@ from stepload_drivers.ur.state import (
     target_pose,
     travel_m,
 )
+from stepload_drivers.ur.taken_over import WATCHDOG_SHARE
+from stepload_drivers.ur.watch import Watch
 
 POLL_S = 0.0004
 HANG_S = 2.0
@@ -39,9 +40,6 @@ RESEND_SHARE = 0.2
 GAP_SEEN_S = 0.05
 """A stop seen so soon after a gap in what was sent came of that gap."""
 CLOCK_SLACK_S = 1.0
-REFUSAL_GRACE_S = 0.05
-WATCHDOG_SHARE = 0.9
-"""The controller's watchdog has acted only after so much of its time without an input of ours."""
 REPORTED = 3
 """Exit status of a child that has reported its fault itself."""
 
@@ -82,7 +80,7 @@ class Loop:
         self._unsent_s = math.nan
         self._gap_s, self._gap_end_s = 0.0, -math.inf
         self._has_fault = False
-        self._remote_check = RemoteCheck(settings.host)
+        self.watch = Watch(settings)
         self.forgive_pause()
         while self._state is None:
             self.step()
@@ -145,6 +143,8 @@ class Loop:
             self._check_age(now_s)
             return
         stay_alive_for(HANG_S)
+        if told := self.watch.poll():
+            self.link.send(wire.pack_configuration(told))
         self._check(state, now_s)
         self._state, self._seen_s = state, now_s
         self.standstill.add(state)
@@ -183,56 +183,22 @@ class Loop:
                 f"{state.timestamp_s:.3f} s, {ahead_s:+.3f} s against the host",
                 "was the controller restarted?",
             )
-        if self.control is not None and not self.expect_stop and not self._has_fault:
-            self._find_fault(state, now_s)
+        if self.control is not None and not self.expect_stop:
+            self.taken_over = self.taken_over or safety_problem(state) is not None
+            if not self._has_fault:
+                self._find_fault(state, now_s)
 
     def _find_fault(self, state: UrState, now_s: float) -> None:
-        """Report once what keeps the arm from following, told apart as well as it can be."""
-        problem = safety_problem(state)
-        if problem is not None:
-            self.taken_over = True
-        elif state.runtime_state != PLAYING:
-            if math.isnan(self._unsent_s):
-                recent = now_s - self._gap_end_s < GAP_SEEN_S
-                self._unsent_s = max(now_s - self.sent_s, self._gap_s if recent else 0.0)
-            problem = self._why_no_program(state)
-        elif now_s - self._refused_s > REFUSAL_GRACE_S:
-            problem = Problem(
-                FaultCode.REFUSED_COMMAND,
-                "the controller refused a position target",
-                "read the log on the pendant",
-            )
-        if problem is not None:
+        """Report once what keeps the arm from following."""
+        if state.runtime_state != PLAYING and math.isnan(self._unsent_s):
+            recent = now_s - self._gap_end_s < GAP_SEEN_S
+            self._unsent_s = max(now_s - self.sent_s, self._gap_s if recent else 0.0)
+        if problem := self.watch.problem(state, now_s, self._refused_s, self._unsent_s):
             self._has_fault = self.muted = True
             self.taken_over = self.taken_over or problem.code in TAKEN_OVER
             self._report(problem)
             if self.taken_over and state.runtime_state != STOPPED:
-                self._remote_check.end_program()  # what is only paused would go on once released
-
-    def _why_no_program(self, state: UrState) -> Problem | None:
-        """None while the dashboard is being asked."""
-        if not self._remote_check.done():
-            return None
-        if self._remote_check.remote is False:
-            return Problem(
-                FaultCode.NOT_REMOTE,
-                "the controller was switched to local control and runs our program no more",
-                "switch the pendant to remote control, then start anew",
-            )
-        where = f"does not run (runtime_state {state.runtime_state})"
-        if self._unsent_s >= WATCHDOG_SHARE / self.settings.watchdog_hz:
-            return Problem(
-                FaultCode.WATCHDOG_STOP,
-                f"the control program on the controller {where}: its watchdog stopped it, nothing "
-                f"was sent for {self._unsent_s * 1e3:.0f} ms",
-                "check the load of this computer, and the leash; then start anew",
-            )
-        return Problem(
-            FaultCode.PROGRAM_STOPPED,
-            f"the control program on the controller {where}: stopped from the pendant or "
-            "dashboard, or replaced, or our inputs did not reach it",
-            "nothing moves the arm now: move it clear on the pendant, see its log, then start anew",
-        )
+                self.watch.end_program()  # what is only paused would go on once released
 
     def _send_due(self, control: ControlPort) -> None:
         """Forward a fresh target at once; else repeat the last input often enough."""

@@ -38,6 +38,8 @@ class FaultCode(StrEnum):
     """The arm's own watchdog ended that program because our commands did not come."""
     NOT_REMOTE = "not_remote"
     """The controller is in local control."""
+    SETTING_CHANGED = "setting_changed"
+    """Somebody changed a setting of the device that the run relies on."""
     CLOCK = "clock"
     """The device's clock jumped, stands still or runs away from the host's."""
     DRIVER = "driver"
