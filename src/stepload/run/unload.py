@@ -54,7 +54,7 @@ def unload(arm: Arm, way: Way, force: ForceLeft, operator: Operator, say: Say) -
             over = trying.over() if patient else force.words
             if over:
                 told = f"{error.message}; {over}"
-                stays = "THE FORCE STAYS ON; " if force.still_on else ""
+                stays = "" if force.gone else "THE FORCE MAY STAY ON; "
                 say(f"safing: the retract is NOT confirmed: {told}. {stays}{error.hint}")
                 raise DeviceError(told, code=error.code, hint=error.hint) from error
         time.sleep(AGAIN_S)

@@ -110,8 +110,10 @@ _LINK_LOST = "(device|loop) .*the controller closed the connection"
 
 
 def _flagged(code: str) -> str:
-    """The sample's flag stops the run; the driver then says which stop it was."""
-    return rf"R4 arm: cannot follow.*; arm \(driver ur.*\): {code}"
+    """The sample's flag stops the run, or the driver refuses a target; it says which stop."""
+    return (
+        rf"(R4 arm: cannot follow.*; arm \(driver ur.*\): {code}|loop .*position target not sent)"
+    )
 
 
 _OLD = "(R3 arm: no new|R7 the arm was told to move|device .*stale: no new)"
