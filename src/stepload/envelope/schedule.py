@@ -48,7 +48,7 @@ class Stage:
 
 
 def schedule(
-    procedure: Procedure, limits: RunLimits, *, retract_speed_m_s: float
+    procedure: Procedure, limits: RunLimits, *, retract_speed_m_s: float, shake_s: float = 0.0
 ) -> tuple[Stage, ...]:
     """Expected stages of a run that meets no trouble, from open devices on.
 
@@ -59,6 +59,7 @@ def schedule(
         procedure: the plan's steps.
         limits: of the run.
         retract_speed_m_s: speed away from the surface.
+        shake_s: time of the shake that proves the force channels; 0 without one.
     """
     levels = procedure.levels_n
     fast_m_s, guarded_m_s = limits.fast_speed_m_s, limits.guarded_speed_m_s
@@ -80,6 +81,7 @@ def schedule(
         Stage("warm up", procedure.warm_up_s, 1),
         Stage("prove free air", 2.0 * LOOK_S + back_s, 1),
         Stage("tare and drift check", procedure.tare_s + DRIFT_CHECK_S, 1),
+        Stage("prove the force channels", shake_s, 1),
         Stage("fast approach", max(clear_m + back_m - run_out_m, 0.0) / fast_m_s, 1),
         Stage("guarded approach", (band_m + run_out_m) / guarded_m_s + RING_S, 1),
         Stage("touch again", touch_s, procedure.touches - 1),
