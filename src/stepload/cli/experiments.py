@@ -99,7 +99,7 @@ def press(
             show_preflight(envelope, output)
         else:
             show_verdict(envelope, output, details=False)
-    with keys(operator), progress(quiet=quiet) as show:
+    with keys(operator), progress(quiet=quiet) as display:
         finished = run_plan(
             envelope,
             dry_run=dry_run,
@@ -108,7 +108,8 @@ def press(
             resume=resume,
             hazards_read_now=hazards_read,
             operator=operator,
-            on_progress=show,
+            on_progress=display.show,
+            on_notice=display.say,
         )
     _show_run(finished, output, details=verbose)
     return finished

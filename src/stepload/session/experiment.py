@@ -31,6 +31,7 @@ from stepload.results.page import render
 from stepload.results.run_document import run_document
 from stepload.run.cadence import PROGRESS_S
 from stepload.run.loop import run_loop
+from stepload.run.notices import Notices, Say, nothing
 from stepload.run.open_rig import OpenRig, opened
 from stepload.run.operator import Operator
 from stepload.run.tick import Engine
@@ -82,6 +83,7 @@ class _Session:
     dry_run: bool
     seed: int | None
     on_progress: Progress | None
+    say: Say
     open_rig: RigOpener
 
     @property
@@ -118,6 +120,7 @@ def run_plan(
     hazards_read_now: bool = False,
     operator: Operator | None = None,
     on_progress: Progress | None = None,
+    on_notice: Say | None = None,
     open_rig: RigOpener | None = None,
 ) -> Finished:
     """Run a plan and keep everything that it leaves.
@@ -131,6 +134,8 @@ def run_plan(
         hazards_read_now: whoever starts the run has read the hazards, whatever the rig file says.
         operator: where stop and pause requests come in.
         on_progress: called ten times a second of run time.
+        on_notice: takes a line for the operator in the moment of a stop and while the rig is made
+            safe, in a thread of its own.
         open_rig: opens the devices, in place of `stepload.run.open_rig.opened`.
 
     Raises:
@@ -143,6 +148,7 @@ def run_plan(
     _check_that_it_may_run(envelope, dry_run, hazards_read_now)
     plan, operator = envelope.plan, operator or Operator()
     resumed = resumable(resume, plan, dry_run=dry_run) if resume else None
+    notices = Notices(on_notice) if on_notice else None
     session = _Session(
         envelope=envelope,
         engine=Engine(
@@ -158,10 +164,15 @@ def run_plan(
         dry_run=dry_run,
         seed=seed,
         on_progress=on_progress,
+        say=notices.say if notices else nothing,
         open_rig=open_rig or opened,
     )
-    with _own_directory(session.directory):
-        outcome, recorder = _press(session)
+    try:
+        with _own_directory(session.directory):
+            outcome, recorder = _press(session)
+    finally:
+        if notices:
+            notices.close()
     return _keep(session, outcome, recorder)
 
 
@@ -237,6 +248,7 @@ def _press(session: _Session) -> tuple[RunOutcome, Recorder]:
                 recorder,
                 on_progress=session.progress,
                 identities=rig.identities,
+                say=session.say,
             )
     errors = (*outcome.errors, *rig.close_errors, *([missing] if missing else []))
     return replace(outcome, errors=errors), recorder
