@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from stepload.identify.repeats import LEAST_DEGREES
 from stepload.results.origins import origin_of
+from stepload.rig.pose import differences
 
 if TYPE_CHECKING:
     from stepload.results.comparison import ComparedRun, CurveGiven
@@ -94,6 +95,17 @@ def _sharing_notes(runs: Sequence[ComparedRun]) -> list[str]:
         notes.append(
             "the records are older and do not name their calibration: taken as one where rig, arm, "
             "axis, K_s and its uncertainty are the same"
+        )
+    stood = [each.run.stood for each in runs]
+    apart = [
+        f"{each.run.name}: {'; '.join(found)}"
+        for each, other in zip(runs[1:], stood[1:], strict=True)
+        if stood[0] is not None and other is not None and (found := differences(stood[0], other))
+    ]
+    if apart:
+        notes.append(
+            f"the arm stood elsewhere than in {runs[0].run.name}, and its stiffness is another "
+            f"there: {', '.join(apart)}"
         )
     if len({each.force_sensor for each in origins}) > 1:
         notes.append("different force sensors: the error of the gain is not taken as common")
