@@ -47,6 +47,9 @@ def _group_notes(groups: Sequence[Sequence[int]], sizes: Sequence[int] | None) -
 
 def _run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: float) -> list[str]:
     notes = []
+    if len({each.run.simulated for each in runs}) > 1:
+        simulated = ", ".join(each.run.name for each in runs if each.run.simulated)
+        notes.append(f"a simulated run is compared with a measured one; simulated: {simulated}")
     payloads = sorted({each.run.metadata.get("payload", "") for each in runs})
     if len(payloads) > 1:
         notes.append(f"different payloads: {', '.join(payloads)}")

@@ -3,7 +3,7 @@
 The stiffness of a serial arm along its tool changes with its joints: K = 1/Σ (l_i²/k_i), with the
 lever arms l_i of the force about the joints. Of 16,000 tool-down poses of four UR arms the change
 of ln K, all joints off by the same angle the worst way round, is 1.2 to 1.5 per rad in the median
-and 3.3 per rad at the most (`verify`: `python -m stepload_verify.trials.pose_stiffness`).
+and 3.3 per rad at the most (docs/calibrate.md says what was assumed).
 """
 
 from __future__ import annotations
