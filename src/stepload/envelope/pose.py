@@ -7,7 +7,7 @@ from dataclasses import replace
 from stepload.errors import RefusedError
 from stepload.plan.model import Plan, Provenance, RecordPolicy
 from stepload.rig.device import ArmConfiguration
-from stepload.rig.pose import STIFFNESS_PER_RAD, differences, joint_distance_rad
+from stepload.rig.pose import differences, stiffness_change
 
 
 def plan_where_it_stands(plan: Plan, stands: ArmConfiguration | None) -> Plan:
@@ -34,9 +34,8 @@ def plan_where_it_stands(plan: Plan, stands: ArmConfiguration | None) -> Plan:
             hint="lead the arm to the pose of the calibration, calibrate in this one (stepload "
             "calibrate), or set rig.system_stiffness.policy: warn",
         )
-    share = 1.0
-    if len(found) == 1 and stands is not None and made.joints_rad and stands.joints_rad:
-        share = min(1.0, STIFFNESS_PER_RAD * joint_distance_rad(made.joints_rad, stands.joints_rad))
+    assert stands is not None
+    share = stiffness_change(made, stands)
     changed = replace(
         stiffness,
         sigma_n_per_m=max(stiffness.sigma_n_per_m, share * stiffness.stiffness_n_per_m),

@@ -49,14 +49,32 @@ def differences(one: ArmConfiguration, other: ArmConfiguration) -> list[str]:
                 f"a joint is off by {math.degrees(off_rad):.2f}° "
                 f"(allowed {math.degrees(JOINT_TOLERANCE_RAD):.2f}°)"
             )
-    if one.tcp_offset and other.tcp_offset:
-        off_m = math.dist(one.tcp_offset[:3], other.tcp_offset[:3])
-        turned_rad = math.dist(one.tcp_offset[3:], other.tcp_offset[3:])
-        if off_m > TCP_TOLERANCE_M or turned_rad > TCP_TOLERANCE_RAD:
-            found.append(
-                f"the TCP is another one, off by {off_m * 1e3:.1f} mm and {turned_rad:.3f} rad"
-            )
+    if other_tcp := _another_tcp(one, other):
+        found.append(other_tcp)
     return found
+
+
+def stiffness_change(one: ArmConfiguration, other: ArmConfiguration) -> float:
+    """The share by which the stiffness may differ between two poses that differ; 1 at the most.
+
+    With another TCP nothing is known of it, and with joints that are not told.
+    """
+    if _another_tcp(one, other):
+        return 1.0
+    if not (one.joints_rad and other.joints_rad):
+        return 1.0
+    return min(1.0, STIFFNESS_PER_RAD * joint_distance_rad(one.joints_rad, other.joints_rad))
+
+
+def _another_tcp(one: ArmConfiguration, other: ArmConfiguration) -> str:
+    """In what the TCP differs; "" where it does not, or one of the two does not tell."""
+    if not (one.tcp_offset and other.tcp_offset):
+        return ""
+    off_m = math.dist(one.tcp_offset[:3], other.tcp_offset[:3])
+    turned_rad = math.dist(one.tcp_offset[3:], other.tcp_offset[3:])
+    if off_m <= TCP_TOLERANCE_M and turned_rad <= TCP_TOLERANCE_RAD:
+        return ""
+    return f"the TCP is another one, off by {off_m * 1e3:.1f} mm and {turned_rad:.3f} rad"
 
 
 def to_texts(stands: ArmConfiguration | None) -> dict[str, str]:
