@@ -15,6 +15,9 @@ import sys
 import time
 from collections.abc import Callable
 
+from stepload.errors import DeviceError
+from stepload_drivers.ati import rdt
+from stepload_drivers.ati.box import read_box
 from stepload_drivers.ati.poller import Poller
 from stepload_drivers.bota import codec as bota
 from stepload_drivers.canbus import slcan_frame
@@ -64,6 +67,46 @@ def ati_can(chance: random.Random, count: int) -> int:
         frame = CanFrame(0x200 + chance.randrange(3), data[:length], now_s)
         answer = poller.feed(frame, now_s)
         wrong += answer is not None and (len(answer.first), len(answer.second)) != (8, 6)
+    return wrong
+
+
+def rdt_records(chance: random.Random, count: int) -> int:
+    """Datagrams of 36 bytes pass, as they must: what is left to find is one that changes."""
+    wrong = 0
+    for length in chance.choices((36, 36, 35, 72, 0), k=count):
+        data = chance.randbytes(length)
+        record = rdt.decode(data)
+        wrong += (record is None) == (length == 36)
+        wrong += record is not None and rdt.encode(record) != data
+    return wrong
+
+
+def rdt_pages(chance: random.Random, count: int) -> int:
+    """Pages of settings with damaged entries: refused, or a scale that is a number."""
+    keys = ("cfgcpf", "cfgcpt", "scfgfu", "scfgtu", "runrate", "cfgmr", "comrdte", "prodname")
+    values = (
+        "1000000",
+        "7000",
+        "N",
+        "Nm",
+        "lbf",
+        "-1",
+        "0",
+        "nan",
+        "1e999",
+        "1;2;3",
+        ";;",
+        "",
+        "<b>",
+    )
+    wrong = 0
+    for _ in range(count // 10):
+        text = "".join(f"<{key}>{chance.choice(values)}</{key}>" for key in keys)
+        try:
+            box = read_box(text, "box")
+        except DeviceError:
+            continue
+        wrong += not (0.0 < box.scale.force < math.inf and 0.0 < box.internal_hz < math.inf)
     return wrong
 
 
@@ -125,6 +168,8 @@ DECODERS: dict[str, tuple[Callable[[random.Random, int], int], float]] = {
     "RFT CAN pairs": (rft_can, 0.0),
     "Bota": (bota_serial, (1 + 36 / 256) / 65536),
     "ATI pairs": (ati_can, 0.0),
+    "RDT records": (rdt_records, 0.0),
+    "RDT pages": (rdt_pages, 0.0),
     "slcan lines": (slcan_lines, 0.0),
     "text lines": (text_lines, 0.0),
     "RTDE stream": (rtde_stream, 0.0),

@@ -658,3 +658,33 @@ def somebody_else(healthy):
         return Identity("sim", "another model", "4711", "1", "none")
 
     return _variant(healthy, open=claim)
+
+
+# sound all the same
+
+LEASH_S = 0.1
+
+
+def on_a_leash(healthy):
+    """An arm that is left by its run for `LEASH_S` while it has a target ends its program."""
+
+    def heard(name):
+        method = getattr(healthy, name)
+
+        def call(self, *arguments):
+            now_s = _now_s(self)
+            silent_s = now_s - getattr(self, "_heard_s", now_s)
+            self._heard_s = now_s
+            if silent_s > LEASH_S and self._led:
+                self._stream.latch(FaultCode.PROGRAM_STOPPED, f"silent for {silent_s:g} s", now_s)
+            result = method(self, *arguments)
+            self._heard_s = _now_s(self)
+            self._led = name == "command" or (self._led and name not in ("safe", "retract"))
+            if name == "drain" and healthy.fault(self) is not None:
+                return []
+            return result
+
+        return call
+
+    names = ("drain", "fault", "health", "command", "retract", "safe")
+    return _variant(healthy, _led=False, **{name: heard(name) for name in names})

@@ -9,7 +9,9 @@ from virtual import Virtual
 
 from stepload.rig.contract import CheckStatus, run_check, run_trial
 from stepload.rig.contract_loss import check_lost_link, check_stale
+from stepload.rig.contract_motion import check_motion
 from stepload.rig.contract_values import check_frozen, equal_readings_limit
+from stepload.rig.faults import FaultCode
 
 FORCE = [
     ("swallows_unknown_options", "options", "unknown option 'no_such_option'"),
@@ -133,6 +135,27 @@ def test_the_healthy_driver_passes_and_what_was_not_tried_is_said(which):
     results = run_trial(Virtual(which).trial())
     assert [r for r in results if r.status is CheckStatus.FAILED] == []
     assert all(r.message for r in results if r.status is CheckStatus.SKIPPED)
+
+
+def test_an_arm_on_a_leash_is_kept_alive_as_a_run_would():
+    assert failed("arm", "on_a_leash") == {}
+
+
+def test_an_arm_that_falls_silent_says_why():
+    """A fault before the motion ends is told, not only that there are no samples."""
+
+    def breaks(healthy):
+        def command(self, position_m):
+            self._stream.latch(FaultCode.PROGRAM_STOPPED, "for a reason", 0.0)
+            healthy.command(self, position_m)
+
+        def drain(self):
+            return [] if healthy.fault(self) else healthy.drain(self)
+
+        return type("Broken", (healthy,), {"command": command, "drain": drain})
+
+    result = run_check(check_motion, Virtual("arm", breaks).trial())
+    assert "no samples: program_stopped: sim arm: for a reason" in result.message
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""One contract for all: the six sensor drivers on their emulators, and the simulated rig."""
+"""One contract for all: the sensor drivers on their emulators, and the simulated rig."""
 
 from dataclasses import replace
 from functools import partial
@@ -22,6 +22,7 @@ DRIVERS = {
     "bota_serial": ("bota_serial", {}, {}),
     "ati_can slcan": ("ati_can", {}, {}),
     "ati_can socketcand": ("ati_can", TCP, {}),
+    "ati_net": ("ati_net", {"units": "lbf"}, {}),
     "gauge_serial": ("gauge_serial", {"rate_hz": 100.0}, {"rate": 100.0}),
     "line_serial": ("line_serial", {"unit": "kgf"}, {}),
     "line_serial asked": ("line_serial", {"request": "?\\r"}, {}),

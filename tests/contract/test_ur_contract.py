@@ -11,6 +11,7 @@ import pytest
 from stepload.rig.contract import CHECKS, SkippedCheck, Trial, trial_of
 from stepload.rig.contract_loss import check_lost_link, check_stale
 from stepload_drivers.ur.arm import UrArm
+from stepload_drivers.ur.force import UrForce
 from stepload_verify.emulators.ur_process import UrEmulatorProcess
 
 SLOW = {"lag_s": 0.1, "surface_m": 1.0}
@@ -48,3 +49,22 @@ def test_ur_arm_keeps_the_contract(trial: Trial, check) -> None:
 @pytest.mark.parametrize("check", [check_stale, check_lost_link])
 def test_ur_arm_whose_controller_is_gone_keeps_the_contract(emulator, trial, check) -> None:
     check(replace(trial, silence=lambda: emulator.command("refuse on")))
+
+
+@pytest.fixture
+def force_trial(emulator) -> Trial:
+    return Trial(
+        *trial_of(UrForce, {"host": emulator.host}),
+        observe_s=0.2,
+        silence=lambda: emulator.command("freeze on"),
+        restore=lambda: emulator.command("freeze off"),
+        stale_s=0.4,
+    )
+
+
+@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
+def test_the_sensor_in_its_flange_keeps_the_contract(force_trial: Trial, check) -> None:
+    try:
+        check(force_trial)
+    except SkippedCheck as reason:
+        pytest.skip(str(reason))

@@ -59,7 +59,7 @@ class StallMeter:
         time.sleep(2.0 * PERIOD_S)  # the meter must have seen what this thread has been through
         while self._stalls and sum(self._stalls[0]) <= begin_s:
             self._stalls.popleft()
-        return [s for s in self._stalls if s.begin_s < end_s]
+        return [s for s in tuple(self._stalls) if s.begin_s < end_s]
 
     def close(self) -> None:
         """End the thread."""

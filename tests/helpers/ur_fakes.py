@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from driver_time import Clock
 
+from stepload.rig.device import ArmConfiguration
 from stepload_drivers.ur import wire
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, UrState, travel_m
+from stepload_drivers.ur.told import RATE_HZ
 
 APPROACH = (0.0, 0.0, -1.0)
 HOME = (0.4, -0.1, 0.3, 0.0, 3.14, 0.0)
@@ -91,6 +94,28 @@ class FakeUr:
         self._input("upload")
         self.fields["runtime_state"] = PLAYING
         return self.uploads
+
+
+class FakeTold:
+    """The connection on which the controller tells its configuration, 25 times a second."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self.configuration = ArmConfiguration(
+            (0.0,) * 6, (0.0, 0.0, 0.1, 0.0, 0.0, 0.0), 1.2, (0.0, 0.0, 0.05), 1.0
+        )
+        self.silent = False
+        self.seen_s = clock.now_s
+
+    def set(self, **fields: Any) -> None:
+        """What the controller tells from now on."""
+        self.configuration = replace(self.configuration, **fields)
+
+    def poll(self) -> bool:
+        if self.silent or self._clock.now_s - self.seen_s < 1.0 / RATE_HZ:
+            return False
+        self.seen_s = self._clock.now_s
+        return True
 
 
 class FakeLink:

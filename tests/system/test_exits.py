@@ -144,7 +144,13 @@ def test_before_anything_moves_ctrl_c_ends_at_once(
 ) -> None:
     """A device that hangs while it opens can be left; nothing was written."""
     staged = stage(
-        {"break": {"force open": "hang"}}, "run", quick, "--out", tmp_path / "run", "--quiet"
+        {"break": {"force open": "hang"}},
+        "run",
+        quick,
+        "--yes",
+        "--out",
+        tmp_path / "run",
+        "--quiet",
     )
     deadline = time.monotonic() + 60.0
     while not (tmp_path / "run").exists() and time.monotonic() < deadline:
@@ -297,7 +303,7 @@ def test_a_sensor_that_hangs_in_real_time(stage: Stage, quick: Path, tmp_path: P
     """Its drain does not return: the arm is retracted from another thread, then it is left."""
     staged = stage(
         {"at": "HOLD 1", "break": {"force drain": "hang", "force safe": "hang"}},
-        "run", quick, "--out", tmp_path / "run", "--quiet",
+        "run", quick, "--yes", "--out", tmp_path / "run", "--quiet",
     )  # fmt: skip
     code, text = staged.finish()
     assert code == 4
@@ -315,7 +321,7 @@ def test_a_sensor_that_hangs_for_good(stage: Stage, quick: Path, tmp_path: Path)
     """Not even a signal brings it back: the process ends, the record is whole up to there."""
     staged = stage(
         {"at": "FAST_APPROACH", "break": {"force drain": "hang for good"}},
-        "run", quick, "--out", tmp_path / "run", "--quiet",
+        "run", quick, "--yes", "--out", tmp_path / "run", "--quiet",
     )  # fmt: skip
     code, text = staged.finish()
     assert code == 4

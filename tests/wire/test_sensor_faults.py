@@ -9,7 +9,7 @@ from stepload.rig.faults import FaultCode
 from stepload.rig.samples import Status
 
 UART, BOTA, CAN, ATI = "robotous_uart", "bota_serial", "robotous_can", "ati_can"
-LINE = "line_serial"
+LINE, NET = "line_serial", "ati_net"
 TCP = {"transport": "socketcand"}
 
 LATCHED = [
@@ -44,6 +44,18 @@ LATCHED = [
     (ATI, {}, "freeze", 1.0, FaultCode.STALE),
     (ATI, {}, "unplug", 1.0, FaultCode.NOT_CONNECTED),
     (ATI, TCP, "unplug", 1.0, FaultCode.NOT_CONNECTED),
+    (NET, {}, "overrange", 2.0, FaultCode.OVERLOAD),
+    (NET, {}, "status", 17.0, FaultCode.OVERLOAD),
+    (NET, {}, "status", 28.0, FaultCode.DEVICE_REPORTS),
+    (NET, {}, "cut", 0.3, FaultCode.CORRUPT),
+    (NET, {}, "silent", 1.0, FaultCode.STALE),
+    (NET, {}, "second_client", 1.0, FaultCode.STALE),
+    (NET, {}, "restart", 1.0, FaultCode.STALE),
+    (NET, {}, "freeze", 1.0, FaultCode.STALE),
+    (NET, {}, "zero", 1.0, FaultCode.STALE),
+    (NET, {}, "unplug", 1.0, FaultCode.STALE),
+    (NET, {}, "clock_stop", 1.0, FaultCode.CLOCK),
+    (NET, {}, "clock_jump", 30.0, FaultCode.CLOCK),
     (LINE, {}, "noise", 1.0, FaultCode.CORRUPT),
     (LINE, {}, "nan", 1.0, FaultCode.CORRUPT),
     (LINE, {}, "silent", 1.0, FaultCode.STALE),
@@ -104,6 +116,8 @@ COUNTED = [
     (ATI, "status", 14.0, "status_bits"),
     (ATI, "drop", 0.02, "timeouts"),
     (ATI, "torn", 0.01, "orphans"),
+    (NET, "cut", 0.01, "length"),
+    (NET, "status", 16.0, "status_bits"),
 ]
 
 
@@ -119,8 +133,9 @@ def test_rare_damage_is_counted_and_survived(emulated, name, fault, magnitude, e
         assert pair.driver.fault() is None
 
 
-def test_bota_counts_every_dropped_frame_by_its_clock(emulated):
-    with emulated(BOTA) as pair:
+@pytest.mark.parametrize("name", [BOTA, NET])
+def test_every_dropped_frame_is_counted(emulated, name):
+    with emulated(name) as pair:
         pair.run(0.1)
         pair.emulator.board.switch_on("drop", 0.05)
         pair.run(0.5)
@@ -181,11 +196,12 @@ def test_bursts_of_16_ms_lose_nothing_and_are_spread_back(emulated):
         assert max(delays_s) - min(delays_s) < 0.016 - 2.0 * pair.driver._period_s
 
 
-def test_bota_clock_goes_on_over_its_wrap(emulated):
-    with emulated(BOTA, faults=("wrap",)) as pair:
+@pytest.mark.parametrize(("name", "tick_s"), [(BOTA, 1e-6), (NET, 1 / 7000.0)])
+def test_the_device_clock_goes_on_over_its_wrap(emulated, name, tick_s):
+    with emulated(name, faults=("wrap",)) as pair:
         pair.run(1.3)
         times = [sample.device_time_s for sample in pair.samples]
-        assert times[0] < 2**32 * 1e-6 < times[-1]
+        assert times[0] < 2**32 * tick_s < times[-1]
         steps = [b - a for a, b in itertools.pairwise(times)]
         assert max(steps) < 2e-3
         assert pair.driver.fault() is None
@@ -199,7 +215,7 @@ def test_zero_drift_comes_through_unchanged(emulated):
         assert force_n[-1] - force_n[0] > 10.0
 
 
-@pytest.mark.parametrize("name", [UART, CAN, BOTA, ATI])
+@pytest.mark.parametrize("name", [UART, CAN, BOTA, ATI, NET])
 @pytest.mark.parametrize(
     ("fault", "code"), [("deaf", FaultCode.NOT_CONNECTED), ("refuse", FaultCode.REFUSED_COMMAND)]
 )
@@ -210,7 +226,7 @@ def test_device_that_does_not_take_settings_is_not_opened(emulated, name, fault,
         assert caught.value.code == code
 
 
-@pytest.mark.parametrize("name", [UART, CAN, BOTA, ATI])
+@pytest.mark.parametrize("name", [UART, CAN, BOTA, ATI, NET])
 def test_another_serial_number_is_refused(emulated, name):
     with emulated(name, open_it=False, serial_number="SOMEONE ELSE") as pair:
         with pytest.raises(DeviceError, match="SOMEONE ELSE") as caught:

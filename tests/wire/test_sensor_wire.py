@@ -8,10 +8,13 @@ import pytest
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers import serialport
+from stepload_drivers.ati.net import AtiNet
+from stepload_drivers.ati.rdt import Record, encode
 from stepload_drivers.ati.sensor import AtiCan
 from stepload_drivers.bota.sensor import BotaSerial
 from stepload_drivers.line.force import LineSerial
 from stepload_drivers.robotous.sensor import RobotousCan, RobotousUart
+from stepload_verify.emulators.catalog import driver_options
 
 TCP = {"transport": "socketcand"}
 SENSORS = [
@@ -21,6 +24,8 @@ SENSORS = [
     ("bota_serial", {}),
     ("ati_can", {}),
     ("ati_can", TCP),
+    ("ati_net", {}),
+    ("ati_net", {"rate_hz": 7000.0, "units": "lbf"}),
     ("line_serial", {"unit": "lbf"}),
     ("line_serial", {"request": "?\\r", "unit": "mN"}),
 ]
@@ -51,7 +56,7 @@ def test_force_comes_through_in_newton(emulated, name, device):
         assert means == pytest.approx([0.0, 0.0, 50.0, 0.0, 0.0, 0.0], abs=0.05)
 
 
-@pytest.mark.parametrize("name", ["robotous_uart", "line_serial"])
+@pytest.mark.parametrize("name", ["robotous_uart", "line_serial", "ati_net"])
 def test_bias_is_the_devices_own_zero(emulated, name):
     with emulated(name, peak_n=0.0) as pair:
         pair.emulator.board.switch_on("offset", 30.0)
@@ -92,6 +97,40 @@ def test_rft_that_still_streams_from_last_time_is_opened(emulated):
             assert again.open(2.0).model == "RFT64-SB01"
         finally:
             again.close()
+
+
+def test_a_net_box_sends_to_one_client_and_a_new_one_takes_it(emulated):
+    with emulated("ati_net") as pair:
+        again = AtiNet(**driver_options(pair.emulator))
+        try:
+            again.open(5.0)
+            assert pair.until(lambda: pair.driver.fault() is not None)
+            assert pair.driver.fault().code is FaultCode.STALE
+            assert "answers on its pages" in pair.driver.fault().message
+            pair.driver.close()
+            before = again.health().received
+            assert pair.until(lambda: again.health().received > before + 10)
+            assert again.fault() is None
+        finally:
+            again.close()
+
+
+def test_a_net_box_without_pages_is_not_taken_for_one(emulated):
+    with emulated("ati_net", open_it=False, faults=("deaf",)) as pair:
+        with pytest.raises(DeviceError, match=r"netftapi2\.xml") as caught:
+            pair.driver.open(1.0)
+        assert caught.value.code == FaultCode.NOT_CONNECTED
+
+
+def test_datagrams_of_strangers_are_not_taken(emulated):
+    with emulated("ati_net") as pair:
+        own = pair.driver._link._sock.getsockname()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+            for number in range(100):
+                stranger.sendto(encode(Record(number, number, 0, (10**9,) * 6)), own)
+        pair.run(0.1)
+        assert pair.driver.fault() is None
+        assert max(sample.wrench[0] for sample in pair.samples) < 1.0
 
 
 def test_bota_that_can_only_do_800_hz_says_so(emulated):
@@ -215,6 +254,8 @@ def test_slow_usb_adapter_is_noted_where_the_device_has_a_clock(emulated, slow_a
         lambda: LineSerial(port="/dev/nowhere", range=1.0, rate=1.0, unit="N"),
         lambda: RobotousCan(channel="/dev/nowhere", interface="slcan"),
         lambda: RobotousCan(channel="127.0.0.1:9/can0", interface="socketcand"),
+        lambda: AtiNet(host="127.0.0.1", http_port=9),
+        lambda: AtiNet(host="no.such.host.invalid"),
         lambda: AtiCan(channel="nowhere", interface="no_such_interface"),
     ],
 )

@@ -34,6 +34,7 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
     """
 
     DRIVER = "ati_can"
+    ADDRESS = ("channel", "base")
     OPTIONS: ClassVar[Mapping[str, Option]] = {
         **CAN_OPTIONS,
         "bitrate": Option("integer", "bit/s; the device's default is 250000", default=250_000),

@@ -24,15 +24,13 @@ from stepload_drivers.bota.codec import (
     Frame,
     FrameStatus,
 )
+from stepload_drivers.clockwatch import JUMP_S, ClockWatch
 from stepload_drivers.identity import require_serial_number
 from stepload_drivers.serialport import SerialPort
 from stepload_drivers.stream import Stream
 from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
 
 FROZEN_S = 0.05
-JUMP_S = 2.0
-CLOCK_SHARE = 0.01
-CLOCK_SLACK_S = 0.5
 LINE_SHARE = 0.95
 MEASURED_FRAMES = 32
 
@@ -116,7 +114,7 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
     def _new_stream(self) -> Stream[ForceSample]:
         self._decoder, self._clock = Decoder(), DeviceClock()
         self._damaged = self._skipped = self._sequence = 0
-        self._start: tuple[float, float] | None = None
+        self._watch = ClockWatch(self._name, self._max_age_s)
         self._last_s = -math.inf
         stream: Stream[ForceSample] = Stream(
             self._name, self._period_s, self._max_age_s, FROZEN_S, attrgetter("wrench")
@@ -136,7 +134,7 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         if not frames:
             return
         times = [self._tick(frame, stream) for frame in frames]
-        self._watch_clock(times[-1], arrival_s, stream)
+        self._watch.look(times[-1][0], arrival_s, stream)
         samples = []
         for frame, (device_s, sequence) in zip(frames, times, strict=True):
             receive_s = max(arrival_s - (times[-1][0] - device_s), self._last_s)
@@ -164,21 +162,6 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         stream.lose(steps - 1)
         self._sequence += steps
         return device_s, self._sequence
-
-    def _watch_clock(
-        self, newest: tuple[float, int], arrival_s: float, stream: Stream[ForceSample]
-    ) -> None:
-        if self._start is None:
-            self._start = (newest[0], arrival_s)
-        device_s, host_s = newest[0] - self._start[0], arrival_s - self._start[1]
-        limit_s = max(CLOCK_SLACK_S, self._max_age_s) + CLOCK_SHARE * host_s
-        if abs(device_s - host_s) > limit_s:
-            stream.latch(
-                FaultCode.CLOCK,
-                f"{self._name}: its clock counts {device_s:.3f} s while the host counts "
-                f"{host_s:.3f} s (limit ± {limit_s:.3f} s)",
-                "the host reads too slowly, or the sensor's clock is wrong",
-            )
 
     def _status(self, frame: Frame, stream: Stream[ForceSample]) -> int:
         status = 0

@@ -263,6 +263,7 @@ class RobotousCan(_Robotous):
     """RFT sensor on CAN (1 Mbit/s, two frames a sample)."""
 
     DRIVER = "robotous_can"
+    ADDRESS = ("channel", "first_id")
     OPTIONS: ClassVar[Mapping[str, Option]] = {
         **CAN_OPTIONS,
         "receiver_id": Option("integer", "id the sensor listens to", default=0x64, low=1, high=255),

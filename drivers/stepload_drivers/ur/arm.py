@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from stepload.errors import DeviceError
-from stepload.rig.device import Arm, Health, Identity, StopProof
+from stepload.rig.device import Arm, ArmConfiguration, Health, Identity, StopProof
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.options import Option
 from stepload.rig.samples import ArmSample, Status
@@ -60,6 +60,7 @@ class UrArm(Arm):
         self._start: state.Vector6 | None = None
         self._target_m = 0.0
         self._last: ArmSample | None = None
+        self._configuration: ArmConfiguration | None = None
         self._fault: Fault | None = None
         self._stage = ""
         self._replies: dict[int, dict[str, Any]] = {}
@@ -74,6 +75,7 @@ class UrArm(Arm):
         self._tally = Tally(self.period_s)
         self._samples, self._last, self._start, self._fault = [], None, None, None
         self._replies, self._target_m, self._stage = {}, 0.0, ""
+        self._configuration = None
         left_s = max(0.1, deadline_s - time.monotonic())
         self._child = ChildProcess(self._settings, self.period_s, left_s)
         try:
@@ -123,6 +125,11 @@ class UrArm(Arm):
             self._pump()
             raise self._gone()
         self._target_m = position_m
+
+    def configuration(self) -> ArmConfiguration | None:
+        """As the controller last told it, at most a tenth of a second before the newest sample."""
+        self._pump()
+        return self._configuration
 
     def health(self) -> Health:
         self._pump()
@@ -221,6 +228,9 @@ class UrArm(Arm):
         if kind == wire.SAMPLE:
             if self._start is not None:
                 self._take_sample(*wire.unpack_sample(message))
+            return
+        if kind == wire.CONFIGURATION:
+            self._configuration = wire.unpack_configuration(message)
             return
         fields = wire.unpack_json(message)
         if kind == wire.HELLO:

@@ -11,6 +11,7 @@ import socket
 import sys
 from typing import Any
 
+from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers.priority import prefer_this_thread
 from stepload_drivers.ur import procedures, wire
@@ -51,8 +52,9 @@ def _run(loop: Loop) -> None:
     procedures.unload(loop)
 
 
-def _report_failure(link: Link, code: FaultCode, message: str) -> None:
-    hint = "see the pendant's log"
+def _report_failure(
+    link: Link, code: FaultCode, message: str, hint: str = "see the pendant's log"
+) -> None:
     link.send(wire.pack_json(wire.FAULT, code=code.value, message=message, hint=hint, time_s=0.0))
     link.drain(0.1)
 
@@ -70,6 +72,8 @@ def main() -> None:
         link.send(wire.pack_json(wire.STAGE, name="RTDE control interface"))
         stay_alive_for(float(connect_s))
         procedures.connect(loop)
+    except DeviceError as error:
+        _report_failure(link, FaultCode(error.code), error.message, error.hint)
     except RuntimeError as error:
         _report_failure(link, FaultCode.NOT_CONNECTED, f"ur_rtde: {error}")
     except RequestError as error:

@@ -81,20 +81,25 @@ class RtdeClient:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
         self._sock.close()
 
     def _next(self) -> Frame:
         while not self._frames:
-            data = _receive(self._sock, self._host, RTDE, self._deadline_s)
-            try:
-                self._frames += self._reader.feed(data)
-            except FrameError as error:
-                raise DeviceError(
-                    f"{self._host}:{RTDE}: {error}",
-                    code=FaultCode.CORRUPT,
-                    hint="something else than a UR controller answers here",
-                ) from error
+            self._feed(_receive(self._sock, self._host, RTDE, self._deadline_s))
         return self._frames.pop(0)
+
+    def _feed(self, data: bytes) -> None:
+        try:
+            self._frames += self._reader.feed(data)
+        except FrameError as error:
+            raise DeviceError(
+                f"{self._host}:{RTDE}: {error}",
+                code=FaultCode.CORRUPT,
+                hint="something else than a UR controller answers here",
+            ) from error
 
     def _ask(self, kind: int, payload: bytes = b"") -> bytes:
         try:
@@ -116,7 +121,7 @@ class RtdeClient:
             raise DeviceError(
                 f"{self._host}: the controller does not speak RTDE protocol 2",
                 code=FaultCode.UNSUPPORTED,
-                hint="PolyScope 3.4 to 5.x is supported",
+                hint="PolyScope 3.4 to 3.15 and 5.4 to 5.x are supported",
             )
         answer = self._ask(frames.GET_VERSION)
         if len(answer) != 16:
@@ -136,15 +141,21 @@ class RtdeClient:
         Raises:
             DeviceError: refused or no answer.
         """
-        request = struct.pack(">d", rate_hz) + ",".join(state.VARIABLES).encode()
-        answer = self._ask(frames.SETUP_OUTPUTS, request)
+        self._begin(self._outputs(rate_hz, state.VARIABLES))
+
+    def _outputs(self, rate_hz: float, names: Sequence[str]) -> list[str]:
+        """The types of the output variables `names`, as the controller answers."""
+        request = struct.pack(">d", rate_hz) + ",".join(names).encode()
+        return frames.split_names(self._ask(frames.SETUP_OUTPUTS, request)[1:])
+
+    def _begin(self, types: list[str]) -> None:
         try:
-            self._layout = frames.package_struct(frames.split_names(answer[1:]))
+            self._layout = frames.package_struct(types)
         except FrameError as error:
             raise DeviceError(
                 f"{self._host}: the controller lacks an output variable ({error})",
                 code=FaultCode.UNSUPPORTED,
-                hint="PolyScope 3.4 to 5.x is supported",
+                hint="PolyScope 3.4 to 3.15 and 5.4 to 5.x are supported",
             ) from error
         if self._ask(frames.START) != b"\x01":
             raise _no_answer(self._host, RTDE, "refused to start sending")
@@ -155,10 +166,33 @@ class RtdeClient:
         Raises:
             DeviceError: none by the deadline, or it cannot be true.
         """
-        while True:
-            frame = self._next()
-            if frame.kind == frames.DATA and len(frame.payload) == self._layout.size:
-                break
+        while not self._is_data(frame := self._next()):
+            pass
+        return self._state(frame)
+
+    def arrived(self, timeout_s: float) -> list[state.UrState]:
+        """All data packages that have arrived, oldest first; waits `timeout_s` for one.
+
+        Raises:
+            DeviceError: the connection is lost, or a package cannot be true.
+        """
+        self._sock.settimeout(timeout_s)
+        try:
+            data = self._sock.recv(65536)
+        except TimeoutError:
+            return []
+        except OSError as error:
+            raise _no_answer(self._host, RTDE, f"connection lost ({error})") from error
+        if not data:
+            raise _no_answer(self._host, RTDE, "the controller closed the connection")
+        self._feed(data)
+        taken, self._frames = self._frames, []
+        return [self._state(frame) for frame in taken if self._is_data(frame)]
+
+    def _is_data(self, frame: Frame) -> bool:
+        return frame.kind == frames.DATA and len(frame.payload) == self._layout.size
+
+    def _state(self, frame: Frame) -> state.UrState:
         v = self._layout.unpack(frame.payload)[1:]
         package = state.UrState(v[0], v[1:7], v[7:13], v[13], v[14], v[15], v[16])
         if problem := state.data_problem(package):

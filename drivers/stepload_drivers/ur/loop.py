@@ -17,26 +17,23 @@ from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import wire
 from stepload_drivers.ur.link import Link
 from stepload_drivers.ur.ports import ControlPort, ReceivePort
-from stepload_drivers.ur.remote import RemoteCheck
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.standstill import Standstill
 from stepload_drivers.ur.state import (
-    PLAYING,
     Problem,
     UrState,
     Vector6,
     data_problem,
-    safety_problem,
     target_pose,
     travel_m,
 )
+from stepload_drivers.ur.watch import Watch
 
 POLL_S = 0.0004
 HANG_S = 2.0
 RESEND_SHARE = 0.2
 """Inputs are sent again after this share of the watchdog's time."""
 CLOCK_SLACK_S = 1.0
-REFUSAL_GRACE_S = 0.05
 REPORTED = 3
 """Exit status of a child that has reported its fault itself."""
 
@@ -74,7 +71,7 @@ class Loop:
         self.sent_s = 0.0
         self._refused_s = math.inf
         self._has_fault = False
-        self._remote_check = RemoteCheck(settings.host)
+        self.watch = Watch(settings)
         self.forgive_pause()
         while self._state is None:
             self.step()
@@ -136,6 +133,8 @@ class Loop:
             self._check_age(now_s)
             return
         stay_alive_for(HANG_S)
+        if told := self.watch.poll():
+            self.link.send(wire.pack_configuration(told))
         self._check(state, now_s)
         self._state, self._seen_s = state, now_s
         self.standstill.add(state)
@@ -178,42 +177,10 @@ class Loop:
             self._find_fault(state, now_s)
 
     def _find_fault(self, state: UrState, now_s: float) -> None:
-        """Report once what keeps the arm from following, told apart as well as it can be."""
-        problem = safety_problem(state)
-        if problem is None and state.runtime_state != PLAYING:
-            problem = self._why_no_program(state)
-        elif problem is None and now_s - self._refused_s > REFUSAL_GRACE_S:
-            problem = Problem(
-                FaultCode.REFUSED_COMMAND,
-                "the controller refused a position target",
-                "read the log on the pendant",
-            )
-        if problem is not None:
+        """Report once what keeps the arm from following."""
+        if problem := self.watch.problem(state, now_s, self._refused_s, self.heard_s):
             self._has_fault = self.muted = True
             self._report(problem)
-
-    def _why_no_program(self, state: UrState) -> Problem | None:
-        """None while the dashboard is being asked."""
-        if not self._remote_check.done():
-            return None
-        if self._remote_check.remote is False:
-            return Problem(
-                FaultCode.NOT_REMOTE,
-                "the controller was switched to local control and runs our program no more",
-                "switch the pendant to remote control, then start anew",
-            )
-        silent_s = time.monotonic() - self.heard_s
-        cause = (
-            f"its watchdog stopped it: nothing came from the run for {silent_s * 1e3:.0f} ms"
-            if silent_s > self.settings.leash_s
-            else "stopped from the pendant or dashboard, by its watchdog, or replaced"
-        )
-        return Problem(
-            FaultCode.PROGRAM_STOPPED,
-            "the control program on the controller does not run "
-            f"(runtime_state {state.runtime_state}): {cause}",
-            "see the pendant's log; then start anew",
-        )
 
     def _send_due(self, control: ControlPort) -> None:
         """Forward a fresh target at once; else repeat the last input often enough."""

@@ -11,11 +11,15 @@ from dataclasses import dataclass
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
+from stepload_drivers.ur.changed import slow_problem
 from stepload_drivers.ur.client import RtdeClient, Version, dashboard
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import safety_problem
+from stepload_drivers.ur.told import told
 
 OLDEST: Version = (3, 4, 0, 0)
+OLDEST_E_SERIES: Version = (5, 4, 0, 0)
+SUPPORTED = "3.4 to 3.15 or 5.4 to 5.x"
 UPPER_OFFSET = 24
 INTEGERS_USED, DOUBLES_USED = 8, 18
 REMOTE = {"true": True, "false": False}
@@ -51,13 +55,20 @@ def check_version(version: Version, *, upper_registers: bool) -> None:
         raise DeviceError(
             f"PolyScope {text} is not supported: PolyScope X has no dashboard and no script port",
             code=FaultCode.UNSUPPORTED,
-            hint="use an e-Series or CB3 controller with PolyScope 3.4 to 5.x",
+            hint=f"use an e-Series or CB3 controller with PolyScope {SUPPORTED}",
         )
     if version < OLDEST or version[0] == 4:
         raise DeviceError(
             f"PolyScope {text} is not supported, 3.4 is the oldest that is",
             code=FaultCode.UNSUPPORTED,
             hint="update the controller's software",
+        )
+    if (5, 0, 0, 0) <= version < OLDEST_E_SERIES:
+        raise DeviceError(
+            f"PolyScope {text} is not supported: with 5.0 to 5.3 ur_rtde 1.6.5 takes its "
+            "connection for lost at the first command and crashes",
+            code=FaultCode.UNSUPPORTED,
+            hint="update the controller's software to PolyScope 5.4 or later",
         )
     if upper_registers and version >= (5, 23, 0, 0):
         raise DeviceError(
@@ -75,11 +86,11 @@ def register_names(*, upper_registers: bool) -> list[str]:
 
 
 def preflight(settings: Settings, deadline_s: float) -> Controller:
-    """Ask version, registers, data, identity and remote control; ends by `deadline_s`.
+    """Ask version, registers, data, speed slider, identity, remote control; ends by `deadline_s`.
 
     Raises:
-        DeviceError: NOT_CONNECTED, UNSUPPORTED, WRONG_DEVICE, NOT_REMOTE REFUSED_COMMAND
-            (registers taken), or the stop that is in force.
+        DeviceError: NOT_CONNECTED, UNSUPPORTED (version, slider below 100 %), WRONG_DEVICE,
+            NOT_REMOTE, REFUSED_COMMAND (registers taken), or the stop that is in force.
     """
     with RtdeClient(settings.host, deadline_s) as rtde:
         version = rtde.version()
@@ -98,6 +109,10 @@ def preflight(settings: Settings, deadline_s: float) -> Controller:
             raise DeviceError(
                 f"{settings.host}: {problem.message}", code=problem.code, hint=problem.hint
             )
+    if problem := slow_problem(told(settings.host, deadline_s)):
+        raise DeviceError(
+            f"{settings.host}: {problem.message}", code=problem.code, hint=problem.hint
+        )
     serial_number, model = _identity(settings, version, deadline_s)
     return Controller(version, serial_number, model)
 

@@ -10,9 +10,12 @@ import contextlib
 import time
 from collections.abc import Callable
 
+from stepload_drivers.ur.changed import change, expected, tcp_changed
 from stepload_drivers.ur.loop import Loop
 from stepload_drivers.ur.ports import ControlPort
 from stepload_drivers.ur.state import PLAYING, UrState, arrived_m, can_move, safety_problem
+from stepload_drivers.ur.told import RATE_HZ
+from stepload_drivers.ur.watch import TOLD_S
 
 PROGRAM_START_S = 3.0
 STANDSTILL_S = 2.0
@@ -38,9 +41,10 @@ def connect(loop: Loop) -> None:
         RequestError: the controller refused something, its watchdog did not act, or the arm does
             not stand still.
     """
+    loop.expect_stop = loop.muted = True
     loop.control = ControlPort(loop.settings)
     loop.forgive_pause()
-    _prepare(loop)
+    _begin(loop)
     if loop.settings.prove_watchdog:
         _trip_watchdog(loop)
         _restart(loop)
@@ -123,6 +127,39 @@ def _wait(loop: Loop, done: Callable[[UrState], bool], timeout_s: float, what: s
     return time.monotonic() - started_s
 
 
+def _begin(loop: Loop) -> None:
+    """See the program run on both connections, and prepare it; then a stop is a fault again.
+
+    The controller sends to its clients one after the other: the one may still say STOPPED when the
+    other says PLAYING, and ur_rtde sends no command before its own does.
+    """
+    control = _control(loop)
+
+    def started(package: UrState) -> bool:
+        return can_move(package) and control.program_runs()
+
+    _wait(loop, started, PROGRAM_START_S, "the control program did not start")
+    _prepare(loop)
+    loop.muted = False
+    _arm(loop)
+    loop.expect_stop = False
+
+
+def _arm(loop: Loop) -> None:
+    """See the settings told as they must be; from here on a change of them is a fault."""
+    watch, since_s = loop.watch, time.monotonic()
+
+    def told_since(_: UrState) -> bool:
+        return watch.told.seen_s > since_s + 1.0 / RATE_HZ  # not one that was under way
+
+    _wait(loop, told_since, TOLD_S, "the controller does not tell its settings")
+    assert watch.told.configuration is not None
+    armed = watch.armed or expected(loop.settings, watch.told.configuration)
+    if problem := change(armed, watch.told.configuration):
+        raise RequestError(problem.message)
+    watch.armed = armed
+
+
 def _prepare(loop: Loop) -> None:
     """TCP, payload, watchdog: all of it is lost when the program starts anew."""
     at_s = time.monotonic()
@@ -162,12 +199,7 @@ def _restart(loop: Loop) -> None:
     if not control.upload():
         raise RequestError("the controller refused the control program")
 
-    def started(package: UrState) -> bool:
-        return can_move(package) and control.program_runs()
-
-    _wait(loop, started, PROGRAM_START_S, "the control program did not start")
-    _prepare(loop)
-    loop.muted = loop.expect_stop = False
+    _begin(loop)
 
 
 def _back_away(loop: Loop, distance_m: float, speed_m_s: float) -> float:
@@ -177,6 +209,8 @@ def _back_away(loop: Loop, distance_m: float, speed_m_s: float) -> float:
     that has jumped ahead, frozen or drifted must not become a push. Further behind the target than
     any target may lead, one of the two is wrong, and no servo target is safe.
     """
+    if tcp_changed(loop.watch.armed, loop.watch.told.configuration):
+        raise RequestError("the TCP was changed: left to the controller's own target")
     from_m = min(loop.position_m, loop.commanded_m)
     behind_m, limit_m = loop.commanded_m - from_m, loop.settings.max_lead_m
     if behind_m > limit_m:

@@ -11,33 +11,55 @@ from stepload_drivers.ur.client import Dashboard
 from stepload_drivers.ur.preflight import REMOTE
 
 ASK_S = 0.2
+EVERY_S = 1.0
 
 
 class RemoteCheck:
-    """One question to the dashboard, on a connection made beforehand: see `ports.ControlPort`.
+    """Questions to the dashboard, on a connection made beforehand: see `ports.ControlPort`.
 
-    `remote` is None where the controller cannot or does not say.
+    `remote` is None where the controller cannot or does not say (PolyScope below 5.6).
     """
 
     def __init__(self, host: str) -> None:
         self.remote: bool | None = None
         self._thread: threading.Thread | None = None
         self._dashboard: Dashboard | None = None
+        self._asked_s = time.monotonic()
+        self._final = False
         with contextlib.suppress(DeviceError):
             self._dashboard = Dashboard(host, time.monotonic() + ASK_S)
 
+    def poll(self) -> None:
+        """Ask once every `EVERY_S`, for as long as the answers make sense."""
+        if self._asking or time.monotonic() - self._asked_s < EVERY_S:
+            return
+        self._start()
+
     def done(self) -> bool:
-        """Whether the answer is there or given up; the first call asks."""
-        if self._thread is None:
+        """Whether a question put after the first call is answered or given up."""
+        if self._asking:
+            return False
+        if not self._final:
+            self._final = True
+            self._start()
+        return not self._asking
+
+    @property
+    def _asking(self) -> bool:
+        return self._thread is not None and self._thread.is_alive()
+
+    def _start(self) -> None:
+        self._asked_s = time.monotonic()
+        if self._dashboard is not None:
             self._thread = threading.Thread(target=self._ask, daemon=True)
             self._thread.start()
-        return not self._thread.is_alive()
 
     def _ask(self) -> None:
-        if self._dashboard is None:
-            return
+        assert self._dashboard is not None
         try:
             reply = self._dashboard.ask("is in remote control", time.monotonic() + ASK_S)
+            self.remote = REMOTE.get(reply.lower())
         except DeviceError:
-            return
-        self.remote = REMOTE.get(reply.lower())
+            self.remote = None
+        if self.remote is None:  # a late answer would be taken for the next question's
+            self._dashboard = None

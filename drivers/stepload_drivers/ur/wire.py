@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import json
 import struct
+from dataclasses import asdict
 from typing import Any
 
+from stepload.rig.device import ArmConfiguration
 from stepload_drivers.ur.state import UrState
 
 SAMPLE = b"s"
@@ -19,6 +21,7 @@ HELLO = b"h"
 FAULT = b"f"
 REQUEST = b"r"
 REPLY = b"a"
+CONFIGURATION = b"c"
 
 MAX_BYTES = 8192
 
@@ -77,3 +80,15 @@ def pack_json(kind: bytes, **fields: Any) -> bytes:
 def unpack_json(message: bytes) -> dict[str, Any]:
     fields: dict[str, Any] = json.loads(message[1:])
     return fields
+
+
+def pack_configuration(configuration: ArmConfiguration) -> bytes:
+    return pack_json(CONFIGURATION, **asdict(configuration))
+
+
+def unpack_configuration(message: bytes) -> ArmConfiguration:
+    values: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value
+        for name, value in unpack_json(message).items()
+    }
+    return ArmConfiguration(**values)

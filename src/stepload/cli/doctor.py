@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from stepload.cli.hazards import HazardsRead, ask_hazards
 from stepload.cli.plans import PlanFile
 from stepload.errors import ExitCode
 from stepload.results.terminal import AsJson, Output
@@ -29,6 +30,7 @@ def doctor(
     seconds: Annotated[
         float, typer.Option("--seconds", help="How long to watch the data at rest.")
     ] = 10.0,
+    hazards_read: HazardsRead = False,
     as_json: AsJson = False,
 ) -> None:
     """Examine a plan's rig: data, disk, clocks, that stop really stops. Exit 0: sound; 4: not.
@@ -40,11 +42,14 @@ def doctor(
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.load import load_plan
     from stepload.run.operator import Operator
+    from stepload.session.hazards import refuse_unread
 
     out = Output(as_json=as_json)
     operator = Operator()
 
     envelope = envelope_of(load_plan(plan))
+    if not dry_run and not (still and not against_spring):
+        refuse_unread(envelope.plan, hazards_read or ask_hazards(envelope))
     with operator.listening():
         found = examine(
             envelope, dry_run=dry_run, seconds=seconds, still=still, against_spring=against_spring,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from stepload.cli.hazards import HazardsRead, ask_hazards
 from stepload.cli.plans import PayloadFile, PlanFile
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
@@ -81,6 +82,7 @@ def press(
     quiet: bool,
     verbose: bool = False,
     resume: Path | None = None,
+    hazards_read: bool = False,
 ) -> Finished:
     """Run a plan with its preflight, progress and result shown; `operator` listens already."""
     from stepload.cli.keys import keys
@@ -107,6 +109,7 @@ def press(
             out=out,
             seed=seed,
             resume=resume,
+            hazards_read_now=hazards_read,
             operator=operator,
             on_progress=show,
         )
@@ -123,6 +126,7 @@ def run(
     resume: ResumeDirectory = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     verbose: Verbose = False,
+    hazards_read: HazardsRead = False,
     as_json: AsJson = False,
 ) -> None:
     """Run a plan: preflight, press, record, identify, report.
@@ -135,10 +139,13 @@ def run(
 
     output, operator = Output(as_json=as_json), Operator()
     envelope = envelope_of(load_plan(plan, payload=payload))
+    if not dry_run and not hazards_read and ask_hazards(envelope):
+        hazards_read = True
+        envelope = envelope_of(load_plan(plan, payload=payload))  # its rig file may have changed
     with operator.listening():
         finished = press(
-            envelope, operator, output,
-            dry_run=dry_run, out=out, seed=seed, resume=resume, quiet=quiet, verbose=verbose,
+            envelope, operator, output, dry_run=dry_run, out=out, seed=seed, resume=resume,
+            quiet=quiet, verbose=verbose, hazards_read=hazards_read,
         )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})
     raise typer.Exit(exit_code(finished))

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from stepload.cli.experiments import DryRun, OutDirectory, Seed, exit_code, press
+from stepload.cli.hazards import HazardsRead, ask_hazards
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
@@ -40,6 +41,7 @@ def calibrate(
     out: OutDirectory = None,
     seed: Seed = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    hazards_read: HazardsRead = False,
     as_json: AsJson = False,
 ) -> None:
     """Measure the system stiffness K_s (26) and write its calibration record.
@@ -71,16 +73,15 @@ def calibrate(
                 f"{given[0]}: identify.kind is {plan.identify.kind}: it identifies a payload",
                 hint="press a stiff flat contact with `identify: {kind: system}`",
             )
+        envelope = envelope_of(plan)
+        if not dry_run and not hazards_read and ask_hazards(envelope):
+            hazards_read = True
+            envelope = envelope_of(load_plan(given[0]))  # its rig file may have changed
         with operator.listening():
             finished = press(
-                envelope_of(plan),
-                operator,
-                output,
-                dry_run=dry_run,
-                out=out,
-                seed=seed,
-                quiet=quiet,
-            )
+                envelope, operator, output,
+                dry_run=dry_run, out=out, seed=seed, quiet=quiet, hazards_read=hazards_read,
+            )  # fmt: skip
         code = exit_code(finished)
         if code is not ExitCode.OK or finished.data.get("system_stiffness") is None:
             output.line("no calibration record: the run has no system stiffness")

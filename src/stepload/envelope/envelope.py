@@ -15,6 +15,7 @@ from stepload.envelope.domains import domain_reasons
 from stepload.envelope.hazards import hazards
 from stepload.envelope.limit_reasons import limit_reasons
 from stepload.envelope.limits import RunLimits, limits_of
+from stepload.envelope.one_channel import one_channel_reasons
 from stepload.envelope.press import PressRig, Term
 from stepload.envelope.pressing import Pressing, largest_top_force, pressing_for
 from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
@@ -118,6 +119,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         *limit_reasons(theory),
         *domain_reasons(plan, theory),
         *rig_reasons(plan),
+        *one_channel_reasons(plan),
         *age_reasons(plan),
         *cycle_reasons(plan),
         *stiffness_reasons(plan),

@@ -95,7 +95,7 @@ class References:
     def rig(self, node: Node) -> Node:
         """`node`, the content of the file, or the profile it names, overrides laid over it."""
         if isinstance(node, Scalar) and isinstance(node.value, str):
-            if not _is_path(node.value):
+            if not names_a_file(node.value):
                 return self.profile(node)
             node = self.section(node)
         return self._composed(node) if isinstance(node, Mapping) else node
@@ -141,5 +141,6 @@ class References:
         return Broken(node.place)
 
 
-def _is_path(text: str) -> bool:
+def names_a_file(text: str) -> bool:
+    """Whether a name in a plan is that of a file, not of a profile."""
     return "/" in text or text.lower().endswith((".yaml", ".yml", ".json"))

@@ -284,4 +284,12 @@ class Rig:
     thermal_expansion_per_k: Annotated[
         Expansion, Key("Coefficient of thermal expansion of the load path.")
     ] = 0.0
+    hazards_read_by: Annotated[
+        Remark,
+        Key(
+            "Who has read the hazards (docs/risk-assessment.md) and answers for the rig; without"
+            " it, and its day, nothing moves outside a dry run."
+        ),
+    ] = ""
+    hazards_read_on: Annotated[Calendar | None, Key("Day on which they were read.")] = None
     simulation: Annotated[Simulation, Key("The simulated rig.")] = AS_DECLARED

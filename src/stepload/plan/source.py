@@ -33,6 +33,11 @@ class Source:
     def lines(self) -> list[str]:
         return _LINE_BREAK.split(self.text)
 
+    def start_of(self, line: int) -> int:
+        """The character (from 0) of the text at which a line (from 1) begins."""
+        ends = [found.end() for found in _LINE_BREAK.finditer(self.text)]
+        return [0, *ends][line - 1]
+
     @property
     def sha256(self) -> str:
         return hashlib.sha256(self.data).hexdigest()

@@ -14,7 +14,8 @@ from stepload.evidence.pressed import Pressed, Touch
 from stepload.identify.conditions import Conditions
 from stepload.record.rows import Phase
 from stepload.results.adhesion import pulls
-from stepload.results.from_curve import SAME_PEAK, Branch, PreparedCurve
+from stepload.results.curve_zero import SAME_PEAK, Branch
+from stepload.results.from_curve import PreparedCurve
 from stepload.results.press_data import LOADING, UNLOADING, PressData
 
 FloatArray = NDArray[np.float64]

@@ -110,7 +110,9 @@ def _position(device: Arm, trial: Trial) -> float:
         trial.wait(device.period_s)
         if samples := device.drain():
             return samples[-1].position_m
-    raise ContractViolation("an open arm delivers no samples")
+    fault = device.fault()
+    why = f": {fault.code}: {fault.message}" if fault else ""
+    raise ContractViolation(f"an open arm delivers no samples{why}")
 
 
 def check_stop(trial: Trial) -> str:

@@ -87,6 +87,9 @@ class Device(ABC):
     OPTIONS: ClassVar[Mapping[str, Option]] = {}
     """Every option the driver takes; unknown ones are refused before the driver is constructed."""
 
+    ADDRESS: ClassVar[tuple[str, ...]] = ()
+    """Options that tell this device from another of its kind; none: every text that is required."""
+
     @abstractmethod
     def open(self, timeout_s: float) -> Identity:
         """Connect, identify and start the data stream.
@@ -126,6 +129,9 @@ class ForceSensor(Device):
 
     rate_hz: float
     """Nominal sample rate; valid after `open`."""
+
+    built_into_arm: ClassVar[bool] = False
+    """Whether it is the sensor that `Arm.has_force` speaks of: the two are then one channel."""
 
     @abstractmethod
     def drain(self) -> list[ForceSample]:

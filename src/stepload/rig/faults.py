@@ -36,6 +36,8 @@ class FaultCode(StrEnum):
     """The program on the controller that carries out our commands does not run."""
     NOT_REMOTE = "not_remote"
     """The controller is in local control."""
+    SETTING_CHANGED = "setting_changed"
+    """Somebody changed a setting of the device that the run relies on."""
     CLOCK = "clock"
     """The device's clock jumped, stands still or runs away from the host's."""
     DRIVER = "driver"

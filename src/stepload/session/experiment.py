@@ -36,7 +36,7 @@ from stepload.run.loop import run_loop
 from stepload.run.open_rig import OpenRig, opened
 from stepload.run.operator import Operator
 from stepload.run.tick import Engine
-from stepload.session import control, files
+from stepload.session import control, files, hazards
 from stepload.session.resume import Resumed, resumable
 
 WHOLE_TICKS, MEAN_TICKS = 250_000, 80_000
@@ -111,6 +111,7 @@ def run_plan(
     out: Path | None = None,
     seed: int | None = None,
     resume: Path | None = None,
+    hazards_read_now: bool = False,
     operator: Operator | None = None,
     on_progress: Progress | None = None,
     open_rig: RigOpener | None = None,
@@ -123,6 +124,7 @@ def run_plan(
         out: directory for the run's files; made where missing.
         seed: of the simulated rig; the plan's own when None.
         resume: directory of an interrupted run of this plan, to go on after its last step.
+        hazards_read_now: whoever starts the run has read the hazards, whatever the rig file says.
         operator: where stop and pause requests come in.
         on_progress: called ten times a second of run time.
         open_rig: opens the devices, in place of `stepload.run.open_rig.opened`.
@@ -133,7 +135,7 @@ def run_plan(
         DeviceError: a device did not open; nothing moved.
         RecordingFailedError: the record could not be kept; the arm was made safe first.
     """
-    _check_that_it_may_run(envelope, dry_run)
+    _check_that_it_may_run(envelope, dry_run, hazards_read_now)
     plan, operator = envelope.plan, operator or Operator()
     resumed = resumable(resume, plan, dry_run=dry_run) if resume else None
     session = _Session(
@@ -162,7 +164,7 @@ def _engine(envelope: Envelope, operator: Operator, resumed: Resumed | None) -> 
     )
 
 
-def _check_that_it_may_run(envelope: Envelope, dry_run: bool) -> None:
+def _check_that_it_may_run(envelope: Envelope, dry_run: bool, hazards_read_now: bool) -> None:
     if envelope.verdict is PlanVerdict.REFUSED:
         raise refusal_of(envelope)
     stiffness = envelope.plan.rig.system_stiffness
@@ -173,6 +175,7 @@ def _check_that_it_may_run(envelope: Envelope, dry_run: bool) -> None:
         )
     if not dry_run:
         _refuse_simulated(envelope.plan)
+        hazards.refuse_unread(envelope.plan, hazards_read_now)
 
 
 def simulated_devices(plan: Plan) -> list[str]:

@@ -112,6 +112,8 @@ rig:
     temperature: 21 degC
     policy: warn
   loop_delay: 20 ms
+  hazards_read_by: Anna
+  hazards_read_on: 2026-03-01
   mechanical_fuse: 800 N
   load_path: 0.6 m
   thermal_expansion: 11.7e-6 1/K

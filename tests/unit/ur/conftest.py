@@ -7,18 +7,30 @@ from typing import Any
 
 import pytest
 from driver_time import Clock
-from ur_fakes import APPROACH, PERIOD_S, Died, FakeLink, FakeUr
+from ur_fakes import APPROACH, PERIOD_S, Died, FakeLink, FakeTold, FakeUr
 
 from stepload_drivers.ur import arm as arm_module
 from stepload_drivers.ur import client, procedures, remote, rescue
 from stepload_drivers.ur import loop as loop_module
+from stepload_drivers.ur import told as told_module
+from stepload_drivers.ur import watch as watch_module
 from stepload_drivers.ur.settings import settings_from
 
 
 @pytest.fixture
 def clock(monkeypatch) -> Clock:
     clock = Clock()
-    clock.install(monkeypatch, loop_module, procedures, rescue, client, remote, arm_module)
+    modules = (
+        loop_module,
+        procedures,
+        rescue,
+        client,
+        remote,
+        told_module,
+        watch_module,
+        arm_module,
+    )
+    clock.install(monkeypatch, *modules)
     return clock
 
 
@@ -33,20 +45,26 @@ def link(clock) -> FakeLink:
 
 
 @pytest.fixture
-def make_loop(ur, link, monkeypatch):
+def told(clock) -> FakeTold:
+    return FakeTold(clock)
+
+
+@pytest.fixture
+def make_loop(ur, link, told, monkeypatch):
     """Makes the child's loop with options of the driver; its control port is there already."""
 
     def end_process(status: int) -> None:
         raise Died(status)
 
     def ask_remote(host: str) -> SimpleNamespace:
-        return SimpleNamespace(done=lambda: True, remote=True)
+        return SimpleNamespace(done=lambda: True, poll=lambda: None, remote=True)
 
     monkeypatch.setattr(loop_module, "ReceivePort", lambda settings: ur)
     monkeypatch.setattr(procedures, "ControlPort", lambda settings: ur)
     monkeypatch.setattr(loop_module, "stay_alive_for", lambda seconds: None)
     monkeypatch.setattr(loop_module, "os", SimpleNamespace(_exit=end_process))
-    monkeypatch.setattr(loop_module, "RemoteCheck", ask_remote)
+    monkeypatch.setattr(watch_module, "RemoteCheck", ask_remote)
+    monkeypatch.setattr(watch_module, "ToldClient", lambda host, deadline_s: told)
 
     def make(*, control: bool = True, **options: Any) -> loop_module.Loop:
         settings = settings_from({"host": "127.0.0.1", "approach": APPROACH, **options})

@@ -9,6 +9,7 @@ import pytest
 from ur_fakes import APPROACH, HOME
 
 from stepload.errors import BadInputError, DeviceError
+from stepload.rig.device import ArmConfiguration
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import Status
 from stepload_drivers.ur import arm as arm_module
@@ -244,6 +245,17 @@ def test_a_sample_is_travel_and_force_along_the_approach(opened, clock):
     assert (good.status, stopped.status) == (0, Status.STOPPED)
     assert good.receive_time_s == clock.now_s
     assert arm.drain() == []
+
+
+def test_the_configuration_is_what_the_controller_told_last(opened):
+    arm, child = opened()
+    assert arm.configuration() is None
+    for speed_fraction in (1.0, 0.5):
+        told = ArmConfiguration((0.1,) * 6, (0.0,) * 6, None, (0.0, 0.0, 0.1), speed_fraction)
+        child.arrives(wire.pack_configuration(told))
+    assert arm.configuration() == told
+    arm.open(5.0)
+    assert arm.configuration() is None
 
 
 def test_the_run_is_heard_by_the_child_well_within_the_leash(opened, clock):

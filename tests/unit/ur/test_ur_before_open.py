@@ -6,6 +6,7 @@ import pytest
 from ur_fakes import HOME
 
 from stepload.errors import DeviceError
+from stepload.rig.device import ArmConfiguration
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import preflight as preflight_module
 from stepload_drivers.ur.preflight import in_remote_control, preflight
@@ -26,6 +27,7 @@ class Controller:
             "is in remote control": "true",
         }
         self.silent = False
+        self.told = ArmConfiguration(speed_fraction=1.0)
 
 
 @pytest.fixture
@@ -62,6 +64,7 @@ def controller(monkeypatch) -> Controller:
 
     monkeypatch.setattr(preflight_module, "RtdeClient", Rtde)
     monkeypatch.setattr(preflight_module, "dashboard", dashboard)
+    monkeypatch.setattr(preflight_module, "told", lambda host, deadline_s: controller.told)
     return controller
 
 
@@ -93,6 +96,20 @@ def test_a_stop_in_force_is_refused_with_its_code(controller):
     with pytest.raises(DeviceError) as caught:
         look()
     assert caught.value.code == FaultCode.PROTECTIVE_STOP
+
+
+@pytest.mark.parametrize("fraction", [0.0, 0.5, 0.99])
+def test_a_speed_slider_below_100_percent_is_refused(controller, fraction):
+    controller.told = ArmConfiguration(speed_fraction=fraction)
+    with pytest.raises(DeviceError, match=f"speed slider is at {fraction:.0%}") as caught:
+        look()
+    assert caught.value.code == FaultCode.UNSUPPORTED
+    assert "Run screen" in caught.value.hint
+
+
+def test_a_controller_that_does_not_tell_its_slider_is_taken(controller):
+    controller.told = ArmConfiguration()
+    assert look().model == "UR5"
 
 
 @pytest.mark.parametrize("reply", ["false", "", "could not understand: 'is in remote control'"])

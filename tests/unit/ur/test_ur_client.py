@@ -124,6 +124,29 @@ def test_a_package_that_cannot_be_true_is_an_error(rtde):
     assert caught.value.code == FaultCode.NOT_FINITE
 
 
+def test_what_has_arrived_is_taken_at_once_and_silence_is_not_an_error(rtde, clock):
+    both = package(stamp_s=1.0) + encode(frames.TEXT, b"x") + package(stamp_s=2.0)
+    with rtde(both, package(stamp_s=3.0), delay_s=0.001) as connection:
+        connection.start(500.0)
+        assert [state.timestamp_s for state in connection.arrived(0.05)] == [1.0, 2.0]
+        assert [state.timestamp_s for state in connection.arrived(0.05)] == [3.0]
+        began_s = clock.now_s
+        assert connection.arrived(0.05) == []
+        assert clock.now_s - began_s == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    ("last", "code"),
+    [(b"", FaultCode.NOT_CONNECTED), (package(stamp_s=float("inf")), FaultCode.NOT_FINITE)],
+)
+def test_a_lost_connection_or_a_package_that_cannot_be_true_ends_it(rtde, last, code):
+    with rtde(last) as connection:
+        connection.start(500.0)
+        with pytest.raises(DeviceError) as caught:
+            connection.arrived(0.05)
+    assert caught.value.code == code
+
+
 def test_silence_ends_at_the_deadline(rtde, clock):
     began_s = clock.now_s
     with rtde() as connection:
@@ -227,6 +250,41 @@ def test_remote_control_is_asked_for_on_a_connection_made_before(peers, clock, r
     while not check.done():
         pass
     assert check.remote is remote
+    assert server.got == [b"is in remote control\n"]
+
+
+def settled(check):
+    while check._asking:
+        pass
+    return check.remote
+
+
+def test_remote_control_is_asked_for_every_second_on_the_same_connection(peers, clock):
+    replies = [b"true\n", b"false\n", b"true\n"]
+    server = FakeSocket(clock, lambda data: [replies.pop(0)], b"Connected: UR\n")
+    peers.made[client.DASHBOARD] = server
+    check = RemoteCheck(HOST)
+    seen = []
+    for _ in range(300):
+        clock.sleep(0.01)
+        check.poll()
+        seen.append(settled(check))
+        if not replies:
+            break
+    assert [seen[0], seen[150], seen[-1]] == [None, True, True]
+    assert False in seen
+    assert len(peers.asked) == 1
+
+
+@pytest.mark.parametrize("reply", [b"could not understand\n", None])
+def test_a_dashboard_that_does_not_say_is_asked_once(peers, clock, reply):
+    server = FakeSocket(clock, lambda data: [reply] if reply else [], b"Connected: UR\n")
+    peers.made[client.DASHBOARD] = server
+    check = RemoteCheck(HOST)
+    for _ in range(50):
+        clock.sleep(0.1)
+        check.poll()
+        assert settled(check) is None
     assert server.got == [b"is in remote control\n"]
 
 

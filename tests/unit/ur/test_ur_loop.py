@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from types import SimpleNamespace
 
 import pytest
@@ -11,10 +12,16 @@ from ur_fakes import PERIOD_S, Died
 
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import loop as loop_module
-from stepload_drivers.ur import wire
+from stepload_drivers.ur import procedures, wire
+from stepload_drivers.ur import watch as watch_module
 from stepload_drivers.ur.state import PLAYING
 
 WATCHDOG_S = 0.1
+
+
+def asked(remote):
+    """Remote control as the dashboard tells it."""
+    return SimpleNamespace(done=lambda: True, poll=lambda: None, remote=remote)
 
 
 def targets(ur) -> list[float]:
@@ -181,9 +188,7 @@ def test_a_stop_is_reported_once_and_mutes(make_loop, ur, link, step_for, fields
 def test_local_control_is_told_apart_from_a_program_that_ended(
     make_loop, ur, link, step_for, monkeypatch
 ):
-    monkeypatch.setattr(
-        loop_module, "RemoteCheck", lambda host: SimpleNamespace(done=lambda: True, remote=False)
-    )
+    monkeypatch.setattr(watch_module, "RemoteCheck", lambda host: asked(remote=False))
     loop = make_loop()
     ur.fields["runtime_state"] = 1
     step_for(loop, 0.01)
@@ -220,3 +225,85 @@ def test_the_watchdog_as_the_cause_is_named_after_a_silent_run(make_loop, ur, li
     assert ur.fields["runtime_state"] != PLAYING
     (fault,) = link.told(wire.FAULT)
     assert "watchdog stopped it" in fault["message"]
+
+
+def connected(make_loop, **options):
+    loop = make_loop(control=False, prove_watchdog=False, **options)
+    procedures.connect(loop)
+    return loop
+
+
+def faults(link):
+    return [(fault["code"], fault["message"]) for fault in link.told(wire.FAULT)]
+
+
+@pytest.mark.parametrize(
+    ("fields", "says"),
+    [
+        ({"speed_fraction": 0.5}, "speed slider from 100% to 50%"),
+        ({"payload_kg": 3.2}, r"payload mass from 1\.200 kg to 3\.200 kg"),
+        ({"payload_cog_m": (0.0, 0.0, 0.07)}, r"gravity from \(0, 0, 50\) mm to \(0, 0, 70\) mm"),
+        ({"tcp_offset": (0, 0, 0.12, 0, 0, 0)}, r"TCP from \(0, 0, 100\) mm.* to \(0, 0, 120\) mm"),
+        (
+            {"tcp_offset": (0, 0, 0.1, 0, 0.1, 0)},
+            r"to \(0, 0, 100\) mm, rotation \(0, 0.1, 0\) rad",
+        ),
+    ],
+)
+def test_a_setting_that_is_changed_is_a_fault_from_what_to_what_and_mutes(
+    make_loop, ur, link, told, step_for, fields, says
+):
+    loop = connected(make_loop)
+    step_for(loop, 0.2)
+    assert faults(link) == []
+    told.set(**fields)
+    step_for(loop, 0.1)
+    ((code, message),) = faults(link)
+    assert code == FaultCode.SETTING_CHANGED
+    assert re.search(says, message), message
+    sent = len(ur.inputs)
+    step_for(loop, 0.2)
+    assert len(ur.inputs) == sent
+
+
+def test_what_a_controller_does_not_tell_is_not_compared(make_loop, link, told, step_for):
+    told.set(tcp_offset=None, payload_kg=None, payload_cog_m=None)
+    loop = connected(make_loop, tcp_offset=(0, 0, 0.3), payload_mass=2.0)
+    step_for(loop, 0.5)
+    assert faults(link) == []
+
+
+def test_settings_that_are_no_longer_told_are_a_fault(make_loop, link, told, step_for):
+    loop = connected(make_loop)
+    told.silent = True
+    step_for(loop, watch_module.TOLD_AGE_S - 0.1)
+    assert faults(link) == []
+    step_for(loop, 0.2)
+    ((code, message),) = faults(link)
+    assert code == FaultCode.STALE
+    assert "speed slider" in message
+
+
+def test_local_control_is_a_fault_although_the_program_goes_on(
+    make_loop, link, step_for, monkeypatch
+):
+    check = asked(remote=True)
+    monkeypatch.setattr(watch_module, "RemoteCheck", lambda host: check)
+    loop = connected(make_loop)
+    step_for(loop, 0.2)
+    assert faults(link) == []
+    check.remote = False
+    step_for(loop, 0.01)
+    ((code, message),) = faults(link)
+    assert code == FaultCode.NOT_REMOTE
+    assert "somebody at the pendant" in message
+    assert "still runs" in message
+
+
+def test_a_program_that_was_paused_says_that_somebody_did_it(make_loop, ur, link, step_for):
+    loop = make_loop()
+    ur.fields["runtime_state"] = 4
+    step_for(loop, 0.01)
+    ((code, message),) = faults(link)
+    assert code == FaultCode.PROGRAM_STOPPED
+    assert "somebody paused it" in message

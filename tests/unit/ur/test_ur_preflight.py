@@ -33,16 +33,31 @@ STATES = st.builds(
 )
 
 
-@pytest.mark.parametrize("version", [(3, 4, 0, 0), (3, 15, 8, 0), (5, 0, 0, 0), (5, 23, 1, 0)])
+@pytest.mark.parametrize(
+    "version",
+    [(3, 4, 0, 0), (3, 15, 8, 0), (5, 4, 0, 0), (5, 12, 6, 0), (5, 23, 1, 0)],
+)
 def test_supported_versions(version):
     check_version(version, upper_registers=False)
 
 
-@pytest.mark.parametrize("version", [(1, 8, 0, 0), (3, 3, 9, 9), (4, 0, 0, 0), (6, 0, 0, 0)])
-def test_unsupported_versions(version):
-    with pytest.raises(DeviceError) as caught:
+@pytest.mark.parametrize(
+    ("version", "says"),
+    [
+        ((1, 8, 0, 0), "3.4 is the oldest"),
+        ((3, 3, 9, 9), "3.4 is the oldest"),
+        ((4, 0, 0, 0), "3.4 is the oldest"),
+        ((5, 0, 0, 0), "crashes"),
+        ((5, 3, 9, 9), "PolyScope 5.3.9.9 is not supported.*crashes"),
+        ((6, 0, 0, 0), "PolyScope X"),
+        ((10, 7, 0, 0), "PolyScope X"),
+    ],
+)
+def test_unsupported_versions(version, says):
+    with pytest.raises(DeviceError, match=says) as caught:
         check_version(version, upper_registers=False)
     assert caught.value.code == FaultCode.UNSUPPORTED
+    assert caught.value.hint
 
 
 def test_upper_registers_end_at_5_23():

@@ -10,6 +10,7 @@ from ur_fakes import HOME, PERIOD_S
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import child, procedures, wire
 from stepload_drivers.ur.procedures import RequestError
+from stepload_drivers.ur.state import PLAYING
 
 AT_M = 1e-3
 
@@ -38,9 +39,9 @@ def test_connect_prepares_proves_the_watchdog_and_prepares_again(make_loop, ur, 
     procedures.connect(loop)
     assert names(ur)[0] == "prepare"
     uploaded = names(ur).index("upload")
-    assert names(ur)[1:uploaded] == []
+    assert set(names(ur)[1:uploaded]) <= {"kick"}
     assert names(ur)[uploaded + 1 :].count("prepare") == 1
-    assert ur.inputs[uploaded][2] - ur.inputs[0][2] > 0.1
+    assert ur.inputs[uploaded][2] - ur.inputs[uploaded - 1][2] > 0.1
     assert not loop.muted
     assert not loop.expect_stop
 
@@ -84,18 +85,86 @@ def test_commands_wait_until_the_control_connection_sees_the_program(make_loop, 
     assert last_prepare_s >= seen[-1]
 
 
-def test_a_program_stopped_by_somebody_else_proves_no_watchdog(make_loop, ur, clock):
-    loop = make_loop(control=False)
-    clock.at(clock.now_s + 0.03, lambda: ur.fields.update(runtime_state=1))
-    with pytest.raises(RequestError, match=r"3\d ms after .*not by its watchdog \(100 ms\)"):
+@pytest.mark.parametrize("prove_watchdog", [False, True])
+@pytest.mark.parametrize("late_s", [0.002, 0.02])
+def test_a_program_that_the_data_show_late_is_no_stop_and_proves_no_watchdog(
+    make_loop, ur, link, clock, late_s, prove_watchdog
+):
+    """The control connection already says PLAYING while the data still say STOPPED."""
+    ur.fields["runtime_state"] = 1
+    loop = make_loop(control=False, prove_watchdog=prove_watchdog)
+    ur.program_runs = lambda: True
+    began_s = clock.now_s
+
+    def begin() -> None:
+        ur.fields["runtime_state"], ur.watchdog_s = PLAYING, 0.1
+
+    clock.at(began_s + late_s, begin)
+    procedures.connect(loop)
+    assert ur.inputs[0][0] == "prepare"
+    assert ur.inputs[0][2] >= began_s + late_s
+    assert link.told(wire.FAULT) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "told_after", "says"),
+    [
+        ({"payload_mass": 2.0}, {}, r"payload mass from 2\.000 kg to 1\.200 kg"),
+        ({"tcp_offset": (0, 0, 0.2)}, {}, r"TCP from \(0, 0, 200\) mm.* to \(0, 0, 100\) mm"),
+        ({}, {"speed_fraction": 0.9}, "speed slider from 100% to 90%"),
+    ],
+)
+def test_a_setting_that_the_controller_does_not_take_over_is_refused(
+    make_loop, told, options, told_after, says
+):
+    loop = make_loop(control=False, prove_watchdog=False, **options)
+    told.set(**told_after)
+    with pytest.raises(RequestError, match=says):
         procedures.connect(loop)
 
 
-def test_a_safety_stop_proves_no_watchdog(make_loop, ur, clock):
-    loop = make_loop(control=False)
-    clock.at(clock.now_s + 0.09, lambda: ur.fields.update(runtime_state=1, safety_mode=3))
-    with pytest.raises(RequestError, match="protective stop"):
-        procedures.connect(loop)
+def test_settings_as_they_were_set_are_taken(make_loop, told):
+    options = {"payload_mass": 2.0, "payload_cog": (0, 0, 0.01), "tcp_offset": (0, 0, 0.2)}
+    loop = make_loop(control=False, prove_watchdog=False, **options)
+    told.set(payload_kg=2.0, payload_cog_m=(0, 0, 0.01), tcp_offset=(0, 0, 0.2, 0, 0, 0))
+    procedures.connect(loop)
+    assert loop.watch.armed == told.configuration
+
+
+def test_what_is_told_from_before_the_program_began_is_not_taken(make_loop, ur, told, clock):
+    """A package with the settings of before may still be under way when they are set."""
+    loop = make_loop(control=False, prove_watchdog=False, payload_mass=2.0)
+    clock.at(clock.now_s + 0.03, lambda: told.set(payload_kg=2.0, payload_cog_m=(0, 0, 0)))
+    procedures.connect(loop)
+    assert loop.watch.armed.payload_kg == 2.0
+
+
+def test_with_another_tcp_no_pose_is_sent_any_more(pressing, ur, told):
+    """The retract is left to a program that starts from the controller's own target."""
+    loop = pressing()
+    loop.watch.armed = told.configuration
+    told.set(tcp_offset=(0.0, 0.0, 0.15, 0.0, 0.0, 0.0))
+    sent = len(ur.of("servo"))
+    with pytest.raises(RequestError, match="TCP was changed"):
+        procedures.retract(loop, 2e-3, 0.01)
+    assert len(ur.of("servo")) == sent
+
+
+@pytest.mark.parametrize(
+    ("after_s", "fields", "says"),
+    [
+        (0.03, {}, r"3\d ms after .*not by its watchdog \(100 ms\)"),
+        (0.09, {"safety_mode": 3}, "protective stop"),
+    ],
+)
+def test_a_program_stopped_by_something_else_proves_no_watchdog(
+    make_loop, ur, clock, after_s, fields, says
+):
+    loop = make_loop()
+    loop.sent(clock.now_s)
+    clock.at(clock.now_s + after_s, lambda: ur.fields.update(runtime_state=1, **fields))
+    with pytest.raises(RequestError, match=says):
+        procedures._trip_watchdog(loop)
 
 
 def test_travel_counts_from_where_the_arm_stands_at_the_end_of_open(make_loop, ur, clock):

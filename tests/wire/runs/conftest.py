@@ -14,14 +14,14 @@ import pytest
 
 from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
-from stepload.plan.model import DriverChoice, Plan
+from stepload.plan.model import DriverChoice, Plan, SecondForce
 from stepload.run.rehearse import world_for
 from stepload_verify.emulators.rig_process import RigProcess
 
 sys.path.insert(0, str(Path(__file__).parent))  # for fault_table
 
 DEMO = Path(__file__).parents[3] / "procedures" / "demo-wire.yaml"
-ATI_RATE_HZ = 500.0
+RATES_HZ = {"ati_can": 500.0, "line_serial": 100.0, "ur_force": 500.0}
 _COUNT = itertools.count()
 
 
@@ -78,9 +78,7 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
             "levels_n": (10.0, 20.0), "top_force_n": 20.0, "load_rate_n_per_s": 30.0,
         }  # fmt: skip
         arm = replace(plan.rig.arm, rate_hz=arm_rate_hz)
-        force = plan.rig.force
-        if sensor == "ati_can":
-            force = replace(force, rate_hz=ATI_RATE_HZ)
+        force = replace(plan.rig.force, rate_hz=RATES_HZ.get(sensor, plan.rig.force.rate_hz))
         plan = replace(
             plan,
             payload=replace(plan.payload, declared_force_limit_n=elastic_limit_n),
@@ -90,17 +88,21 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
         )
         surface_m = plan.procedure.surface_distance_m
         spec = replace(world_for(envelope_of(plan)), **{"surface_m": surface_m, **(world or {})})
+        if own := sensor == "ur_force":  # in the base frame the plate pushes upwards
+            force = replace(force, axis="+fz")
+            spec = replace(spec, arm_force_noise_n=force.noise_n)
         rig = RigProcess(
             spec,
             ur=_host(),
-            sensors=(sensor,),
+            sensors=() if own else (sensor,),
             faults=faults,
             transport=transport,
             version=version,
         )
         started.append(rig)
         ur = {**arm.driver.options, **rig.options["ur"], "prove_watchdog": False}
-        read = {**rig.options[sensor], "max_age": force.driver.options["max_age"]}
+        address = rig.options["ur"] if own else rig.options[sensor]
+        read = {**address, "max_age": force.driver.options["max_age"]}
         return EmulatedRun(
             replace(
                 plan,
@@ -108,6 +110,7 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
                     plan.rig,
                     arm=replace(arm, driver=DriverChoice("ur", ur)),
                     force=replace(force, driver=DriverChoice(sensor, read)),
+                    second_force=SecondForce() if own else plan.rig.second_force,
                 ),
             ),
             rig,

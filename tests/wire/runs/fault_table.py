@@ -15,7 +15,12 @@ A UR controller and its link
   not in remote control                  local on (before the run)
   script refused later                   local on + kill-program; emergency-stop (no retract taken)
   old controller 3.3                     version 3.3
+  e-Series 5.0 to 5.3                    version 5.3
   CB3 3.15, e-Series 5.4                 version 3.15, version 5.4: sound
+  speed slider                           slider 0.5, slider 0; slider 0.5 (before the run)
+  payload or TCP changed                 payload 2, tcp 0 0 -0.0005
+  local control, program goes on         local on
+  clients served one by one              gap 0.002: sound
   PolyScope X                            version 10.7
   rate 50 Hz, jitter 20 ms               rate 50, jitter 0.02: counted
   NaN or random payload                  nan on, random on
@@ -40,6 +45,7 @@ Force sensors
   torn sample, reply out of step         torn; late (ATI): counted
   unplug, second reader, boot banner     unplug (slcan, socketcand, serial), second_reader, restart
   wrong divider or units                 wrong_model, gain
+  stream taken by a second client        second_client (Net F/T)
   the emulators' other switches          silent, nan, clock_stop, clock_jump, wrap, late, deaf,
                                          refuse
 """
@@ -51,6 +57,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 BOTA, UART, CAN, ATI = "bota_serial", "robotous_uart", "robotous_can", "ati_can"
+NET, LINE, WRIST = "ati_net", "line_serial", "ur_force"
 
 RETRACTED = "retracted"
 """The run ends as stopped, the arm is off the surface."""
@@ -84,6 +91,8 @@ class Row:
     @property
     def name(self) -> str:
         words = [" + ".join(self.commands) or "sound", *map(str, self.rig.values())]
+        if self.sensor == WRIST:
+            words.insert(0, WRIST)
         if self.at_start:
             words.append("at start")
         return " ".join(words)
@@ -120,6 +129,12 @@ ARM = (
     _arm("kill-program", says=_flagged("program_stopped")),
     _arm("ignore-inputs on", says=_flagged("program_stopped")),
     _arm("local on", "kill-program", end=HELD, says=_flagged("not_remote")),
+    _arm("local on", says="device .*not_remote: somebody at the pendant"),
+    _arm("slider 0.5", says="device .*setting_changed: .*speed slider from 100% to 50%"),
+    _arm("slider 0", end=HELD, says="device .*setting_changed: .*speed slider from 100% to 0%"),
+    _arm("payload 2", says="setting_changed: .*payload mass from 0.000 kg to 2.000 kg"),
+    _arm("tcp 0 0 -0.0005", says="setting_changed: .*TCP from"),
+    _arm("gap 0.002", end=UNHARMED, at_start=True),
     _arm("rate 50", end=UNHARMED, counted="arm lost"),
     _arm("jitter 0.02", end=UNHARMED, counted="arm lost"),
     _arm("nan on", says="(device|loop) .*not.finite"),
@@ -131,6 +146,7 @@ ARM = (
     _arm("wrong-size control", says="(device|loop) .*the controller closed the connection"),
     _arm("host kill", says="(device|loop) .*ur_rtde crashed"),
     _arm("local on", end=REFUSED, says="not_remote", at_start=True),
+    _arm("slider 0.5", end=REFUSED, says="unsupported.*speed slider is at 50%", at_start=True),
     _arm("claim 0 23", end=REFUSED, says="refused_command.*in use", at_start=True),
     _arm("freeze on", end=REFUSED, says="not_connected", at_start=True),
     _arm("blackhole on", end=REFUSED, says="not_connected", at_start=True),
@@ -139,6 +155,7 @@ ARM = (
     _arm("emergency-stop", end=REFUSED, says="emergency_stop", at_start=True),
     _arm("safeguard on", end=REFUSED, says="safeguard_stop", at_start=True),
     _arm(end=REFUSED, says="unsupported.*3.4", rig={"version": "3.3"}),
+    _arm(end=REFUSED, says="unsupported.*5.0 to 5.3", rig={"version": "5.3"}),
     _arm(end=REFUSED, says="unsupported.*PolyScope X", rig={"version": "10.7"}),
     _arm(end=UNHARMED, rig={"version": "3.15", "arm_rate_hz": 125.0}),
     _arm(end=UNHARMED, rig={"version": "5.4"}),
@@ -227,6 +244,50 @@ SENSORS = (
     _sensor(ATI, "lag:0.8", says=f"({_DISAGREES}|{_SILENT})"),
     _sensor(ATI, "unplug", says=f"{_GONE}: CAN bus"),
     _sensor(ATI, "unplug", says=f"{_GONE}: CAN bus", rig=_TCP),
+    _sensor(NET, "drop:0.05", UNHARMED, counted="lost"),
+    _sensor(NET, "status:16", UNHARMED, counted="status_bits"),
+    _sensor(NET, "batch:0.016", UNHARMED),
+    _sensor(NET, "wrap:3", UNHARMED, at_start=True),
+    _sensor(NET, "cut:0.3", says=_CORRUPT),
+    _sensor(NET, "second_client", says=_SILENT),
+    _sensor(NET, "silent", says=_SILENT),
+    _sensor(NET, "restart", says=_SILENT),
+    _sensor(NET, "unplug", says=f"({_SILENT}|{_GONE}: UDP)"),
+    _sensor(NET, "freeze", says=_SAME),
+    _sensor(NET, "zero", says=r"(R4 force sensor: \d+ identical|R9 force jumped)"),
+    _sensor(NET, "overrange:2", says=_OVER),
+    _sensor(NET, "status:17", says=_OVER),
+    _sensor(NET, "status:28", says=_BY_DEVICE),
+    _sensor(NET, "offset:-20", says=_WRONG_FORCE),
+    _sensor(NET, "drift:-600", says=_DISAGREES),
+    _sensor(NET, "gain:0.4", says=_DISAGREES, at_start=True),
+    _sensor(NET, "lag:0.8", says=f"({_DISAGREES}|R10 force sensor|device .*clock: )"),
+    _sensor(NET, "clock_stop", says=_CLOCK),
+    _sensor(NET, "clock_jump:30", says=_CLOCK),
+    _sensor(NET, "wrong_model", says=_DISAGREES, at_start=True, rig=_FAR),
+    _sensor(NET, "deaf", REFUSED, says="not_connected", at_start=True),
+    _sensor(NET, "refuse", REFUSED, says="refused_command", at_start=True),
+    _sensor(LINE, "noise:1", says=_CORRUPT),
+    _sensor(LINE, "cut:0.5", says=f"({_CORRUPT}|{_SILENT})"),
+    _sensor(LINE, "nan", says=f"({_CORRUPT}|{_SILENT})"),
+    _sensor(LINE, "silent", says=_SILENT),
+    _sensor(LINE, "freeze", says=_SAME),
+    _sensor(LINE, "overrange:2", says=_OVER),
+    _sensor(LINE, "unplug", says=f"{_GONE}: serial port"),
+    _sensor(LINE, "offset:-20", says=_WRONG_FORCE),
+    _sensor(LINE, "drift:-600", says=_DISAGREES),
+    _sensor(LINE, "gain:0.4", says=_DISAGREES, at_start=True),
+    _sensor(LINE, "drop:0.01", UNHARMED),
+    _arm(end=UNHARMED, sensor=WRIST),
+    _arm("freeze on", says=f"({_OLD}|{_SILENT})", sensor=WRIST),
+    _arm("drop", says=f"({_LINK_LOST}|{_GONE}|{_SILENT})", sensor=WRIST),
+    _arm("emergency-stop", end=HELD, says="(R4|device )", sensor=WRIST),
+    _arm(
+        end=REFUSED,
+        says="unsupported.*motor currents",
+        sensor=WRIST,
+        rig={"version": "3.15", "arm_rate_hz": 125.0},
+    ),
 )
 
 ROWS = ARM + SENSORS

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from stepload_verify.emulators.ati import AtiDevice
+from stepload_verify.emulators.ati_net import NetBox
 from stepload_verify.emulators.bota import BotaDevice
 from stepload_verify.emulators.canwire import can_wire
 from stepload_verify.emulators.emulator import Emulator
@@ -13,6 +14,7 @@ from stepload_verify.emulators.faults import FaultBoard
 from stepload_verify.emulators.gauge import GaugeDevice
 from stepload_verify.emulators.line import LineCell
 from stepload_verify.emulators.physics import WrenchSource
+from stepload_verify.emulators.rdtwire import RdtWire
 from stepload_verify.emulators.robotous import RftCan, RftCore, RftUart
 from stepload_verify.emulators.wire import PtyWire
 
@@ -51,6 +53,15 @@ def ati(
     return Emulator(AtiDevice(source, board, protocol, **options), wire, board)
 
 
+def ati_net(source: WrenchSource, board: FaultBoard, **options: Any) -> Emulator:
+    """Net F/T on UDP and HTTP ports of loopback; options of `NetBox`."""
+    box, wire = NetBox(source, board, **options), RdtWire()
+    box.options = {
+        "host": "127.0.0.1", "port": wire.port, "http_port": wire.serve_page(box.page),
+    }  # fmt: skip
+    return Emulator(box, wire, board)
+
+
 def gauge(source: WrenchSource, board: FaultBoard, **options: Any) -> Emulator:
     """Digital gauge on a pty; options of `GaugeDevice`."""
     return Emulator(GaugeDevice(source.physics, board, **options), PtyWire(), board)
@@ -66,6 +77,7 @@ EMULATORS: Mapping[str, Callable[..., Emulator]] = {
     "robotous_uart": robotous_uart,
     "robotous_can": robotous_can,
     "ati_can": ati,
+    "ati_net": ati_net,
     "gauge_serial": gauge,
     "line_serial": line,
 }
@@ -78,6 +90,8 @@ def driver_options(emulator: Emulator) -> dict[str, object]:
     if isinstance(emulator.device, RftCan | AtiDevice):
         interface = "slcan" if address.startswith("/dev/") else "socketcand"
         return {"interface": interface, "channel": address}
+    if isinstance(emulator.device, NetBox):
+        return dict(emulator.device.options)
     if isinstance(emulator.device, LineCell):
         return {"port": address, **emulator.device.options}
     return {"port": address}

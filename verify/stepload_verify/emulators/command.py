@@ -105,6 +105,19 @@ def ati(
          transport=transport, port=port)  # fmt: skip
 
 
+@app.command("ati-net")
+def ati_net(
+    fault: Fault = None,
+    peak: Peak = 10.0,
+    axis: Axis = "+fz",
+    serial_number: Serial = "FT27462",
+    rate: Annotated[float, typer.Option(help="Records per second, up to 7000.")] = 1000.0,
+    until_eof: UntilEof = False,
+) -> None:
+    """ATI Net F/T: RDT over UDP, settings over HTTP."""
+    _run("ati_net", fault, peak, axis, until_eof, serial_number=serial_number, rate_hz=rate)
+
+
 @app.command()
 def gauge(
     fault: Fault = None,

@@ -11,6 +11,7 @@ from typing import Protocol
 
 from stepload_verify.emulators.faults import FaultBoard
 from stepload_verify.emulators.physics import Wrench, WrenchSource
+from stepload_verify.emulators.rdtwire import RdtWire
 from stepload_verify.emulators.wire import PtyWire, TcpWire, Wire
 
 IDLE_S = 0.05
@@ -110,6 +111,8 @@ class Emulator:
                 self._wire.close()
                 self._halt.wait()
                 return
+            if self.board.on("second_client") and isinstance(self._wire, RdtWire):
+                self._wire.usurp()
             self._serve(next_s)
             now_s = time.monotonic()
             restart = self.board.on("restart")
@@ -142,7 +145,7 @@ class Emulator:
             if data:
                 for units in self.device.receive(data, time.monotonic()):
                     self._send(units, time.monotonic())
-            elif not isinstance(self._wire, TcpWire):
+            elif isinstance(self._wire, PtyWire):
                 self._halt.wait(0.001)
         self._flush(time.monotonic())
 

@@ -28,6 +28,7 @@ FAULTS: dict[str, tuple[float, str]] = {
     "silent": (1.0, "the device stops sending, the link stays open"),
     "restart": (1.0, "the device restarts once: settings, bias and stream as after power-up"),
     "second_reader": (0.3, "another process takes bytes off the serial port (probability)"),
+    "second_client": (1.0, "another program asks for the stream of a device that serves one"),
     "unplug": (1.0, "the port or connection goes away for good"),
     "wrong_model": (1.0, "identifies itself as another model, or tells another divider"),
     "wrap": (1.0, "the device clock wraps this long after the fault starts (s)"),

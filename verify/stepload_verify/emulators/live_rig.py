@@ -87,7 +87,7 @@ class LiveRig:
             options: dict[str, Any] = {}
             if name == "gauge_serial":
                 options["rate_hz"] = spec.gauge_rate_hz or 10.0
-            elif name in ("bota_serial", "ati_can", "line_serial"):
+            elif name in ("bota_serial", "ati_can", "ati_net", "line_serial"):
                 options["rated_n"] = spec.force_range_n
             elif spec.force_range_n > 200.0:
                 options["model_name"] = "RFT80-6A03"

@@ -7,8 +7,6 @@ starts 80 ms after its upload; a safeguard release resumes it.
 
 from __future__ import annotations
 
-import math
-
 from stepload_verify.emulators.ur_faults import Faults
 from stepload_verify.emulators.ur_program import ControlProgram, Program, Registers, UserScript
 from stepload_verify.emulators.ur_robot import (
@@ -23,10 +21,10 @@ from stepload_verify.emulators.ur_robot import (
     Robot,
 )
 from stepload_verify.emulators.ur_session import Session, Value
-from stepload_verify.emulators.ur_variables import INPUT_TYPES, OUTPUT_TYPES, Version
+from stepload_verify.emulators.ur_values import value_of
+from stepload_verify.emulators.ur_variables import INPUT_TYPES, Version
 
 START_DELAY_S = 0.08
-UPTIME_S = 1000.0
 
 
 class UrController:
@@ -171,9 +169,25 @@ class UrController:
                     self.robot.runtime_state = PLAYING
             case ["kill-program"]:
                 self.stop_program()
+            case ["slider" | "payload" | "tcp", *numbers]:
+                self._set(words[0], [float(number) for number in numbers])
             case _:
                 if not self.faults.switch(words):
                     raise ValueError(f"unknown command {line!r}; `help` lists them")
+
+    def _set(self, what: str, numbers: list[float]) -> None:
+        """As somebody at the pendant would."""
+        robot = self.robot
+        match what, numbers:
+            case "slider", [fraction] if 0.0 <= fraction <= 1.0:
+                robot.slider = fraction
+            case "payload", [mass_kg, *cog] if len(cog) in (0, 3):
+                robot.payload_kg = mass_kg
+                robot.payload_cog = tuple(cog) or robot.payload_cog
+            case "tcp", [x, y, z]:
+                robot.tcp_offset = (x, y, z, 0.0, 0.0, 0.0)
+            case _:
+                raise ValueError(f"{what}: slider 0 to 1, payload kg [x y z], or tcp x y z in m")
 
     def _safety_stop(self, mode: int) -> None:
         self.robot.safety_mode = mode
@@ -204,48 +218,4 @@ class UrController:
 
     def value(self, name: str) -> Value:
         """Value of one RTDE output now."""
-        robot = self.robot
-        match name:
-            case "timestamp":
-                return UPTIME_S + robot.time_s
-            case "actual_TCP_pose":
-                return robot.pose
-            case "target_TCP_pose":
-                return robot.target
-            case "actual_TCP_force" | "ft_raw_wrench":
-                return robot.wrench
-            case "actual_TCP_speed":
-                return (*(robot.speed_m_s * d for d in robot.direction), 0.0, 0.0, 0.0)
-            case "actual_q" | "target_q":
-                return (robot.position_m, -math.pi / 2, math.pi / 2, 0.0, -math.pi / 2, 0.0)
-            case "robot_mode":
-                return robot.robot_mode
-            case "safety_mode":
-                return robot.safety_mode
-            case "runtime_state":
-                return robot.runtime_state
-            case "robot_status_bits":
-                return robot.status_bits
-            case "safety_status_bits":
-                return robot.safety_bits
-            case "payload":
-                return robot.payload_kg
-            case "payload_cog":
-                return robot.payload_cog
-            case "speed_scaling" | "target_speed_fraction":
-                return 1.0
-            case "actual_main_voltage" | "actual_robot_voltage":
-                return 48.0
-            case "joint_mode":
-                return (253,) * 6
-            case "joint_temperatures":
-                return (30.0,) * 6
-            case "actual_digital_input_bits" | "actual_digital_output_bits":
-                return 0
-            case "actual_tool_accelerometer":
-                return (0.0, 0.0, -9.81)
-        if name.startswith("output_int_register_"):
-            return self.registers.ints_out[int(name.rpartition("_")[2])]
-        if name.startswith("output_double_register_"):
-            return self.registers.doubles_out[int(name.rpartition("_")[2])]
-        return (0.0,) * 6 if OUTPUT_TYPES[name] == "VECTOR6D" else 0.0
+        return value_of(name, self.robot, self.registers)

@@ -16,6 +16,9 @@ safeguard on|off      safeguard stop; releasing resumes the program
 kill-program          stop the program as from the pendant
 ignore-inputs on|off  what clients write gets lost, so that the watchdog trips
 local on|off          local control: scripts are ignored
+slider FRACTION       speed slider of the pendant, 0 to 1
+payload KG [X Y Z]    payload mass, and its centre of gravity in m
+tcp X Y Z             TCP from the flange in m
 nan on|off            NaN in every floating-point value
 random on|off         random bytes as values
 wrong-type on|off     data packages under an unknown type
@@ -26,6 +29,8 @@ wrong-size receive|control
                       size field lies
 rate HZ               send at most HZ packages a second; 0: every period
 jitter SECONDS        delay each package by a random time up to SECONDS
+gap SECONDS           send to each RTDE client so long after the one before, in drawn order
+gap-jitter SECONDS    and longer by a random time up to SECONDS
 control-late SECONDS  delay each package to clients that control by so much
 claim FIRST LAST      another client owns these input registers
 state                 print the truth as one line of JSON
@@ -55,6 +60,8 @@ class Faults:
     wrong_size: str = ""
     rate_hz: float = 0.0
     jitter_s: float = 0.0
+    gap_s: float = 0.0
+    gap_jitter_s: float = 0.0
     control_late_s: float = 0.0
     claimed: tuple[int, int] = (0, -1)
 
@@ -75,6 +82,10 @@ class Faults:
                 self.rate_hz = float(hz)
             case ["jitter", seconds]:
                 self.jitter_s = float(seconds)
+            case ["gap", seconds]:
+                self.gap_s = float(seconds)
+            case ["gap-jitter", seconds]:
+                self.gap_jitter_s = float(seconds)
             case ["control-late", seconds]:
                 self.control_late_s = float(seconds)
             case ["claim", first, last]:

@@ -188,7 +188,7 @@ class UserScript:
             self._waiting = lambda: abs(robot.speed_m_s) < 1e-3
         elif match := self._MOVE.match(line):
             step = [float(part) for part in match.group(1).split(",")]
-            goal = tuple(p + s for p, s in zip(robot.target, step, strict=True))
+            goal = tuple(p + s for p, s in zip(robot.told(robot.target), step, strict=True))
             robot.move(goal, float(match.group(3)))
             self._waiting = lambda: not robot.moving
         else:

@@ -2,6 +2,10 @@
 
 Motion along the approach direction goes through an `Axis` (lag, contact); everything across it and
 all rotation follows its command at once. Joints show the travel on joint 1 and nothing else.
+
+What is set shows where it would: a TCP moves the pose that is told and the flange that a pose asks
+for, a payload other than the true one stands in the wrench as its missing or surplus weight, and
+the speed slider slows every motion. `target` is where the TCP of offset zero is to go.
 """
 
 from __future__ import annotations
@@ -18,6 +22,9 @@ POWER_OFF, IDLE, RUNNING = 3, 5, 7
 NORMAL, PROTECTIVE, SAFEGUARD, ROBOT_EMERGENCY = 1, 3, 5, 7
 
 HOME: Vector = (0.4, -0.13, 0.3, 0.0, math.pi, 0.0)
+TOOL_DOWN = (-1.0, 1.0, -1.0)
+"""What the rotation of `HOME` does to the axes of the tool; it is taken to stay."""
+GRAVITY_M_S2 = 9.81
 
 _SAFETY_BITS = {
     NORMAL: 1 << 0,
@@ -55,6 +62,8 @@ class Robot:
         self.tcp_offset: Vector = (0.0,) * 6
         self.payload_kg = 0.0
         self.payload_cog: Vector = (0.0,) * 3
+        self.tool_kg = 0.0
+        self.slider = 1.0
         self._motion: Callable[[], bool] | None = None
         self._position_m = 0.0
 
@@ -83,15 +92,33 @@ class Robot:
     @property
     def pose(self) -> Vector:
         """Measured TCP pose: the target with its travel replaced by the axis's."""
+        return self.told(self._measured)
+
+    @property
+    def _measured(self) -> Vector:
         missing_m = self._position_m - self.travel_of(self.target)
         xyz = (t + missing_m * d for t, d in zip(self.target, self.direction, strict=False))
         return (*xyz, *self.target[3:])
+
+    def told(self, pose: Vector) -> Vector:
+        """A pose of the TCP as it is set, from one of the TCP of offset zero."""
+        return (*(p + s for p, s in zip(pose[:3], self._shift, strict=True)), *pose[3:])
+
+    def asked(self, pose: Vector) -> Vector:
+        """Inverse of `told`."""
+        return (*(p - s for p, s in zip(pose[:3], self._shift, strict=True)), *pose[3:])
+
+    @property
+    def _shift(self) -> Vector:
+        return tuple(o * t for o, t in zip(self.tcp_offset, TOOL_DOWN, strict=False))
 
     @property
     def wrench(self) -> Vector:
         """Force the environment exerts on the tool, base frame (the sign is an assumption)."""
         force_n = self.axis.state().force_n
-        return (*(-force_n * d for d in self.direction), 0.0, 0.0, 0.0)
+        x, y, z = (-force_n * d for d in self.direction)
+        surplus_n = (self.payload_kg - self.tool_kg) * GRAVITY_M_S2
+        return (x, y, z + surplus_n, 0.0, 0.0, 0.0)
 
     def travel_of(self, pose: Vector) -> float:
         return sum((p - h) * d for p, h, d in zip(pose, HOME, self.direction, strict=False))
@@ -100,7 +127,10 @@ class Robot:
         """Follow one target for ever."""
 
         def follow() -> bool:
-            self.target = pose
+            goal = self.asked(pose)
+            self.target = tuple(
+                t + self.slider * (g - t) for t, g in zip(self.target, goal, strict=True)
+            )
             return False
 
         self._motion = follow
@@ -110,7 +140,7 @@ class Robot:
 
         def go_on() -> bool:
             self.target = tuple(
-                t + v * self.period_s for t, v in zip(self.target, twist, strict=True)
+                t + v * self.slider * self.period_s for t, v in zip(self.target, twist, strict=True)
             )
             return False
 
@@ -118,11 +148,12 @@ class Robot:
 
     def move(self, pose: Vector, speed_m_s: float) -> None:
         """Straight line to `pose` at `speed_m_s`; ends by itself."""
+        pose = self.asked(pose)
 
         def approach() -> bool:
             left = [goal - t for goal, t in zip(pose[:3], self.target, strict=False)]
             distance_m = math.hypot(*left)
-            step_m = speed_m_s * self.period_s
+            step_m = speed_m_s * self.slider * self.period_s
             if distance_m <= step_m:
                 self.target = pose
                 return abs(self.travel_of(pose) - self._position_m) < 2e-5
@@ -135,7 +166,7 @@ class Robot:
 
     def halt(self) -> None:
         """Stop where the arm is and hold."""
-        self.target = self.pose
+        self.target = self._measured
         self._motion = None
         self.axis.command(self._position_m)
 

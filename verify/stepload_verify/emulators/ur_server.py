@@ -86,7 +86,8 @@ class UrServer:
         period_s = self._controller.robot.period_s
         next_s = time.monotonic() + period_s
         while not self._stop:
-            for key, _ in self._selector.select(max(0.0, next_s - time.monotonic())):
+            wake_s = min([next_s, *(link.delayed[0][0] for link in self._links if link.delayed)])
+            for key, _ in self._selector.select(max(0.0, wake_s - time.monotonic())):
                 key.data(key.fileobj)
             now_s = time.monotonic()
             behind = int((now_s - next_s) / period_s) + 1 if now_s >= next_s else 0
@@ -109,9 +110,12 @@ class UrServer:
         every = round(self._controller.rate_hz / faults.rate_hz) if faults.rate_hz else 1
         if self._cycle % max(1, every):
             return
-        for link in self._links:
+        apart = faults.gap_s > 0.0 or faults.gap_jitter_s > 0.0
+        turn_s = now_s
+        for link in self._random.sample(self._links, len(self._links)) if apart else self._links:
             if link.session is not None and (package := link.session.package()):
-                due_s = now_s + self._random.uniform(0.0, faults.jitter_s)
+                due_s = turn_s + self._random.uniform(0.0, faults.jitter_s)
+                turn_s += faults.gap_s + self._random.uniform(0.0, faults.gap_jitter_s)
                 if link.session.controls:
                     due_s += faults.control_late_s
                 link.delayed.append((due_s, package))

@@ -11,7 +11,7 @@ _OUTPUTS = {
     "VECTOR6D": """target_q target_qd target_qdd target_current target_moment actual_q actual_qd
         actual_current joint_control_output actual_TCP_pose actual_TCP_speed actual_TCP_force
         target_TCP_pose target_TCP_speed joint_temperatures actual_joint_voltage
-        actual_current_as_torque ft_raw_wrench payload_inertia""",
+        actual_current_as_torque ft_raw_wrench payload_inertia tcp_offset""",
     "VECTOR3D": "actual_tool_accelerometer payload_cog",
     "UINT64": "actual_digital_input_bits actual_digital_output_bits",
     "UINT32": "runtime_state robot_status_bits safety_status_bits",
@@ -19,13 +19,16 @@ _OUTPUTS = {
     "VECTOR6INT32": "joint_mode",
 }
 
-# name: (first CB3 minor, first e-Series minor); None: never there
-_SINCE: dict[str, tuple[int | None, int]] = {
-    "actual_current_as_torque": (None, 23),
-    "ft_raw_wrench": (None, 9),
-    "payload": (11, 6),
-    "payload_cog": (11, 6),
-    "payload_inertia": (15, 11),
+Since = tuple[int, int]
+
+# name: first CB3 and first e-Series version as (minor, bugfix); None: never there
+_SINCE: dict[str, tuple[Since | None, Since]] = {
+    "actual_current_as_torque": (None, (23, 0)),
+    "ft_raw_wrench": (None, (9, 0)),
+    "payload": ((11, 0), (5, 1)),
+    "payload_cog": ((11, 0), (5, 1)),
+    "payload_inertia": ((15, 0), (11, 0)),
+    "tcp_offset": ((12, 0), (5, 1)),
 }
 
 OUTPUT_TYPES = {name: kind for kind, names in _OUTPUTS.items() for name in names.split()}
@@ -39,10 +42,10 @@ INPUT_TYPES |= {"external_force_torque": "VECTOR6D"}
 
 def output_type(name: str, version: Version) -> str:
     """RTDE type of output `name` on a controller of `version`, or NOT_FOUND."""
-    cb3, e_series = _SINCE.get(name, (0, 0))
+    cb3, e_series = _SINCE.get(name, ((0, 0), (0, 0)))
     since = cb3 if version[0] == 3 else e_series
     if version[0] == 10 and name.startswith("payload"):
         since = None
-    if since is None or (version[0] < 10 and version[1] < since):
+    if since is None or (version[0] < 10 and version[1:3] < since):
         return "NOT_FOUND"
     return OUTPUT_TYPES.get(name, "NOT_FOUND")

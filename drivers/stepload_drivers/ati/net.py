@@ -1,0 +1,284 @@
+"""ATI Net F/T, Ethernet Axia, and what else speaks RDT over UDP."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from operator import attrgetter
+from typing import ClassVar
+
+from stepload.errors import BadInputError, DeviceError
+from stepload.rig.device import ForceSensor, Identity
+from stepload.rig.faults import FaultCode
+from stepload.rig.options import Option
+from stepload.rig.samples import ForceSample, SixFloats, Status
+from stepload_drivers.ati import box, rdt
+from stepload_drivers.ati.box import HTTP_PORT, Box
+from stepload_drivers.ati.rdt import MONITOR, SUMMARY, Command, Record, Scale, StatusWord, step
+from stepload_drivers.clockwatch import JUMP_S, ClockWatch
+from stepload_drivers.identity import require_serial_number
+from stepload_drivers.stream import Stream
+from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
+from stepload_drivers.udp import UdpLink
+
+FROZEN_S = 0.05
+WAIT_S = 0.05
+ASK_AGAIN_S = 0.2
+MEASURED_RECORDS = 33
+RATE_TOLERANCE = 0.05
+LOOK_S = 5e-4
+"""Least time between two looks at a stream faster than 1 kHz: some records are taken at once."""
+UNKNOWN_STATUS = StatusWord({31: "error"}, 0)
+
+
+class AtiNet(Streamed[ForceSample], ForceSensor):
+    """An Ethernet force-torque sensor that streams RDT records to one client.
+
+    Losses are counted by `rdt_sequence`, the device's time by `ft_sequence`. Nothing is set in the
+    device: rate, units, filter and calibration are those of its own pages, and are read.
+    """
+
+    DRIVER = "ati_net"
+    ADDRESS = ("host", "port")
+    OPTIONS: ClassVar[Mapping[str, Option]] = {
+        "host": Option("text", "address of the device, a number rather than a name", required=True),
+        "port": Option("integer", "UDP port of RDT", default=rdt.PORT, low=1, high=65535),
+        "http_port": Option("integer", "port of its pages", default=HTTP_PORT, low=1, high=65535),
+        "rate": Option(
+            "quantity", "records per second; refuse a device that sends at another", unit="Hz",
+            low=10.0, high=8000.0,
+        ),
+        "counts_per_newton": Option(
+            "number", "for a device without ATI's page (OnRobot: 10000); then `rate` is needed",
+            low=1e-3, high=1e9,
+        ),
+        "counts_per_newton_metre": Option(
+            "number", "the same for torque (OnRobot: 100000)", low=1e-3, high=1e9
+        ),
+        "serial_number": Option(
+            "text", "refuse another serial number of the active calibration", default=""
+        ),
+        "max_age": MAX_AGE,
+    }  # fmt: skip
+
+    def __init__(
+        self,
+        *,
+        host: str,
+        port: int = rdt.PORT,
+        http_port: int = HTTP_PORT,
+        rate: float | None = None,
+        counts_per_newton: float | None = None,
+        counts_per_newton_metre: float | None = None,
+        serial_number: str = "",
+        max_age: float = STALE_S,
+    ) -> None:
+        given = (counts_per_newton, counts_per_newton_metre)
+        if any(given) and not (all(given) and rate):
+            raise BadInputError(
+                "ati_net: counts_per_newton, counts_per_newton_metre and rate belong together",
+                hint="give all three for a device without ATI's page, or none of the counts",
+            )
+        if any(given) and serial_number:
+            raise BadInputError(
+                "ati_net: a device without ATI's page does not tell its serial_number",
+                hint="leave it out",
+            )
+        self._host, self._port, self._http_port = host, port, http_port
+        self._asked_hz = rate
+        self._given = (
+            Scale(1.0 / counts_per_newton, 1.0 / counts_per_newton_metre)
+            if counts_per_newton and counts_per_newton_metre
+            else None
+        )
+        self._serial_number = serial_number
+        self._max_age_s = max_age
+        self.rate_hz = rate or 1000.0
+        self._name = f"RDT sensor at {host}"
+        self._link: UdpLink | None = None
+        self._gone = False
+
+    def _connect(self, deadline: Deadline) -> Identity:
+        described = self._box(deadline)
+        require_serial_number(self._name, described.serial_number, self._serial_number)
+        self._link = UdpLink(self._host, self._port)
+        steps, self._last = self._first_records(self._link, deadline)
+        if self._given is not None:
+            self.rate_hz = self._asked_hz or 1000.0
+            self._internal_hz = steps * self.rate_hz
+        else:
+            self._internal_hz = described.internal_hz
+            self.rate_hz = described.internal_hz / steps
+        asked_hz = self._asked_hz or self.rate_hz
+        if abs(self.rate_hz / asked_hz - 1.0) > RATE_TOLERANCE:
+            raise DeviceError(
+                f"{self._name} sends {self.rate_hz:.0f} records per second, the plan says "
+                f"{asked_hz:.0f}",
+                code=FaultCode.WRONG_DEVICE,
+                hint="set its RDT output rate on its own web pages, or correct `rate`",
+            )
+        self._scale, self._status_word = described.scale, described.status
+        self._rated_n = described.rated_n
+        self._rated_text = ", ".join(f"{rated:g}" for rated in described.rated_n)
+        return Identity(
+            self.DRIVER,
+            described.model,
+            described.serial_number,
+            described.firmware,
+            described.calibration,
+        )
+
+    def _box(self, deadline: Deadline) -> Box:
+        if self._given is None:
+            page = box.fetch(self._host, self._http_port, self._name, deadline)
+            return box.read_box(page, self._name)
+        told = f"counts of the plan, {1 / self._given.force:g}/N, {1 / self._given.torque:g}/(N m)"
+        return Box(
+            "RDT device", "unknown", "unknown", self._given, math.nan, (math.inf,) * 3,
+            UNKNOWN_STATUS, told,
+        )  # fmt: skip
+
+    def _first_records(self, link: UdpLink, deadline: Deadline) -> tuple[float, Record]:
+        """Start the stream; inner measurements from one record to the next, and the last record."""
+        records: list[Record] = []
+        asked_s = -math.inf
+        while len(records) < MEASURED_RECORDS:
+            deadline.left_s(f"{self._name}: records after the request")
+            now_s = time.monotonic()
+            if not records and now_s - asked_s > ASK_AGAIN_S:
+                link.send(rdt.request(Command.START))
+                asked_s = now_s
+            records += filter(None, map(rdt.decode, link.receive(WAIT_S)))
+        first, last = records[0], records[-1]
+        sent = step(first.rdt_sequence, last.rdt_sequence)
+        measured = step(first.ft_sequence, last.ft_sequence)
+        if sent < 1 or measured < sent:
+            raise DeviceError(
+                f"{self._name}: {sent} records on its count of measurements went on by {measured}",
+                code=FaultCode.CLOCK,
+                hint="power it off and on; is it a device that speaks RDT?",
+            )
+        return measured / sent, last
+
+    def _new_stream(self) -> Stream[ForceSample]:
+        self._period_s = 1.0 / self.rate_hz
+        self._pause_s = LOOK_S if self.rate_hz > 1000.0 * (1.0 + RATE_TOLERANCE) else 0.0
+        self._sequence, self._measurements = 0, self._last.ft_sequence
+        self._heard_s, self._receive_s = time.monotonic(), -math.inf
+        self._gone = False
+        self._watch = ClockWatch(self._name, self._max_age_s)
+        return Stream(
+            self._name,
+            self._period_s,
+            self._max_age_s,
+            max(FROZEN_S, 25.0 * self._period_s),
+            attrgetter("wrench"),
+        )
+
+    def _read(self, stream: Stream[ForceSample]) -> None:
+        assert self._link is not None
+        if self._pause_s:
+            time.sleep(self._pause_s)
+        data = self._link.receive(WAIT_S)
+        arrival_s = time.monotonic()
+        fresh: list[tuple[Record, int, float]] = []
+        for datagram in data:
+            record = rdt.decode(datagram)
+            if record is None:
+                stream.corrupt("length")
+            elif self._is_next(record, stream):
+                device_s = self._measurements / self._internal_hz
+                fresh.append((record, self._sequence, device_s))
+        if not fresh:
+            if arrival_s - self._heard_s > self._max_age_s and not self._gone:
+                self._tell_silence(arrival_s - self._heard_s, stream)
+            return
+        self._heard_s = arrival_s
+        newest_s = fresh[-1][2]
+        self._watch.look(newest_s, arrival_s, stream)
+        samples = []
+        for record, sequence, device_s in fresh:
+            self._receive_s = max(arrival_s - (newest_s - device_s), self._receive_s)
+            wrench = self._scale.wrench(record.counts)
+            status = self._status(record.status, wrench, stream)
+            samples.append(
+                ForceSample(sequence, device_s, self._receive_s, status, wrench, math.nan)
+            )
+        stream.put(samples, arrival_s)
+
+    def _is_next(self, record: Record, stream: Stream[ForceSample]) -> bool:
+        """Whether the record is newer than the last one; counts what was lost between the two."""
+        sent = step(self._last.rdt_sequence, record.rdt_sequence)
+        measured = step(self._last.ft_sequence, record.ft_sequence)
+        jump = JUMP_S * self._internal_hz
+        if abs(measured) > jump or (measured == 0 and sent > 0):
+            stream.latch(
+                FaultCode.CLOCK,
+                f"{self._name}: its count of measurements went on by {measured} from one record to "
+                f"the next ({self._internal_hz:.0f} a second)",
+                "the device has restarted or its clock stands still: start anew, tare again",
+            )
+        if measured < 0 or (measured == 0 and sent <= 0):
+            stream.count("repeated" if measured == 0 else "out_of_order")
+            return False
+        if sent <= 0:
+            stream.count("begun_anew")
+            sent = max(1, round(measured / self._internal_hz * self.rate_hz))
+        stream.lose(sent - 1)
+        self._sequence += sent
+        self._measurements += measured
+        self._last = record
+        return True
+
+    def _status(self, word: int, wrench: SixFloats, stream: Stream[ForceSample]) -> int:
+        status = 0
+        if any(abs(force) > rated for force, rated in zip(wrench, self._rated_n, strict=False)):
+            status |= Status.OVERRANGE
+            stream.latch(
+                FaultCode.OVERLOAD,
+                f"{self._name}: force {wrench[0]:.1f}, {wrench[1]:.1f}, {wrench[2]:.1f} N is "
+                f"beyond its calibrated range of {self._rated_text} N",
+                "unload, and check the sensor's zero before going on",
+            )
+        if word & ~(MONITOR | SUMMARY) or word == SUMMARY:
+            overload = bool(word & self._status_word.overload)
+            status |= Status.SATURATED if overload else Status.DEVICE_FAULT
+            stream.latch(
+                FaultCode.OVERLOAD if overload else FaultCode.DEVICE_REPORTS,
+                f"{self._name} reports: {self._status_word.text(word)} (status {word:#010x})",
+                "unload, then check the transducer's cable and the device's own web pages",
+            )
+        elif word:
+            stream.count("status_bits")
+        return int(status)
+
+    def _tell_silence(self, age_s: float, stream: Stream[ForceSample]) -> None:
+        """Why nothing comes: the device serves one client, and a second one takes the stream."""
+        self._gone = True
+        alive = self._given is None and box.answers(self._host, self._http_port)
+        stream.latch(
+            FaultCode.STALE,
+            f"{self._name}: newest sample is {age_s:.3f} s old (limit {self._max_age_s:g} s)"
+            + (", although the device answers on its pages" if alive else ""),
+            "another program has asked the device for its stream, which it sends to one only, or "
+            "it was restarted: end the other one"
+            if alive
+            else "check power and cable; another program may have taken the stream",
+        )
+
+    def bias(self, timeout_s: float) -> bool:
+        """Make the present force the device's zero; no reply is sent, so none is waited for."""
+        if self._link is None:
+            return False
+        self._link.send(rdt.request(Command.BIAS))
+        return True
+
+    def _disconnect(self) -> None:
+        link, self._link = self._link, None
+        if link is not None:
+            try:
+                if not self._gone:  # else it would stop somebody else's stream
+                    link.send(rdt.request(Command.STOP))
+            finally:
+                link.close()

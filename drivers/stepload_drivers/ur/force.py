@@ -1,0 +1,183 @@
+"""The force-torque sensor in the flange of a UR e-Series arm, read over RTDE."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from operator import attrgetter
+from typing import ClassVar
+
+from stepload.errors import DeviceError
+from stepload.rig.device import ForceSensor, Identity
+from stepload.rig.faults import FaultCode
+from stepload.rig.options import Option
+from stepload.rig.samples import ForceSample, SixFloats, Status
+from stepload_drivers.clockwatch import JUMP_S, ClockWatch
+from stepload_drivers.identity import require_serial_number
+from stepload_drivers.stream import Stream
+from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
+from stepload_drivers.ur.client import RtdeClient, Version, dashboard
+from stepload_drivers.ur.state import UrState
+
+RATE_HZ = 500.0
+FROZEN_S = 0.2
+WAIT_S = 0.05
+E_SERIES = 5
+OLDEST: Version = (5, 4, 0, 0)
+POWERED = 5
+"""Robot modes from here on (idle, backdrive, running) have power in the flange."""
+
+RANGE_N = {"UR3": 30.0, "UR5": 50.0, "UR10": 100.0, "UR16": 160.0}
+"""Rated force of each axis by the dashboard's name of the e-Series model; UR, data sheets."""
+
+
+class UrForce(Streamed[ForceSample], ForceSensor):
+    """`actual_TCP_force`: forces at the TCP in the arm's base frame, less the payload's weight.
+
+    A connection of its own without ur_rtde, for which the arm needs not be driven by this program.
+    """
+
+    DRIVER = "ur_force"
+    built_into_arm = True
+    OPTIONS: ClassVar[Mapping[str, Option]] = {
+        "host": Option("text", "address of the controller, a number rather than a name",
+                       required=True),
+        "range": Option(
+            "quantity", "rated force; a reading of that size is an overload; default: the model's",
+            unit="N", low=1.0, high=1000.0,
+        ),
+        "serial_number": Option("text", "refuse any other controller; empty: any", default=""),
+        "max_age": MAX_AGE,
+    }  # fmt: skip
+
+    rate_hz = RATE_HZ
+
+    def __init__(
+        self,
+        *,
+        host: str,
+        range: float | None = None,
+        serial_number: str = "",
+        max_age: float = STALE_S,
+    ) -> None:
+        self._host, self._serial_number = host, serial_number
+        self._range_n = range
+        self._max_age_s = max_age
+        self._name = f"UR sensor at {host}"
+        self._client: RtdeClient | None = None
+
+    def _connect(self, deadline: Deadline) -> Identity:
+        end_s = time.monotonic() + deadline.left_s(self._name)
+        client = self._client = RtdeClient(self._host, end_s)
+        version = client.version()
+        self._check_version(version)
+        serial_number, model = dashboard(
+            self._host, ["get serial number", "get robot model"], end_s
+        )
+        require_serial_number(self._name, serial_number, self._serial_number)
+        self._limit_n = self._range_n or self._range_of(model)
+        client.start(RATE_HZ)
+        return Identity(
+            self.DRIVER,
+            f"{model}e flange",
+            serial_number,
+            "PolyScope " + ".".join(map(str, version)),
+            "the controller's",
+        )
+
+    def _check_version(self, version: Version) -> None:
+        text = ".".join(map(str, version))
+        if version[0] != E_SERIES or version < OLDEST:
+            raise DeviceError(
+                f"{self._name}: PolyScope {text} is not supported, 5.4 to 5.x is",
+                code=FaultCode.UNSUPPORTED,
+                hint="only e-Series arms have a sensor in the flange: what a CB3 arm tells is "
+                "reckoned from motor currents",
+            )
+
+    def _range_of(self, model: str) -> float:
+        if model not in RANGE_N:
+            raise DeviceError(
+                f"{self._name}: no rated force is known for the model {model!r}",
+                code=FaultCode.UNSUPPORTED,
+                hint="give `range` from the arm's data sheet (force sensing, tool flange)",
+            )
+        return RANGE_N[model]
+
+    def _new_stream(self) -> Stream[ForceSample]:
+        self._sequence = 0
+        self._last_s = self._receive_s = -math.inf
+        self._watch = ClockWatch(self._name, self._max_age_s)
+        return Stream(self._name, 1.0 / RATE_HZ, self._max_age_s, FROZEN_S, attrgetter("wrench"))
+
+    def _read(self, stream: Stream[ForceSample]) -> None:
+        assert self._client is not None
+        packages = self._client.arrived(WAIT_S)
+        arrival_s = time.monotonic()
+        fresh = [
+            (self._sequence, package)
+            for package in packages
+            if self._is_next(package.timestamp_s, stream)
+        ]
+        if not fresh:
+            return
+        newest_s = fresh[-1][1].timestamp_s
+        self._watch.look(newest_s, arrival_s, stream)
+        samples = []
+        for sequence, package in fresh:
+            device_s, wrench = package.timestamp_s, package.wrench
+            self._receive_s = max(arrival_s - (newest_s - device_s), self._receive_s)
+            status = self._status(package, stream)
+            samples.append(
+                ForceSample(sequence, device_s, self._receive_s, status, wrench, math.nan)
+            )
+        stream.put(samples, arrival_s)
+
+    def _is_next(self, stamp_s: float, stream: Stream[ForceSample]) -> bool:
+        """Whether a package is a new one; the same again, as a frozen controller sends, is not."""
+        step_s = stamp_s - self._last_s if self._sequence else 1.0 / RATE_HZ
+        if step_s == 0.0:
+            stream.count("repeated")
+            return False
+        if not 0.0 < step_s < JUMP_S:
+            stream.latch(
+                FaultCode.CLOCK,
+                f"{self._name}: the controller's clock went on by {step_s:.3f} s from one package "
+                "to the next",
+                "was the controller restarted? Start anew, tare again",
+            )
+        steps = max(1, round(step_s * RATE_HZ))
+        stream.lose(steps - 1)
+        self._sequence += steps
+        self._last_s = stamp_s
+        return True
+
+    def _status(self, package: UrState, stream: Stream[ForceSample]) -> int:
+        status = 0
+        if max(map(abs, package.wrench[:3])) >= self._limit_n:
+            status |= Status.OVERRANGE
+            stream.latch(
+                FaultCode.OVERLOAD,
+                f"{self._name} reads {self._text(package.wrench)} N, its rated force is "
+                f"{self._limit_n:g} N",
+                "unload, and check the zero before going on",
+            )
+        if package.robot_mode < POWERED:
+            status |= Status.DEVICE_FAULT
+            stream.latch(
+                FaultCode.DEVICE_REPORTS,
+                f"{self._name}: the arm is without power (robot_mode {package.robot_mode}), and "
+                "so is the sensor in its flange",
+                "power the arm on, release the brakes, let the sensor warm up, tare again",
+            )
+        return int(status)
+
+    @staticmethod
+    def _text(wrench: SixFloats) -> str:
+        return ", ".join(f"{force:.1f}" for force in wrench[:3])
+
+    def _disconnect(self) -> None:
+        client, self._client = self._client, None
+        if client is not None:
+            client.close()

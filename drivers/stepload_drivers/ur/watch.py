@@ -1,0 +1,85 @@
+"""What keeps the arm from following, other than its connection: asked at every data package."""
+
+from __future__ import annotations
+
+import time
+
+from stepload.rig.device import ArmConfiguration
+from stepload.rig.faults import FaultCode
+from stepload_drivers.ur.changed import change
+from stepload_drivers.ur.remote import RemoteCheck
+from stepload_drivers.ur.settings import Settings
+from stepload_drivers.ur.state import PLAYING, Problem, UrState, safety_problem
+from stepload_drivers.ur.taken_over import local_control, stopped
+from stepload_drivers.ur.told import ToldClient
+
+TOLD_S = 1.0
+TOLD_AGE_S = 3.0
+REFUSAL_GRACE_S = 0.05
+
+
+class Watch:
+    """Safety, settings, program and remote control of one controller.
+
+    Its connections are made here: see `ports.ControlPort`. `told` tells the settings; `armed` is
+    what they must go on being, None before that is known.
+
+    Raises:
+        DeviceError: the controller does not tell its settings.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self.told = ToldClient(settings.host, time.monotonic() + TOLD_S)
+        self.armed: ArmConfiguration | None = None
+        self._remote_check = RemoteCheck(settings.host)
+        self._leash_s = settings.leash_s
+
+    def poll(self) -> ArmConfiguration | None:
+        """Take in what was told and asked aside; the configuration, if there is a new one."""
+        self._remote_check.poll()
+        return self.told.configuration if self.told.poll() else None
+
+    def problem(
+        self, state: UrState, now_s: float, refused_s: float, heard_s: float
+    ) -> Problem | None:
+        """What is wrong, told apart as well as it can be; None too while that is being asked.
+
+        Args:
+            state: the newest package.
+            now_s: monotonic time, as for the others.
+            refused_s: since when the controller has refused inputs; inf: it takes them.
+            heard_s: when the run was heard last.
+        """
+        if problem := safety_problem(state) or self._setting_problem(now_s):
+            return problem
+        if state.runtime_state != PLAYING:
+            return self._why_no_program(state, now_s - heard_s)
+        if self._remote_check.remote is False:
+            return local_control(program_runs=True)
+        if now_s - refused_s > REFUSAL_GRACE_S:
+            return Problem(
+                FaultCode.REFUSED_COMMAND,
+                "the controller refused a position target",
+                "read the log on the pendant",
+            )
+        return None
+
+    def _setting_problem(self, now_s: float) -> Problem | None:
+        if self.armed is None or self.told.configuration is None:
+            return None
+        age_s = now_s - self.told.seen_s
+        if age_s > TOLD_AGE_S:
+            return Problem(
+                FaultCode.STALE,
+                f"no speed slider, payload and TCP told for {age_s:.1f} s, limit {TOLD_AGE_S:g} s",
+                "check the network and the controller's load",
+            )
+        return change(self.armed, self.told.configuration)
+
+    def _why_no_program(self, state: UrState, silent_s: float) -> Problem | None:
+        """None while the dashboard is being asked."""
+        if not self._remote_check.done():
+            return None
+        return stopped(
+            state, remote=self._remote_check.remote, silent_s=silent_s, leash_s=self._leash_s
+        )

@@ -1,0 +1,66 @@
+"""Two force channels that are one and the same sensor, and so can only agree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from typing import cast
+
+from stepload.envelope.reason import Reason, Severity
+from stepload.plan.model import DriverChoice, Plan, SecondForceSource
+from stepload.rig.device import ForceSensor
+from stepload.rig.plugins import load_driver
+
+GROUP = "stepload.force_sensors"
+
+
+@cache
+def _driver(name: str) -> type[ForceSensor]:
+    return cast(type[ForceSensor], load_driver(GROUP, name))
+
+
+def one_channel_reasons(plan: Plan) -> Iterator[Reason]:
+    """Why the second force channel is no second one.
+
+    Raises:
+        BadInputError: a driver of the plan is not installed.
+    """
+    first, second = plan.rig.force.driver, plan.rig.second_force
+    remedy = (
+        "add a force sensor of its own, or write second_force.source: none: then the plan is "
+        "judged as what it is, one force channel"
+    )
+    if second.source is SecondForceSource.ARM and _driver(first.name).built_into_arm:
+        yield Reason(
+            "channels_are_one", Severity.REFUSE,
+            f"force.driver {first.name} reads the sensor that is built into the arm, and "
+            "second_force.source: arm is the same sensor: two channels that always err alike",
+            remedy,
+        )  # fmt: skip
+    if second.sensor is not None and same_device(first, second.sensor.driver):
+        yield Reason(
+            "channels_are_one", Severity.REFUSE,
+            f"force and second_force.sensor are one device, {first.name} at {_address(first)}: two "
+            "channels that always err alike",
+            remedy,
+        )  # fmt: skip
+
+
+def same_device(first: DriverChoice, second: DriverChoice) -> bool:
+    """Whether both name one device; other axes, rates or scales of it do not make it a second."""
+    return (
+        first.name == second.name
+        and bool(_address(first))
+        and (_address(first) == _address(second))
+    )
+
+
+def _address(choice: DriverChoice) -> str:
+    """Where the device is: what the driver says tells it from others, or its required texts."""
+    driver = _driver(choice.name)
+    names = driver.ADDRESS or tuple(
+        name
+        for name, option in driver.OPTIONS.items()
+        if option.required and option.kind == "text" and not option.choices
+    )
+    return ", ".join(f"{name} {choice.options.get(name)}" for name in names)

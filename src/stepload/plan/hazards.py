@@ -1,0 +1,102 @@
+"""That a person has read the hazards of a rig, kept where the rig is described."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from codecs import BOM_UTF8
+from contextlib import suppress
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+
+from stepload.errors import BadInputError
+from stepload.plan.load import load_plan
+from stepload.plan.model import Plan
+from stepload.plan.problems import PlanError
+from stepload.plan.references import names_a_file
+from stepload.plan.source import Source, read_source
+from stepload.plan.tree import Mapping, Node, Scalar, parse_tree
+
+BY, ON = "hazards_read_by", "hazards_read_on"
+
+
+def hazards_read(plan: Plan) -> bool:
+    """Whether somebody has confirmed, by name and day, to have read the hazards of this rig."""
+    return bool(plan.rig.hazards_read_by.strip()) and plan.rig.hazards_read_on is not None
+
+
+def keys_of(name: str, day: date) -> tuple[str, str]:
+    """The two lines that a rig file keeps of it."""
+    return f"{BY}: {json.dumps(name, ensure_ascii=False)}", f"{ON}: {day.isoformat()}"
+
+
+def keep(plan: Plan, name: str, day: date) -> Path | None:
+    """Write who has read the hazards into the file in which the plan's rig stands.
+
+    Returns:
+        The file; None where the rig is no block of keys of a file (a profile's name alone, or
+        written in braces), or has one of the keys: nothing is changed then.
+
+    Raises:
+        BadInputError: the file cannot be written, or the name is no text for a plan; it is as it
+            was.
+    """
+    found = _rig_block(plan.path)
+    if found is None:
+        return None
+    source, line, indent = found
+    path = (source.path or plan.path).resolve()
+    at, end = source.start_of(line), "\r\n" if "\r\n" in source.text else "\n"
+    rows = "".join(f"{indent}{row}{end}" for row in keys_of(name, day))
+    bom = BOM_UTF8 if source.data.startswith(BOM_UTF8) else b""
+    _write(path, bom + (source.text[:at] + rows + source.text[at:]).encode())
+    try:
+        wanted = replace(plan.rig, hazards_read_by=name, hazards_read_on=day)
+        sound = load_plan(plan.path).rig == wanted
+    except PlanError:
+        sound = False
+    if not sound:
+        _write(path, source.data)
+        raise BadInputError(
+            f"{path}: the two lines could not be added",
+            hint=f"write them below `rig:` yourself: {'; '.join(keys_of(name, day))}",
+        )
+    return path
+
+
+def _rig_block(plan_path: Path) -> tuple[Source, int, str] | None:
+    """File, line of the first key (from 1) and indentation of a plan's rig."""
+    node = _tree(plan_path)
+    if isinstance(node, Mapping):
+        node = node.entries.get("rig", node)
+        if isinstance(node, Scalar) and isinstance(node.value, str) and names_a_file(node.value):
+            node = _tree(plan_path.parent / node.value)
+    if not isinstance(node, Mapping) or not node.keys or BY in node.keys or ON in node.keys:
+        return None
+    first = next(iter(node.keys.values()))
+    indent = first.source.lines[first.line - 1][: first.column - 1]
+    return None if indent.strip() else (first.source, first.line, indent)
+
+
+def _tree(path: Path) -> Node | None:
+    with suppress(PlanError):
+        return parse_tree(read_source(path))[0]
+    return None
+
+
+def _write(path: Path, data: bytes) -> None:
+    """Replace a file's content; it is there whole, old or new, whatever happens."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        with open(part, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        shutil.copymode(path, part)
+        os.replace(part, path)
+    except OSError as error:
+        with suppress(OSError):
+            part.unlink()
+        raise BadInputError(f"cannot write {path}: {error.strerror}") from error

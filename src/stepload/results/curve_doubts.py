@@ -1,0 +1,141 @@
+"""What is doubtful about a curve from elsewhere before any law is fitted, and its smooth error."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepload.errors import BadInputError, DomainError
+from stepload.identify.conditions import Conditions
+from stepload.identify.curve_jumps import largest_jump
+from stepload.identify.inverse_law import joint
+from stepload.identify.leftover import smooth_leftover
+from stepload.identify.selection import Selected
+from stepload.record.curves import Curve
+from stepload.results.curve_zero import TOUCH_NOISE, Zeroed
+from stepload.results.wishes import Wishes
+from stepload.units import format_quantity
+
+FloatArray = NDArray[np.float64]
+
+SMOOTH_LENGTH_SHARE = 1.0 / 6.0
+"""The size of a smooth error that nobody has stated is read from the residuals as one that changes
+over this share of the peak force: 50 N of 300 N on the step-load rigs."""
+NO_FREE_AIR = (
+    "no free air before the touch: the zero of the force is the file's word, and a preload that "
+    "was tared away would falsify this figure (--tared, if it was tared in free air)"
+)
+BELOW_ZERO = 0.02
+"""Forces so far below zero, as a share of the peak, are no noise; one row in a hundred of them no
+accident."""
+LEAST_UNCERTAINTY = 1e-5
+"""Residuals below this share of the deformation are of rounding, not of a measurement."""
+
+
+def check_stiffness(curve: Curve, wishes: Wishes) -> None:
+    """Refuse a K_s that is missing, or that is out of the curve already.
+
+    Raises:
+        BadInputError: with which of the two.
+    """
+    compensated = curve.displacement_m is not None
+    if compensated and wishes.system_stiffness_n_per_m is not None:
+        raise BadInputError(
+            "--system-stiffness with a column displacement_m: that column is the payload's "
+            "deformation, K_s is out of it already",
+            hint="call the column position_m if it is the travel of the arm",
+        )
+    if not compensated and wishes.system_stiffness_n_per_m is None:
+        raise BadInputError(
+            "a column position_m holds the deflection of the system too",
+            hint='give --system-stiffness "3.49e6 N/m", or a column displacement_m',
+        )
+
+
+def check_what_is_left(
+    selected: Selected, travel_m: FloatArray, force_n: FloatArray, stiffness: float
+) -> None:
+    """Refuse a K_s that takes all of the travel.
+
+    Raises:
+        BadInputError: at the highest forces nothing is left for the payload.
+    """
+    top = force_n >= 0.9 * force_n.max()
+    start = force_n <= 0.1 * force_n.max()
+    begin_m = float(np.median(selected.deformation_m[start])) if start.any() else 0.0
+    left_m = float(np.median(selected.deformation_m[top])) - begin_m
+    if left_m <= 0.0:
+        moved_m, force = float(np.median(travel_m[top])), float(np.median(force_n[top]))
+        raise BadInputError(
+            f"K_s leaves the payload no deformation: of {format_quantity(moved_m, 'm')} of travel "
+            f"at {format_quantity(force, 'N')} it takes {format_quantity(force / stiffness, 'm')}",
+            hint="the system is stiffer than stated, or the payload too stiff to be told from it",
+        )
+
+
+def machine_doubts(curve: Curve) -> Iterator[str]:
+    """A travel that may hold the machine's own deflection."""
+    if curve.perhaps_machine:
+        yield (
+            f"the column {curve.perhaps_machine!r} may hold the machine's own deflection: call it "
+            "displacement_m if that is out of it, or give --system-stiffness"
+        )
+
+
+def zero_doubts(zeroed: Zeroed) -> Iterator[str]:
+    """A force far below zero, where no free air before the touch says what zero is."""
+    force_n = zeroed.whole.force_n
+    low_n = -max(BELOW_ZERO * float(force_n.max()), TOUCH_NOISE * zeroed.noise_n)
+    if not zeroed.seen_free and np.mean(force_n < low_n) > BELOW_ZERO / 2.0:
+        yield (
+            f"the force goes down to {format_quantity(float(force_n.min()), 'N')} and no free air "
+            "comes before the touch: its zero is not that of free air, and every force is off by "
+            "it (give the whole test, from free air on)"
+        )
+
+
+def jump_doubts(selected: Selected, quantum_m: float) -> Iterator[str]:
+    """A deformation that jumps."""
+    jump = largest_jump(selected.deformation_m, selected.force_n, quantum_m=quantum_m)
+    if jump is not None:
+        yield (
+            f"the deformation jumps by {format_quantity(jump.travel_m, 'm')} at "
+            f"{format_quantity(jump.force_n, 'N')} (pop-in, slip, a crack?): no law holds across it"
+        )
+
+
+def with_leftover(
+    selected: Selected, conditions: Conditions, noise_m: float, wishes: Wishes
+) -> tuple[Conditions, list[str], bool]:
+    """The smooth error as the residuals of the run speak for it.
+
+    Returns:
+        The conditions with it, what to say about it, and whether there is any.
+    """
+    if wishes.smooth_error_m is not None:
+        if wishes.smooth_length_n is not None:
+            return conditions, [], True
+        note = "how fast the smooth error changes is not stated (--smooth-length): a range is tried"
+        return conditions, [note], True
+    missing = "smooth deformation error not given (--msde)"
+    batch = selected.samples(selected.batch)
+    x, y = batch.deformation_m, batch.force_n
+    length_n = wishes.smooth_length_n or SMOOTH_LENGTH_SHARE * float(y.max(initial=0.0))
+    try:
+        found = smooth_leftover(joint(x, y), x, y, white_sd_m=noise_m, length_n=length_n)
+    except DomainError:
+        found = None
+    if found is None:
+        return conditions, [f"{missing}: the interval leaves it out"], False
+    sources = replace(
+        conditions.sources, smooth_error_m=found.smooth_error_m, smooth_degrees=found.degrees
+    )
+    note = (
+        f"{missing}: taken from the residuals, {format_quantity(found.smooth_error_m, 'm')} with "
+        f"{found.degrees:.2g} degrees of freedom"
+    )
+    speaks = found.smooth_error_m > LEAST_UNCERTAINTY * float(np.ptp(x))
+    return replace(conditions, sources=sources), [note], speaks

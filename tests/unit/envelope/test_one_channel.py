@@ -1,0 +1,92 @@
+"""A second channel that is the first one once more is refused, with the reason."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from stepload.envelope.envelope import envelope_of, refusal_of
+from stepload.envelope.one_channel import one_channel_reasons, same_device
+from stepload.envelope.reason import PlanVerdict, Severity
+from stepload.plan.load import load_plan
+from stepload.plan.model import DriverChoice, Plan, SecondForce, SecondForceSource
+from stepload_drivers.ur.force import UrForce
+
+PROCEDURES = Path(__file__).resolve().parents[3] / "procedures"
+HOST = {"host": "192.168.1.10"}
+BOX = {"host": "192.168.1.1", "port": 49152, "http_port": 80}
+CAN = {"interface": "socketcan", "channel": "can0", "base": 32}
+
+
+@pytest.fixture(scope="module")
+def plan() -> Plan:
+    return load_plan(PROCEDURES / "demo-wire.yaml")
+
+
+def with_channels(plan: Plan, first: DriverChoice, second: DriverChoice | None) -> Plan:
+    """`second` None: the arm's own force."""
+    force = replace(plan.rig.force, driver=first)
+    channel = (
+        SecondForce(SecondForceSource.ARM, tolerance_n=11.0)
+        if second is None
+        else SecondForce(
+            SecondForceSource.SENSOR, tolerance_n=11.0, sensor=replace(force, driver=second)
+        )
+    )
+    return replace(plan, rig=replace(plan.rig, force=force, second_force=channel))
+
+
+def said(plan: Plan) -> list[str]:
+    reasons = list(one_channel_reasons(plan))
+    assert all(r.severity is Severity.REFUSE for r in reasons)
+    assert all(r.code == "channels_are_one" and r.remedy for r in reasons)
+    return [r.message for r in reasons]
+
+
+def test_the_arms_own_sensor_is_no_second_channel_beside_itself(plan: Plan) -> None:
+    own = with_channels(plan, DriverChoice("ur_force", HOST), None)
+    (message,) = said(own)
+    assert "built into the arm" in message
+    envelope = envelope_of(own)
+    assert envelope.verdict is PlanVerdict.REFUSED
+    assert "second_force.source: none" in refusal_of(envelope).message
+
+
+def test_a_lab_driver_says_by_itself_that_it_is_built_in(plan: Plan, monkeypatch) -> None:
+    own = with_channels(plan, DriverChoice("ur_force", HOST), None)
+    monkeypatch.setattr(UrForce, "built_into_arm", False)
+    assert said(own) == []
+
+
+def test_the_arms_own_sensor_alone_or_as_the_second_channel_is_sound(plan: Plan) -> None:
+    sensor, own = DriverChoice("ati_net", BOX), DriverChoice("ur_force", HOST)
+    alone = with_channels(plan, own, None)
+    alone = replace(alone, rig=replace(alone.rig, second_force=SecondForce()))
+    assert said(alone) == []
+    assert said(with_channels(plan, sensor, own)) == []
+    assert said(with_channels(plan, sensor, None)) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "first", "second", "same"),
+    [
+        ("ati_net", BOX, {**BOX, "counts_per_newton": 1e4}, True),
+        ("ati_net", BOX, {**BOX, "host": "192.168.1.2"}, False),
+        ("ur_force", HOST, {**HOST, "range": 20.0}, True),
+        ("ati_can", CAN, {**CAN, "calibration": 3}, True),
+        ("ati_can", CAN, {**CAN, "base": 33}, False),
+        ("line_serial", {"port": "a", "unit": "N"}, {"port": "a", "unit": "kN"}, True),
+        ("line_serial", {"port": "a", "unit": "N"}, {"port": "b", "unit": "N"}, False),
+        ("sim", {}, {}, False),
+    ],
+)
+def test_one_device_named_twice(plan: Plan, name, first, second, same) -> None:
+    choices = DriverChoice(name, first), DriverChoice(name, second)
+    assert same_device(*choices) is same
+    assert len(said(with_channels(plan, *choices))) == same
+
+
+def test_two_drivers_are_two_devices() -> None:
+    assert not same_device(DriverChoice("ati_net", BOX), DriverChoice("ur_force", HOST))
