@@ -58,13 +58,6 @@ class CalibrationRecord:
     stepload_calibration: ClassVar[Annotated[int, Version(1), Key("Version of the format.")]]
     rig: Annotated[Name, Key("Name of the rig.")]
     pose: Annotated[Remark, Key("Pose it was measured in.")] = ""
-    joints_rad: Annotated[
-        tuple[Angle, ...], Key("Joints of the arm at the start pose, as the arm tells them.")
-    ] = ()
-    tcp_position_m: Annotated[
-        tuple[Offset, ...], Key("TCP from the flange, as the arm tells it: x, y, z.")
-    ] = ()
-    tcp_rotation_rad: Annotated[tuple[Angle, ...], Key("Its rotation vector.")] = ()
     direction: Annotated[Axis, Key("Force axis it was measured along.")]
     temperature_c: Annotated[Temperature | None, Key("Temperature of the measurement.")] = None
     measured_on: Annotated[Calendar, Key("Day of the measurement.")]
@@ -99,6 +92,13 @@ class CalibrationRecord:
     run: Annotated[Remark, Key("Recording it was made from.")] = ""
     software: Annotated[Remark, Key("Version of stepload that made it.")] = ""
     simulated: Annotated[Flag, Key("Made in a dry run: good for dry runs only.")] = False
+    joints_rad: Annotated[
+        tuple[Angle, ...], Key("Joints of the arm at the start pose, as the arm tells them.")
+    ] = ()
+    tcp_position_m: Annotated[
+        tuple[Offset, ...], Key("TCP from the flange, as the arm tells it: x, y, z.")
+    ] = ()
+    tcp_rotation_rad: Annotated[tuple[Angle, ...], Key("Its rotation vector.")] = ()
 
     @property
     def tcp_offset(self) -> SixFloats | None:

@@ -232,11 +232,11 @@ def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
         "run": ", ".join(ids),
         "software": f"stepload {stepload.__version__}",
         "simulated": runs[0].simulated,
-        **_stood(runs),
+        **common_pose(runs),
     }
 
 
-def _stood(runs: Sequence[SavedRun]) -> dict[str, Any]:
+def common_pose(runs: Sequence[SavedRun]) -> dict[str, Any]:
     """How the arm stood in all runs, as far as it told; that of the first.
 
     Raises:
