@@ -99,7 +99,7 @@ def read_box(text: str, name: str) -> Box:
     Raises:
         DeviceError: RDT is switched off, or a number or unit is missing or makes no sense.
     """
-    page = dict(_ENTRY.findall(text))
+    page: dict[str, str] = dict(_ENTRY.findall(text))
     if page.get("comrdte", "Enabled").strip() in ("Disabled", "0"):
         raise DeviceError(
             f"{name}: its RDT interface is switched off",
@@ -113,7 +113,7 @@ def read_box(text: str, name: str) -> Box:
     )
     serial_number = page.get("cfgcalsn", "").strip()
     shift = page.get("cfgtfx", "").strip()
-    filtered = page.get("setuserfilter", page.get("setiirshift", "?")).strip()
+    filtered = (page.get("setuserfilter") or page.get("setiirshift") or "?").strip()
     revision = zlib.crc32(repr((scale, shift)).encode())
     return Box(
         model or "ATI Net F/T",

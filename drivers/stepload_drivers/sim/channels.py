@@ -68,6 +68,7 @@ class Channel:
         "raising",
         "samples",
         "sequence",
+        "swapped",
     )
 
     def __init__(
@@ -92,7 +93,7 @@ class Channel:
         """Host time of world time 0."""
         self.disturbed = False
         """Whether a fault has ever been active."""
-        self.raising = False
+        self.raising = self.swapped = False
         self._delay_s = delay_s
         self._clock_s = clock_s
         self._noise = noise
@@ -130,6 +131,9 @@ class Channel:
             value = _quantised(value + self._held - truth, self._quantum)
         else:
             self._held = None
+        if "reversed" in active:
+            value = -value
+        self.swapped = "swapped" in active
         if "gain" in active:
             value = _quantised(value * active["gain"], self._quantum)
         if "bias" in active:
@@ -239,7 +243,12 @@ class ForceChannel(Channel):
         )
 
     def _emit(self, device_s: float, receive_s: float, status: int, value: float) -> None:
-        row = (self.sequence, device_s, receive_s, status, self._wrench(value), math.nan)
+        wrench = self._wrench(value)
+        if self.swapped:
+            fx, fy, fz, tx, ty, tz = wrench
+            noise = self._noise  # that of the axis which feels nothing now
+            wrench = (fz + noise(), fx + noise(), fy + noise(), tz, tx, ty)
+        row = (self.sequence, device_s, receive_s, status, wrench, math.nan)
         self.pending.append(_new(ForceSample, row))
 
 
@@ -290,6 +299,7 @@ class ArmChannel(Channel):
         "_force_noise",
         "_force_offset",
         "_has_force",
+        "_mass",
         "_plant",
         "arm_force_n",
     )
@@ -311,6 +321,7 @@ class ArmChannel(Channel):
         self._has_force = spec.arm_has_force
         self._force_noise = normal_source(spec.seed, 12, spec.arm_force_noise_n)
         self._force_offset = force_offset_n
+        self._mass = spec.second_tool_mass_kg
         self.arm_force_n = math.nan
         self._force_held: float | None = None
         self._arm_held: tuple[float, float] | None = None
@@ -327,6 +338,8 @@ class ArmChannel(Channel):
             value = _floor(value / quantum + 0.5) * quantum
         if self._has_force:
             self.arm_force_n = plant.force_n + self._force_offset + self._force_noise()
+            if self._mass:
+                self.arm_force_n += self._mass * plant.tip_acceleration_m_s2
         self.sequence += 1
         if self.disturbed or time_s >= self._faults.next_s:
             self._disturb(time_s, plant.drive_m, value, 0)
@@ -355,6 +368,10 @@ class ArmChannel(Channel):
         if self._plant.braked:
             status |= _STOPPED
         force = self.arm_force_n * active.get("arm_force_gain", 1.0)
+        if "arm_force_deaf" in active:
+            force -= self._plant.force_n + self._mass * self._plant.tip_acceleration_m_s2
+        if "arm_force_reversed" in active:
+            force = -force
         force += active.get("arm_force_bias", 0.0)
         if "arm_force_freeze" in active:
             if self._force_held is None:

@@ -28,6 +28,11 @@ _CHANNEL = {
     "raise": "`drain` raises an exception that no driver should let out",
 }
 
+_WRENCH = {
+    "reversed": "readings have the opposite sign, as with a wrong axis or wiring",
+    "swapped": "forces appear along the next axis: x as y, y as z, z as x",
+}
+
 _ARM = {
     "arm_freeze": "the whole arm sample stands still; sequence and clock go on",
     "arm_dropout": _CHANNEL["dropout"],
@@ -42,6 +47,8 @@ _ARM = {
     "position_jump": "the measured position is off by `magnitude` m",
     "arm_force_freeze": "the arm's own force stands still",
     "arm_force_gain": "the arm's own force is multiplied by `magnitude`",
+    "arm_force_deaf": "the arm's own force feels nothing; its noise stays alive",
+    "arm_force_reversed": "the arm's own force has the opposite sign",
     "arm_force_bias": "`magnitude` N is added to the arm's own force",
     "protective_stop": "the arm brakes, holds and takes no command",
     "command_latency": "commands take effect `magnitude` seconds later",
@@ -55,6 +62,8 @@ FAULTS: dict[str, str] = (
     {f"force_{name}": f"force sensor: {text}" for name, text in _CHANNEL.items()}
     | {f"second_{name}": f"second force sensor: {text}" for name, text in _CHANNEL.items()}
     | {f"gauge_{name}": f"displacement gauge: {text}" for name, text in _CHANNEL.items()}
+    | {f"force_{name}": f"force sensor: {text}" for name, text in _WRENCH.items()}
+    | {f"second_{name}": f"second force sensor: {text}" for name, text in _WRENCH.items()}
     | {name: f"arm: {text}" for name, text in _ARM.items()}
     | {name: f"host: {text}" for name, text in _HOST.items()}
 )
@@ -82,7 +91,11 @@ class Schedule:
     __slots__ = ("_faults", "next_s")
 
     def __init__(
-        self, faults: Iterable[WorldFault], *, prefix: str = "", kinds: Iterable[str] = _CHANNEL
+        self,
+        faults: Iterable[WorldFault],
+        *,
+        prefix: str = "",
+        kinds: Iterable[str] = (*_CHANNEL, *_WRENCH),
     ) -> None:
         mine = {prefix + kind for kind in kinds}
         self._faults = []

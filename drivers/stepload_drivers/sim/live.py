@@ -71,7 +71,8 @@ class LiveState(NamedTuple):
     """What a server process may tell of a world, all at `time_s` of the monotonic clock.
 
     `position_m` as the arm measures it; `drive_m`, `tip_m` true; `force_n` the true contact force
-    (a sensor's emulator adds its own noise and quantum); `arm_force_n` the arm's estimate, NaN for
+    (a sensor's emulator adds its own noise and quantum), `acceleration_m_s2` that of the tip, which
+    a sensor that carries a tool feels too; `arm_force_n` the arm's estimate, NaN for
     none; `deformation_m` the true approach of the bodies, negative apart.
     """
 
@@ -84,6 +85,7 @@ class LiveState(NamedTuple):
     arm_force_n: float
     deformation_m: float
     peak_force_n: float
+    acceleration_m_s2: float
 
 
 class LiveWorld:
@@ -150,6 +152,7 @@ class LiveWorld:
             arm_force_n=self.world.arm.arm_force_n,
             deformation_m=plant.closed_m,
             peak_force_n=plant.peak_n,
+            acceleration_m_s2=plant.tip_acceleration_m_s2,
         )
 
     def catch_up(self) -> float:

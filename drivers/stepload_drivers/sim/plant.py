@@ -75,6 +75,7 @@ class Plant:
         "drive_speed",
         "force_n",
         "last_force_n",
+        "last_tip_speed",
         "step_s",
         "sub_steps",
         "target_m",
@@ -95,7 +96,7 @@ class Plant:
         self.step_s = step_s
         self.time_s = 0.0
         self.target_m = self.drive_m = self.tip_m = 0.0
-        self.drive_speed = self.tip_speed = 0.0
+        self.drive_speed = self.tip_speed = self.last_tip_speed = 0.0
         self.force_n = self.last_force_n = self._tangent = self._peak_n = 0.0
         self.braked = self._resting = False
         self.sub_steps = self._steps = 0
@@ -162,6 +163,11 @@ class Plant:
         return closed_m
 
     @property
+    def tip_acceleration_m_s2(self) -> float:
+        """Mean acceleration of the tip over the last base step, positive towards the payload."""
+        return (self.tip_speed - self.last_tip_speed) / self.step_s
+
+    @property
     def measured_m(self) -> float:
         """Travel where the arm measures it: before what slips."""
         if self._slip_share:
@@ -200,6 +206,7 @@ class Plant:
         """Go on by `step_s`."""
         h = self.step_s
         self.last_force_n = self.force_n
+        self.last_tip_speed = self.tip_speed
         commands = self._commands
         if commands and commands[0][0] <= self.time_s + _EARLY_S:
             limit = self.time_s + _EARLY_S

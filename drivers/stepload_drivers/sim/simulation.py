@@ -18,6 +18,7 @@ from stepload_drivers.sim.channels import (
 )
 from stepload_drivers.sim.contact import contact_of
 from stepload_drivers.sim.faults import Schedule, check_kinds
+from stepload_drivers.sim.inertia import carrying
 from stepload_drivers.sim.noise import normal_source
 from stepload_drivers.sim.sensor_errors import Bent, sideways
 from stepload_drivers.sim.slow import plant_of
@@ -67,7 +68,11 @@ class World:
         )
         bent = spec.lateral * spec.cross_talk or spec.sensor_quadratic or spec.sensor_cubic
         self.force = ForceChannel(
-            Bent(self.plant, spec) if bent else self.plant,
+            carrying(
+                Bent(self.plant, spec) if bent else self.plant,
+                self.plant,
+                spec.force_tool_mass_kg,
+            ),
             rate_hz=spec.force_rate_hz,
             axis=spec.force_axis,
             noise_n=spec.force_noise_n,
@@ -91,7 +96,7 @@ class World:
         self.second_force: ForceChannel | None = None
         if spec.second_force_rate_hz > 0.0:
             self.second_force = ForceChannel(
-                self.plant,
+                carrying(self.plant, self.plant, spec.second_tool_mass_kg),
                 rate_hz=spec.second_force_rate_hz,
                 axis=spec.second_force_axis,
                 noise_n=spec.second_force_noise_n,

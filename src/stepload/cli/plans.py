@@ -131,10 +131,11 @@ def show_thresholds(limits: RunLimits, out: Output) -> None:
 def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = False) -> None:
     """Say before the run whether payload and rig can succeed. Exit 0: go or warn; 3: refused."""
     from stepload.envelope.envelope import envelope_of
+    from stepload.envelope.proof import unproven
     from stepload.envelope.reason import PlanVerdict
     from stepload.plan.load import load_plan
     from stepload.results.model import Finding
-    from stepload.session.experiment import simulated_devices
+    from stepload.session.experiment import PROVE, simulated_devices
 
     out = Output(as_json=as_json)
     envelope = envelope_of(load_plan(plan, payload=payload))
@@ -145,6 +146,9 @@ def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = Fal
             f"{', '.join(named)}: simulated devices, so `run` takes this plan with --dry-run only"
         )
         out.finding(Finding("note", simulated, "name the drivers of your devices to press"))
+    elif missing := unproven(envelope.plan, envelope.telling_shake):
+        told = f"`run` without --dry-run will refuse this plan: {'; '.join(missing)}"
+        out.finding(Finding("warn", told, PROVE))
     refused = envelope.verdict is PlanVerdict.REFUSED
     limits = None if refused else envelope.limits
     if limits is not None:

@@ -18,9 +18,11 @@ from stepload.envelope.limits import RunLimits, limits_of
 from stepload.envelope.one_channel import one_channel_reasons
 from stepload.envelope.press import PressRig, Term
 from stepload.envelope.pressing import Pressing, largest_top_force, pressing_for
+from stepload.envelope.proof import shake_reasons
 from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
 from stepload.envelope.reasons import age_reasons, force_reasons, identifiable_reasons, rig_reasons
 from stepload.envelope.schedule import Stage, schedule
+from stepload.envelope.shake import Shake, shake_for
 from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
@@ -39,7 +41,8 @@ class Envelope:
     `limits` are the thresholds of the run; None where the plan may not be pressed as it stands,
     `refusal` says why. Speeds and force budget are then those at the largest safe force; where no
     force is safe the speeds are 0 and the budget is empty. `bounds` are the rig's delays and
-    inertia. Secants and deformation are theory's, `top_force_n` is the plan's.
+    inertia, `shake` is the best that can prove the force channels, None where no mass is stated.
+    Secants and deformation are theory's, `top_force_n` is the plan's.
     """
 
     plan: Plan
@@ -59,6 +62,12 @@ class Envelope:
     fast_speed_m_s: float
     force_budget: tuple[Term, ...]
     stages: tuple[Stage, ...]
+    shake: Shake | None = None
+
+    @property
+    def telling_shake(self) -> Shake | None:
+        """The shake that the run begins with; None where there is none that tells anything."""
+        return self.shake if self.shake is not None and self.shake.tells else None
 
     @property
     def top_force_n(self) -> float:
@@ -112,6 +121,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     theory = theory_of(plan.payload)
     safe_n = largest_top_force(plan, theory.counted.lower_n)
     pressing, limits, refusal = _pressed(plan, theory, safe_n, measured)
+    shake = shake_for(plan, limits) if limits is not None and measured is None else None
     secant_at_top = theory.law.secant(plan.procedure.top_force_n)
     found = None if plan.identify.kind == "system" else _identifiability_of(plan)
     reasons = [
@@ -123,6 +133,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         *age_reasons(plan),
         *cycle_reasons(plan),
         *stiffness_reasons(plan),
+        *shake_reasons(plan, shake),
     ]
     if found is not None:
         reasons += identifiable_reasons(plan, secant_at_top, found)
@@ -147,7 +158,8 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         guarded_speed_m_s=pressing.guarded_speed_m_s if pressing else 0.0,
         fast_speed_m_s=pressing.fast_speed_m_s if pressing else 0.0,
         force_budget=pressing.guarded_budget(plan.procedure.touch_force_n) if pressing else (),
-        stages=_stages(plan, pressing) if pressing else (),
+        stages=_stages(plan, pressing, shake) if pressing else (),
+        shake=shake,
     )
 
 
@@ -198,11 +210,12 @@ def _identifiability_of(plan: Plan) -> Identifiability:
     )
 
 
-def _stages(plan: Plan, pressing: Pressing) -> tuple[Stage, ...]:
+def _stages(plan: Plan, pressing: Pressing, shake: Shake | None) -> tuple[Stage, ...]:
     return schedule(
         plan.procedure,
         fast_speed_m_s=pressing.fast_speed_m_s,
         guarded_speed_m_s=pressing.guarded_speed_m_s,
         retract_speed_m_s=retract_speed_m_s(plan.rig),
         step_rate_per_s=step_rate_per_s(pressing.rig.loop_s),
+        shake_s=shake.duration_s if shake is not None and shake.tells else 0.0,
     )

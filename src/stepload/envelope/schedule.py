@@ -36,6 +36,7 @@ def schedule(
     guarded_speed_m_s: float,
     retract_speed_m_s: float,
     step_rate_per_s: float,
+    shake_s: float = 0.0,
 ) -> tuple[Stage, ...]:
     """Expected stages of a run that meets no trouble.
 
@@ -43,6 +44,7 @@ def schedule(
         procedure: the plan's steps.
         fast_speed_m_s, guarded_speed_m_s, retract_speed_m_s: approach and retract speeds.
         step_rate_per_s: λ of the step controller.
+        shake_s: time of the shake that proves the force channels; 0 without one.
     """
     levels = procedure.levels_n
     band_m = procedure.surface_uncertainty_m
@@ -58,6 +60,7 @@ def schedule(
         Stage("warm up", procedure.warm_up_s, 1),
         Stage("prove free air", free_s, 1),
         Stage("tare and drift check", procedure.tare_s + DRIFT_CHECK_S, 1),
+        Stage("prove the force channels", shake_s, 1),
         Stage("fast approach", clear_m / fast_speed_m_s, 1),
         Stage("guarded approach", band_m / guarded_speed_m_s + REST_S, 1),
         Stage("touch again", touch_s, procedure.touches - 1),

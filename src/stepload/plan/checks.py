@@ -178,6 +178,15 @@ def _second_channel(second: SecondForce) -> Iterator[Impossibility]:
             "a second channel with a tolerance of 0 N would stop every run",
             "give the difference that its noise and gain error explain",
         )
+    if source is SecondForceSource.NONE:
+        return
+    for key, field in (("tool_mass", "tool_mass_kg"), ("pushed_on", "pushed_on")):
+        if sensor is not None and getattr(sensor, field) is not None:
+            yield Impossibility(
+                ("sensor", key),
+                f"{key} of the second channel stands in its sensor",
+                f"write it one level up: rig.second_force.{key}",
+            )
 
 
 def _stiffness_is_known(stiffness: SystemStiffness) -> Iterator[Impossibility]:

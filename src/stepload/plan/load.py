@@ -19,6 +19,7 @@ from stepload.plan.draft import UnknownError, put, whole
 from stepload.plan.driver_options import read_options
 from stepload.plan.model import DriverChoice, Payload, Plan, SourceFile
 from stepload.plan.problems import PlanError, Problem
+from stepload.plan.pushes import settle_pushes
 from stepload.plan.reader import read_section
 from stepload.plan.references import References, profiles
 from stepload.plan.schema import json_schema
@@ -41,7 +42,7 @@ def load_plan(path: Path, *, payload: Path | None = None, today: date | None = N
 
     Args:
         payload: a payload file to use instead of the plan's own payload.
-        today: day against which calibration records are checked; None: today.
+        today: day against which calibration records and pushes are checked; None: today.
 
     Raises:
         PlanError: every problem found, with file, line and column.
@@ -88,6 +89,8 @@ class _Loader:
         with suppress(UnknownError):
             at = _place(root, ("rig", "system_stiffness", "record"))
             settle_stiffness(plan, at, today, self.sources, self.problems)
+        with suppress(UnknownError):
+            settle_pushes(plan, today)
         self._options(plan, root)
         fill(plan)
         self.report(root, impossibilities_between(plan))

@@ -36,6 +36,18 @@ from stepload.rig.samples import SixFloats
 
 _Age = Annotated[float, Quantity("s", 0.002, 2.0)]
 _Drift = Annotated[float, Quantity("N/s", 0.0, 100.0)]
+_Mass = Annotated[float, Quantity("kg", 0.0, 100.0, above=True)]
+_AXIS = (
+    "Wrench component, with the sign that is positive when pressing. A push by hand on the tool, "
+    "as the plate will push, tells it."
+)
+_TOOL_MASS = (
+    "Mass on the measured side of {}: tool, and payload where the arm carries it. A small shake "
+    "in free air then proves sign, axis and rough gain before every approach."
+)
+_PUSHED_ON = (
+    "Day on which a push by hand on the tool proved axis and sign of {}; counts for 30 days."
+)
 _CROOKED = (
     "Largest departure of the reading from a straight line, as a share of the largest force "
     "pressed; a data sheet states it of the full scale; default: 1.5 % is assumed."
@@ -119,7 +131,10 @@ class ArmSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForceSpec:
-    """The force sensor that the run is controlled and identified with."""
+    """The force sensor that the run is controlled and identified with.
+
+    `push_problem` says why the push of `pushed_on` proves nothing any more, "" where it does.
+    """
 
     profile: ClassVar[
         Annotated[
@@ -132,9 +147,7 @@ class ForceSpec:
     ] = None
     driver: Annotated[DriverChoice, Key(inline=True)]
     rate_hz: Annotated[Rate, Key("Samples per second.")]
-    axis: Annotated[
-        Axis, Key("Wrench component, with the sign that is positive when pressing.")
-    ] = "+fz"
+    axis: Annotated[Axis, Key(_AXIS)]
     range_n: Annotated[Force, Key("Rated force.")]
     resolution_n: Annotated[Force, Key("Smallest step of the reading.")]
     noise_n: Annotated[Force, Key("Standard deviation of the reading at rest.")]
@@ -143,6 +156,9 @@ class ForceSpec:
     nonlinearity: Annotated[Share | None, Key(_CROOKED)] = None
     drift_n_per_s: Annotated[_Drift, Key("Largest drift of the zero.")] = 0.0
     max_age_s: Annotated[_Age | None, Key(_OLDER)] = None
+    tool_mass_kg: Annotated[_Mass | None, Key(_TOOL_MASS.format("the sensor"))] = None
+    pushed_on: Annotated[Calendar | None, Key(_PUSHED_ON.format("the sensor"))] = None
+    push_problem: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +176,7 @@ class SecondForce:
     """The second force channel and how far it may differ (rule R5).
 
     R5 allows |F − F2| ≤ tolerance_n + tolerance_relative · F, and more for `time_s` at the most.
+    `push_problem` as in `ForceSpec`.
     """
 
     source: Annotated[
@@ -172,6 +189,15 @@ class SecondForce:
     time_s: Annotated[Duration, Key("How long the difference may last.")] = 0.02
     noise_n: Annotated[ForceOrZero, Key("Standard deviation of the second channel.")] = 0.0
     sensor: Annotated[ForceSpec | None, Key("The second sensor, for source sensor.")] = None
+    tool_mass_kg: Annotated[
+        _Mass | None,
+        Key(
+            _TOOL_MASS.format("the second channel")
+            + " Leave it out where an arm's own force is compensated for its payload."
+        ),
+    ] = None
+    pushed_on: Annotated[Calendar | None, Key(_PUSHED_ON.format("the second channel"))] = None
+    push_problem: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,6 +36,7 @@ class Phase(IntEnum):
     SAFING = 14
     DONE = 15
     FREE_AIR = 16
+    PROOF_OF_LIFE = 17
 
 
 class TickFields(NamedTuple, Generic[Whole, Number]):

@@ -181,7 +181,7 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
     """A comparison for programs."""
     judged = verdict(found)
     return {
-        "simulated": [each.run.name for each in found.runs if each.run.simulated],
+        "simulated": any(each.run.simulated for each in found.runs),
         "verdict": _v1_word(found, judged),
         "headline": judged.text,
         "agreement": judged.word,

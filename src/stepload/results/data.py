@@ -15,7 +15,7 @@ from stepload.results.analyse import Evaluation, beyond_theory
 from stepload.results.extras import extras_data
 from stepload.results.model import data
 from stepload.results.press_data import PressData
-from stepload.results.remarks import levels, remarks
+from stepload.results.remarks import alive, levels, remarks
 
 
 def fits_data(rows: list[fields.NamedFit]) -> dict[str, Any]:
@@ -128,7 +128,12 @@ def run_data(run: Evaluation) -> dict[str, Any]:
     if run.run_in is not None:
         made["run_in"] = _run_in_data(run.run_in)
     if run.data is not None:
-        told = (*remarks(run.data), *levels(run.recording.events), *beyond_theory(run))
+        told = (
+            *remarks(run.data),
+            *alive(run.recording.events),
+            *levels(run.recording.events),
+            *beyond_theory(run),
+        )
         made["reasons"] = [*made["reasons"], *told]
     if run.extras is not None:
         made |= extras_data(run.extras)

@@ -28,6 +28,7 @@ INK, BLUE, ORANGE, GREEN, RED, GREY = (
 PHASE_TINT = {
     Phase.FREE_AIR: "#e8edf3",
     Phase.TARE: "#e8edf3",
+    Phase.PROOF_OF_LIFE: "#e8edf3",
     Phase.FAST_APPROACH: "#e4efe8",
     Phase.GUARDED_APPROACH: "#d3e8da",
     Phase.DWELL: "#d3e8da",

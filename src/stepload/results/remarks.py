@@ -58,6 +58,19 @@ def reopened(data: PressData) -> str:
     )
 
 
+def alive(events: Sequence[Event]) -> tuple[str, ...]:
+    """Which force channels the run itself has proven before its approach; none in most records."""
+    told = [event.data for event in events if event.kind == "proof_of_life"]
+    channels = told[-1].get("channels", ()) if told else ()
+    return tuple(
+        f"{each['channel']}: when the arm shook in free air it felt {each['felt_kg']:.3g} ±"
+        f" {each['half_width_kg']:.2g} kg of the {each['tool_mass_kg']:.3g} kg that it carries, so"
+        " its sign, axis and rough gain are proven"
+        for each in channels
+        if each["proven"]
+    )
+
+
 def levels(events: Sequence[Event]) -> tuple[str, ...]:
     """Levels that were not reached, as the run told them."""
     held = sum(event.kind == "held" for event in events)

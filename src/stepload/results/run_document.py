@@ -31,7 +31,7 @@ from stepload.results.model import (
     table,
 )
 from stepload.results.press_data import PressData
-from stepload.results.remarks import levels, remarks
+from stepload.results.remarks import alive, levels, remarks
 from stepload.results.run_figures import figures_of
 from stepload.results.run_snippets import snippet_texts
 from stepload.units import format_quantity as f
@@ -103,7 +103,12 @@ def run_document(run: Evaluation) -> Document:
         f"preflight: {reason.message}" for reason in envelope.reasons if reason.severity != "note"
     ]
     if run.data is not None:
-        reasons += [*remarks(run.data), *levels(run.recording.events), *beyond_theory(run)]
+        reasons += [
+            *remarks(run.data),
+            *alive(run.recording.events),
+            *levels(run.recording.events),
+            *beyond_theory(run),
+        ]
     if run.problem and run.problem != verdict.text:
         reasons.append(run.problem)
     if resumed := run.recording.metadata.get("resumed"):

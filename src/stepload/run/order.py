@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import math
 
+from stepload.envelope.shake import Shake
 from stepload.record.rows import Phase
 from stepload.run.approach import Approach
 from stepload.run.course import Course, Then
+from stepload.run.proof_of_life import ProofOfLife
 from stepload.run.retract import Retract
 from stepload.run.steps import Control, LoadSteps
 from stepload.run.zeroing import Adopt, Zeroing
@@ -26,12 +28,21 @@ class RunOrder:
         adopt: see `Zeroing`.
         start_level: index of the first load level.
         controller: makes the step controller.
+        shake: by which the force channels prove that they are alive; see `ProofOfLife`.
     """
 
-    def __init__(self, course: Course, adopt: Adopt, start_level: int, controller: Control) -> None:
+    def __init__(
+        self,
+        course: Course,
+        adopt: Adopt,
+        start_level: int,
+        controller: Control,
+        shake: Shake | None,
+    ) -> None:
         self.steps = LoadSteps(course, controller)
         self._course = course
         self._zeroing = Zeroing(course, self._leave, adopt)
+        self._life = ProofOfLife(course, self._leave, shake)
         self._approach = Approach(course, self._leave)
         self._retract = Retract(course)
         self._index = start_level
@@ -58,7 +69,10 @@ class RunOrder:
             )  # fmt: skip
         elif now_s - self._standing_s >= START_REST_S:
             course.target_m = course.start_m = position_m
-            self._zeroing.warm_up(now_s, self._first_approach)
+            self._zeroing.warm_up(now_s, self._prove_life)
+
+    def _prove_life(self, now_s: float) -> None:
+        self._life.prove(now_s, self._first_approach)
 
     def _first_approach(self, now_s: float) -> None:
         if self._course.operator.paused:

@@ -104,6 +104,8 @@ def world_for(
         cross_talk=simulation.cross_talk,
         sensor_quadratic=simulation.sensor_quadratic,
         sensor_cubic=simulation.sensor_cubic,
+        force_tool_mass_kg=force.tool_mass_kg or 0.0,
+        second_tool_mass_kg=second.tool_mass_kg or 0.0,
     )
 
 

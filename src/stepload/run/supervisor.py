@@ -67,8 +67,9 @@ class Supervisor:
         "_delayed", "_delayed_at", "_found", "_last_n", "_last_target_m", "_least_progress_m",
         "_limits", "_mean_n", "_model_alpha", "_model_m", "_now_s", "_progress_m", "_progress_s",
         "_progress_time_s", "_recent_m_s", "_rest", "_rest_steps", "_second_is_arm",
-        "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound", "_speed_decay", "_standing",
-        "_steps", "_still_blur_m", "_still_m", "_still_model_m", "_tared", "_taut_s", "_wrong_way",
+        "_second_wrong_way", "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound",
+        "_speed_decay", "_standing", "_steps", "_still_blur_m", "_still_m", "_still_model_m",
+        "_tared", "_taut_s", "_wrong_way",
         "arm", "cause", "force", "force_n", "predicted_n",
         "second", "second_n", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n",
         "smooth_tau_s", "speed_m_s", "zero_n",
@@ -120,7 +121,7 @@ class Supervisor:
         self._rest, self._rest_steps = 0, math.ceil(REST_S / period_s)
         self._now_s = math.nan
         self._tared = self._sound = False
-        self._wrong_way = 0
+        self._wrong_way = self._second_wrong_way = 0
         self._steps = 1
         self._least_progress_m = max(3.0 * limits.position_resolution_m, LEAST_PROGRESS_M)
         slowest_m_s = PROGRESS_SHARE * limits.guarded_speed_m_s
@@ -180,6 +181,8 @@ class Supervisor:
         """Take these readings for zero force from now on, and judge forces from now on."""
         self.zero_n, self.second_zero_n = zero_n, second_zero_n
         self.force.tare_across()
+        if self.second is not None:
+            self.second.tare_across()
         self._slow_n = self.smooth_n = self._last_n = self.force.raw_n - zero_n
         self._cross.restart()
         self._standing.restart()
@@ -369,10 +372,39 @@ class Supervisor:
                     f"with {across_n:.4g} N across the pressing axis the whole force {word}"
                     f" {whole_n:.4g} N, beyond {limits.force_limit_n:.4g} N",
                 )  # fmt: skip
+        if self.second is not None:
+            breach = breach or self._judge_second_side(self.second, phase)
         if phase in _SEARCHING:
             return breach or self._judge_way(force_n)
         self._wrong_way = 0
         return breach
+
+    def _judge_second_side(self, second: ForceWatch, phase: int) -> Breach | None:
+        """R1 and R11 of what a second sensor feels across its axis: only it may be alive."""
+        limits, across_n = self._limits, second.across_n
+        whole_n = math.hypot(self.second_n, across_n)
+        if whole_n > limits.force_limit_n and across_n > limits.touch_force_n:
+            return self._found(
+                "R1", whole_n, limits.force_limit_n, "N",
+                f"with {across_n:.4g} N across the pressing axis the whole force on the second"
+                f" force sensor is {whole_n:.4g} N, beyond {limits.force_limit_n:.4g} N",
+            )  # fmt: skip
+        if phase not in _SEARCHING:
+            self._second_wrong_way = 0
+            return None
+        smooth_n = second.smooth_across_n
+        limit_n = max(limits.touch_force_n, ACROSS_SIGMAS * limits.second_noise_n)
+        if second.fresh:
+            across = smooth_n > limit_n and smooth_n > 2.0 * abs(self.second_n)
+            self._second_wrong_way = self._second_wrong_way + 1 if across else 0
+        if self._second_wrong_way < WRONG_WAY_SAMPLES:
+            return None
+        return self._found(
+            "R11", smooth_n, limit_n, "N",
+            f"in the approach the second force sensor's force grew by {smooth_n:.4g} N across its"
+            f" pressing axis and by {self.second_n:+.4g} N along it: second_force.sensor.axis names"
+            " the wrong axis, or something pushes the tool sideways",
+        )  # fmt: skip
 
     def _judge_way(self, force_n: float) -> Breach | None:
         """R11: the force grows the wrong way along the pressing axis, or across it."""
@@ -433,7 +465,7 @@ class Supervisor:
         return self._found(
             "R5", difference_n, tolerance_n, "N",
             f"the second channel reads {difference_n:+.4g} N beside the force sensor's"
-            f" {smooth_n:.4g} N",
+            f" {smooth_n:.4g} N{_opposite(smooth_n, smooth_n + difference_n)}",
         )  # fmt: skip
 
     def _judge_load(self, target_m: float, smooth_n: float, speed: float) -> Breach | None:
@@ -462,3 +494,14 @@ class Supervisor:
             "R6", travel_m, LEASH_SHARE * leash_n / limits.stiffness_n_per_m, "m",
             f"{travel_m * 1e6:.1f} um of travel and no answer in force",
         )  # fmt: skip
+
+
+def _opposite(force_n: float, second_n: float) -> str:
+    """What to think of channels of which one goes up about as far as the other goes down."""
+    if not force_n * second_n < 0.0 or not 0.3 < abs(second_n / force_n) < 3.0:
+        return ""
+    return (
+        ": they have opposite signs, so one of the two has the wrong sign. Change neither until a"
+        " push by hand on the tool has shown which (stepload setup): two that agree can both be"
+        " wrong"
+    )

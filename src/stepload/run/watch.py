@@ -200,6 +200,16 @@ class ForceWatch(_StreamWatch):
         if self._across_smooth is not None:
             self._across_zero = self._across_smooth
 
+    @property
+    def axis(self) -> tuple[int, float]:
+        """Index of the pressing axis in the wrench, and its sign."""
+        return self._index, self._sign
+
+    @property
+    def force_vector_n(self) -> tuple[float, ...]:
+        """The newest force as the sensor gives it, (fx, fy, fz) in N, not tared."""
+        return tuple(self._wrench[:3])
+
     def project(self, sample: ForceSample) -> float:
         """Force along the pressing axis, not tared."""
         return self._sign * sample.wrench[self._index]

@@ -16,6 +16,7 @@ from typing import Any
 
 from stepload.envelope.envelope import Envelope, envelope_of, refusal_of
 from stepload.envelope.pose import plan_where_it_stands
+from stepload.envelope.proof import unproven
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import LeftEarlyError, RefusedError
 from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan
@@ -43,6 +44,12 @@ WHOLE_TICKS, MEAN_TICKS = 250_000, 80_000
 """A run longer than the first is evaluated as so many means, to bound the memory it takes."""
 
 SIMULATED = "sim"
+
+PROVE = (
+    "push by hand on the tool, as the plate will, see which component answers with which sign,"
+    " write axis and pushed_on (stepload setup does it step by step); or state"
+    " rig.force.tool_mass, so that a shake in free air proves it before every approach"
+)
 
 Progress = Callable[[Engine, Envelope], None]
 RigOpener = Callable[..., contextlib.AbstractContextManager[OpenRig]]
@@ -130,7 +137,8 @@ def run_plan(
         open_rig: opens the devices, in place of `stepload.run.open_rig.opened`.
 
     Raises:
-        RefusedError: the plan may not run; nothing was opened or written.
+        RefusedError: the plan may not run, or nothing proves axis and sign of its force channels;
+            nothing was opened or written.
         BadInputError: the directory cannot be used, or there is nothing to resume.
         DeviceError: a device did not open; nothing moved.
         RecordingFailedError: the record could not be kept; the arm was made safe first.
@@ -176,6 +184,7 @@ def _check_that_it_may_run(envelope: Envelope, dry_run: bool, hazards_read_now: 
     if not dry_run:
         _refuse_simulated(envelope.plan)
         hazards.refuse_unread(envelope.plan, hazards_read_now)
+        _refuse_unproven(envelope)
 
 
 def simulated_devices(plan: Plan) -> list[str]:
@@ -197,6 +206,15 @@ def _refuse_simulated(plan: Plan) -> None:
             " not the plan's: what it says is no measurement",
             hint="rehearse the plan with --dry-run, or name the drivers of your devices: "
             + ", ".join(f"{key}.driver" for key in named),
+        )
+
+
+def _refuse_unproven(envelope: Envelope) -> None:
+    """Two channels that are wrong alike press through F_c: a person or the run itself must look."""
+    found = unproven(envelope.plan, envelope.telling_shake)
+    if found:
+        raise RefusedError(
+            f"axis and sign of the force are not proven: {'; '.join(found)}", hint=PROVE
         )
 
 

@@ -74,6 +74,8 @@ rig:
     nonlinearity: 0.5 %
     drift: 0.01 N/s
     max_age: 20 ms
+    tool_mass: 1.2 kg
+    pushed_on: 2026-01-01
   displacement:
     driver: sim
     rate: 100 Hz
@@ -85,7 +87,10 @@ rig:
     tolerance_relative: 2 %
     time: 20 ms
     noise: 1 N
+    tool_mass: 1.2 kg
+    pushed_on: 2026-01-01
     sensor:
+      axis: "+fz"
       driver: sim
       rate: 1 kHz
       range: 500 N

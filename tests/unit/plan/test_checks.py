@@ -22,7 +22,7 @@ BALL = SECTIONS["payload"]
 PUNCH = BALL.replace("{shape: sphere, radius: 20 mm}", "{shape: flat_punch, radius: 20 mm}")
 LIMITED = PUNCH.replace("{name: ball", "{name: ball, force_limit: 400 N")
 POWER = LIMITED.replace("{shape: flat_punch, radius: 20 mm}", "{shape: power, %s}")
-SENSOR = "driver: sim, rate: 1 kHz, resolution: 1 N, noise: 1 N, delay: 1 ms"
+SENSOR = "driver: sim, axis: +fz, rate: 1 kHz, resolution: 1 N, noise: 1 N, delay: 1 ms"
 
 
 def payload(old: str, new: str, base: str = BALL) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from itertools import product
 from random import Random
@@ -230,6 +231,55 @@ def test_force_that_stays_leads_back_to_the_start_pose_and_is_told() -> None:
     assert "still reads +" in outcome.why
     assert "clear of the surface" not in outcome.why
     assert bench.engine.target_m == pytest.approx(start_m[-1], abs=1e-6)
+
+
+@pytest.mark.parametrize("make", [stvf_plan, ur_plan])
+def test_a_second_sensor_of_another_axis_is_seen_beside_a_dead_main_one(make: Any) -> None:
+    plan = make(**QUICK)
+    sensor = replace(plan.rig.force, axis="+fz")
+    second = replace(
+        plan.rig.second_force, source=SecondForceSource.SENSOR, sensor=sensor, noise_n=0.3
+    )
+    plan = replace(plan, rig=replace(plan.rig, second_force=second))
+    faults = [WorldFault(kind, 0.0, 600.0, 0.0) for kind in ("force_stuck_mean", "second_swapped")]
+    bench = bench_for(plan, F_C, spec_for(plan, 3, faults))
+    run(bench, 30.0)
+    assert bench.engine.cause is not None
+    assert bench.engine.cause.rule == "R11"
+    assert "second_force.sensor.axis names the wrong axis" in bench.engine.cause.message
+    assert bench.peak_n < 0.2 * bench.limits.force_limit_n
+
+
+@pytest.mark.parametrize("along", [0.0, 0.8])
+def test_the_whole_force_on_a_second_sensor_is_limited(along: float) -> None:
+    plan = stvf_plan()
+    sensor = replace(plan.rig.force, axis="+fz")
+    second = replace(
+        plan.rig.second_force, source=SecondForceSource.SENSOR, sensor=sensor, noise_n=0.3
+    )
+    limits = limits_for(replace(plan, rig=replace(plan.rig, second_force=second)), F_C)
+    supervisor = Supervisor(limits, "-fz", "+fz")
+    assert supervisor.second is not None
+    supervisor.second.take([_sample(1, [3.0, 0, 0, 0, 0, 0])], 0.0)
+    supervisor.tare(0.0, 0.0)
+    assert supervisor._judge_side(0.0, int(Phase.HOLD)) is None
+    for share, rule in ((0.5, None), (1.01, "R1")):
+        across_n = share * math.sqrt(1.0 - along**2) * limits.force_limit_n
+        supervisor.second_n = share * along * limits.force_limit_n
+        supervisor.second.take([_sample(2, [3.0 + across_n, 0, 0, 0, 0, 0])], 0.0)
+        found = supervisor._judge_side(0.0, int(Phase.HOLD))
+        assert (found.rule if found else None) == rule
+
+
+def test_opposite_signs_of_two_channels_are_named() -> None:
+    for second_n, named in ((-20.0, True), (0.0, False), (60.0, False)):
+        supervisor = Supervisor(limits_for(stvf_plan(), F_C), "+fz")
+        supervisor.force.take([_sample(0, [0.0] * 6)], 0.0)
+        supervisor.tare(0.0, 0.0)
+        supervisor.arm.force_n, found = second_n, None
+        while found is None:
+            found = supervisor._judge_cross_check(20.0, 20.0)
+        assert ("opposite signs" in found.message) is named
 
 
 def _sample(index: int, wrench: Any) -> ForceSample:

@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +70,7 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
         version: str = "5.12",
         arm_rate_hz: float = 500.0,
         elastic_limit_n: float = 100.0,
+        tool_mass_kg: float | None = None,
         **procedure: Any,
     ) -> EmulatedRun:
         plan = load_plan(DEMO)
@@ -78,13 +80,20 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
             "levels_n": (10.0, 20.0), "top_force_n": 20.0, "load_rate_n_per_s": 30.0,
         }  # fmt: skip
         arm = replace(plan.rig.arm, rate_hz=arm_rate_hz)
-        force = replace(plan.rig.force, rate_hz=RATES_HZ.get(sensor, plan.rig.force.rate_hz))
+        force = replace(
+            plan.rig.force,
+            rate_hz=RATES_HZ.get(sensor, plan.rig.force.rate_hz),
+            tool_mass_kg=tool_mass_kg,
+        )
+        if tool_mass_kg is None:
+            force = replace(force, pushed_on=date.today())
+        second = replace(plan.rig.second_force, pushed_on=date.today())
         plan = replace(
             plan,
             payload=replace(plan.payload, declared_force_limit_n=elastic_limit_n),
             procedure=replace(plan.procedure, **{**quick, **procedure}),
             identify=replace(plan.identify, accept_unidentifiable="short steps"),
-            rig=replace(plan.rig, arm=arm, force=force),
+            rig=replace(plan.rig, arm=arm, force=force, second_force=second),
         )
         surface_m = plan.procedure.surface_distance_m
         spec = replace(world_for(envelope_of(plan)), **{"surface_m": surface_m, **(world or {})})

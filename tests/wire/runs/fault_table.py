@@ -46,6 +46,7 @@ Force sensors
   unplug, second reader, boot banner     unplug (slcan, socketcand, serial), second_reader, restart
   wrong divider or units                 wrong_model, gain
   stream taken by a second client        second_client (Net F/T)
+  wrong sign, wrong axis                 gain:-1, swap; with a shake before the approach, too
   the emulators' other switches          silent, nan, clock_stop, clock_jump, wrap, late, deaf,
                                          refuse
 """
@@ -174,6 +175,9 @@ _TCP = {"transport": "socketcand"}
 _FAR = {"retract_m": 1e-3}
 """A sensor that reads a tenth is touched, as it seems, half a millimetre late."""
 
+_SHAKEN = {"tool_mass_kg": 1.0}
+"""A tool whose inertia the sensor must feel before the approach."""
+
 SENSORS = (
     _sensor(BOTA, "bit_flip:0.3", says=_CORRUPT),
     _sensor(BOTA, "noise:0.3", says=_CORRUPT),
@@ -199,6 +203,12 @@ SENSORS = (
     _sensor(BOTA, "offset:-20", says=_WRONG_FORCE),
     _sensor(BOTA, "offset:20", says=_WRONG_FORCE),
     _sensor(BOTA, "gain:0.4", says=_DISAGREES, at_start=True),
+    _sensor(BOTA, "gain:-1", says="R11 .*the sign of force.axis is wrong", at_start=True),
+    _sensor(BOTA, "swap", says="R11 .*force.axis names the wrong axis", at_start=True),
+    _sensor(BOTA, "gain:-1", says="proof_of_life .*the sign is wrong", at_start=True, rig=_SHAKEN),
+    _sensor(BOTA, "swap", says="proof_of_life .*along -fx instead", at_start=True, rig=_SHAKEN),
+    _sensor(BOTA, "gain:0.4", says="proof_of_life .*gain is wrong", at_start=True, rig=_SHAKEN),
+    _sensor(BOTA, "batch:0.004", UNHARMED, rig=_SHAKEN),
     _sensor(BOTA, "lag:0.8", says=f"({_DISAGREES}|R10 force sensor|device .*clock: )"),
     _sensor(BOTA, "batch:0.016", UNHARMED),
     _sensor(BOTA, "late:0.015", UNHARMED),
@@ -284,7 +294,7 @@ SENSORS = (
     _arm("emergency-stop", end=HELD, says="(R4|device )", sensor=WRIST),
     _arm(
         end=REFUSED,
-        says="unsupported.*motor currents",
+        says="unsupported.*3.15",
         sensor=WRIST,
         rig={"version": "3.15", "arm_rate_hz": 125.0},
     ),

@@ -146,7 +146,7 @@ def both_channels_blind(faults: Iterable[WorldFault], plan: Plan) -> bool:
     """
     source = plan.rig.second_force.source
     second = "second_" if source is SecondForceSource.SENSOR else "arm_force_"
-    silent = ("stuck_mean", "gain", "bias")
+    silent = ("stuck_mean", "gain", "bias", "deaf")
     kinds = {fault.kind for fault in faults if not _harmless(fault)}
     first_lies = any(f"force_{kind}" in kinds for kind in silent)
     second_lies = any(f"{second}{kind}" in kinds for kind in silent)

@@ -60,6 +60,9 @@ class Measured:
         if drift := board.magnitude("drift"):
             extra_n += drift / 60.0 * board.since_s("drift")
         wrench = self._source.wrench(time_s, extra_n)
+        if board.on("swap"):
+            fx, fy, fz, tx, ty, tz = wrench
+            wrench = (fz, fx, fy, tz, tx, ty)
         if (gain := board.magnitude("gain")) is None:
             return wrench
         fx, fy, fz, tx, ty, tz = (gain * value for value in wrench)

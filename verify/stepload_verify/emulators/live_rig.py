@@ -18,16 +18,19 @@ from stepload_verify.emulators.ur_world import LiveAxis
 
 
 class WorldPhysics:
-    """The contact force and deformation of a live world, with the sensor's offset and drift."""
+    """Contact force, inertia and deformation of a live world, with a sensor's offset and drift."""
 
     def __init__(self, world: LiveWorld, spec: WorldSpec) -> None:
         self._world = world
         self._bias_n = spec.start_force_bias_n
         self._drift_n_per_s = spec.force_drift_n_per_s
+        self._mass_kg = spec.force_tool_mass_kg
 
     def force_n(self, time_s: float) -> float:
         age_s = time_s - self._world.origin_s
-        return self._world.at(time_s).force_n + self._bias_n + self._drift_n_per_s * age_s
+        state = self._world.at(time_s)
+        felt_n = state.force_n + self._mass_kg * state.acceleration_m_s2
+        return felt_n + self._bias_n + self._drift_n_per_s * age_s
 
     def closed_m(self, time_s: float) -> float:
         return self._world.at(time_s).deformation_m

@@ -1,0 +1,54 @@
+"""What a UR10e's own sensor is good for, by the figures of docs/devices/ur-force.md."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from stepload.envelope.envelope import envelope_of
+from stepload.envelope.reason import PlanVerdict, Severity
+from stepload.plan.load import load_plan
+
+ROOT = Path(__file__).resolve().parents[3]
+PAGE = (ROOT / "docs" / "devices" / "ur-force.md").read_text()
+(EXAMPLE,) = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
+PLAN = """stepload: 1
+payload: {payload}
+rig:
+  profile: ur10e
+  arm:
+    options: {{host: 192.168.1.10}}
+{channels}
+procedure: {{top_force: {top}, step: {step}, surface_distance: 5 mm, surface_uncertainty: 0.5 mm}}
+"""
+
+
+def judged(tmp_path: Path, payload: str, top: str, step: str):
+    path = tmp_path / "plan.yaml"
+    channels = "\n".join(f"  {line}" for line in EXAMPLE.splitlines())
+    payload_path = ROOT / "procedures" / "payloads" / f"{payload}.yaml"
+    path.write_text(PLAN.format(payload=payload_path, channels=channels, top=top, step=step))
+    return envelope_of(load_plan(path))
+
+
+@pytest.mark.parametrize("payload", ["plastic-sphere", "plastic-cone", "aluminium-cube"])
+def test_payloads_stiffer_than_rubber_are_refused_with_the_reason(tmp_path, payload):
+    envelope = judged(tmp_path, payload, "90 N", "30 N")
+    assert envelope.verdict is PlanVerdict.REFUSED
+    refusing = {r.code: r.message for r in envelope.reasons if r.severity is Severity.REFUSE}
+    assert "not identifiable on this rig" in refusing["unidentifiable"]
+    assert refusing["top_force_above_safe_limit"]
+
+
+def test_no_payload_is_pressed_beyond_the_sensors_range(tmp_path):
+    envelope = judged(tmp_path, "plastic-sphere", "300 N", "50 N")
+    assert "sensor_range" in {r.code for r in envelope.reasons}
+
+
+def test_a_rubber_sphere_may_be_pressed_a_little_with_a_warning(tmp_path):
+    envelope = judged(tmp_path, "silicone-sphere", "60 N", "20 N")
+    assert envelope.verdict is PlanVerdict.WARN
+    assert "one_force_channel" in {r.code for r in envelope.reasons}
+    assert 60.0 < envelope.largest_safe_force_n < 75.0
