@@ -22,7 +22,7 @@ def test_the_first_line_and_the_verdict_say_it(capsys: pytest.CaptureFixture[str
 def test_a_measurement_does_not(capsys: pytest.CaptureFixture[str]) -> None:
     Output(as_json=False).show(MEASURED)
     assert "SIMULATED" not in capsys.readouterr().out
-    assert "simulated ·" not in render(MEASURED)
+    assert "simulated · " not in render(MEASURED)
 
 
 def test_the_page_says_it_in_title_banner_and_verdict() -> None:
@@ -30,4 +30,4 @@ def test_the_page_says_it_in_title_banner_and_verdict() -> None:
     assert "<title>SIMULATED – ball" in page
     body = page.partition("<main>")[2]
     assert body.index(SIMULATED) < body.index("<h1>")
-    assert "simulated · identified" in body
+    assert body.index("simulated · </b>") < body.index('<b class="word">identified')
