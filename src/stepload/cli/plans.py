@@ -165,12 +165,39 @@ def schema() -> None:
     print(json.dumps(json_schema(), indent=2))
 
 
-def profiles() -> None:
-    """List the rig profiles that come with stepload."""
-    from stepload.plan.load import profiles as names
+def profiles(
+    name: Annotated[str, typer.Argument(help="Print the text of this one.")] = "",
+    as_json: AsJson = False,
+) -> None:
+    """List the rig profiles and the data sheets of force sensors that come with stepload."""
+    from stepload.errors import BadInputError
+    from stepload.plan import references
 
-    for name in names():
-        print(name)
+    rigs = {each: references.read_profile(each) for each in references.profiles()}
+    sheets = {each: references.read_data_sheet(each) for each in references.data_sheets()}
+    out = Output(as_json=as_json)
+    if name:
+        source = (rigs | sheets).get(name)
+        if source is None:
+            known = ", ".join(rigs | sheets)
+            raise BadInputError(f"no profile is named {name!r}", hint=f"there are {known}")
+        out.line(source.text.rstrip())
+        out.result({"name": name, "text": source.text})
+        return
+    columns = ("name", "what it is")
+    for title, found in (
+        ("rigs: `rig: NAME`, or `rig: {profile: NAME, …}`", rigs),
+        ("force sensors: `rig: {force: {profile: NAME, axis: …, options: …}}`", sheets),
+    ):
+        out.table(title, columns, [(each, references.about(s)) for each, s in found.items()])
+    out.line("stepload profiles NAME prints one, every number with its source")
+    told = {"rigs": rigs, "force_sensors": sheets}
+    out.result(
+        {
+            kind: [{"name": each, "about": references.about(s)} for each, s in found.items()]
+            for kind, found in told.items()
+        }
+    )
 
 
 def register(app: typer.Typer) -> None:

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from stepload.plan.tree import Mapping, Node, Scalar
 
+SIMULATED = "sim"
+"""The driver that plays whatever device is declared: it leaves the declaration as it is."""
+
 
 def overlay(base: Mapping, over: Mapping) -> Mapping:
     """`base` with the keys of `over`, mapping by mapping.
 
-    Two exceptions keep numbers that belong together from being mixed: another `driver` drops the
-    options of the old one, and a `system_stiffness` with a `value` replaces the whole old one.
+    Two exceptions keep numbers that belong together from being mixed: of a device nothing is left
+    where `over` names another one, and a `system_stiffness` with a `value` replaces the whole old
+    one.
     """
+    if is_another(base, over):
+        return over
     merged = Mapping(over.place, dict(base.entries), dict(base.keys))
-    if _text(over.entries.get("driver")) not in (None, _text(base.entries.get("driver"))):
+    if text(over, "driver") not in (None, text(base, "driver")):  # simulated: has its own options
         merged.entries.pop("options", None)
         merged.keys.pop("options", None)
     for key, node in over.entries.items():
@@ -28,5 +34,17 @@ def overlay(base: Mapping, over: Mapping) -> Mapping:
     return merged
 
 
-def _text(node: Node | None) -> object:
+def is_another(base: Node | None, over: Node | None) -> bool:
+    """Whether `over` names another driver or another data sheet than the device in `base`."""
+    if not (isinstance(base, Mapping) and isinstance(over, Mapping) and "driver" in base.entries):
+        return False
+    sheet, driver = text(over, "profile"), text(over, "driver")
+    return sheet not in (None, text(base, "profile")) or driver not in (
+        None, text(base, "driver"), SIMULATED,
+    )  # fmt: skip
+
+
+def text(mapping: Mapping, key: str) -> object:
+    """The value of a scalar entry; None where there is none."""
+    node = mapping.entries.get(key)
     return node.value if isinstance(node, Scalar) else None

@@ -12,8 +12,9 @@ from pathlib import Path
 
 from stepload.plan.calibration import CalibrationRecord
 from stepload.plan.model import Plan
-from stepload.plan.references import profiles, read_profile
+from stepload.plan.references import about, data_sheets, profiles, read_data_sheet, read_profile
 from stepload.plan.sections import Each, Entry, Kind, OneOf, sections_below, written_entries
+from stepload.plan.source import Source
 
 _BLOCK = re.compile(r"(<!-- keys: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -29,12 +30,17 @@ def table(kind: Kind) -> str:
 
 def profile_table() -> str:
     """Markdown table of the rig profiles with their first sentences."""
-    rows = ["| profile | what it is |", "|---|---|"]
-    for name in profiles():
-        comment = re.match(r"(?:#[^\n]*\n)+", read_profile(name).text)
-        text = re.sub(r"\n?# ?", " ", comment[0]).strip() if comment else ""
-        rows.append(f"| `{name}` | {text} |")
-    return "\n".join(rows)
+    return _table_of([(name, read_profile(name)) for name in profiles()])
+
+
+def data_sheet_table() -> str:
+    """Markdown table of the data sheets of force sensors with their first sentences."""
+    return _table_of([(name, read_data_sheet(name)) for name in data_sheets()])
+
+
+def _table_of(sources: list[tuple[str, Source]]) -> str:
+    rows = [f"| `{name}` | {about(source)} |" for name, source in sources]
+    return "\n".join(["| profile | what it is |", "|---|---|", *rows])
 
 
 def with_tables(text: str) -> str:
@@ -47,7 +53,8 @@ def with_tables(text: str) -> str:
 
     def fill(match: re.Match[str]) -> str:
         name = match[2]
-        made = profile_table() if name == "profiles" else table(kinds[name])
+        listed = {"profiles": profile_table, "data_sheets": data_sheet_table}
+        made = listed[name]() if name in listed else table(kinds[name])
         return f"{match[1]}{made}\n{match[3]}"
 
     return _BLOCK.sub(fill, text)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from difflib import get_close_matches
 from importlib import resources
 from pathlib import Path
 
+from stepload.plan.compose import composed, problems_of, with_data_sheets
 from stepload.plan.leaves import FileName, LeafError
-from stepload.plan.overlay import overlay
 from stepload.plan.problems import PlanError, Problem, printable
 from stepload.plan.source import Source, read_source
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, parse_tree
@@ -15,14 +17,38 @@ from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, parse_tree
 
 def profiles() -> tuple[str, ...]:
     """Names of the rig profiles that come with stepload."""
-    folder = resources.files("stepload.plan") / "profiles"
-    return tuple(sorted(f.name[:-5] for f in folder.iterdir() if f.name.endswith(".yaml")))
+    return _names("profiles")
+
+
+def data_sheets() -> tuple[str, ...]:
+    """Names of the data sheets of force sensors that come with stepload."""
+    return _names("sensors")
 
 
 def read_profile(name: str) -> Source:
     """The text of the profile `name`, which must be one of `profiles()`."""
-    data = (resources.files("stepload.plan") / "profiles" / f"{name}.yaml").read_bytes()
-    return Source(f"profile {name}", None, data.decode(), data)
+    return _read("profiles", name, f"profile {name}")
+
+
+def read_data_sheet(name: str) -> Source:
+    """The text of the data sheet `name`, which must be one of `data_sheets()`."""
+    return _read("sensors", name, f"data sheet {name}")
+
+
+def about(source: Source) -> str:
+    """What a profile or a data sheet says of itself: the comment it begins with, as one line."""
+    comment = re.match(r"(?:#[^\n]*\n)+", source.text)
+    return re.sub(r"\n?# ?", " ", comment[0]).strip() if comment else ""
+
+
+def _names(folder: str) -> tuple[str, ...]:
+    files = (resources.files("stepload.plan") / folder).iterdir()
+    return tuple(sorted(f.name[:-5] for f in files if f.name.endswith(".yaml")))
+
+
+def _read(folder: str, name: str, shown: str) -> Source:
+    data = (resources.files("stepload.plan") / folder / f"{name}.yaml").read_bytes()
+    return Source(shown, None, data.decode(), data)
 
 
 class References:
@@ -72,23 +98,46 @@ class References:
             if not names_a_file(node.value):
                 return self.profile(node)
             node = self.section(node)
-        if not isinstance(node, Mapping) or "profile" not in node.entries:
-            return node
-        base = self.profile(node.entries["profile"])
-        return overlay(base, node) if isinstance(base, Mapping) else Broken(node.place)
+        return self._composed(node) if isinstance(node, Mapping) else node
+
+    def _composed(self, own: Mapping) -> Node:
+        """A rig of a profile, of data sheets and of its own keys."""
+        own = with_data_sheets(own, self.data_sheet, self.problems)
+        rig, base = own, None
+        if "profile" in own.entries:
+            named = self.profile(own.entries["profile"])
+            if not isinstance(named, Mapping):
+                return Broken(own.place)
+            base = with_data_sheets(named, self.data_sheet, self.problems)
+            rig = composed(base, own)
+        self.problems.extend(problems_of(rig, own, base, ", ".join(data_sheets())))
+        return rig
 
     def profile(self, node: Node) -> Node:
-        """The tree of the profile that `node` names."""
+        """The tree of the rig profile that `node` names."""
+        return self._named(node, "rig profile", profiles(), read_profile, "; a path ends in .yaml")
+
+    def data_sheet(self, node: Node) -> Node:
+        """The tree of the data sheet that `node` names."""
+        return self._named(node, "data sheet of a force sensor", data_sheets(), read_data_sheet)
+
+    def _named(
+        self,
+        node: Node,
+        what: str,
+        known: tuple[str, ...],
+        read: Callable[[str], Source],
+        more: str = "",
+    ) -> Node:
         name = node.value if isinstance(node, Scalar) else None
-        known = profiles()
         if isinstance(name, str) and name in known:
-            return self.parse(read_profile(name))
+            return self.parse(read(name))
         if not isinstance(node, Broken):
             shown = printable(str(name)) if name is not None else "this"
             near = get_close_matches(str(name)[:60], known, n=1)
             guess = f"did you mean {near[0]!r}? " if near else ""
-            hint = f"{guess}profiles: {', '.join(known)}; a path ends in .yaml"
-            self.problems.append(node.place.problem(f"{shown!r} is no rig profile", hint))
+            hint = f"{guess}profiles: {', '.join(known)}{more}"
+            self.problems.append(node.place.problem(f"{shown!r} is no {what}", hint))
         return Broken(node.place)
 
 

@@ -99,6 +99,8 @@ RANGES = {
     "above 0 to 1e12 N/m": "rig.system_stiffness.sigma calibration.sigma",
     "0 to 1e9 N s/m": "rig.system_stiffness.damping calibration.damping",
     "0 to 1": "calibration.deflection_common",
+    "-100 to 100 rad": "calibration.joints calibration.tcp_rotation",
+    "-10 to 10 m": "calibration.tcp_position",
     "1 to 1e6": "rig.system_stiffness.smooth_degrees calibration.smooth_degrees",
     "-50 to 150 degC": """
         rig.system_stiffness.temperature identify.temperature calibration.temperature

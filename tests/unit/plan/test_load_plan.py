@@ -89,7 +89,7 @@ def test_overrides_are_laid_over_a_profile(write_plan: WritePlan) -> None:
     assert rig.force.resolution_n == 1.5
 
 
-def test_another_driver_drops_the_options_of_the_old_one(write_plan: WritePlan) -> None:
+def test_the_simulated_driver_knows_no_option_of_the_old_one(write_plan: WritePlan) -> None:
     override = "rig: {profile: ur5e, arm: {driver: sim}, force: {driver: sim}}"
     arm = load_plan(write_plan(("rig: stvf", override), ("300 N", "150 N"))).rig.arm
     assert "lookahead" not in arm.driver.options
