@@ -359,7 +359,7 @@ def test_a_target_may_lead_the_arm_and_the_last_target_so_far_and_no_further(ope
     assert targets(child) == [0.002, -0.5]
 
 
-@pytest.mark.parametrize("code", [*TAKEN_OVER, FaultCode.WATCHDOG_STOP])
+@pytest.mark.parametrize("code", [*sorted(TAKEN_OVER), FaultCode.WATCHDOG_STOP])
 def test_no_target_goes_out_where_none_may_or_can_arrive(opened, code):
     arm, child = opened()
     child.arrives(fault(code))
@@ -369,7 +369,7 @@ def test_no_target_goes_out_where_none_may_or_can_arrive(opened, code):
     assert targets(child) == []
 
 
-@pytest.mark.parametrize("code", TAKEN_OVER)
+@pytest.mark.parametrize("code", sorted(TAKEN_OVER))
 def test_nothing_retracts_an_arm_that_a_person_may_have(opened, rescue, code):
     arm, child = opened()
     child.answers["retract"] = {"ok": True}
