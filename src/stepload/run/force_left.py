@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import threading
+
 from stepload.rig.clock import Clock
 from stepload.rig.device import ForceSensor
 from stepload.run.tick import Engine
 
 WINDOW_S = 0.05
+LOOK_S = 0.1
+"""A sensor that does not come back by then has hung: the arm must not wait for it."""
 NOT_THE_FORCE = frozenset({"", "R3", "R7", "device", "loop", "hang"})
 """After a stop by another rule the force channels are in doubt: what they say proves nothing."""
 
@@ -20,10 +24,24 @@ class ForceLeft:
     def __init__(self, engine: Engine, sensor: ForceSensor, clock: Clock) -> None:
         self._engine, self._sensor, self._clock = engine, sensor, clock
         self._sound = True
+        self._looking: threading.Thread | None = None
         self.force_n = engine.supervisor.smooth_n
 
     def look(self) -> None:
-        """Never raises: a sensor that is gone tells nothing new."""
+        """Never raises and never hangs: a sensor that is gone tells nothing new."""
+        cause = self._engine.cause
+        if cause is not None and cause.rule == "hang":  # another thread is still in a device
+            return
+        if self._looking is not None and self._looking.is_alive():
+            return
+        self._looking = threading.Thread(target=self._take, name="force left", daemon=True)
+        try:
+            self._looking.start()
+        except RuntimeError:  # no thread to be had
+            return
+        self._looking.join(LOOK_S)
+
+    def _take(self) -> None:
         supervisor = self._engine.supervisor
         try:
             samples = self._sensor.drain()

@@ -1,6 +1,7 @@
 """What is sent to make a rig safe: retract where the loop did not get there, then stop each device.
 
-In real time an arm that does not answer is asked again and again for `PATIENCE_S`.
+In real time an arm that does not answer is asked again and again for `PATIENCE_S`; not where the
+loop hung in a device, which nobody can ask then.
 
 Should the safing itself be broken, the arm alone is sent a retract and a stop, directly.
 """
@@ -58,7 +59,8 @@ def _actions(engine: Engine, rig: RigDevices, say: Say) -> list[Action]:
 def _retract(engine: Engine, rig: RigDevices, say: Say) -> Action:
     distance_m, speed_m_s = engine.retract_distance_m, engine.limits.retract_speed_m_s
     timeout_s = 2.0 * distance_m / speed_m_s + RETRACT_EXTRA_S
-    patience_s = 0.0 if rig.clock.virtual else PATIENCE_S
+    hung = engine.cause is not None and engine.cause.rule == "hang"
+    patience_s = 0.0 if rig.clock.virtual or hung else PATIENCE_S
     way = Way(distance_m, speed_m_s, timeout_s, patience_s)
     force = ForceLeft(engine, rig.force, rig.clock)
     return Action(

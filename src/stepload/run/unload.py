@@ -41,8 +41,8 @@ def unload(arm: Arm, way: Way, force: ForceLeft, operator: Operator, say: Say) -
     begun_s = time.monotonic()
     force.look()
     trying = _Trying(begun_s + way.timeout_s + way.patience_s, force, operator, say)
-    fault = arm.fault()
-    if fault is not None and fault.code in NO_ANSWER and way.patience_s > 0.0:
+    fault = arm.fault() if way.patience_s > 0.0 else None
+    if fault is not None and fault.code in NO_ANSWER:
         trying.tell()
     while True:
         try:

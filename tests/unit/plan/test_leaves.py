@@ -75,6 +75,9 @@ RANGES = {
     "above 0 to 2 m/s": "rig.arm.max_speed",
     "above 0 to 100 m/s^2": "rig.arm.max_acceleration",
     "above 0 to 10000 kg": "rig.arm.effective_mass",
+    "above 0 to 100 kg": """
+        rig.force.tool_mass rig.second_force.tool_mass rig.second_force.sensor.tool_mass
+    """,
     "0 to 10 s": """
         rig.arm.command_delay rig.arm.lag rig.force.delay rig.second_force.sensor.delay
         rig.loop_delay

@@ -10,6 +10,7 @@ import pytest
 from stepload.errors import DeviceError
 from stepload.rig.faults import Fault, FaultCode
 from stepload.run import unload as unload_module
+from stepload.run.force_left import ForceLeft
 from stepload.run.notices import Notices
 from stepload.run.operator import Operator
 from stepload.run.unload import Way, unload
@@ -142,3 +143,35 @@ def test_a_terminal_that_is_held_holds_nobody_up():
     release.set()
     notices.close()
     assert written == ["one", "two"]
+
+
+class Hangs:
+    """A force sensor whose drain does not come back until it is let go."""
+
+    def __init__(self) -> None:
+        self.go, self.calls = threading.Event(), 0
+
+    def drain(self) -> list[object]:
+        self.calls += 1
+        self.go.wait(30.0)
+        return []
+
+
+def _engine(cause: str):
+    return SimpleNamespace(
+        supervisor=SimpleNamespace(smooth_n=8.1),
+        cause=SimpleNamespace(rule=cause) if cause else None,
+    )
+
+
+@pytest.mark.parametrize(("cause", "calls"), [("R3", 1), ("hang", 0)])
+def test_a_sensor_that_hangs_does_not_keep_the_retract_from_being_sent(cause, calls):
+    sensor = Hangs()
+    left = ForceLeft(_engine(cause), sensor, None)
+    left.look()
+    left.look()
+    assert sensor.calls == calls
+    assert left.force_n == 8.1
+    sensor.go.set()
+    if left._looking is not None:
+        left._looking.join(30.0)
