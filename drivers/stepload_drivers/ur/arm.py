@@ -52,6 +52,12 @@ class UrArm(Arm):
     """
 
     OPTIONS: ClassVar[Mapping[str, Option]] = OPTIONS
+    SETTINGS_AT: ClassVar[Mapping[str, str]] = {
+        "tcp_offset": "the pendant: Installation, General, TCP",
+        "payload_kg": "the pendant: Installation, General, Payload",
+        "speed_fraction": "the foot of the pendant's screen",
+        "safety": "they stand on the pendant under Installation, Safety (Robot Limits, Planes)",
+    }
     has_force = True
 
     def __init__(self, **options: Any) -> None:

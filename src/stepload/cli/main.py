@@ -19,6 +19,7 @@ from stepload.cli import (
     plans,
     records,
     results,
+    setup,
     shipped,
     snippets,
 )
@@ -36,7 +37,9 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for room in (plans, shipped, experiments, records, results, snippets, devices, doctor):
+for room in (
+    plans, shipped, setup, experiments, records, results, snippets, devices, doctor,
+):  # fmt: skip
     room.register(app)
 
 

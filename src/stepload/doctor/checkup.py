@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,10 +24,14 @@ NEEDED_TO_MOVE = ("arm: data", "arm: longest age", "arm: stop", "arm: watchdog")
 
 @dataclass(frozen=True, slots=True)
 class Checkup:
-    """All lines, and the measured figures as YAML for the rig file ("" without any)."""
+    """All lines, and the measured figures as YAML for the rig file ("" without any).
+
+    `figures` are the same by key of the rig: value in SI, its unit, and how it was measured.
+    """
 
     lines: tuple[Line, ...]
     snippet: str
+    figures: Mapping[tuple[str, ...], tuple[float, str, str]]
 
     @property
     def failed(self) -> bool:
@@ -144,6 +148,7 @@ def _motion(exam: _Examination, rig: OpenRig) -> None:
     """Each motion only if what it rests on has proven sound."""
     plan = exam.plan
     try:
+        start_m = motion.position_now(rig)
         for check in (motion.check_stop, motion.check_watchdog):
             if exam.failed(*NEEDED_TO_MOVE):
                 exam.add(skipped("arm: motion", "not moved: the arm failed before"))
@@ -152,6 +157,7 @@ def _motion(exam: _Examination, rig: OpenRig) -> None:
         if exam.failed(*NEEDED_TO_MOVE):
             return
         line, response_s = motion.check_response(plan, rig)
+        motion.return_to(rig, start_m)
     except DeviceError as error:
         exam.add(_no("arm: motion", error))
         return
@@ -233,4 +239,4 @@ def examine(
             exam.add(*_faults(rig))
     except DeviceError as error:
         exam.add(_no(stage, error))
-    return Checkup(tuple(exam.lines), exam.snippet())
+    return Checkup(tuple(exam.lines), exam.snippet(), exam.figures)

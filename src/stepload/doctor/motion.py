@@ -84,6 +84,17 @@ def _back_from(start_m: float, way_m: float) -> Callable[[float], float]:
     return lambda time_s: start_m - min(way_m, SPEED_M_S * time_s)
 
 
+def return_to(rig: OpenRig, start_m: float) -> None:
+    """Slowly back to where the examination began: a run counts its way from there."""
+    from_m = position_now(rig)
+    way_m = start_m - from_m
+
+    def on_the_way(time_s: float) -> float:
+        return from_m + math.copysign(min(abs(way_m), SPEED_M_S * time_s), way_m)
+
+    drive(rig, on_the_way, abs(way_m) / SPEED_M_S + LOOK_S)
+
+
 def check_stop(rig: OpenRig) -> Line:
     """Stop the arm in slow motion away from the plate, and see that it stands."""
     start_m = position_now(rig)

@@ -63,6 +63,11 @@ def _folder() -> Path:
     return PACKAGED if PACKAGED.is_dir() else CHECKOUT
 
 
+def payload_folder() -> Path:
+    """Where the payloads of the plans that come with stepload lie."""
+    return _folder() / "payloads"
+
+
 def _named_by(plan: Path) -> list[Path]:
     """The files that a plan is made of beside itself."""
     names = (Path(source.name) for source in load_plan(plan).sources[1:])

@@ -167,6 +167,10 @@ class Arm(Device):
     has_force: bool
     """Whether `ArmSample.force_n` is a real second force channel."""
 
+    SETTINGS_AT: ClassVar[Mapping[str, str]] = {}
+    """Where a person changes what `configuration` tells, by its field, and the limits that protect
+    people, by "safety": for whoever sets the arm up."""
+
     @abstractmethod
     def drain(self) -> list[ArmSample]:
         """All samples that arrived since the last call, oldest first; none repeated."""

@@ -212,6 +212,7 @@ def rig(
                     version=parse_version(ur_version),
                     direction=approach,
                     axis=live.axis,
+                    tool=live.tool,
                     commands=commands,
                     until_eof=until_eof,
                     others=others,

@@ -14,6 +14,7 @@ from stepload_verify.emulators.catalog import CAN_SENSORS, EMULATORS
 from stepload_verify.emulators.emulator import Emulator
 from stepload_verify.emulators.faults import FaultBoard
 from stepload_verify.emulators.physics import WrenchSource
+from stepload_verify.emulators.tool import Tool
 from stepload_verify.emulators.ur_world import LiveAxis
 
 
@@ -79,6 +80,7 @@ class LiveRig:
     ) -> None:
         self.world = LiveWorld(spec)
         self.axis = LiveAxis(self.world)
+        self.tool = Tool(spec.force_tool_mass_kg)
         physics = WorldPhysics(self.world, spec)
         self.emulators: dict[str, Emulator] = {}
         for name in sensors:
@@ -86,7 +88,7 @@ class LiveRig:
                 raise BadInputError(
                     f"no emulator named {name!r}", hint=f"one of {', '.join(EMULATORS)}"
                 )
-            source = WrenchSource(physics, spec.force_axis, spec.force_noise_n)
+            source = WrenchSource(physics, spec.force_axis, spec.force_noise_n, tool=self.tool)
             options: dict[str, Any] = {}
             if name == "gauge_serial":
                 options["rate_hz"] = spec.gauge_rate_hz or 10.0

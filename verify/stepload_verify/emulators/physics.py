@@ -6,6 +6,8 @@ import math
 import random
 from typing import Protocol
 
+from stepload_verify.emulators.tool import Tool
+
 
 class Physics(Protocol):
     """The contact as a function of host monotonic time; called from the emulator's thread."""
@@ -52,12 +54,19 @@ class WrenchSource:
     """Puts the force on one axis, with noise everywhere: a live sensor never repeats itself.
 
     Args:
-        axis: "+fx" … "-fz".
+        axis: "+fx" … "-fz": which component shows the tool's axis, positive when pressing.
+        tool: what else acts on the tool; the components across follow in their order.
     """
 
     def __init__(
-        self, physics: Physics, axis: str = "+fz", noise: float = 0.02, seed: int = 2
+        self,
+        physics: Physics,
+        axis: str = "+fz",
+        noise: float = 0.02,
+        seed: int = 2,
+        tool: Tool | None = None,
     ) -> None:
+        self._tool = tool
         self.physics = physics
         self.axis = axis
         self._index = AXES.index(axis[1:])
@@ -71,5 +80,10 @@ class WrenchSource:
         values = [gauss(0.0, self._noise) for _ in range(3)]
         values += [gauss(0.0, 0.05 * self._noise) for _ in range(3)]
         values[self._index] += self._sign * (self.physics.force_n(time_s) + extra_n)
+        if self._tool is not None:
+            x, y, z = self._tool.force_n()
+            values[self._index] -= self._sign * z
+            values[(self._index + 1) % 3] += x
+            values[(self._index + 2) % 3] += y
         fx, fy, fz, tx, ty, tz = values
         return (fx, fy, fz, tx, ty, tz)

@@ -169,6 +169,12 @@ class UrController:
                     self.robot.runtime_state = PLAYING
             case ["kill-program"]:
                 self.stop_program()
+            case ["push", x, y, z]:
+                self.robot.tool.hand_n = (float(x), float(y), float(z))
+            case ["lead", rx, ry, rz]:
+                if self.runtime_state == PLAYING:
+                    raise ValueError("lead: a program runs, the arm cannot be led by hand")
+                self.robot.lead((float(rx), float(ry), float(rz)))
             case ["slider" | "payload" | "tcp", *numbers]:
                 self._set(words[0], [float(number) for number in numbers])
             case _:

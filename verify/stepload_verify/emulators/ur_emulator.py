@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 
 from stepload_drivers.priority import prefer_this_thread
+from stepload_verify.emulators.tool import Tool
 from stepload_verify.emulators.ur_axis import Axis, FreeAirAxis
 from stepload_verify.emulators.ur_controller import UrController
 from stepload_verify.emulators.ur_robot import Robot
@@ -33,6 +34,7 @@ def run_ur_emulator(
     version: Version = (5, 12, 6, 0),
     direction: tuple[float, ...] = (0.0, 0.0, -1.0),
     axis: Axis | None = None,
+    tool: Tool | None = None,
     serial_number: str = "20235500001",
     model: str = "UR5",
     commands: Sequence[str] = (),
@@ -45,6 +47,7 @@ def run_ur_emulator(
     Args:
         host: an address of 127.0.0.0/8; the protocol fixes the ports, so each emulator needs its
             own.
+        tool: what acts on the tool, shared with the sensors that feel it.
         direction: approach direction, base frame; `axis` moves along it.
         axis: physics along the approach direction; free air when not given.
         commands: lines as on standard input (see `ur_faults.HELP`), carried out at the start.
@@ -58,7 +61,7 @@ def run_ur_emulator(
     if not ipaddress.ip_address(host).is_loopback:
         raise ValueError(f"host {host}: emulators serve 127.0.0.0/8 only")
     period_s = 0.008 if version[0] == 3 else 0.002
-    robot = Robot(axis if axis is not None else FreeAirAxis(), direction, period_s)
+    robot = Robot(axis if axis is not None else FreeAirAxis(), direction, period_s, tool)
     controller = UrController(
         robot,
         version=version,

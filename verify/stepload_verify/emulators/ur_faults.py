@@ -32,6 +32,8 @@ jitter SECONDS        delay each package by a random time up to SECONDS
 gap SECONDS           send to each RTDE client so long after the one before, in drawn order
 gap-jitter SECONDS    and longer by a random time up to SECONDS
 control-late SECONDS  delay each package to clients that control by so much
+push X Y Z            a hand pushes the tool with so many N, base frame; 0 0 0: lets go
+lead RX RY RZ         the tool is turned by hand to this rotation vector; no program may run
 claim FIRST LAST      another client owns these input registers
 state                 print the truth as one line of JSON
 quit                  end"""

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from stepload_verify.emulators.tool import Tool
 from stepload_verify.emulators.ur_axis import Axis
 
 Vector = tuple[float, ...]
@@ -47,10 +48,14 @@ class Robot:
         axis: physics along `direction`.
         direction: approach direction in the base frame; any length.
         period_s: control period.
+        tool: what acts on the tool beside the contact; its weight is the payload that is set.
     """
 
-    def __init__(self, axis: Axis, direction: Vector, period_s: float) -> None:
+    def __init__(
+        self, axis: Axis, direction: Vector, period_s: float, tool: Tool | None = None
+    ) -> None:
         self.axis = axis
+        self.tool = tool or Tool()
         self.direction = unit(direction)
         self.period_s = period_s
         self.time_s = 0.0
@@ -118,10 +123,17 @@ class Robot:
         force_n = self.axis.state().force_n
         x, y, z = (-force_n * d for d in self.direction)
         surplus_n = (self.payload_kg - self.tool_kg) * GRAVITY_M_S2
-        return (x, y, z + surplus_n, 0.0, 0.0, 0.0)
+        hand = self.tool.hand_n
+        return (x + hand[0], y + hand[1], z + hand[2] + surplus_n, 0.0, 0.0, 0.0)
 
     def travel_of(self, pose: Vector) -> float:
         return sum((p - h) * d for p, h, d in zip(pose, HOME, self.direction, strict=False))
+
+    def lead(self, turned: Vector) -> None:
+        """The tool is turned by hand, as in freedrive; it keeps its place."""
+        self.halt()
+        self.target = (*self.target[:3], *turned)
+        self.tool.turned = turned
 
     def servo(self, pose: Vector) -> None:
         """Follow one target for ever."""

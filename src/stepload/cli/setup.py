@@ -1,0 +1,119 @@
+"""Verbs of the first day: a rig file step by step, and a plan from answers."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stepload.errors import BadInputError
+from stepload.results.terminal import AsJson, Output
+
+if TYPE_CHECKING:
+    from stepload.setup.answers import Answers
+    from stepload.setup.questions import Question
+
+ANY_FLAGS = {"allow_extra_args": True, "ignore_unknown_options": True}
+AnswerFile = Annotated[
+    Path | None, typer.Option("--answers", help="YAML file of answers, `question: answer`.")
+]
+
+
+class Terminal:
+    """Tells and asks where there is a terminal; without one nobody answers."""
+
+    def __init__(self, out: Output) -> None:
+        self._out = out
+        self._asks = sys.stdin.isatty() and sys.stderr.isatty()
+
+    def tell(self, line: str) -> None:
+        """One line for whoever sets up."""
+        self._out.line(line)
+
+    def ask(self, question: Question) -> str | None:
+        """The answer typed in; None without a terminal."""
+        if not self._asks:
+            return None
+        shown: str = typer.prompt(
+            question.text + (" (KEY=VALUE, comma between)" if question.many else ""),
+            default=question.default, show_default=bool(question.default), err=True,
+        )  # fmt: skip
+        return shown
+
+
+def _answers(file: Path | None, flags: list[str], yes: bool, out: Output) -> Answers:
+    from stepload.setup.answers import Answers, from_file, from_flags
+
+    given = (from_file(file) if file else {}) | from_flags(flags)
+    return Answers(given, Terminal(out), yes=yes)
+
+
+def setup(
+    context: typer.Context,
+    rig: Annotated[Path, typer.Argument(help="Rig file to write.", show_default=False)],
+    answers: AnswerFile = None,
+    redo: Annotated[
+        str, typer.Option("--redo", help="Do this step again, and all that rest on it.")
+    ] = "",
+    until: Annotated[str, typer.Option("--until", help="Stop after this step.")] = "",
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Give every consent beforehand; for scripts.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Write a rig file step by step. It can be left at any time; the next start goes on.
+
+    Every question is also a flag: `--host 192.168.1.10`, `--material acetal`; docs/setup.md has
+    them all. Nothing moves without consent. Exit 0: all done; 3: a step was refused.
+    """
+    from stepload.setup.story import STEPS, set_up
+
+    out = Output(as_json=as_json)
+    left = set_up(rig, _answers(answers, context.args, yes, out), redo=redo, until=until)
+    out.line(f"\nwritten: {rig}" + (f"; to come: {', '.join(left)}" if left else ""))
+    if not left:
+        out.line(
+            "next: stepload calibrate for the system stiffness (docs/calibrate.md), then stepload"
+            " run with the plan of the first payload"
+        )
+    out.result({"rig": rig, "done": [name for name in STEPS if name not in left], "left": left})
+
+
+def init(
+    context: typer.Context,
+    rig: Annotated[Path, typer.Argument(help="Rig file that the plan is for.")],
+    plan: Annotated[Path, typer.Option("--plan", help="Plan to write.")] = Path("plan.yaml"),
+    answers: AnswerFile = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Write the plan of a payload from answers; preflight must let it through. Exit 3: it does not.
+
+    The questions are those of the plan's step in `stepload setup`: --shape, --radius, --material …
+    """
+    import os
+
+    from stepload.cli.plans import show_verdict
+    from stepload.setup.first_plan import first_plan, write_plan
+
+    out = Output(as_json=as_json)
+    if not rig.is_file():
+        raise BadInputError(f"{rig} is no file", hint="`stepload setup` writes a rig file")
+    if plan.exists() and not force:
+        raise BadInputError(f"{plan} is there already", hint="name another --plan, or --force")
+    from_here = os.path.relpath(rig.resolve(), plan.resolve().parent)
+    named = from_here if "/" in from_here or rig.suffix in (".yaml", ".yml") else f"./{from_here}"
+    given = _answers(answers, context.args, False, out)
+    text, envelope = first_plan(given, named, plan)
+    write_plan(plan, text, force)
+    show_verdict(envelope, out, details=False)
+    out.line(f"written: {plan}")
+    out.result({"plan": plan, "verdict": envelope.verdict})
+
+
+def register(app: typer.Typer) -> None:
+    """Add this room's verbs."""
+    app.command(context_settings=ANY_FLAGS)(setup)
+    app.command(context_settings=ANY_FLAGS)(init)

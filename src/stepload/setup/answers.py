@@ -1,0 +1,215 @@
+"""Answers from flags, a file, an earlier start or a person, each checked where it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Protocol
+
+from stepload.errors import BadInputError, RefusedError
+from stepload.plan.problems import PlanError, Problem, printable
+from stepload.plan.source import read_source
+from stepload.plan.tree import Mapping as Tree
+from stepload.plan.tree import Node, Scalar, parse_tree
+from stepload.plan.tree import Sequence as Items
+from stepload.setup.flat import as_text
+from stepload.setup.questions import QUESTIONS, YES, Question
+from stepload.units import parse_quantity
+
+SEPARATOR = "\n"
+"""Between the words KEY=VALUE of one answer."""
+
+
+class Person(Protocol):
+    """Who is told what is done, and may be asked."""
+
+    def tell(self, line: str) -> None:
+        """Say something."""
+        ...
+
+    def ask(self, question: Question) -> str | None:
+        """An answer; None: nobody is there to give it."""
+        ...
+
+
+@dataclass(slots=True)
+class Answers:
+    """Answers by name, in the order of their weight: given now, kept, asked for, default.
+
+    Args:
+        given: from flags and files.
+        kept: from an earlier start; new ones are added.
+        yes: consents are given beforehand.
+    """
+
+    given: Mapping[str, str]
+    person: Person
+    kept: dict[str, str] = field(default_factory=dict)
+    yes: bool = False
+
+    def text(self, name: str) -> str:
+        """The answer to question `name`.
+
+        Raises:
+            BadInputError: there is none, or it cannot be used.
+        """
+        question = QUESTIONS[name]
+        if name in self.given:
+            answer = self.given[name]
+        elif name in self.kept and not question.consent:
+            answer = self.kept[name]
+        elif (told := self._asked(question)) is not None:
+            answer = told
+        elif question.default is not None:
+            answer = question.default
+        else:
+            raise BadInputError(
+                f"{question.text}: there is no answer, and no terminal to ask at",
+                hint=f"{question.flag} ANSWER, or `{name}: ANSWER` in the file of --answers",
+            )
+        if not question.consent:
+            self.kept[name] = answer
+        return answer
+
+    def words(self, name: str) -> dict[str, str]:
+        """An answer of words KEY=VALUE as a mapping."""
+        pairs = (word.partition("=") for word in self.text(name).split(SEPARATOR) if word)
+        return {key.strip(): value.strip() for key, _, value in pairs}
+
+    def quantity(self, name: str, unit: str) -> float:
+        """An answer in SI."""
+        return parse_quantity(self.text(name), unit)
+
+    def consent(self, name: str) -> None:
+        """Go on only with the consent that `name` asks for.
+
+        Raises:
+            RefusedError: it was not given.
+        """
+        question = QUESTIONS[name]
+        if self.yes and name not in self.given:
+            self.person.tell(f"{question.text} yes (--yes)")
+            return
+        if self.text(name).lower() not in YES:
+            raise RefusedError(
+                f"{question.text} The answer was no",
+                hint=f"nothing was moved; start again when it may, {question.flag} yes in scripts",
+            )
+
+    def _asked(self, question: Question) -> str | None:
+        while (told := self.person.ask(question)) is not None:
+            told = told.strip()
+            if question.many:
+                told = SEPARATOR.join(word.strip() for word in told.split(",") if word.strip())
+            try:
+                check(question, told)
+            except BadInputError as error:
+                self.person.tell(str(error))
+                continue
+            return told
+        return None
+
+
+def check(question: Question, answer: str) -> None:
+    """That an answer can be used.
+
+    Raises:
+        BadInputError: it cannot, with what would do.
+    """
+    if question.many:
+        for word in answer.split(SEPARATOR):
+            if word and "=" not in word:
+                raise BadInputError(f"{word!r} is no KEY=VALUE", hint="port=/dev/ttyUSB0")
+    elif not answer and question.default != "":
+        raise BadInputError("an empty answer", hint=question.text)
+    elif question.check is not None:
+        question.check(answer)
+
+
+def from_file(path: Path) -> dict[str, str]:
+    """The answers of a YAML file.
+
+    Raises:
+        PlanError: unknown ones and those that cannot be used, all with file, line and column.
+    """
+    root, problems = parse_tree(read_source(path))
+    if not isinstance(root, Tree):
+        problems.append(root.place.problem("answers are a mapping", "one `key: value` a line"))
+        raise PlanError(tuple(problems))
+    answers = {}
+    for name, node in root.entries.items():
+        if (question := QUESTIONS.get(name)) is None:
+            problems.append(root.keys[name].problem(*_unknown(name)))
+            continue
+        answer, problem = _answer(question, node)
+        problems += [problem] if problem else []
+        answers[name] = answer
+    if problems:
+        raise PlanError(tuple(problems))
+    return answers
+
+
+def _answer(question: Question, node: Node) -> tuple[str, Problem | None]:
+    if isinstance(node, Tree) and question.many:
+        answer = SEPARATOR.join(_words(node, ""))
+    elif isinstance(node, Scalar):
+        answer = "" if node.value is None else _spelled(node)
+    elif isinstance(node, Items):
+        answer = as_text(node)
+    else:
+        return "", node.place.problem(f"{question.name}: no answer of this kind", question.text)
+    try:
+        check(question, answer)
+    except BadInputError as error:
+        return "", node.place.problem(f"{question.name}: {error.message}", error.hint)
+    return answer, None
+
+
+def _words(node: Tree, before: str) -> Iterable[str]:
+    for key, inner in node.entries.items():
+        if isinstance(inner, Tree):
+            yield from _words(inner, f"{before}{key}.")
+        else:
+            yield f"{before}{key}={_spelled(inner)}"
+
+
+def _spelled(node: Node) -> str:
+    return node.value if isinstance(node, Scalar) and isinstance(node.value, str) else as_text(node)
+
+
+def from_flags(words: Sequence[str]) -> dict[str, str]:
+    """The answers of a command line: `--host 192.168.1.10`, `--keys a=b --keys c=d`.
+
+    Raises:
+        BadInputError: an unknown flag, one without its answer, or an answer that cannot be used.
+    """
+    flags = {question.flag: question for question in QUESTIONS.values()}
+    answers: dict[str, str] = {}
+    rest = list(words)
+    while rest:
+        flag, equals, answer = rest.pop(0).partition("=")
+        if (question := flags.get(flag)) is None:
+            message, hint = _unknown(flag)
+            raise BadInputError(message, hint=hint)
+        if not equals:
+            if not rest:
+                raise BadInputError(f"{flag}: its answer is missing", hint=question.text)
+            answer = rest.pop(0)
+        try:
+            check(question, answer)
+        except BadInputError as error:
+            raise BadInputError(f"{flag}: {error.message}", hint=error.hint) from None
+        before = answers.get(question.name)
+        joined = f"{before}{SEPARATOR}{answer}" if before and question.many else answer
+        answers[question.name] = joined
+    return answers
+
+
+def _unknown(name: str) -> tuple[str, str]:
+    known = [question.flag for question in QUESTIONS.values()] if name[:1] == "-" else [*QUESTIONS]
+    near = get_close_matches(name[:60], known, n=1)
+    guess = f"did you mean {near[0]}? " if near else ""
+    hint = f"{guess}there are {', '.join(known)}"
+    return f"{printable(name)!r} is no question of the set-up", hint

@@ -1,0 +1,53 @@
+"""What every step of a set-up works with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+from stepload.setup.answers import Answers
+from stepload.setup.bench import Opener
+from stepload.setup.flat import Value, quoted
+from stepload.setup.state import State
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """The set-up of one rig file.
+
+    Args:
+        rig: path of the rig file.
+        state: what earlier steps have found.
+        opened: opens the devices that the rig's values name.
+        today: the day that measurements are dated with.
+    """
+
+    rig: Path
+    state: State
+    answers: Answers
+    opened: Opener
+    today: date
+
+    def tell(self, line: str) -> None:
+        """Say something to whoever sets up."""
+        self.answers.person.tell(line)
+
+    @property
+    def you(self) -> str:
+        """The origin of what was answered."""
+        return f"stated at the set-up, {self.today}"
+
+    @property
+    def measured(self) -> str:
+        """The origin of what was measured now."""
+        return f"measured {self.today}"
+
+    def stated(self, name: str) -> Value:
+        """A text that was answered, as a value of the rig file."""
+        return Value(quoted(self.answers.text(name)), self.you)
+
+    @property
+    def plan(self) -> Path:
+        """Where the plan of the first payload is written: beside the rig file."""
+        return self.rig.parent / self.answers.text("plan")

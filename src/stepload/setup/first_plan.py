@@ -1,0 +1,187 @@
+"""A plan from answers: the first payload of a rig, and the lightest touch of it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.envelope.reason import PlanVerdict, Severity
+from stepload.errors import BadInputError, RefusedError
+from stepload.plan.load import load_plan
+from stepload.plan.problems import PlanError
+from stepload.plan.references import names_a_file
+from stepload.plan.shipped import payload_folder
+from stepload.plan.source import read_source
+from stepload.setup.answers import Answers
+from stepload.setup.flat import Value, below, flat, quoted, written
+from stepload.units import format_quantity
+
+SHARE = 0.9
+STEPS = 6
+TOUCHES_N = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 70.0, 100.0)
+YOU = "stated"
+
+
+def materials() -> dict[str, dict[str, Value]]:
+    """The materials of the payloads that come with stepload, by name."""
+    found: dict[str, dict[str, Value]] = {}
+    for path in sorted(payload_folder().glob("*.yaml")):
+        values = flat(read_source(path), f"as in stepload's payload {path.stem}")
+        for key in ("material", "plate"):
+            if part := below(values, key):
+                found.setdefault(part["name"].text.strip('"'), part)
+    return found
+
+
+def _material(answer: str, home: Path) -> dict[str, Value]:
+    if names_a_file(answer):
+        return flat(read_source(home / answer), f"your file {answer}")
+    if answer not in (known := materials()):
+        raise BadInputError(
+            f"{answer!r} is no material that comes with stepload",
+            hint=f"one of {', '.join(sorted(known))}; or a file with name, youngs_modulus,"
+            " poisson_ratio and yield_strength",
+        )
+    return known[answer]
+
+
+def plan_values(answers: Answers, home: Path) -> dict[str, Value]:
+    """The payload and the place of its plan, without forces.
+
+    Args:
+        home: directory that files among the answers are sought from.
+    """
+    values = {"stepload": Value("1", "")}
+    if file := answers.text("payload"):
+        values["payload"] = Value(quoted(file), YOU)
+    else:
+        values["payload.name"] = Value(quoted(answers.text("payload_name")), YOU)
+        values["payload.geometry.shape"] = Value(answers.text("shape"), YOU)
+        values["payload.geometry.radius"] = Value(answers.text("radius"), YOU)
+        for part in ("material", "plate"):
+            found = _material(answers.text(part), home)
+            values |= {f"payload.{part}.{key}": value for key, value in found.items()}
+        if (limit := answers.text("force_limit")) != "none":
+            values["payload.force_limit"] = Value(limit, YOU)
+    for key in ("surface_distance", "surface_uncertainty"):
+        values[f"procedure.{key}"] = Value(answers.text(key), YOU)
+    more = answers.words("procedure")
+    return values | {f"procedure.{key}": Value(text, YOU) for key, text in more.items()}
+
+
+def with_forces(
+    values: Mapping[str, Value], rig: str, top_n: float, steps: int, origin: str
+) -> dict[str, Value]:
+    """The values with the rig they are for, and with load steps up to `top_n`."""
+    forces = {
+        "procedure.step": Value(format_quantity(top_n / steps, "N"), f"top_force / {steps}"),
+        "procedure.top_force": Value(format_quantity(top_n, "N"), origin),
+    }
+    return {**values, "rig": Value(quoted(rig), ""), **forces}
+
+
+def envelope_here(values: Mapping[str, Value], path: Path) -> Envelope:
+    """What preflight says of a plan that would stand at `path`; nothing of it stays.
+
+    Raises:
+        PlanError: the plan cannot be used.
+        RefusedError: nothing is known of its elastic limit.
+    """
+    tried = path.with_name(f".{path.stem}.{os.getpid()}.yaml")
+    try:
+        tried.write_text(written(values), encoding="utf-8")
+        return envelope_of(load_plan(tried))
+    finally:
+        tried.unlink(missing_ok=True)
+
+
+def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
+    """The text of a plan that preflight does not refuse, and what preflight says of it.
+
+    Raises:
+        RefusedError: preflight refuses it, with its reasons.
+    """
+    values = plan_values(answers, path.parent)
+    asked, steps = answers.text("top_force"), STEPS
+    if asked == "most":
+        tried, _, _ = _lightest(values, rig, path, let_through=False)
+        largest_n = tried.largest_safe_force_n
+        top_n = float(f"{SHARE * largest_n:.2g}")
+        if not 0.0 < top_n <= largest_n:
+            raise refusal(tried)
+        origin = f"nine tenths of the largest safe force, {format_quantity(largest_n, 'N')}"
+    else:
+        top_n, origin = answers.quantity("top_force", "N"), YOU
+    plan = with_forces(values, rig, top_n, steps, origin)
+    envelope = envelope_here(plan, path)
+    if envelope.verdict is PlanVerdict.REFUSED:
+        raise refusal(envelope)
+    return written(plan, ("Written by `stepload init`; behind each value: where it is from.",)), (
+        envelope
+    )
+
+
+def touch_plan(answers: Answers, rig: str, path: Path) -> tuple[str, float]:
+    """The plan of the lightest touch that preflight lets through, and its force in N.
+
+    Raises:
+        RefusedError: it lets none through, with the reasons against the strongest.
+    """
+    values = plan_values(answers, path.parent)
+    values |= {
+        "procedure.cycles": Value("1", "a touch only"),
+        "identify.accept_unidentifiable": Value("a touch, not a measurement", ""),
+    }
+    envelope, plan, top_n = _lightest(values, rig, path, let_through=True)
+    if envelope.verdict is PlanVerdict.REFUSED:
+        raise refusal(envelope)
+    return written(plan), top_n
+
+
+def _lightest(
+    values: Mapping[str, Value], rig: str, path: Path, *, let_through: bool
+) -> tuple[Envelope, dict[str, Value], float]:
+    """The plan of least force that makes a plan, or that preflight lets through if one does.
+
+    Raises:
+        PlanError: none makes a plan.
+    """
+    problem: PlanError | None = None
+    last: tuple[Envelope, dict[str, Value], float] | None = None
+    for top_n in TOUCHES_N:
+        plan = with_forces(values, rig, top_n, 1, "the least that preflight lets through")
+        try:
+            last = envelope_here(plan, path), plan, top_n
+        except PlanError as error:  # a level must be above the force that counts as touch
+            problem = error
+            continue
+        if not let_through or last[0].verdict is not PlanVerdict.REFUSED:
+            break
+    if last is None:
+        assert problem is not None
+        raise problem
+    return last
+
+
+def refusal(envelope: Envelope) -> RefusedError:
+    """The reasons of a preflight as one error."""
+    reasons = [r for r in envelope.reasons if r.severity is Severity.REFUSE]
+    return RefusedError(
+        "preflight refuses the plan: " + "; ".join(reason.message for reason in reasons),
+        hint="; ".join(reason.remedy for reason in reasons if reason.remedy),
+    )
+
+
+def write_plan(path: Path, text: str, force: bool) -> None:
+    """Write a plan; a file that is there is kept.
+
+    Raises:
+        BadInputError: there is one and `force` is not given.
+    """
+    if path.exists() and not force and path.read_text(encoding="utf-8") != text:
+        raise BadInputError(
+            f"{path} is there already", hint="name another file, or --force to replace it"
+        )
+    path.write_text(text, encoding="utf-8")

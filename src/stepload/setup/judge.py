@@ -1,0 +1,202 @@
+"""What a push by hand and the weight of the tool say of a force channel; pure functions.
+
+A push by hand stands in for the plate: it pushes the tool away from where the plate is, so whatever
+a channel reads during it is what it will read when the arm presses.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepload.errors import RefusedError
+from stepload.rig.samples import SixFloats
+
+FloatArray = NDArray[np.float64]
+
+AXES = ("fx", "fy", "fz")
+LEAST_PUSH_N = 10.0
+NOISE_TIMES = 12.0
+"""A push must stand so many standard deviations out of the noise of a channel."""
+CROSS_TALK = 0.5
+"""Share of the largest component that another may have: a push within 27 degrees of the axis."""
+AGREE = 0.3
+"""Share by which two channels may differ in what they read of one push."""
+GRAVITY_M_S2 = 9.80665
+TELLING_TILT = 0.5
+"""Least change of the cosine between tool and gravity from which a mass is computed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """A force channel at rest in free air: mean and standard deviation of each component in N.
+
+    Shape (3,) for a sensor, (1,) for a channel that says of itself what pressing is (an arm's own).
+    """
+
+    name: str
+    mean_n: FloatArray
+    sigma_n: FloatArray
+
+    @property
+    def least_push_n(self) -> float:
+        """The smallest push that it tells beyond doubt."""
+        return max(LEAST_PUSH_N, NOISE_TIMES * float(self.sigma_n.max()))
+
+
+@dataclass(frozen=True, slots=True)
+class Proven:
+    """What the pushes proved: `axis` as a rig file has it ("" for a channel of one component).
+
+    `cross_talk` is the largest other component over that along the axis; `push_n` the mean push.
+    """
+
+    axis: str
+    cross_talk: float
+    push_n: float
+
+
+def judged(channel: Channel, pushes: Sequence[FloatArray]) -> Proven:
+    """Axis and sign of a channel from what it read during each push, less its rest.
+
+    Args:
+        pushes: change of the mean reading in N, one array of the channel's shape for each push.
+
+    Raises:
+        RefusedError: it did not feel a push, felt it along no one axis, or felt two differently.
+    """
+    found = [_axis_of(channel, push) for push in pushes]
+    if len(set(found)) > 1:
+        raise RefusedError(
+            f"{channel.name}: the pushes disagree: {' and '.join(found)}",
+            hint="push the same way each time, along the tool, and let go in between",
+        )
+    index = AXES.index(found[0][1:]) if channel.mean_n.size > 1 else 0
+    along = np.array([abs(push[index]) for push in pushes])
+    across = [np.abs(np.delete(push, index)).max(initial=0.0) for push in pushes]
+    axis = found[0] if channel.mean_n.size > 1 else ""
+    return Proven(axis, float(np.max(across / along)), float(along.mean()))
+
+
+def _axis_of(channel: Channel, push: FloatArray) -> str:
+    size = np.abs(push)
+    order = np.argsort(size)[::-1]
+    best = int(order[0])
+    if size[best] < channel.least_push_n:
+        raise RefusedError(
+            f"{channel.name}: it read {size[best]:.1f} N of a push, at least"
+            f" {channel.least_push_n:.1f} N are needed to tell it from its noise",
+            hint="push harder; if the other channel felt it: this one is dead, wrongly scaled, or"
+            " not between the hand and the arm",
+        )
+    if channel.mean_n.size == 1:
+        if push[0] < 0.0:
+            raise RefusedError(
+                f"{channel.name}: it read {push[0]:+.1f} N, as if pulled towards the plate, while"
+                " the tool was pushed away from it",
+                hint="either the push went the wrong way or the approach direction or the sign of"
+                " this channel is wrong: settle which one before you change any of them",
+            )
+        return "+"
+    second = int(order[1])
+    if size[second] > CROSS_TALK * size[best]:
+        raise RefusedError(
+            f"{channel.name}: the push shows on two components, {AXES[best]} {push[best]:+.1f} N"
+            f" and {AXES[second]} {push[second]:+.1f} N: which one is the axis is not clear",
+            hint="push along the tool; a sensor that is mounted askew cannot be used",
+        )
+    return ("-" if push[best] < 0.0 else "+") + AXES[best]
+
+
+def agreed(one: tuple[str, float], other: tuple[str, float], tolerance_n: float) -> None:
+    """That two channels read the same of the same push, each given by name and mean push in N.
+
+    Raises:
+        RefusedError: they differ by more than `tolerance_n` and 30 % of the larger.
+    """
+    off_n = abs(one[1] - other[1])
+    limit_n = tolerance_n + AGREE * max(one[1], other[1])
+    if off_n > limit_n:
+        raise RefusedError(
+            f"{one[0]} read {one[1]:.1f} N and {other[0]} {other[1]:.1f} N of the same push, which"
+            f" differ by more than {limit_n:.1f} N",
+            hint="one of them has a wrong gain, unit or divider: compare each with a known weight",
+        )
+
+
+def rotation(pose: SixFloats) -> FloatArray:
+    """Rotation matrix (3, 3) of a pose's rotation vector: tool coordinates to those of the base."""
+    vector = np.array(pose[3:], dtype=float)
+    angle = float(np.linalg.norm(vector))
+    if angle < 1e-12:
+        return np.eye(3)
+    x, y, z = vector / angle
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turned: FloatArray = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
+    return turned
+
+
+def off_the_tool_rad(pose: SixFloats, approach: Sequence[float]) -> float:
+    """Angle between the approach direction, base frame, and the z axis of the tool."""
+    direction = np.array(approach, dtype=float)
+    cosine = float(rotation(pose)[:, 2] @ direction / np.linalg.norm(direction))
+    return math.acos(max(-1.0, min(1.0, cosine)))
+
+
+@dataclass(frozen=True, slots=True)
+class Weighed:
+    """Mass on the measured side of a sensor in kg, and its standard uncertainty."""
+
+    mass_kg: float
+    sigma_kg: float
+
+
+def weighed(
+    poses: tuple[SixFloats, SixFloats],
+    forces_n: tuple[FloatArray, FloatArray],
+    sigma_n: float,
+    axis: str,
+) -> Weighed | None:
+    """The mass of the tool from a sensor's reading in two poses; None: too light to be told.
+
+    The weight pulls along gravity, whose direction in the tool the poses tell; the base stands
+    upright. Reckoned from the component `axis`, whose sign it proves once more, and compared with
+    the change of the whole vector, which knows nothing of how the sensor is mounted.
+
+    Args:
+        forces_n: mean reading (3,) in each pose.
+        sigma_n: standard uncertainty of each mean.
+
+    Raises:
+        RefusedError: the poses are too much alike, or the weight contradicts `axis`.
+    """
+    down = np.array([0.0, 0.0, -1.0])
+    in_tool = [rotation(pose).T @ down for pose in poses]
+    change = float(in_tool[0][2] - in_tool[1][2])
+    if abs(change) < TELLING_TILT:
+        raise RefusedError(
+            f"the tool hangs nearly alike in both poses: its axis changes by {abs(change):.2f} of"
+            f" the weight, {TELLING_TILT:g} are needed",
+            hint="lead the tool from pointing down to pointing sideways",
+        )
+    sign, index = (-1.0 if axis[0] == "-" else 1.0), AXES.index(axis[1:])
+    felt = sign * float(forces_n[0][index] - forces_n[1][index])
+    least_n = max(0.5, 10.0 * sigma_n)
+    whole_n = float(np.linalg.norm(forces_n[0] - forces_n[1]))
+    if whole_n < least_n:
+        return None
+    mass_kg = -felt / (GRAVITY_M_S2 * change)
+    whole_kg = whole_n / (GRAVITY_M_S2 * float(np.linalg.norm(in_tool[0] - in_tool[1])))
+    sigma_kg = math.sqrt(2.0) * sigma_n / (GRAVITY_M_S2 * abs(change))
+    if abs(mass_kg - whole_kg) > 0.25 * whole_kg + 5.0 * sigma_kg:
+        raise RefusedError(
+            f"the weight of the tool does not fit the axis {axis}: along it {mass_kg:+.2f} kg, by"
+            f" the whole vector {whole_kg:.2f} kg",
+            hint="a negative mass means that the push went the wrong way; else the sensor's axis is"
+            " not the tool's, or the base does not stand upright (then: tool_mass none)",
+        )
+    return Weighed(mass_kg, sigma_kg)

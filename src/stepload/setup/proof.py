@@ -1,0 +1,81 @@
+"""The last steps: the plan of the first payload, the doctor's examination, the lightest touch."""
+
+from __future__ import annotations
+
+from stepload.doctor import checkup
+from stepload.doctor.line import Mark
+from stepload.envelope.envelope import envelope_of
+from stepload.envelope.reason import Severity
+from stepload.errors import RefusedError
+from stepload.plan.load import load_plan
+from stepload.record.outcome import RunStatus
+from stepload.session import experiment
+from stepload.setup.context import Setup
+from stepload.setup.first_plan import first_plan, touch_plan, write_plan
+from stepload.setup.flat import Value
+from stepload.setup.state import Found
+from stepload.setup.way import stands_at_start
+from stepload.units import format_quantity
+
+DOCTOR_S = 5.0
+
+
+def plan(setup: Setup) -> Found:
+    """The plan of the first payload; preflight has let it through."""
+    path = setup.plan
+    text, envelope = first_plan(setup.answers, setup.rig.name, path)
+    write_plan(path, text, force=False)
+    note = f"{path.name}: preflight says {envelope.verdict}"
+    setup.tell(note)
+    for reason in envelope.reasons:
+        if reason.severity is not Severity.NOTE:
+            setup.tell(f"{reason.severity.upper():7} {reason.message}")
+            setup.tell(f"        -> {reason.remedy}")
+    return Found({}, (note,))
+
+
+def doctor(setup: Setup) -> Found:
+    """Noise, rates, delays and loop lateness; the stop and the watchdog are proven."""
+    envelope = envelope_of(load_plan(setup.plan))
+    setup.answers.consent("may_move")
+    found = checkup.examine(
+        envelope, dry_run=False, seconds=DOCTOR_S, still=False, against_spring=False,
+        tell=lambda line: setup.tell(f"{line.mark.upper():7} {line.finding.text}"),
+    )  # fmt: skip
+    if found.failed:
+        failed = [line.finding for line in found.lines if line.mark is Mark.FAIL]
+        raise RefusedError(
+            "the doctor finds the rig not sound: " + "; ".join(line.text for line in failed),
+            hint="; ".join(line.remedy for line in failed if line.remedy),
+        )
+    values = {
+        ".".join(key): Value(format_quantity(value, unit), f"{setup.measured}: {how}")
+        for key, (value, unit, how) in found.figures.items()
+    }
+    return Found(values, ("the doctor has proven stop and watchdog; nothing failed",))
+
+
+def touch(setup: Setup) -> Found:
+    """The engine's own approach, touch and the smallest step that preflight lets through."""
+    path = setup.rig.with_name(f"{setup.rig.stem}-touch.yaml")
+    text, top_n = touch_plan(setup.answers, setup.rig.name, path)
+    shown = format_quantity(top_n, "N")
+    setup.tell(f"the lightest touch that preflight lets through: one step of {shown}")
+    setup.answers.consent("may_touch")
+    stands_at_start(setup)
+    path.write_text(text, encoding="utf-8")
+    runs = setup.rig.parent / "runs" / f"touch-{setup.today.isoformat()}"
+    number = 1
+    while (directory := runs.with_name(f"{runs.name}-{number}")).exists():
+        number += 1
+    finished = experiment.run_plan(envelope_of(load_plan(path)), dry_run=False, out=directory)
+    outcome = finished.outcome
+    if outcome.status is not RunStatus.COMPLETED:
+        raise RefusedError(
+            f"the touch was not completed: {outcome.why}",
+            hint=f"its record and report: {finished.directory}",
+        )
+    at = ", ".join(format_quantity(found.position_m, "m") for found in outcome.touches)
+    note = f"touched with {shown}, the surface at {at} from the start pose"
+    setup.tell(note)
+    return Found({}, (note,))

@@ -1,0 +1,149 @@
+"""What a set-up has come to so far, kept beside the rig file so that it can be taken up again."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from stepload.errors import BadInputError
+from stepload.setup.flat import Value, written
+
+VERSION = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What a step has found: values for the rig file by dotted key, and notes for people.
+
+    `facts` are for later steps.
+    """
+
+    values: Mapping[str, Value] = field(default_factory=dict)
+    notes: Sequence[str] = ()
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """A finished step, and the day (ISO) it was finished on."""
+
+    on: str
+    found: Found
+
+
+@dataclass(slots=True)
+class State:
+    """Answers and finished steps.
+
+    `rig_sha256` are of the rig file as it was written last and before: whoever is killed between
+    the two files of a step leaves the older one.
+    """
+
+    answers: dict[str, str] = field(default_factory=dict)
+    done: dict[str, Done] = field(default_factory=dict)
+    rig_sha256: list[str] = field(default_factory=list)
+
+    @property
+    def values(self) -> dict[str, Value]:
+        """The rig so far: a later step replaces what an earlier one found."""
+        merged: dict[str, Value] = {}
+        for step in self.done.values():
+            merged |= step.found.values
+        return merged
+
+
+def state_path(rig: Path) -> Path:
+    """Where the state of a rig file's set-up is kept."""
+    return rig.with_name(f"{rig.stem}.setup.json")
+
+
+def read_state(rig: Path) -> State:
+    """The state kept beside `rig`; a new one where there is none.
+
+    Raises:
+        BadInputError: the state cannot be read, or the rig file is not the one that the set-up
+            wrote: it would be overwritten.
+    """
+    path = state_path(rig)
+    try:
+        state = _from_data(json.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        state = State()
+    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+        raise BadInputError(
+            f"{path} does not tell where the set-up was left: {error}",
+            hint="move it and the rig file away to begin anew",
+        ) from error
+    with suppress(FileNotFoundError):
+        if _sha256(rig.read_bytes()) not in state.rig_sha256:
+            raise BadInputError(
+                f"{rig} is not as the set-up left it: somebody else wrote or changed it",
+                hint="move it away; give what was changed with --keys, `stepload setup` writes it",
+            )
+    return state
+
+
+def write_state(rig: Path, state: State, left: Sequence[str]) -> None:
+    """Write the rig file as far as it is known, and the state; `left` are the steps to come.
+
+    Raises:
+        BadInputError: one of the two cannot be written.
+    """
+    text = written(state.values, head=_head(state, left)).encode()
+    state.rig_sha256 = [*state.rig_sha256[-1:], _sha256(text)]
+    data = {
+        "stepload_setup": VERSION, "answers": state.answers, "rig_sha256": state.rig_sha256,
+        "done": {name: _done_data(step) for name, step in state.done.items()},
+    }  # fmt: skip
+    kept = json.dumps(data, indent=1, ensure_ascii=False).encode()
+    part = [(state_path(rig), kept)] + ([(rig, text)] if state.done else [])
+    try:
+        for path, content in part:
+            _replace(path, content)
+    except OSError as error:
+        raise BadInputError(f"cannot write {rig}: {error.strerror}") from error
+
+
+def _head(state: State, left: Sequence[str]) -> tuple[str, ...]:
+    rest = f"UNFINISHED, to come: {', '.join(left)}" if left else "finished"
+    notes = [
+        f"{name}, {step.on}: {note}" for name, step in state.done.items()
+        for note in step.found.notes
+    ]  # fmt: skip
+    return (f"Written by `stepload setup`; {rest}. Behind each value: where it is from.", *notes)
+
+
+def _replace(path: Path, data: bytes) -> None:
+    """Whole or not at all."""
+    part = path.with_name(f".{path.name}.part")
+    with open(part, "wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(part, path)
+
+
+def _sha256(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _done_data(step: Done) -> dict[str, Any]:
+    return {"on": step.on, "values": step.found.values, "notes": list(step.found.notes),
+            "facts": dict(step.found.facts)}  # fmt: skip
+
+
+def _from_data(data: Any) -> State:
+    if data["stepload_setup"] != VERSION:
+        raise ValueError(f"version {data['stepload_setup']}, this stepload knows {VERSION}")
+    done = {
+        name: Done(step["on"], Found({k: Value(*v) for k, v in step["values"].items()},
+                                     step["notes"], step["facts"]))
+        for name, step in data["done"].items()
+    }  # fmt: skip
+    return State(dict(data["answers"]), done, list(data["rig_sha256"]))

@@ -1,0 +1,107 @@
+"""Answers: from flags and files, checked where they stand; a missing one names its flag."""
+
+from __future__ import annotations
+
+import pytest
+from bench_fakes import Hands, Rig
+
+from stepload.errors import BadInputError, RefusedError
+from stepload.plan.problems import PlanError
+from stepload.plan.source import Source
+from stepload.setup.answers import Answers, from_file, from_flags
+from stepload.setup.flat import flat, quoted, written
+
+
+def asked(given=None, person=None, **how):
+    return Answers(given or {}, person or Hands(Rig()), **how)
+
+
+def test_a_missing_answer_names_its_flag():
+    with pytest.raises(BadInputError) as missing:
+        asked().text("surface_distance")
+    assert "--surface-distance ANSWER" in missing.value.hint
+
+
+def test_the_order_is_given_kept_default():
+    assert asked({"plan": "a.yaml"}, kept={"plan": "b.yaml"}).text("plan") == "a.yaml"
+    assert asked(kept={"plan": "b.yaml"}).text("plan") == "b.yaml"
+    assert asked().text("plan") == "first-payload.yaml"
+
+
+def test_consent_is_never_kept_and_no_is_no():
+    answers = asked({"may_touch": "yes"})
+    answers.consent("may_touch")
+    assert "may_touch" not in answers.kept
+    with pytest.raises(RefusedError, match="The answer was no"):
+        asked({"may_touch": "no"}, yes=True).consent("may_touch")
+    with pytest.raises(BadInputError, match="no terminal"):
+        asked().consent("may_touch")
+    with pytest.raises(BadInputError, match="no terminal"):
+        asked(kept={"may_touch": "yes"}).consent("may_touch")
+
+
+def test_a_person_is_asked_until_the_answer_can_be_used():
+    class Person(Hands):
+        def ask(self, question):
+            return ("3 mm", "-3 mm", "far")[2 - len(self.said)]
+
+    person = Person(Rig())
+    assert asked(person=person).quantity("surface_distance", "m") == pytest.approx(3e-3)
+    assert len(person.said) == 2
+
+
+def test_flags_take_both_forms_and_many_words():
+    found = from_flags(["--host=1.2.3.4", "--keys", "a.b=1 N", "--keys", "c=2 m", "--shape",
+                        "sphere"])  # fmt: skip
+    assert found == {"host": "1.2.3.4", "keys": "a.b=1 N\nc=2 m", "shape": "sphere"}
+    assert asked(found).words("keys") == {"a.b": "1 N", "c": "2 m"}
+
+
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [
+        (["--hots", "1"], "'--hots' is no question of the set-up"),
+        (["--host"], "its answer is missing"),
+        (["--radius", "25"], "--radius"),
+        (["--shape", "cube"], "--shape: 'cube' is no answer"),
+        (["--keys", "a"], "'a' is no KEY=VALUE"),
+        (["--host", ""], "an empty answer"),
+    ],
+)
+def test_bad_flags_are_named(words, what):
+    with pytest.raises(BadInputError, match=what):
+        from_flags(words)
+
+
+def test_a_file_of_answers(tmp_path):
+    path = tmp_path / "answers.yaml"
+    path.write_text(
+        "host: 10.0.0.2\napproach: [0, 0, -1]\nmay_touch: true\n"
+        "keys: {arm: {max_age: 20 ms}, loop_delay: 60 ms}\n"
+    )
+    assert from_file(path) == {
+        "host": "10.0.0.2", "approach": "[0, 0, -1]", "may_touch": "true",
+        "keys": "arm.max_age=20 ms\nloop_delay=60 ms",
+    }  # fmt: skip
+
+
+def test_unknown_answers_are_refused_with_their_line_all_at_once(tmp_path):
+    path = tmp_path / "answers.yaml"
+    path.write_text("host: 10.0.0.2\nhots: 1\nradius: 25\n")
+    with pytest.raises(PlanError) as refused:
+        from_file(path)
+    assert "answers.yaml:2:1: 'hots' is no question" in str(refused.value)
+    assert "answers.yaml:3:9: radius:" in str(refused.value)
+    path.write_text("[1, 2]")
+    with pytest.raises(PlanError, match="answers are a mapping"):
+        from_file(path)
+
+
+def test_texts_are_read_back_as_they_were():
+    texts = ["plain", "with: colon", "# no comment", "12", "true", "-fz", "a #b", "", "5 %", "1e3"]
+    rows = "\n".join(f"k{n}: {quoted(text)}" for n, text in enumerate(texts))
+    source = Source("x", None, rows, rows.encode())
+    found = flat(source, "here")
+    again = written(found)
+    assert [flat(Source("y", None, again, again.encode()), "here")[f"k{n}"].text
+            for n in range(len(texts))] == [quoted(text) for text in texts]  # fmt: skip

@@ -1,0 +1,132 @@
+"""The guided push: wiring mistakes are found, and what is not clear is refused."""
+
+from __future__ import annotations
+
+import pytest
+from bench_fakes import DAY, Hands, Rig, setup_of
+
+from stepload.errors import RefusedError
+from stepload.setup import hand
+from stepload.setup.bench import FORCE
+from stepload.setup.flat import Value
+from stepload.setup.state import Done, Found
+
+
+def texts(found):
+    return {key: value.text for key, value in found.values.items()}
+
+
+@pytest.mark.parametrize(
+    ("feel", "axis"),
+    [
+        (lambda f: f, '"-fz"'),
+        (lambda f: (f[0], f[1], -f[2]), '"+fz"'),
+        (lambda f: (f[2], f[1], f[0]), '"-fx"'),
+        (lambda f: (f[0], -f[2], f[1]), '"+fy"'),
+    ],
+)
+def test_axis_and_sign_are_those_of_the_wiring(feel, axis):
+    found = texts(hand.push(setup_of(Rig(feel=feel))))
+    assert found["force.axis"] == axis
+    assert found["force.pushed_on"] == found["second_force.pushed_on"] == "2026-11-22"
+
+
+def test_a_second_sensor_gets_an_axis_of_its_own():
+    rig = Rig(second_feel=lambda f: (f[2], f[0], f[1]))
+    found = texts(hand.push(setup_of(rig, second="sensor")))
+    assert (found["force.axis"], found["second_force.sensor.axis"]) == ('"-fz"', '"-fx"')
+    assert found["second_force.pushed_on"] == "2026-11-22"
+    assert "second_force.sensor.pushed_on" not in found
+
+
+@pytest.mark.parametrize(
+    ("rig", "what"),
+    [
+        (Rig(feel=lambda f: (0.0, 0.0, 0.0)), "the force sensor: it read"),
+        (Rig(arm_gain=0.0), "the arm's own force: it read"),
+        (Rig(arm_gain=-1.0), "as if pulled towards the plate"),
+        (Rig(feel=lambda f: (0.7 * f[2], 0.0, 0.7 * f[2])), "which one is the axis is not clear"),
+        (Rig(feel=lambda f: (0.0, 0.0, 2.5 * f[2])), "of the same push, which differ"),
+        (Rig(feel=lambda f: (0.0, 0.0, 0.0), noise_n=0.0), "every reading at rest is the same"),
+        (Rig(feel=lambda f: (0.0, 0.0, 0.0), arm_gain=0.0), "no push was seen on any channel"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_a_channel_is_said(rig, what):
+    with pytest.raises(RefusedError, match=what):
+        hand.push(setup_of(rig))
+
+
+def test_a_push_the_wrong_way_is_not_taken_for_a_sign():
+    rig = Rig()
+    with pytest.raises(RefusedError, match="the push went the wrong way"):
+        hand.push(setup_of(rig, Hands(rig, push=(0.0, 0.0, -30.0))))
+
+
+def test_a_push_across_the_tool_is_not_clear_to_the_arm():
+    rig = Rig()
+    with pytest.raises(RefusedError, match="the arm's own force"):
+        hand.push(setup_of(rig, Hands(rig, push=(30.0, 0.0, 0.0))))
+
+
+def test_pushes_that_disagree_are_refused():
+    rig = Rig()
+
+    class Changing(Hands):
+        def tell(self, line):
+            self.push = (0.0, 0.0, 30.0) if "push 1" in line else self.push
+            self.push = (0.0, 30.0, 0.0) if "push 2" in line else self.push
+            super().tell(line)
+
+    with pytest.raises(RefusedError, match="the pushes disagree"):
+        hand.push(setup_of(rig, Changing(rig), second="none"))
+
+
+def test_a_hand_that_does_not_let_go_is_waited_for_in_vain():
+    rig = Rig()
+
+    class Holding(Hands):
+        def tell(self, line):
+            if "let go" not in line:
+                super().tell(line)
+
+    with pytest.raises(RefusedError, match="not come back to its rest"):
+        hand.push(setup_of(rig, Holding(rig)))
+
+
+def weighing(rig, axis='"-fz"', person=None, **answers):
+    setup = setup_of(rig, person, **answers)
+    pushed = Found({f"{FORCE}.axis": Value(axis, "")})
+    setup.state.done["push"] = Done(DAY.isoformat(), pushed)
+    return setup
+
+
+def test_the_tool_is_weighed_in_two_poses():
+    found = hand.weigh(weighing(Rig()))
+    assert float(texts(found)["force.tool_mass"].removesuffix(" g")) == pytest.approx(800, rel=0.02)
+
+
+def test_a_weight_that_contradicts_the_push_is_refused():
+    with pytest.raises(RefusedError, match="does not fit the axis"):
+        hand.weigh(weighing(Rig(), axis='"+fz"'))
+
+
+def test_two_poses_alike_weigh_nothing():
+    rig = Rig()
+
+    class Idle(Hands):
+        def tell(self, line):
+            self.said.append(line)
+
+    with pytest.raises(RefusedError, match="nearly alike in both poses"):
+        hand.weigh(weighing(rig, person=Idle(rig)))
+
+
+def test_a_light_tool_has_no_mass_that_could_be_told():
+    rig = Rig()
+    rig.tool.mass_kg = 0.01
+    assert hand.weigh(weighing(rig)).values == {}
+
+
+def test_a_mass_may_be_stated_or_left_out():
+    assert texts(hand.weigh(weighing(Rig(), tool_mass="1.2 kg"))) == {"force.tool_mass": "1.2 kg"}
+    assert hand.weigh(weighing(Rig(), tool_mass="none")).values == {}

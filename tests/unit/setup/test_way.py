@@ -1,0 +1,89 @@
+"""Start pose and first motion: only back, only with consent, and only where nothing is."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from bench_fakes import Hands, Rig, setup_of
+
+from stepload.errors import RefusedError
+from stepload.setup import way
+from stepload.setup.flat import Value
+from stepload.setup.state import Done, Found
+
+
+def ready(rig, approach="[0, 0, -1]", person=None, **answers):
+    setup = setup_of(rig, person, **answers)
+    found = Found({"arm.options.approach": Value(approach, "")})
+    setup.state.done["arm"] = Done("2026-11-22", found)
+    return setup
+
+
+def test_the_start_is_kept_as_pose_and_joints():
+    notes = way.start(ready(Rig())).notes
+    assert "[0.40000, 0.00000, 0.30000, 0.00000, 3.14159, 0.00000]" in notes[0]
+    assert "[0.10000, 0.20000, 0.30000]" in notes[1]
+
+
+def test_an_approach_that_is_not_the_tools_is_refused_with_the_tools_own():
+    with pytest.raises(RefusedError, match="90 degrees off") as refused:
+        way.start(ready(Rig(), approach="[1, 0, 0]"))
+    assert "-1.000]' --redo arm" in refused.value.hint
+
+
+def test_the_arm_only_backs_away_and_returns():
+    rig = Rig()
+    found = way.way(ready(rig, hazards_read_by="A. Tester", back="4 mm"))
+    assert max(rig.targets) <= 0.0
+    assert min(rig.targets) == pytest.approx(-4e-3, abs=2e-5)
+    assert rig.position_m == pytest.approx(0.0, abs=1e-5)
+    assert found.values["hazards_read_by"].text == "A. Tester"
+    assert found.values["hazards_read_on"].text == "2026-11-22"
+
+
+def test_the_arm_stops_where_something_is_in_the_way():
+    rig = Rig(obstacle_m=1e-3)
+    with pytest.raises(RefusedError, match="the force changed by 50"):
+        way.way(ready(rig, hazards_read_by="A. Tester"))
+    assert rig.safe_calls == 1
+    assert min(rig.targets) > -1.1e-3
+
+
+def test_nothing_moves_without_consent_or_a_name():
+    rig = Rig()
+    with pytest.raises(RefusedError, match="The answer was no"):
+        way.way(ready(rig, hazards_read_by="A. Tester", may_back="no"))
+    setup = ready(rig, hazards_read_by="A. Tester")
+    setup.answers.yes = False
+    with pytest.raises(Exception, match="no terminal to ask at"):
+        way.way(setup)
+    with pytest.raises(Exception, match="no terminal to ask at"):
+        way.way(ready(rig))
+    assert not rig.targets
+    assert not rig.openings
+
+
+def test_the_hazards_are_said_before_the_first_motion():
+    rig = Rig()
+    hands = Hands(rig)
+    way.way(ready(rig, person=hands, hazards_read_by="A. Tester", back="1 mm"))
+    assert any("risk-assessment" in line for line in hands.said)
+    assert any("emergency stop" in line for line in hands.said)
+
+
+def test_a_way_back_that_is_too_long_is_refused():
+    rig = Rig()
+    with pytest.raises(RefusedError, match="at most 20 mm"):
+        way.way(ready(rig, hazards_read_by="A. Tester", back="30 mm"))
+    assert math.isclose(rig.position_m, 0.0)
+
+
+def test_a_touch_begins_only_where_the_arm_was_led():
+    rig = Rig()
+    setup = ready(rig)
+    setup.state.done["start"] = Done("2026-11-22", way.start(setup))
+    way.stands_at_start(setup)
+    rig.tool.turned = (0.0, math.pi - 0.1, 0.0)
+    with pytest.raises(RefusedError, match=r"0.00 mm and 5.7 degrees from the start pose"):
+        way.stands_at_start(setup)
