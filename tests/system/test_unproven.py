@@ -14,6 +14,7 @@ PROCEDURES = Path(__file__).parents[2] / "procedures"
 def plan_with(directory: Path, proof: str) -> Path:
     text = (PROCEDURES / "ur5e-silicone-sphere.yaml").read_text()
     text = text.replace("payload: payloads/", f"payload: {PROCEDURES}/payloads/")
+    text = text.replace("host: 192.168.1.10", "host: 127.0.99.1")
     path = directory / "plan.yaml"
     path.write_text(text.replace("      port: /dev/ttyUSB0\n", f"      port: /nowhere\n{proof}"))
     return path
@@ -24,7 +25,7 @@ def test_an_unproven_rig_is_refused(days: int | None, tmp_path: Path) -> None:
     pushed_on = date.today() - timedelta(days=days or 0)
     proof = f"    pushed_on: {pushed_on}\n" if days else ""
     plan = plan_with(tmp_path, proof)
-    said = in_process("run", plan, "--out", tmp_path / "run")
+    said = in_process("run", plan, "--yes", "--out", tmp_path / "run")
     assert said.returncode == 3
     assert "axis and sign of the force are not proven: rig.force" in said.stderr
     assert ("31 days old" if days else "no push by hand") in said.stderr
@@ -41,6 +42,6 @@ def test_a_stated_mass_is_proof_enough_to_begin(tmp_path: Path) -> None:
     told = in_process("preflight", plan)
     assert "will refuse" not in told.stdout
     assert "prove the force channels" in told.stdout
-    said = in_process("run", plan.name, "--json", cwd=tmp_path)
+    said = in_process("run", plan.name, "--yes", "--json", cwd=tmp_path)
     assert said.returncode == 4
     assert "not proven" not in said.stderr

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from stepload.errors import DeviceError
 from stepload.rig.device import Arm, ArmConfiguration, Health, Identity, StopProof
-from stepload.rig.faults import Fault, FaultCode
+from stepload.rig.faults import TAKEN_OVER, Fault, FaultCode
 from stepload.rig.options import Option
 from stepload.rig.samples import ArmSample, Status
 from stepload_drivers.motion import require_finite_target, require_positive
@@ -17,6 +17,7 @@ from stepload_drivers.ur.preflight import preflight
 from stepload_drivers.ur.process import ChildProcess
 from stepload_drivers.ur.settings import OPTIONS, settings_from
 from stepload_drivers.ur.tally import Tally
+from stepload_drivers.ur.unload import Unloading
 
 CONNECTION_LOST = frozenset(
     {
@@ -37,7 +38,9 @@ LINK_LOST = (
 """What ur_rtde prints when its connection is gone. It may end its process in trying to reconnect,
 for which it is left no means, before the child's loop has seen the loss."""
 
-PAUSED = 4
+PROGRAM_ENDED = TAKEN_OVER | {FaultCode.WATCHDOG_STOP}
+"""After these no target can reach the arm, or none may."""
+
 RESCUE_S = 1.0
 
 
@@ -68,6 +71,7 @@ class UrArm(Arm):
         self._last: ArmSample | None = None
         self._configuration: ArmConfiguration | None = None
         self._fault: Fault | None = None
+        self._unloading: Unloading | None = None
         self._stage = ""
         self._replies: dict[int, dict[str, Any]] = {}
         self._number = 0
@@ -81,6 +85,7 @@ class UrArm(Arm):
         self._tally = Tally(self.period_s)
         self._samples, self._last, self._start, self._fault = [], None, None, None
         self._replies, self._target_m, self._stage = {}, 0.0, ""
+        self._unloading = None
         self._configuration = None
         left_s = max(0.1, deadline_s - time.monotonic())
         self._child = ChildProcess(self._settings, self.period_s, left_s)
@@ -118,6 +123,8 @@ class UrArm(Arm):
     def command(self, position_m: float) -> None:
         require_finite_target(position_m)
         self._pump()
+        if self._fault is not None and self._fault.code in PROGRAM_ENDED:
+            raise self._gone()
         from_m = min(self._last.position_m, self._target_m) if self._last else self._target_m
         lead_m = position_m - from_m
         if lead_m > self._settings.max_lead_m:
@@ -150,27 +157,43 @@ class UrArm(Arm):
         if self._child is not None:
             reply = self._request("safe", min(0.6 * timeout_s, 2.5))
             if reply is not None and reply["ok"]:
-                stopped = reply["runtime_state"] not in (state.PLAYING, PAUSED)
+                stopped = reply["runtime_state"] not in (state.PLAYING, state.PAUSED)
                 if reply["confirmed"] or stopped:
                     return
             if reply is None or not reply["ok"]:
                 self._kill()
+        unloading = self._unloading
+        if unloading is not None and not unloading.ended(deadline_s - 0.3 * timeout_s):
+            raise DeviceError(
+                "no stop was sent: it would cancel the retract that was handed over "
+                f"{unloading.age_s:.1f} s ago and was not seen to end; it ends by itself",
+                code=FaultCode.NOT_CONNECTED,
+                hint="use the emergency stop if the arm presses on",
+            )
         rescue.stop(self._settings.host, deadline_s)
 
     def retract(self, distance_m: float, speed_m_s: float, timeout_s: float) -> None:
         require_positive("retract", distance_m=distance_m, speed_m_s=speed_m_s, timeout_s=timeout_s)
         deadline_s = time.monotonic() + timeout_s
+        self._pump()
+        self._refuse_if_taken_over()
         if self._child is not None:
             limit_s = max(0.5 * timeout_s, timeout_s - RESCUE_S)
             reply = self._request("retract", limit_s, distance_m=distance_m, speed_m_s=speed_m_s)
             if reply is not None and reply["ok"]:
                 return
+            self._refuse_if_taken_over()
             self._kill()
-        try:
-            rescue.retract(self._settings, distance_m, speed_m_s, deadline_s)
-        except DeviceError:
-            rescue.stop(self._settings.host, time.monotonic() + RESCUE_S)
-            raise
+        self._unloading = self._unloading or Unloading(self._settings, self._last)
+        self._unloading.retract(distance_m, speed_m_s, deadline_s)
+
+    def _refuse_if_taken_over(self) -> None:
+        """No motion after a person or a safety system has taken over."""
+        fault = self._fault
+        if fault is not None and fault.code in TAKEN_OVER:
+            raise DeviceError(
+                f"no retract was sent: {fault.message}", code=fault.code, hint=fault.hint
+            )
 
     def prove_stop(self, distance_m: float, speed_m_s: float, timeout_s: float) -> StopProof:
         """Move slowly away from the plate, stop sending under way, and see the arm stop by itself.

@@ -13,26 +13,32 @@ import signal
 import time
 from typing import Any, NoReturn
 
-from stepload.rig.faults import FaultCode
+from stepload.rig.faults import TAKEN_OVER, FaultCode
 from stepload_drivers.ur import wire
 from stepload_drivers.ur.link import Link
 from stepload_drivers.ur.ports import ControlPort, ReceivePort
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.standstill import Standstill
 from stepload_drivers.ur.state import (
+    PLAYING,
+    STOPPED,
     Problem,
     UrState,
     Vector6,
     data_problem,
+    safety_problem,
     target_pose,
     travel_m,
 )
+from stepload_drivers.ur.taken_over import WATCHDOG_SHARE
 from stepload_drivers.ur.watch import Watch
 
 POLL_S = 0.0004
 HANG_S = 2.0
 RESEND_SHARE = 0.2
 """Inputs are sent again after this share of the watchdog's time."""
+GAP_SEEN_S = 0.05
+"""A stop seen so soon after a gap in what was sent came of that gap."""
 CLOCK_SLACK_S = 1.0
 REPORTED = 3
 """Exit status of a child that has reported its fault itself."""
@@ -49,7 +55,7 @@ class Loop:
     `expect_stop` is set while a stop of the program is wanted; `muted` while nothing is sent;
     `target_m` is the target that the arm follows, None while it follows none; `commanded_m` the
     last one there was, 0 (where the arm stood) before any; `sent_s` a time just before the last
-    input to the controller.
+    input to the controller. Once `taken_over`, by a person or a safety system, no target is sent.
     """
 
     def __init__(self, link: Link, settings: Settings, period_s: float) -> None:
@@ -63,6 +69,7 @@ class Loop:
         self.fresh_target = False
         self.muted = False
         self.expect_stop = False
+        self.taken_over = False
         self.heard_s = time.monotonic()
         self._period_s = period_s
         self._receive = ReceivePort(settings)
@@ -70,6 +77,8 @@ class Loop:
         self._offset_s = 0.0
         self.sent_s = 0.0
         self._refused_s = math.inf
+        self._unsent_s = math.nan
+        self._gap_s, self._gap_end_s = 0.0, -math.inf
         self._has_fault = False
         self.watch = Watch(settings)
         self.forgive_pause()
@@ -117,8 +126,9 @@ class Loop:
         for message in self.link.receive(POLL_S):
             self.heard_s = time.monotonic()
             if message[:1] == wire.TARGET:
-                self.follow(wire.unpack_target(message))
-                self.muted = False
+                if not self.taken_over:
+                    self.follow(wire.unpack_target(message))
+                    self.muted = False
             elif message[:1] == wire.REQUEST:
                 self.requests.append(wire.unpack_json(message))
         self._poll()
@@ -173,14 +183,22 @@ class Loop:
                 f"{state.timestamp_s:.3f} s, {ahead_s:+.3f} s against the host",
                 "was the controller restarted?",
             )
-        if self.control is not None and not self.expect_stop and not self._has_fault:
-            self._find_fault(state, now_s)
+        if self.control is not None and not self.expect_stop:
+            self.taken_over = self.taken_over or safety_problem(state) is not None
+            if not self._has_fault:
+                self._find_fault(state, now_s)
 
     def _find_fault(self, state: UrState, now_s: float) -> None:
         """Report once what keeps the arm from following."""
-        if problem := self.watch.problem(state, now_s, self._refused_s, self.heard_s):
+        if state.runtime_state != PLAYING and math.isnan(self._unsent_s):
+            recent = now_s - self._gap_end_s < GAP_SEEN_S
+            self._unsent_s = max(now_s - self.sent_s, self._gap_s if recent else 0.0)
+        if problem := self.watch.problem(state, now_s, self._refused_s, self._unsent_s):
             self._has_fault = self.muted = True
+            self.taken_over = self.taken_over or problem.code in TAKEN_OVER
             self._report(problem)
+            if self.taken_over and state.runtime_state != STOPPED:
+                self.watch.end_program()  # what is only paused would go on once released
 
     def _send_due(self, control: ControlPort) -> None:
         """Forward a fresh target at once; else repeat the last input often enough."""
@@ -196,6 +214,8 @@ class Loop:
             pose = target_pose(self.start, self.settings.approach, self.target_m)
             sent = control.servo(pose, self._period_s)
         self.fresh_target = False
+        if self.sent_s and now_s - self.sent_s >= WATCHDOG_SHARE / self.settings.watchdog_hz:
+            self._gap_s, self._gap_end_s = now_s - self.sent_s, now_s
         self.sent_s = now_s
         self._refused_s = math.inf if sent else min(self._refused_s, now_s)
 

@@ -209,6 +209,8 @@ def _back_away(loop: Loop, distance_m: float, speed_m_s: float) -> float:
     that has jumped ahead, frozen or drifted must not become a push. Further behind the target than
     any target may lead, one of the two is wrong, and no servo target is safe.
     """
+    if loop.taken_over:
+        raise RequestError("the arm was stopped by a person or a safety system: no motion")
     if tcp_changed(loop.watch.armed, loop.watch.told.configuration):
         raise RequestError("the TCP was changed: left to the controller's own target")
     from_m = min(loop.position_m, loop.commanded_m)

@@ -26,6 +26,7 @@ class RemoteCheck:
         self._dashboard: Dashboard | None = None
         self._asked_s = time.monotonic()
         self._final = False
+        self._tells = True
         with contextlib.suppress(DeviceError):
             self._dashboard = Dashboard(host, time.monotonic() + ASK_S)
 
@@ -50,16 +51,27 @@ class RemoteCheck:
 
     def _start(self) -> None:
         self._asked_s = time.monotonic()
-        if self._dashboard is not None:
+        if self._dashboard is not None and self._tells:
             self._thread = threading.Thread(target=self._ask, daemon=True)
             self._thread.start()
+
+    def end_program(self) -> None:
+        """Send the dashboard's stop, aside of the loop too; whether it is obeyed is not told."""
+        threading.Thread(target=self._stop, daemon=True).start()
+
+    def _stop(self) -> None:
+        if self._thread is not None:
+            self._thread.join(ASK_S)
+        if self._dashboard is not None:
+            with contextlib.suppress(DeviceError):
+                self._dashboard.ask("stop", time.monotonic() + ASK_S)
 
     def _ask(self) -> None:
         assert self._dashboard is not None
         try:
             reply = self._dashboard.ask("is in remote control", time.monotonic() + ASK_S)
             self.remote = REMOTE.get(reply.lower())
-        except DeviceError:
+            self._tells = self.remote is not None
+        except DeviceError:  # a late answer would be taken for the next question's
             self.remote = None
-        if self.remote is None:  # a late answer would be taken for the next question's
             self._dashboard = None

@@ -12,7 +12,7 @@ from stepload.rig.faults import FaultCode
 
 Vector6 = tuple[float, float, float, float, float, float]
 
-PLAYING = 2
+STOPPED, PLAYING, PAUSED = 1, 2, 4
 ROBOT_RUNNING = 7
 
 REACH_M = 5.0

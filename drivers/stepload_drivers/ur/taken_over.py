@@ -8,6 +8,9 @@ from stepload_drivers.ur.state import Problem, UrState
 PAUSING = (3, 4)
 """Values of `runtime_state` while a program is being paused, or is."""
 
+WATCHDOG_SHARE = 0.9
+"""The controller's watchdog has acted only after so much of its time without an input of ours."""
+
 _REMOTE_HINT = "when the operator is done: switch the pendant to remote control, then start anew"
 
 
@@ -21,21 +24,29 @@ def local_control(*, program_runs: bool) -> Problem:
     )
 
 
-def stopped(state: UrState, *, remote: bool | None, silent_s: float, leash_s: float) -> Problem:
-    """Why the program does not run.
+def stopped(state: UrState, *, remote: bool | None, unsent_s: float, watchdog_s: float) -> Problem:
+    """Why the program does not run: nothing moves the arm unless it was the watchdog for sure.
 
     Args:
         state: the newest package; no safety stop is in force.
         remote: whether the controller is in remote control; None where it does not say.
-        silent_s: how long nothing has come from the run.
-        leash_s: silence after which the program is left to its watchdog.
+        unsent_s: how long nothing had been sent when the program was seen to have ended.
+        watchdog_s: time of the controller's watchdog.
     """
     if remote is False:
         return local_control(program_runs=False)
-    if state.runtime_state in PAUSING:
+    what = (
+        f"the control program on the controller does not run (runtime_state {state.runtime_state})"
+    )
+    paused = state.runtime_state in PAUSING
+    if unsent_s >= WATCHDOG_SHARE * watchdog_s and not paused:
+        return Problem(
+            FaultCode.WATCHDOG_STOP,
+            f"{what}: its watchdog stopped it, nothing was sent for {unsent_s * 1e3:.0f} ms",
+            "check the load of this computer, and the leash; then start anew",
+        )
+    if paused:
         cause = "somebody paused it at the pendant, or a program over the dashboard"
-    elif silent_s > leash_s:
-        cause = f"its watchdog stopped it: nothing came from the run for {silent_s * 1e3:.0f} ms"
     else:
         cause = (
             "stopped from the pendant or dashboard, replaced by another program, or stopped by its "
@@ -43,7 +54,6 @@ def stopped(state: UrState, *, remote: bool | None, silent_s: float, leash_s: fl
         )
     return Problem(
         FaultCode.PROGRAM_STOPPED,
-        "the control program on the controller does not run "
-        f"(runtime_state {state.runtime_state}): {cause}",
-        "see the pendant's log; then start anew",
+        f"{what}: {cause}",
+        "nothing moves the arm now: move it clear on the pendant, see its log, then start anew",
     )

@@ -32,7 +32,7 @@ class Watch:
         self.told = ToldClient(settings.host, time.monotonic() + TOLD_S)
         self.armed: ArmConfiguration | None = None
         self._remote_check = RemoteCheck(settings.host)
-        self._leash_s = settings.leash_s
+        self._watchdog_s = 1.0 / settings.watchdog_hz
 
     def poll(self) -> ArmConfiguration | None:
         """Take in what was told and asked aside; the configuration, if there is a new one."""
@@ -40,7 +40,7 @@ class Watch:
         return self.told.configuration if self.told.poll() else None
 
     def problem(
-        self, state: UrState, now_s: float, refused_s: float, heard_s: float
+        self, state: UrState, now_s: float, refused_s: float, unsent_s: float
     ) -> Problem | None:
         """What is wrong, told apart as well as it can be; None too while that is being asked.
 
@@ -48,12 +48,12 @@ class Watch:
             state: the newest package.
             now_s: monotonic time, as for the others.
             refused_s: since when the controller has refused inputs; inf: it takes them.
-            heard_s: when the run was heard last.
+            unsent_s: how long nothing had been sent when the program was seen to have ended.
         """
         if problem := safety_problem(state) or self._setting_problem(now_s):
             return problem
         if state.runtime_state != PLAYING:
-            return self._why_no_program(state, now_s - heard_s)
+            return self._why_no_program(state, unsent_s)
         if self._remote_check.remote is False:
             return local_control(program_runs=True)
         if now_s - refused_s > REFUSAL_GRACE_S:
@@ -76,10 +76,17 @@ class Watch:
             )
         return change(self.armed, self.told.configuration)
 
-    def _why_no_program(self, state: UrState, silent_s: float) -> Problem | None:
+    def end_program(self) -> None:
+        """End the program by the dashboard, so that one that is paused does not go on."""
+        self._remote_check.end_program()
+
+    def _why_no_program(self, state: UrState, unsent_s: float) -> Problem | None:
         """None while the dashboard is being asked."""
         if not self._remote_check.done():
             return None
         return stopped(
-            state, remote=self._remote_check.remote, silent_s=silent_s, leash_s=self._leash_s
+            state,
+            remote=self._remote_check.remote,
+            unsent_s=unsent_s,
+            watchdog_s=self._watchdog_s,
         )

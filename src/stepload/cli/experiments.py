@@ -89,9 +89,12 @@ def press(
     from stepload.cli.plans import show_preflight, show_verdict
     from stepload.cli.progress import progress
     from stepload.envelope.reason import PlanVerdict
+    from stepload.results.model import SIMULATED
     from stepload.session.experiment import run_plan
     from stepload.session.unfinished import repair_all
 
+    if dry_run:
+        output.line(SIMULATED)
     if envelope.verdict is not PlanVerdict.REFUSED:
         for repaired in repair_all(out or envelope.plan.record.directory):
             output.line(repaired.line)
@@ -99,7 +102,7 @@ def press(
             show_preflight(envelope, output)
         else:
             show_verdict(envelope, output, details=False)
-    with keys(operator), progress(quiet=quiet) as show:
+    with keys(operator), progress(quiet=quiet) as display:
         finished = run_plan(
             envelope,
             dry_run=dry_run,
@@ -108,7 +111,8 @@ def press(
             resume=resume,
             hazards_read_now=hazards_read,
             operator=operator,
-            on_progress=show,
+            on_progress=display.show,
+            on_notice=display.say,
         )
     _show_run(finished, output, details=verbose)
     return finished
@@ -214,7 +218,7 @@ def identify(
 ) -> None:
     """Identify the contact law from a record or a CSV file; nothing is moved or changed."""
     from stepload.results.data import identification_data, system_data
-    from stepload.results.from_file import results_of_file, system_of_file
+    from stepload.results.from_file import results_of_file, system_results_of_file
     from stepload.results.run_document import identification_document, system_document
     from stepload.results.wishes import Wishes, laws_of, wishes_of_payload
     from stepload.units import parse_quantity
@@ -239,13 +243,14 @@ def identify(
         wishes = wishes_of_payload(payload, wishes)
     out = Output(as_json=as_json)
     if kind == "system":
-        fit = system_of_file(file)
-        out.show(system_document(fit))
-        out.result(system_data(fit))
+        fit, simulated = system_results_of_file(file)
+        out.show(system_document(fit, simulated=simulated))
+        out.result({"simulated": simulated, **system_data(fit)})
     elif kind == "payload":
         told = results_of_file(file, wishes)
         out.show(identification_document(*told))
-        out.result(identification_data(told.found) | {"notes": told.notes})
+        data = {"simulated": told.simulated, **identification_data(told.found)}
+        out.result(data | {"notes": told.notes})
     else:
         raise BadInputError(f"--kind {kind!r}", hint="payload or system")
 

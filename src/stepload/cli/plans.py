@@ -48,7 +48,7 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "fast_speed_m_s": envelope.fast_speed_m_s,
         "force_budget": [data(fields.FORCE_TERM, term) for term in envelope.force_budget],
         "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
-        "duration_s": envelope.duration_s,
+        "duration_s": envelope.duration_s if envelope.stages else None,
     }
 
 

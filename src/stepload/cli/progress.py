@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from stepload.record.rows import Phase
 
@@ -15,6 +15,15 @@ if TYPE_CHECKING:
     from stepload.run.tick import Engine
 
 Progress = Callable[["Engine", "Envelope"], None]
+
+
+class Display(NamedTuple):
+    """Where a run is shown (None: not at all), and where notices go: never left out."""
+
+    show: Progress | None
+    say: Callable[[str], None]
+
+
 REFRESH_S = 0.1
 
 
@@ -29,6 +38,10 @@ def _where(engine: Engine) -> str:
 def _force(engine: Engine) -> str:
     row = engine.row
     return f"{row.force_n:7.2f} N of {row.limit_n:.4g} N" if row else ""
+
+
+def _line(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
 
 
 def plain_lines(write: Callable[[str], None]) -> Progress:
@@ -54,13 +67,13 @@ def plain_lines(write: Callable[[str], None]) -> Progress:
 
 
 @contextmanager
-def progress(*, quiet: bool) -> Iterator[Progress | None]:
-    """The display that fits where standard error goes."""
+def progress(*, quiet: bool) -> Iterator[Display]:
+    """The display that fits where standard error goes; quiet leaves out the progress alone."""
     if quiet:
-        yield None
+        yield Display(None, _line)
         return
     if not sys.stderr.isatty():
-        yield plain_lines(lambda text: print(text, file=sys.stderr, flush=True))
+        yield Display(plain_lines(_line), _line)
         return
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn
@@ -97,4 +110,4 @@ def progress(*, quiet: bool) -> Iterator[Progress | None]:
                 refresh=True,
             )
 
-        yield show
+        yield Display(show, lambda text: bar.console.print(text, markup=False, highlight=False))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from stepload.envelope.advice import advised
-from stepload.envelope.bounds import Measured, press_rig, retract_speed_m_s, step_rate_per_s
+from stepload.envelope.bounds import Measured, press_rig, retract_speed_m_s
 from stepload.envelope.cycles import cycle_reasons
 from stepload.envelope.domains import domain_reasons
 from stepload.envelope.hazards import hazards
@@ -158,7 +158,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         guarded_speed_m_s=pressing.guarded_speed_m_s if pressing else 0.0,
         fast_speed_m_s=pressing.fast_speed_m_s if pressing else 0.0,
         force_budget=pressing.guarded_budget(plan.procedure.touch_force_n) if pressing else (),
-        stages=_stages(plan, pressing, shake) if pressing else (),
+        stages=_stages(plan, limits, shake),
         shake=shake,
     )
 
@@ -210,12 +210,12 @@ def _identifiability_of(plan: Plan) -> Identifiability:
     )
 
 
-def _stages(plan: Plan, pressing: Pressing, shake: Shake | None) -> tuple[Stage, ...]:
+def _stages(plan: Plan, limits: RunLimits | None, shake: Shake | None) -> tuple[Stage, ...]:
+    if limits is None:
+        return ()
     return schedule(
         plan.procedure,
-        fast_speed_m_s=pressing.fast_speed_m_s,
-        guarded_speed_m_s=pressing.guarded_speed_m_s,
+        limits,
         retract_speed_m_s=retract_speed_m_s(plan.rig),
-        step_rate_per_s=step_rate_per_s(pressing.rig.loop_s),
         shake_s=shake.duration_s if shake is not None and shake.tells else 0.0,
     )

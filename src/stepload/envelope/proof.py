@@ -14,6 +14,7 @@ def shake_reasons(plan: Plan, shake: Shake | None) -> Iterator[Reason]:
     """Why a shake cannot tell the masses that a plan states, and how one that can moves."""
     if shake is None:
         return
+    yield from _heavy(plan)
     if shake.tells:
         behind_m = 2.0 * plan.procedure.retract_m + shake.travel_m
         yield Reason(
@@ -28,6 +29,21 @@ def shake_reasons(plan: Plan, shake: Shake | None) -> Iterator[Reason]:
             yield from _useless(other)
     else:
         yield from _useless(shake)
+
+
+def _heavy(plan: Plan) -> Iterator[Reason]:
+    """A tool whose inertia may pass for a touch, or for a pull (R11)."""
+    mass_kg, touch_n = plan.rig.force.tool_mass_kg, plan.procedure.touch_force_n
+    inertia_n = (mass_kg or 0.0) * plan.rig.arm.max_acceleration_m_s2
+    if inertia_n >= touch_n:
+        yield Reason(
+            "tool_inertia", Severity.WARN,
+            f"accelerating the tool of {format_quantity(mass_kg or 0.0, 'kg')} may take"
+            f" {format_quantity(inertia_n, 'N')}, and {format_quantity(touch_n, 'N')} count as a"
+            " touch, or as a pull that stops the run (R11)",
+            "raise procedure.touch_force above it, or leave it out",
+            inertia_n, touch_n, "N",
+        )  # fmt: skip
 
 
 def _useless(shake: Shake) -> Iterator[Reason]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stepload.envelope.limits import RunLimits
 from stepload.plan.model import Procedure
 
 RISE_TIME_CONSTANTS = 4.6
@@ -11,8 +12,25 @@ RISE_TIME_CONSTANTS = 4.6
 LOOK_S = 0.2
 """Looks at the force before and after backing off, to prove free air."""
 DRIFT_CHECK_S = 0.5
-REST_S = 0.3
-"""Rest after a retract, and ringing after a touch."""
+REST_S = 0.2
+"""Rest after a retract; the loop's own delays come on top."""
+RING_S = 0.2
+"""Until the ringing of a touch has died out."""
+SETTLED_S = 1.2
+"""Until the test of rest can say that a level has settled: no hold is shorter."""
+BETWEEN_CYCLES_TARE_S = 1.0
+SLOW_SHARE = 0.5
+"""Of the guarded speed, where the surface is known."""
+
+
+def touch_gap_m(limits: RunLimits, retract_m: float) -> float:
+    """How far the arm backs off between touches, in m."""
+    gap_m = max(
+        20.0 * limits.position_resolution_m,
+        4.0 * limits.lost_motion_m,
+        0.3 * limits.guarded_speed_m_s,
+    )
+    return min(retract_m, gap_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,45 +48,51 @@ class Stage:
 
 
 def schedule(
-    procedure: Procedure,
-    *,
-    fast_speed_m_s: float,
-    guarded_speed_m_s: float,
-    retract_speed_m_s: float,
-    step_rate_per_s: float,
-    shake_s: float = 0.0,
+    procedure: Procedure, limits: RunLimits, *, retract_speed_m_s: float, shake_s: float = 0.0
 ) -> tuple[Stage, ...]:
-    """Expected stages of a run that meets no trouble.
+    """Expected stages of a run that meets no trouble, from open devices on.
+
+    Proving free air leaves the arm backed off by the retract: that way is approached again, before
+    the first touch and after every lift-off.
 
     Args:
         procedure: the plan's steps.
-        fast_speed_m_s, guarded_speed_m_s, retract_speed_m_s: approach and retract speeds.
-        step_rate_per_s: λ of the step controller.
+        limits: of the run.
+        retract_speed_m_s: speed away from the surface.
         shake_s: time of the shake that proves the force channels; 0 without one.
     """
     levels = procedure.levels_n
-    band_m = procedure.surface_uncertainty_m
+    fast_m_s, guarded_m_s = limits.fast_speed_m_s, limits.guarded_speed_m_s
+    back_m, band_m = procedure.retract_m, procedure.surface_uncertainty_m
     clear_m = max(procedure.surface_distance_m - band_m, 0.0)
+    run_out_m = 2.0 * fast_m_s * limits.reaction_s
+    gap_m = touch_gap_m(limits, back_m)
     ramp_s = levels[-1] / len(levels) / procedure.load_rate_n_per_s
-    step_s = ramp_s + RISE_TIME_CONSTANTS / step_rate_per_s + procedure.hold_s
-    gap_m = min(procedure.retract_m, 0.3 * guarded_speed_m_s)
-    touch_s = gap_m / retract_speed_m_s + 2.0 * gap_m / guarded_speed_m_s + 2.0 * REST_S
-    part_s = procedure.retract_m / retract_speed_m_s + gap_m / guarded_speed_m_s + 2.0 * REST_S
-    free_s = 2.0 * LOOK_S + REST_S + procedure.retract_m / retract_speed_m_s
+    hold_s = max(procedure.hold_s, 4.0 / limits.step_rate_per_s + SETTLED_S)
+    step_s = ramp_s + RISE_TIME_CONSTANTS / limits.step_rate_per_s + hold_s
+    rest_s = REST_S + 4.0 * limits.loop_s
+    back_s = back_m / retract_speed_m_s + rest_s
+    again_s = (gap_m + run_out_m) / (SLOW_SHARE * guarded_m_s) + RING_S
+    touch_s = gap_m / retract_speed_m_s + rest_s + again_s
+    return_s = max(back_m - gap_m - run_out_m, 0.0) / fast_m_s + again_s
+    between_s = min(procedure.tare_s, BETWEEN_CYCLES_TARE_S)
     unload_steps = len(levels) - 1 if procedure.unload else 0
     stages = [
         Stage("warm up", procedure.warm_up_s, 1),
-        Stage("prove free air", free_s, 1),
+        Stage("prove free air", 2.0 * LOOK_S + back_s, 1),
         Stage("tare and drift check", procedure.tare_s + DRIFT_CHECK_S, 1),
         Stage("prove the force channels", shake_s, 1),
-        Stage("fast approach", clear_m / fast_speed_m_s, 1),
-        Stage("guarded approach", band_m / guarded_speed_m_s + REST_S, 1),
+        Stage("fast approach", max(clear_m + back_m - run_out_m, 0.0) / fast_m_s, 1),
+        Stage("guarded approach", (band_m + run_out_m) / guarded_m_s + RING_S, 1),
         Stage("touch again", touch_s, procedure.touches - 1),
         Stage("load step with hold", step_s, len(levels) * procedure.cycles),
         Stage("unload step with hold", step_s, unload_steps * procedure.cycles),
     ]
-    if procedure.cycles > 1:
-        name = "part and touch between cycles" if procedure.lift_off else "unload between cycles"
-        stages.append(Stage(name, part_s if procedure.lift_off else step_s, procedure.cycles - 1))
-    stages.append(Stage("retract, second tare, last touch", procedure.tare_s + part_s, 1))
+    if procedure.cycles > 1 and procedure.lift_off:
+        part_s = back_s + between_s + return_s
+        stages.append(Stage("part, tare and touch between cycles", part_s, procedure.cycles - 1))
+    elif procedure.cycles > 1:
+        stages.append(Stage("unload between cycles", step_s, procedure.cycles - 1))
+    end_s = 2.0 * back_s + procedure.tare_s + return_s
+    stages.append(Stage("retract, second tare, last touch", end_s, 1))
     return tuple(stage for stage in stages if stage.total_s > 0.0)

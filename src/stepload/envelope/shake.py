@@ -30,7 +30,7 @@ FORCE_SHARE = 0.25
 CROSS_SHARE = 0.5
 """Of the tolerance of R5: only one of the channels may feel the inertia."""
 TICKS_A_CYCLE = 20.0
-BLURS = 10.0
+BLURS = 5.0
 """Travel over what the arm's positions blur."""
 SLOWER, SLOWEST = 0.8, 16
 QUANTA = 2.0

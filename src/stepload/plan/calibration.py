@@ -18,6 +18,7 @@ from typing import Annotated, Any, ClassVar
 from stepload.contact.deflection import table_problem
 from stepload.plan.draft import UnknownError, whole
 from stepload.plan.leaves import (
+    Angle,
     Axis,
     Calendar,
     Damping,
@@ -28,6 +29,7 @@ from stepload.plan.leaves import (
     LengthOrZero,
     Name,
     Number,
+    Offset,
     Quantity,
     Remark,
     Stiffness,
@@ -40,6 +42,7 @@ from stepload.plan.reader import read_section
 from stepload.plan.sections import Entry, Key, entries
 from stepload.plan.source import Source, read_source
 from stepload.plan.tree import Place, parse_tree
+from stepload.rig.samples import SixFloats
 
 TEMPERATURE_BAND_K = 5.0
 """A record counts as made at another temperature when it is further away than this."""
@@ -89,6 +92,21 @@ class CalibrationRecord:
     run: Annotated[Remark, Key("Recording it was made from.")] = ""
     software: Annotated[Remark, Key("Version of stepload that made it.")] = ""
     simulated: Annotated[Flag, Key("Made in a dry run: good for dry runs only.")] = False
+    joints_rad: Annotated[
+        tuple[Angle, ...], Key("Joints of the arm at the start pose, as the arm tells them.")
+    ] = ()
+    tcp_position_m: Annotated[
+        tuple[Offset, ...], Key("TCP from the flange, as the arm tells it: x, y, z.")
+    ] = ()
+    tcp_rotation_rad: Annotated[tuple[Angle, ...], Key("Its rotation vector.")] = ()
+
+    @property
+    def tcp_offset(self) -> SixFloats | None:
+        """The TCP from the flange, as `ArmConfiguration` has it; None where it is not told."""
+        numbers = (*self.tcp_position_m, *self.tcp_rotation_rad)
+        if len(numbers) != 6:
+            return None
+        return (numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5])
 
 
 def write_calibration(record: CalibrationRecord, path: Path) -> None:
@@ -144,6 +162,8 @@ def _impossible(source: Source, record: CalibrationRecord) -> Iterator[Problem]:
     first, last = record.measured_on, record.valid_until
     if last < first:
         yield source.problem(1, 1, f"valid_until {last} is before measured_on {first}")
+    if (len(record.tcp_position_m), len(record.tcp_rotation_rad)) not in ((0, 0), (3, 3)):
+        yield source.problem(1, 1, "tcp_position and tcp_rotation: three numbers each, or none")
     rows = record.deflection_force_n, record.deflection_m, record.deflection_sigma_m
     if any(rows) and (problem := table_problem(*rows)):
         yield source.problem(1, 1, f"table of the deflection: {problem}")

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator
 
 from stepload.plan.overlay import SIMULATED, is_another, overlay, text
 from stepload.plan.problems import Problem, printable
-from stepload.plan.reader import expected
 from stepload.plan.rig import ArmSpec, DisplacementSpec, ForceSpec
 from stepload.plan.sections import written_entries
 from stepload.plan.tree import Mapping, Node, Place
@@ -23,7 +22,6 @@ _DEVICES = {
     ("second_force", "sensor"): ForceSpec,
     ("displacement",): DisplacementSpec,
 }
-_OF_THE_MOUNTING = "axis"
 
 Sheet = Callable[[Node], Node]
 """Gives the data sheet that the node of a name names; Broken, and reported, where there is none."""
@@ -73,22 +71,14 @@ def problems_of(rig: Node, own: Mapping, profile: Mapping | None, known: str) ->
         if not isinstance(device, Mapping):
             continue
         place, called = _key(rig, path), ".".join(path)
-        lacks = [e for e in written_entries(kind) if e.name not in device.entries]
-        another = is_another(old, at(own, path))
-        if another and any(entry.required for entry in lacks):
+        lacks = any(e.required and e.name not in device.entries for e in written_entries(kind))
+        if lacks and is_another(old, at(own, path)):
             sheet = f", or name a data sheet, profile: {known}" if kind is ForceSpec else ""
             yield place.problem(
                 f"{called}: this is another device than that of the profile {name}, "
                 f"{_shown(old)}: nothing is taken of that one",
                 f"write every key of {called} here{sheet}",
             )
-        for entry in lacks:
-            if entry.name == _OF_THE_MOUNTING and (another or "profile" in device.entries):
-                yield place.problem(
-                    f"{called}: missing key 'axis': how a sensor is mounted is on no data sheet, "
-                    "and that of another sensor is not taken",
-                    expected(entry),
-                )
     yield from _of_the_whole(rig, own, profile, str(name))
 
 

@@ -68,11 +68,20 @@ def _largest_step(plan: Plan) -> float:
     return max(high - low for low, high in pairwise((0.0, *levels)))
 
 
+TOOL_SHARE = 1.5
+"""Touch force over the inertia of the tool at the arm's largest acceleration."""
+
+
 def _touch_force(plan: Plan) -> float:
-    """Six times the scatter of a reading, its quantisation included, is no touch by chance."""
+    """Six times the scatter of a reading, its quantisation included, is no touch by chance.
+
+    Nor is what it takes to accelerate the tool, half as much again for the noise beside it.
+    """
     force = plan.rig.force
+    tool_n = TOOL_SHARE * (force.tool_mass_kg or 0.0) * plan.rig.arm.max_acceleration_m_s2
     scatter_n = math.hypot(force.noise_n, force.resolution_n / math.sqrt(12.0))
-    return max(0.01 * plan.procedure.top_force_n, 1.0, 2.0 * force.resolution_n, 6.0 * scatter_n)
+    top_n = plan.procedure.top_force_n
+    return max(0.01 * top_n, 1.0, 2.0 * force.resolution_n, 6.0 * scatter_n, tool_n)
 
 
 def _max_drift(plan: Plan) -> float:

@@ -108,7 +108,8 @@ class Procedure:
         Force,
         Key(
             "Force that counts as contact; default: 1 % of `top_force`, at least 1 N, two force "
-            "resolutions and six times the force noise, quantisation included.",
+            "resolutions, six times the force noise, quantisation included, and 1.5 times what the "
+            "tool takes to be accelerated.",
             derived=True,
         ),
     ]

@@ -105,10 +105,10 @@ class References:
         own = with_data_sheets(own, self.data_sheet, self.problems)
         rig, base = own, None
         if "profile" in own.entries:
-            base = self.profile(own.entries["profile"])
-            if not isinstance(base, Mapping):
+            named = self.profile(own.entries["profile"])
+            if not isinstance(named, Mapping):
                 return Broken(own.place)
-            base = with_data_sheets(base, self.data_sheet, self.problems)
+            base = with_data_sheets(named, self.data_sheet, self.problems)
             rig = composed(base, own)
         self.problems.extend(problems_of(rig, own, base, ", ".join(data_sheets())))
         return rig

@@ -32,6 +32,7 @@ from stepload.plan.leaves import (
 )
 from stepload.plan.sections import Key, Options
 from stepload.plan.simulation import AS_DECLARED, Simulation
+from stepload.rig.samples import SixFloats
 
 _Age = Annotated[float, Quantity("s", 0.002, 2.0)]
 _Drift = Annotated[float, Quantity("N/s", 0.0, 100.0)]
@@ -204,7 +205,8 @@ class SystemStiffness:
     """System stiffness K_s of the whole load path (26): a value with its error, or a record.
 
     With a record, its values have replaced those of the plan, and `record` is the path of its file.
-    `simulated` says whether it was made in a dry run, `validity_problem` why the stiffness may not
+    `simulated` says whether it was made in a dry run, `joints_rad` and `tcp_offset` how the arm of
+    the record stood (empty and None: not told), `validity_problem` why the stiffness may not
     be used as it stands ("" where it may).
     """
 
@@ -277,6 +279,8 @@ class SystemStiffness:
         ),
     ] = RecordPolicy.WARN
     simulated: bool = False
+    joints_rad: tuple[float, ...] = ()
+    tcp_offset: SixFloats | None = None
     validity_problem: str = ""
 
 

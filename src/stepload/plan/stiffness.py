@@ -61,6 +61,7 @@ def _go_by_record(plan: Plan, at: Place, sources: list[Source]) -> Iterator[str]
     record = parse_calibration(source)
     for field in _names(CalibrationRecord) & _names(SystemStiffness):
         put(stiffness, field, getattr(record, field))
+    put(stiffness, "tcp_offset", record.tcp_offset)
     put(stiffness, "provenance", Provenance.MEASURED)
     with suppress(UnknownError):
         if record.rig != plan.rig.name:

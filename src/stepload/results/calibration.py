@@ -21,6 +21,7 @@ from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
 from stepload.results.analyse import identify_system, pieces, series_contact
 from stepload.results.press_data import LOADING
 from stepload.results.saved import SavedRun
+from stepload.rig.pose import differences
 
 FloatArray = NDArray[np.float64]
 
@@ -231,6 +232,32 @@ def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
         "run": ", ".join(ids),
         "software": f"stepload {stepload.__version__}",
         "simulated": runs[0].simulated,
+        **common_pose(runs),
+    }
+
+
+def common_pose(runs: Sequence[SavedRun]) -> dict[str, Any]:
+    """How the arm stood in all runs, as far as it told; that of the first.
+
+    Raises:
+        BadInputError: it stood differently, or in one run it did not tell.
+    """
+    first, *others = (run.stood for run in runs)
+    for run, other in zip(runs[1:], others, strict=True):
+        if (first is None) != (other is None):
+            raise BadInputError(f"{run.path}: not all runs tell how the arm stood")
+        if first is not None and other is not None and (apart := differences(first, other)):
+            raise BadInputError(
+                f"{run.path}: the arm stood elsewhere than in {runs[0].path}: {'; '.join(apart)}",
+                hint="one record is for one rig in one pose; calibrate each by itself",
+            )
+    if first is None:
+        return {}
+    tcp = first.tcp_offset or ()
+    return {
+        "joints_rad": first.joints_rad or (),
+        "tcp_position_m": tcp[:3],
+        "tcp_rotation_rad": tcp[3:],
     }
 
 

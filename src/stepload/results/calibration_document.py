@@ -50,6 +50,7 @@ def calibration_document(found: Calibration, file: Path) -> Document:
         tables=[table("System stiffness (26)", by_name("run", fields.SYSTEM), rows)]
         if rows
         else [],
+        simulated=record.simulated,
     )
 
 
@@ -86,6 +87,7 @@ def _table_told(found: Calibration) -> str:
 def calibration_data(found: Calibration) -> dict[str, Any]:
     """A calibration for programs."""
     return {
+        "simulated": found.record.simulated,
         "calibration": found.record,
         "runs": [
             {"path": run.path, "run_id": run.metadata.get("run_id"), **system_data(fit)}

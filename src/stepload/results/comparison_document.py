@@ -122,6 +122,7 @@ def comparison_document(found: Comparison) -> Document:
             for each in found.runs
         ],
         figures=figures_of(found),
+        simulated=any(each.run.simulated for each in found.runs),
     )
 
 
@@ -180,6 +181,7 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
     """A comparison for programs."""
     judged = verdict(found)
     return {
+        "simulated": any(each.run.simulated for each in found.runs),
         "verdict": _v1_word(found, judged),
         "headline": judged.text,
         "agreement": judged.word,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from stepload.identify.repeats import LEAST_DEGREES
 from stepload.results.origins import origin_of
+from stepload.rig.pose import differences
 
 if TYPE_CHECKING:
     from stepload.results.comparison import ComparedRun, CurveGiven
@@ -46,6 +47,9 @@ def _group_notes(groups: Sequence[Sequence[int]], sizes: Sequence[int] | None) -
 
 def _run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: float) -> list[str]:
     notes = []
+    if len({each.run.simulated for each in runs}) > 1:
+        simulated = ", ".join(each.run.name for each in runs if each.run.simulated)
+        notes.append(f"a simulated run is compared with a measured one; simulated: {simulated}")
     payloads = sorted({each.run.metadata.get("payload", "") for each in runs})
     if len(payloads) > 1:
         notes.append(f"different payloads: {', '.join(payloads)}")
@@ -94,6 +98,17 @@ def _sharing_notes(runs: Sequence[ComparedRun]) -> list[str]:
         notes.append(
             "the records are older and do not name their calibration: taken as one where rig, arm, "
             "axis, K_s and its uncertainty are the same"
+        )
+    stood = [each.run.stood for each in runs]
+    apart = [
+        f"{each.run.name}: {'; '.join(found)}"
+        for each, other in zip(runs[1:], stood[1:], strict=True)
+        if stood[0] is not None and other is not None and (found := differences(stood[0], other))
+    ]
+    if apart:
+        notes.append(
+            f"the arm stood elsewhere than in {runs[0].run.name}, and its stiffness is another "
+            f"there: {', '.join(apart)}"
         )
     if len({each.force_sensor for each in origins}) > 1:
         notes.append("different force sensors: the error of the gain is not taken as common")

@@ -117,7 +117,7 @@ def outcome_data(outcome: RunOutcome, envelope: Envelope) -> dict[str, Any]:
 
 def run_data(run: Evaluation) -> dict[str, Any]:
     """The object of a run; the one of its identification is in it where there is one."""
-    made = outcome_data(run.outcome, run.envelope)
+    made = {"simulated": run.dry_run, **outcome_data(run.outcome, run.envelope)}
     if run.data is not None:
         made["measured"] = _measured_data(run.data)
     if run.identification is not None:

@@ -35,12 +35,13 @@ def _is_record(path: Path) -> bool:
 
 class FromFile(NamedTuple):
     """What a file says: the identification, what had to be assumed, and of a record of ours its
-    cycles and what it says beside the law."""
+    cycles, what it says beside the law, and whether a simulated rig made it."""
 
     found: Identification
     notes: tuple[str, ...]
     run_in: RunIn | None = None
     extras: Extras | None = None
+    simulated: bool = False
 
 
 def identify_file(path: Path, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
@@ -70,11 +71,17 @@ def results_of_file(path: Path, wishes: Wishes) -> FromFile:
             run_in = _cycles(run, found)
         except BadInputError as error:
             run_in, notes = None, (*notes, error.message)
-        return FromFile(found, notes, run_in, extras_of(run.data, found))
+        return FromFile(found, notes, run_in, extras_of(run.data, found), run.simulated)
 
 
 def _identify_record(run: SavedRun, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
     notes = ("the record is partial",) if run.partial else ()
+    if (stood := run.stood) is not None and stood.joints_rad:
+        joints = ", ".join(f"{math.degrees(each):.1f}°" for each in stood.joints_rad)
+        notes = (
+            *notes,
+            f"the arm stood at the joints {joints} ({run.conditions.pose or 'no name'})",
+        )
     return identify_payload(run.data, wishes.applied(run.conditions)), notes
 
 
@@ -91,7 +98,12 @@ def _cycles(run: SavedRun, found: Identification) -> RunIn | None:
 
 
 def system_of_file(path: Path) -> SystemStiffnessFit:
-    """System stiffness from a record or a CSV curve with positions.
+    """System stiffness from a record or a curve; raises as `system_results_of_file`."""
+    return system_results_of_file(path)[0]
+
+
+def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
+    """System stiffness from a record or a CSV curve with positions; whether it was simulated.
 
     Raises:
         BadInputError: the file is not what it should be, or has nothing to identify.
@@ -99,7 +111,7 @@ def system_of_file(path: Path) -> SystemStiffnessFit:
     with untrusted(path):
         if _is_record(path):
             run = saved_run(path)
-            return identify_system(run.data, run.conditions)
+            return identify_system(run.data, run.conditions), run.simulated
         curve = read_curve(path)
         if curve.position_m is None or curve.time_s is None:
             raise BadInputError(
@@ -107,10 +119,11 @@ def system_of_file(path: Path) -> SystemStiffnessFit:
             )
         pressed = pressed_system(curve)
         assert pressed.time_s is not None
-        return fit_system_stiffness(
+        fit = fit_system_stiffness(
             pressed.time_s, pressed.travel_m, pressed.force_n,
             resolution_m=quantum(pressed.travel_m),
         )  # fmt: skip
+        return fit, False
 
 
 def _identify_curve(curve: Curve, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:

@@ -134,6 +134,9 @@ class Finding:
     remedy: str = ""
 
 
+SIMULATED = "SIMULATED: no payload was pressed; every force and travel here is computed."
+"""What stands on top of all that came from a simulated rig."""
+
 Mood = Literal["good", "doubt", "bad"]
 
 
@@ -180,3 +183,5 @@ class Document:
     cards: Sequence[Card] = ()
     figures: Sequence[Figure] = ()
     texts: Sequence[tuple[str, str]] = ()
+    simulated: bool = False
+    """Whether a simulated rig is behind it: whoever shows it says so on top."""

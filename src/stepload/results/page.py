@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 
-from stepload.results.model import Document
+from stepload.results.model import SIMULATED, Document
 
 
 def render(document: Document) -> str:
@@ -20,4 +20,6 @@ def render(document: Document) -> str:
         keep_trailing_newline=True,
     )
     environment.filters["base64"] = lambda text: base64.b64encode(text.encode()).decode()
-    return environment.get_template("page.html").render(page=document)
+    return environment.get_template("page.html").render(
+        page=document, banner=SIMULATED if document.simulated else ""
+    )

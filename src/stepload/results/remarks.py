@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -61,7 +62,7 @@ def reopened(data: PressData) -> str:
 def alive(events: Sequence[Event]) -> tuple[str, ...]:
     """Which force channels the run itself has proven before its approach; none in most records."""
     told = [event.data for event in events if event.kind == "proof_of_life"]
-    channels = told[-1].get("channels", ()) if told else ()
+    channels: Any = told[-1].get("channels", ()) if told else ()
     return tuple(
         f"{each['channel']}: when the arm shook in free air it felt {each['felt_kg']:.3g} ±"
         f" {each['half_width_kg']:.2g} kg of the {each['tool_mass_kg']:.3g} kg that it carries, so"

@@ -48,6 +48,7 @@ def identification_document(
     notes: Sequence[str] = (),
     run_in: RunIn | None = None,
     extras: Extras | None = None,
+    simulated: bool = False,
 ) -> Document:
     """An identification from a file; `notes` say what had to be assumed.
 
@@ -63,12 +64,18 @@ def identification_document(
         verdict=_identified(found),
         reasons=(*found.judgement.reasons, *(f"note: {note}" for note in notes)),
         tables=tables,
+        simulated=simulated,
     )
 
 
-def system_document(fit: SystemStiffnessFit) -> Document:
+def system_document(fit: SystemStiffnessFit, *, simulated: bool = False) -> Document:
     """A system stiffness from a file."""
-    return Document("System stiffness", _system_measured(fit), tables=[_system_table(fit)])
+    return Document(
+        "System stiffness",
+        _system_measured(fit),
+        tables=[_system_table(fit)],
+        simulated=simulated,
+    )
 
 
 def run_document(run: Evaluation) -> Document:
@@ -118,6 +125,7 @@ def run_document(run: Evaluation) -> Document:
         cards=_cards(run),
         figures=figures_of(run),
         texts=[*snippet_texts(run), *_texts(run.recording)],
+        simulated=run.dry_run,
     )
 
 

@@ -15,7 +15,7 @@ def snippet_texts(run: Evaluation) -> list[tuple[str, str]]:
     damping = run.extras.hunt_crossley if run.extras is not None else None
     d = damping.dissipation_s_per_m if isinstance(damping, HuntCrossley) else None
     try:
-        spring = spring_of(run.identification, dissipation_s_per_m=d)
+        spring = spring_of(run.identification, dissipation_s_per_m=d, simulated=run.dry_run)
     except BadInputError:
         return []
     return [(f"contact parameters: {name}", snippet(spring, name)) for name in SIMULATORS]

@@ -13,6 +13,8 @@ from stepload.record.reader import Event, read_recording
 from stepload.record.untrusted import untrusted
 from stepload.results.conditions import from_attachments, measured
 from stepload.results.press_data import PressData, press_data
+from stepload.rig.device import ArmConfiguration
+from stepload.rig.pose import from_texts
 
 RECORD = "run.mcap"
 
@@ -38,6 +40,11 @@ class SavedRun:
     def simulated(self) -> bool:
         """Whether it was a dry run."""
         return self.metadata.get("dry_run") == "true"
+
+    @property
+    def stood(self) -> ArmConfiguration | None:
+        """How the arm stood when it had been opened; None where it did not tell."""
+        return from_texts(self.metadata)
 
     @property
     def day(self) -> date:

@@ -30,4 +30,4 @@ def spring_of_file(path: Path, *, at_n: float | None = None, kind: Kind = "tange
         found = identify_payload(run.data, run.conditions)
         damping = extras_of(run.data, found).hunt_crossley
     d = damping.dissipation_s_per_m if isinstance(damping, HuntCrossley) else None
-    return spring_of(found, at_n=at_n, kind=kind, dissipation_s_per_m=d)
+    return spring_of(found, at_n=at_n, kind=kind, dissipation_s_per_m=d, simulated=run.simulated)

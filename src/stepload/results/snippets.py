@@ -34,6 +34,7 @@ from stepload.evidence.answer import weigh
 from stepload.evidence.identification import Identification
 from stepload.evidence.quantity import Quantity
 from stepload.identify.judge import ResultVerdict
+from stepload.results.model import SIMULATED
 from stepload.units import format_quantity as f
 
 Simulator = Literal["mujoco", "drake", "drake-python"]
@@ -64,6 +65,7 @@ class Spring:
         peak_force_n: highest force of the record.
         dissipation_s_per_m: d of F (1 + d δ̇); None where it was not determined.
         verdict: of the identification.
+        simulated: whether it came from a simulated rig.
         warnings: what speaks against using the number, in sentences.
     """
 
@@ -76,6 +78,7 @@ class Spring:
     dissipation_s_per_m: float | None
     verdict: ResultVerdict
     warnings: tuple[str, ...]
+    simulated: bool = False
 
 
 def spring_of(
@@ -84,6 +87,7 @@ def spring_of(
     at_n: float | None = None,
     kind: Kind = "tangent",
     dissipation_s_per_m: float | None = None,
+    simulated: bool = False,
 ) -> Spring:
     """Linearise an identified law.
 
@@ -92,6 +96,7 @@ def spring_of(
         at_n: operating force; half of the highest force of the record if None.
         kind: tangent or chord.
         dissipation_s_per_m: of Hunt and Crossley, where it was determined.
+        simulated: whether a simulated rig is behind the identification.
 
     Raises:
         BadInputError: the force is not within the data, or they bear no stiffness there.
@@ -118,6 +123,7 @@ def spring_of(
         dissipation_s_per_m=dissipation_s_per_m,
         verdict=read.verdict,
         warnings=_warnings(read, at_n, peak_n, interval),
+        simulated=simulated,
     )
 
 
@@ -185,6 +191,7 @@ def _head(spring: Spring) -> list[str]:
     ends = spring.interval_n_per_m
     known = f"95 % interval {f(ends[0], 'N/m')} to {f(ends[1], 'N/m')}" if ends else "no interval"
     return [
+        *([SIMULATED] if spring.simulated else []),
         *(f"WARNING: {warning}" for warning in spring.warnings),
         f"Contact of payload and plate, linearised: {what} = {stiffness}, {known}.",
         f"Verdict of the identification: {spring.verdict.value}.",

@@ -20,7 +20,7 @@ import typer
 
 from stepload.errors import SteploadError
 from stepload.record.plain import json_text
-from stepload.results.model import Document, Finding, Table
+from stepload.results.model import SIMULATED, Document, Finding, Table
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 
@@ -91,11 +91,14 @@ class Output:
 
     def show(self, document: Document, *, details: bool = True) -> None:
         """A result for people: the tables behind it, then on one screen what they come to."""
+        if document.simulated:
+            self.line(SIMULATED)
         if details:
             self.tables(*(e for e in document.tables if not e.page_only and not e.headline))
         if document.ended:
             self.line(document.ended)
-        self.line(f"{document.verdict.word.upper()}: {document.verdict.text}")
+        aside = "SIMULATED, " if document.simulated else ""
+        self.line(f"{aside}{document.verdict.word.upper()}: {document.verdict.text}")
         for reason in document.reasons:
             self.line(f"  {reason}", hang=" " * 4)
         self.tables(*(each for each in document.tables if each.headline))

@@ -194,7 +194,8 @@ class Arm(Device):
         Used by safing when the loop is gone. Blocks until there or `timeout_s`.
 
         Raises:
-            DeviceError: not confirmed; the stop was sent nevertheless.
+            DeviceError: not confirmed; whether it may be asked for again, its code tells. Nothing
+                moves an arm that a person or its safety system has taken over.
         """
 
     def configuration(self) -> ArmConfiguration | None:

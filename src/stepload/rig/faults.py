@@ -33,7 +33,9 @@ class FaultCode(StrEnum):
     EMERGENCY_STOP = "emergency_stop"
     SAFEGUARD_STOP = "safeguard_stop"
     PROGRAM_STOPPED = "program_stopped"
-    """The program on the controller that carries out our commands does not run."""
+    """The program on the controller that carries out our commands was ended, not known by whom."""
+    WATCHDOG_STOP = "watchdog_stop"
+    """The arm's own watchdog ended that program because our commands did not come."""
     NOT_REMOTE = "not_remote"
     """The controller is in local control."""
     SETTING_CHANGED = "setting_changed"
@@ -42,6 +44,22 @@ class FaultCode(StrEnum):
     """The device's clock jumped, stands still or runs away from the host's."""
     DRIVER = "driver"
     """The driver's own process or thread died or hangs."""
+
+
+TAKEN_OVER = frozenset(
+    {
+        FaultCode.PROTECTIVE_STOP,
+        FaultCode.EMERGENCY_STOP,
+        FaultCode.SAFEGUARD_STOP,
+        FaultCode.PROGRAM_STOPPED,
+        FaultCode.NOT_REMOTE,
+    }
+)
+"""A person, or a safety system, has the arm now or may have it: nothing moves it any more, not even
+a retract, until a person starts anew."""
+
+NO_ANSWER = frozenset({FaultCode.NOT_CONNECTED, FaultCode.STALE})
+"""The device does not answer now; what was asked of it can be asked again."""
 
 
 @dataclass(frozen=True, slots=True)

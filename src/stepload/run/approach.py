@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from stepload.envelope.schedule import SLOW_SHARE, touch_gap_m
 from stepload.record.outcome import Touch
 from stepload.record.rows import Phase
 from stepload.run.course import Course, Then
@@ -69,7 +70,7 @@ class Approach:
         limits = course.limits
         speed = min(limits.guarded_speed_m_s, course.speed_m_s + limits.acceleration_m_s2 * step_s)
         if self._slow:
-            speed = min(speed, 0.5 * limits.guarded_speed_m_s)
+            speed = min(speed, SLOW_SHARE * limits.guarded_speed_m_s)
         course.speed_m_s = speed
         course.target_m += speed * step_s
         self._leash()
@@ -124,13 +125,7 @@ class Approach:
 
     def _gap_m(self) -> float:
         """How far to back off between touches."""
-        limits = self._course.limits
-        gap_m = max(
-            20.0 * limits.position_resolution_m,
-            4.0 * limits.lost_motion_m,
-            0.3 * limits.guarded_speed_m_s,
-        )
-        return min(self._course.plan.retract_m, gap_m)
+        return touch_gap_m(self._course.limits, self._course.plan.retract_m)
 
     def _part(self, now_s: float, step_s: float) -> None:
         """Back off by as many gaps as it takes until the force is gone, then touch again."""

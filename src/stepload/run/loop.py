@@ -12,8 +12,9 @@ from stepload.run.cadence import Cadence
 from stepload.run.device_faults import DeviceFaults
 from stepload.run.hang import LOOK_S, LOOKS, LoopHungError, hang_watch
 from stepload.run.interfaces import RecordSink, RigDevices
+from stepload.run.notices import Say, nothing
 from stepload.run.safe_end import make_rig_safe
-from stepload.run.safing import Action, make_safe, why_it_stopped
+from stepload.run.safing import Action, make_safe, stop_notice, why_it_stopped
 from stepload.run.tick import Engine
 from stepload.run.undisturbed import undisturbed
 
@@ -27,14 +28,16 @@ def run_loop(
     *,
     on_progress: Callable[[Engine], None] | None = None,
     identities: Mapping[str, Identity] | None = None,
+    say: Say = nothing,
 ) -> RunOutcome:
     """Run an engine on open devices to its end, make the rig safe, and say what happened.
 
     Does not raise for anything that goes wrong on the way: it is in the outcome. Files are not
     closed here; finish the record afterwards. `on_progress` is called ten times a second.
-    `identities` by role, as in `OpenRig`, are named where a device ends the run.
+    `identities` by role, as in `OpenRig`, are named where a device ends the run. `say` takes lines
+    for the operator in the moment of a stop and while the rig is made safe; it must return at once.
     """
-    run = _Run(engine, rig, record, on_progress, identities or {})
+    run = _Run(engine, rig, record, on_progress, identities or {}, say)
     run.drive()
     run.make_safe()
     run.explain()
@@ -53,13 +56,15 @@ class _Run:
         record: RecordSink,
         on_progress: Callable[[Engine], None] | None,
         identities: Mapping[str, Identity],
+        say: Say,
     ) -> None:
-        self.engine, self.rig = engine, rig
+        self.engine, self.rig, self.say = engine, rig, say
         self.errors: list[str] = []
         self.faults = DeviceFaults(engine, rig, identities, self.errors)
         self.cadence = Cadence(engine, rig, record, self.faults, on_progress)
         self.safing: tuple[ActionResult, ...] = ()
         self.start_s = self.loop_end_s = self.end_s = rig.clock.now_s()
+        engine.on_stop = lambda cause: say(stop_notice(cause, self.start_s))
 
     def drive(self) -> None:
         """Tick until the loop has ended, in whatever way; never raises."""
@@ -76,7 +81,7 @@ class _Run:
 
     def make_safe(self) -> None:
         """Make the rig safe, unless the watch over a hung loop has done so already."""
-        self.safing = self.safing or make_rig_safe(self.engine, self.rig, self.errors)
+        self.safing = self.safing or make_rig_safe(self.engine, self.rig, self.errors, self.say)
         self.end_s = self.rig.clock.now_s()
 
     def explain(self) -> None:
@@ -132,7 +137,7 @@ class _Run:
         message = f"the loop has stood still for {held_s:g} s, held up by {self.cadence.busy}"
         self.engine.trip(Cause("hang", held_s, LOOK_S, "s", held_s, now_s, message))
         self.errors.append(message)
-        self.safing = make_rig_safe(self.engine, self.rig, self.errors)
+        self.safing = make_rig_safe(self.engine, self.rig, self.errors, self.say)
 
     def _last_words(self) -> str:
         """Why the run stopped, where the main thread does not come back to say so."""

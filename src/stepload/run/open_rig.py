@@ -12,7 +12,14 @@ from stepload.envelope.envelope import Envelope
 from stepload.errors import DeviceError
 from stepload.plan.model import DriverChoice, Plan, SecondForceSource
 from stepload.rig.clock import Clock, MonotonicClock
-from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor, Identity
+from stepload.rig.device import (
+    Arm,
+    ArmConfiguration,
+    Device,
+    DisplacementSensor,
+    ForceSensor,
+    Identity,
+)
 from stepload.rig.faults import FaultCode
 from stepload.rig.plugins import load_driver
 from stepload.rig.world import WorldView, load_world
@@ -29,6 +36,7 @@ RATE_TOLERANCE = 0.05
 class OpenRig:
     """Open devices with what they said they are; `world` is only there in a dry run.
 
+    `stands` is how the arm stood when it had been opened, None where it does not tell.
     `close_errors` fills when the devices are closed: it says which one did not.
     """
 
@@ -41,6 +49,7 @@ class OpenRig:
     rates_hz: Mapping[str, float]
     world: WorldView | None
     close_errors: list[str] = field(default_factory=list)
+    stands: ArmConfiguration | None = None
 
 
 def _made(group: str, choice: DriverChoice) -> Device:
@@ -126,4 +135,7 @@ def opened(envelope: Envelope, *, dry_run: bool, seed: int | None = None) -> Ite
             rates_hz["second_force"] = second.rate_hz
         if gauge is not None:
             rates_hz["displacement"] = gauge.rate_hz
-        yield OpenRig(arm, force, gauge, second, clock, identities, rates_hz, world, errors)
+        yield OpenRig(
+            arm, force, gauge, second, clock, identities, rates_hz, world, errors,
+            arm.configuration(),
+        )  # fmt: skip

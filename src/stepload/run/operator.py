@@ -34,15 +34,17 @@ class Operator:
 
     `moving` says that the devices are open and the run has begun. Before it a stop ends the
     process like any other, so that a device that hangs while it opens can be left. `on_lost` is
-    called before the process ends without unwinding: it gives the terminal back.
+    called before the process ends without unwinding: it gives the terminal back. `signals` counts
+    the signals that asked for the end.
     """
 
-    __slots__ = ("moving", "on_lost", "paused", "signal_number", "stop_level")
+    __slots__ = ("moving", "on_lost", "paused", "signal_number", "signals", "stop_level")
 
     def __init__(self) -> None:
         self.stop_level = 0
         self.paused = False
         self.signal_number = 0
+        self.signals = 0
         self.moving = False
         self.on_lost: Callable[[], None] = lambda: None
 
@@ -75,6 +77,7 @@ class Operator:
         if not self.moving:
             raise LeftEarlyError(number)
         self.signal_number = self.signal_number or number
+        self.signals += 1
         if number == signal.SIGINT:
             self.press()
         else:

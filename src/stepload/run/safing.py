@@ -74,6 +74,16 @@ def _run(action: Action, operator: Operator) -> ActionResult:
     return ActionResult(action.name, True, "; ".join(errors), start_s, duration_s)
 
 
+def stop_notice(cause: Cause | None, start_s: float) -> str:
+    """What the operator reads in the moment of a stop; `start_s` counts as zero."""
+    if cause is None:
+        return "STOPPING on request: the arm retracts. Use the emergency stop if it does not."
+    return (
+        f"STOPPED by {cause.rule} at {cause.time_s - start_s:.3f} s: {cause.message}"
+        f"{cause.numbers}. USE THE EMERGENCY STOP if the arm presses on."
+    )
+
+
 def why_it_stopped(
     status: str,
     cause: Cause | None,

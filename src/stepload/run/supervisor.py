@@ -158,6 +158,11 @@ class Supervisor:
             return self.second.raw_n
         return self.arm.force_n if self._second_is_arm else math.nan
 
+    @property
+    def tared(self) -> bool:
+        """Whether a zero was taken."""
+        return self._tared
+
     def still_closed(self, now_s: float) -> str:
         """Why the contact cannot be said to be open; "" where every channel shows that it is."""
         limits = self._limits

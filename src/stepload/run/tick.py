@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from stepload.envelope.bounds import Measured
 from stepload.envelope.envelope import Envelope, envelope_of
@@ -27,6 +27,10 @@ ARRIVAL_SHARE = 0.25
 """Of the retract: an arm that did not move at all must never count as retracted."""
 
 _SAFING = int(Phase.SAFING)
+
+
+def _nobody_listens(_cause: Cause | None) -> None:
+    pass
 
 
 class Engine:
@@ -78,6 +82,7 @@ class Engine:
         self._plan = plan
         self._measured = Measured(0.0, 0.0)
         self.cause: Cause | None = None
+        self.on_stop: Callable[[Cause | None], None] = _nobody_listens
         self.target_m = math.nan
         self.late_s = 0.0
         self.peak_force_n = 0.0
@@ -133,6 +138,7 @@ class Engine:
             self.trip(cause)
             done = False
         elif self.operator.stop_level >= StopLevel.NOW:
+            self.on_stop(None)
             self._begin_safing(now_s)
             done = False
         else:
@@ -179,6 +185,7 @@ class Engine:
         if self.cause is not None:
             return
         self.cause = cause
+        self.on_stop(cause)
         self._emit(cause.time_s, "trip", cause._asdict())
         if not self.safing:
             self._begin_safing(cause.time_s)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict
 
 from stepload.envelope.bounds import Measured
+from stepload.envelope.schedule import BETWEEN_CYCLES_TARE_S
 from stepload.errors import DomainError, RefusedError
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
@@ -14,7 +15,6 @@ from stepload.run.free_air import ALLOWED_SHARE, FreeAir
 from stepload.run.tare import TareWindow
 
 DRIFT_CHECK_S = 0.5
-BETWEEN_CYCLES_TARE_S = 1.0
 NOISE_FACTOR = 3.0
 STEP_RATES = 5.0
 """Time constants 1/λ that a load step takes, in the estimate of the time to the next zero."""

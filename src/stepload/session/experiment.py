@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from stepload.envelope.envelope import Envelope, refusal_of
+from stepload.envelope.envelope import Envelope, envelope_of, refusal_of
+from stepload.envelope.pose import plan_where_it_stands
 from stepload.envelope.proof import unproven
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import LeftEarlyError, RefusedError
@@ -29,8 +30,11 @@ from stepload.results.data import outcome_data, run_data
 from stepload.results.model import Document
 from stepload.results.page import render
 from stepload.results.run_document import run_document
+from stepload.rig import pose
+from stepload.rig.device import ArmConfiguration
 from stepload.run.cadence import PROGRESS_S
 from stepload.run.loop import run_loop
+from stepload.run.notices import Notices, Say, nothing
 from stepload.run.open_rig import OpenRig, opened
 from stepload.run.operator import Operator
 from stepload.run.tick import Engine
@@ -82,6 +86,7 @@ class _Session:
     dry_run: bool
     seed: int | None
     on_progress: Progress | None
+    say: Say
     open_rig: RigOpener
 
     @property
@@ -118,6 +123,7 @@ def run_plan(
     hazards_read_now: bool = False,
     operator: Operator | None = None,
     on_progress: Progress | None = None,
+    on_notice: Say | None = None,
     open_rig: RigOpener | None = None,
 ) -> Finished:
     """Run a plan and keep everything that it leaves.
@@ -131,6 +137,8 @@ def run_plan(
         hazards_read_now: whoever starts the run has read the hazards, whatever the rig file says.
         operator: where stop and pause requests come in.
         on_progress: called ten times a second of run time.
+        on_notice: takes a line for the operator in the moment of a stop and while the rig is made
+            safe, in a thread of its own.
         open_rig: opens the devices, in place of `stepload.run.open_rig.opened`.
 
     Raises:
@@ -143,14 +151,10 @@ def run_plan(
     _check_that_it_may_run(envelope, dry_run, hazards_read_now)
     plan, operator = envelope.plan, operator or Operator()
     resumed = resumable(resume, plan, dry_run=dry_run) if resume else None
+    notices = Notices(on_notice) if on_notice else None
     session = _Session(
         envelope=envelope,
-        engine=Engine(
-            envelope,
-            operator,
-            start_cycle=resumed.start_cycle if resumed else 1,
-            start_level=resumed.start_level if resumed else 0,
-        ),
+        engine=_engine(envelope, operator, resumed),
         operator=operator,
         directory=files.run_directory(plan, dry_run=dry_run, out=out),
         run_id=secrets.token_hex(6),
@@ -158,11 +162,25 @@ def run_plan(
         dry_run=dry_run,
         seed=seed,
         on_progress=on_progress,
+        say=notices.say if notices else nothing,
         open_rig=open_rig or opened,
     )
-    with _own_directory(session.directory):
-        outcome, recorder = _press(session)
+    try:
+        with _own_directory(session.directory):
+            session, outcome, recorder = _press(session)
+    finally:
+        if notices:
+            notices.close()
     return _keep(session, outcome, recorder)
+
+
+def _engine(envelope: Envelope, operator: Operator, resumed: Resumed | None) -> Engine:
+    return Engine(
+        envelope,
+        operator,
+        start_cycle=resumed.start_cycle if resumed else 1,
+        start_level=resumed.start_level if resumed else 0,
+    )
 
 
 def _check_that_it_may_run(envelope: Envelope, dry_run: bool, hazards_read_now: bool) -> None:
@@ -223,9 +241,10 @@ def _own_directory(directory: Path) -> Iterator[None]:
         raise
 
 
-def _press(session: _Session) -> tuple[RunOutcome, Recorder]:
+def _press(session: _Session) -> tuple[_Session, RunOutcome, Recorder]:
     """Run the engine on the open rig; when this returns the arm is safe and the devices closed."""
     with session.open_rig(session.envelope, dry_run=session.dry_run, seed=session.seed) as rig:
+        session = _where_it_stands(session, rig.stands)
         session.operator.moving = True
         with (
             _recording(session, rig) as recorder,
@@ -237,9 +256,26 @@ def _press(session: _Session) -> tuple[RunOutcome, Recorder]:
                 recorder,
                 on_progress=session.progress,
                 identities=rig.identities,
+                say=session.say,
             )
     errors = (*outcome.errors, *rig.close_errors, *([missing] if missing else []))
-    return replace(outcome, errors=errors), recorder
+    return session, replace(outcome, errors=errors), recorder
+
+
+def _where_it_stands(session: _Session, stands: ArmConfiguration | None) -> _Session:
+    """The session judged again where the arm stands elsewhere than its stiffness was calibrated.
+
+    Raises:
+        RefusedError: with what is left of that stiffness the plan may not run; nothing has moved.
+    """
+    plan = plan_where_it_stands(session.envelope.plan, stands)
+    if plan is session.envelope.plan:
+        return session
+    envelope = envelope_of(plan)
+    if envelope.verdict is PlanVerdict.REFUSED:
+        raise refusal_of(envelope)
+    engine = _engine(envelope, session.operator, session.resumed)
+    return replace(session, envelope=envelope, engine=engine)
 
 
 @contextlib.contextmanager
@@ -249,7 +285,9 @@ def _recording(session: _Session, rig: OpenRig) -> Iterator[Recorder]:
         session.directory,
         rates_hz=rig.rates_hz,
         clock=rig.clock,
-        metadata=session.metadata | files.device_metadata(rig.identities),
+        metadata=session.metadata
+        | files.device_metadata(rig.identities)
+        | pose.to_texts(rig.stands),
         attachments=files.attachments(session.envelope),
         lossless=rig.clock.virtual,
     )

@@ -71,6 +71,7 @@ def metadata(plan: Plan, *, dry_run: bool, seed: int | None) -> dict[str, str]:
     return {
         "plan": plan.name,
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "simulated": str(dry_run).lower(),
         "dry_run": str(dry_run).lower(),
         "seed": "" if seed is None else str(seed),
         "stepload": stepload.__version__,

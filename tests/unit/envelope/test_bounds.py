@@ -485,18 +485,17 @@ def test_a_refused_plan_is_shown_at_the_largest_safe_force() -> None:
 def test_the_schedule_adds_up() -> None:
     plan = stvf_plan(cycles=2)
     procedure = plan.procedure
-    stages = {
-        stage.name: stage
-        for stage in schedule(
-            procedure, fast_speed_m_s=0.01, guarded_speed_m_s=0.001, retract_speed_m_s=0.02,
-            step_rate_per_s=10.0,
-        )
-    }  # fmt: skip
-    step_s = 50.0 / 1000.0 + 0.46 + 0.5
+    limits = replace(
+        limits_for(plan), fast_speed_m_s=0.01, guarded_speed_m_s=0.001, step_rate_per_s=10.0,
+        reaction_s=0.005, position_resolution_m=1e-6, lost_motion_m=0.0,
+    )  # fmt: skip
+    stages = {s.name: s for s in schedule(procedure, limits, retract_speed_m_s=0.02)}
+    way_m = 2.5e-3 + procedure.retract_m - 1e-4
+    step_s = 50.0 / 1000.0 + 0.46 + 0.4 + 1.2
     assert stages["load step with hold"].total_s == pytest.approx(12 * step_s)
     assert stages["unload step with hold"].total_s == pytest.approx(10 * step_s)
-    assert stages["fast approach"].total_s == pytest.approx(0.25)
-    assert stages["guarded approach"].total_s == pytest.approx(0.5 + 0.3)
+    assert stages["fast approach"].total_s == pytest.approx(way_m / 0.01)
+    assert stages["guarded approach"].total_s == pytest.approx(0.6 + 0.2)
     assert stages["tare and drift check"].total_s == pytest.approx(1.0)
     assert stages["touch again"].repeats == 1
     assert envelope_of(ur_plan()).duration_s == pytest.approx(

@@ -96,6 +96,13 @@ def test_a_mass_that_cannot_be_told_does_not_keep_the_other_from_being_told() ->
     assert "rig.second_force.pushed_on" in reason.remedy
 
 
+@pytest.mark.parametrize(("touch_n", "heavy"), [(2.4, True), (2.5, False)])
+def test_a_tool_whose_inertia_passes_for_a_touch_is_told(touch_n: float, heavy: bool) -> None:
+    """The arm decelerates by 1.2 m/s² at the most."""
+    envelope = envelope_for(with_force(ur_plan(touch_force_n=touch_n), tool_mass_kg=2.0))
+    assert ("tool_inertia" in codes(envelope)) is heavy
+
+
 def test_without_a_mass_there_is_no_shake() -> None:
     envelope = envelope_for(ur_plan())
     assert envelope.shake is None

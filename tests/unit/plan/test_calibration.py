@@ -46,6 +46,9 @@ RECORD = CalibrationRecord(
     deflection_sigma_m=(2e-7, 2e-7, 3e-7),
     deflection_common=1.0 / 3.0 * 1e-3,
     simulated=True,
+    joints_rad=(0.1, -1.5 - 1.0 / 3.0, 1.2, -1.3, -1.57, 0.0),
+    tcp_position_m=(0.0, -0.01, 0.12 + 1e-3 / 3.0),
+    tcp_rotation_rad=(0.0, 0.0, 0.5),
 )
 TODAY = date(2025, 4, 1)
 
@@ -120,7 +123,7 @@ def test_every_value_of_the_record_takes_the_place_of_the_plans_own(
         "stiffness_n_per_m", "sigma_n_per_m", "msde_m", "damping_n_s_per_m", "smooth_error_m",
         "smooth_degrees", "smooth_length_n", "deflection_force_n", "deflection_m",
         "deflection_sigma_m", "deflection_common", "measured_on", "valid_until", "pose",
-        "direction", "temperature_c", "simulated",
+        "direction", "temperature_c", "simulated", "joints_rad", "tcp_offset",
     ):  # fmt: skip
         assert getattr(stiffness, field) == getattr(RECORD, field), field
     assert stiffness.policy is RecordPolicy.WARN
@@ -296,6 +299,10 @@ def test_the_file_has_every_key_with_its_unit(tmp_path: Path) -> None:
         "deflection_common": 0.0003333333333333333, "damping": "19000.0 N s/m",
         "force_from": "120.0 N", "force_to": "300.0 N", "run": "runs/2025-03-01/run.mcap",
         "software": "0.1.0 — “ümlaut”", "simulated": True,
+        "joints": ["0.1 rad", "-1.8333333333333333 rad", "1.2 rad", "-1.3 rad", "-1.57 rad",
+                   "0.0 rad"],
+        "tcp_position": ["0.0 m", "-0.01 m", "0.12033333333333333 m"],
+        "tcp_rotation": ["0.0 rad", "0.0 rad", "0.5 rad"],
     }  # fmt: skip
 
 
@@ -314,7 +321,9 @@ def test_a_missing_record_with_nothing_to_stand_in_is_an_error(write_plan: Write
         ("2025-06-01", "2025-02-28", 1, "before measured_on"),
         ('"rig": "STVF",', "", 1, "missing key 'rig'"),
         ('"run"', '"runn"', 34, "unknown key 'runn'"),
-        ("{", "[", 37, "not YAML"),
+        ("{", "[", 55, "not YAML"),
+        ('"-0.01 m",', "", 1, "tcp_position and tcp_rotation: three numbers each, or none"),
+        ('"0.1 rad"', '"0.1 m"', 38, "is a length, not an angle"),
         ('"200.33333333333334 N"', '"99.0 N"', 1, "a force of 99 after 100; they must rise"),
         ('"3.1e-05 m",', "", 1, "3 forces, 2 deflections and 3 uncertainties"),
     ],

@@ -23,7 +23,7 @@ arm:
   lag: 4 ms
   lost_motion: 10 µm
   position_resolution: 2 µm
-force: {driver: sim, rate: 1 kHz, range: 10 kN, resolution: %s, noise: %s, delay: 1 ms}
+force: {driver: sim, axis: +fz, rate: 1 kHz, range: 10 kN, resolution: %s, noise: %s, delay: 1 ms}
 system_stiffness: {value: %s, sigma: 1 kN/m}
 """
 PAYLOAD = """

@@ -75,6 +75,9 @@ RANGES = {
     "above 0 to 2 m/s": "rig.arm.max_speed",
     "above 0 to 100 m/s^2": "rig.arm.max_acceleration",
     "above 0 to 10000 kg": "rig.arm.effective_mass",
+    "above 0 to 100 kg": """
+        rig.force.tool_mass rig.second_force.tool_mass rig.second_force.sensor.tool_mass
+    """,
     "0 to 10 s": """
         rig.arm.command_delay rig.arm.lag rig.force.delay rig.second_force.sensor.delay
         rig.loop_delay
@@ -99,6 +102,8 @@ RANGES = {
     "above 0 to 1e12 N/m": "rig.system_stiffness.sigma calibration.sigma",
     "0 to 1e9 N s/m": "rig.system_stiffness.damping calibration.damping",
     "0 to 1": "calibration.deflection_common",
+    "-100 to 100 rad": "calibration.joints calibration.tcp_rotation",
+    "-10 to 10 m": "calibration.tcp_position",
     "1 to 1e6": "rig.system_stiffness.smooth_degrees calibration.smooth_degrees",
     "-50 to 150 degC": """
         rig.system_stiffness.temperature identify.temperature calibration.temperature

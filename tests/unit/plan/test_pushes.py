@@ -66,3 +66,10 @@ def test_what_proves_the_second_channel_stands_beside_its_sensor(key: str, tmp_p
         )
     (problem,) = caught.value.problems
     assert f"rig.second_force.{key.partition(':')[0]}" in problem.hint
+
+
+def test_a_touch_is_more_than_it_takes_to_accelerate_the_tool(tmp_path: Path) -> None:
+    light = plan_with(tmp_path, "{profile: stvf, force: {tool_mass: 1 g}}")
+    heavy = plan_with(tmp_path, "{profile: stvf, force: {tool_mass: 8 kg}}")
+    assert light.procedure.touch_force_n == plan_with(tmp_path, "stvf").procedure.touch_force_n
+    assert heavy.procedure.touch_force_n == 1.5 * 8.0 * heavy.rig.arm.max_acceleration_m_s2

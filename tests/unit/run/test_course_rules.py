@@ -438,7 +438,7 @@ def order(position_m: float) -> tuple[Stage, RunOrder]:
     stage = Stage()
     stage.course.target_m = math.nan
     stage.position_m = position_m
-    run = RunOrder(stage.course, lambda measured: None, 0, Controller)  # type: ignore[arg-type]
+    run = RunOrder(stage.course, lambda measured: None, 0, Controller, None)  # type: ignore[arg-type]
     return stage, run
 
 

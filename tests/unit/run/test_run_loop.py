@@ -15,7 +15,7 @@ import pytest
 from run_bench import Bench, bench_for, spec_for
 from run_plans import stvf_plan
 
-from stepload.record.outcome import RunOutcome, RunStatus
+from stepload.record.outcome import Cause, RunOutcome, RunStatus
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.device import Identity
 from stepload.rig.faults import Fault, FaultCode
@@ -517,3 +517,37 @@ def test_a_device_that_hangs_when_asked_why_does_not_keep_the_outcome_back(
     assert outcome.cause is not None
     assert outcome.cause.rule == "R3"
     assert outcome.safing[0].name in ("arm retract", "arm stop")
+
+
+def test_a_stop_is_told_in_its_moment_and_safing_as_it_goes() -> None:
+    bench = _bench()
+    told: list[tuple[float, str]] = []
+    tape = Tape()
+
+    def say(text: str) -> None:
+        told.append((bench.rig.clock.now_s(), text))
+
+    def end(row: TickRow) -> None:
+        if row.phase == Phase.HOLD:
+            bench.engine.trip(Cause("loop", 1.0, 0.0, "", 0.0, row.time_s, "no more"))
+            raise KeyboardInterrupt
+
+    tape.on_tick = end
+    outcome = _go(bench, tape, say=say)
+    assert outcome.cause is not None
+    (stopped_s, why), *safing = told
+    assert why.startswith("STOPPED by loop")
+    assert "no more" in why
+    assert "EMERGENCY STOP" in why
+    assert stopped_s - outcome.cause.time_s < bench.rig.arm.period_s
+    assert "is asked to go back" in safing[0][1]
+    assert "confirmed by the arm" in safing[1][1]
+    assert not outcome.safing[0].error
+
+
+def test_an_operators_stop_is_told_in_its_moment() -> None:
+    bench = _bench()
+    told: list[str] = []
+    tape = Tape(on_tick=lambda row: bench.operator.request_stop(StopLevel.NOW))
+    _go(bench, tape, say=told.append)
+    assert told[0].startswith("STOPPING on request")

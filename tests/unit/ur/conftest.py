@@ -10,7 +10,7 @@ from driver_time import Clock
 from ur_fakes import APPROACH, PERIOD_S, Died, FakeLink, FakeTold, FakeUr
 
 from stepload_drivers.ur import arm as arm_module
-from stepload_drivers.ur import client, procedures, remote, rescue
+from stepload_drivers.ur import client, procedures, remote, rescue, unload
 from stepload_drivers.ur import loop as loop_module
 from stepload_drivers.ur import told as told_module
 from stepload_drivers.ur import watch as watch_module
@@ -24,6 +24,7 @@ def clock(monkeypatch) -> Clock:
         loop_module,
         procedures,
         rescue,
+        unload,
         client,
         remote,
         told_module,
@@ -57,7 +58,10 @@ def make_loop(ur, link, told, monkeypatch):
         raise Died(status)
 
     def ask_remote(host: str) -> SimpleNamespace:
-        return SimpleNamespace(done=lambda: True, poll=lambda: None, remote=True)
+        return SimpleNamespace(
+            done=lambda: True, poll=lambda: None, remote=True,
+            end_program=lambda: ur.inputs.append(("dashboard stop", 0.0, 0.0)),
+        )  # fmt: skip
 
     monkeypatch.setattr(loop_module, "ReceivePort", lambda settings: ur)
     monkeypatch.setattr(procedures, "ControlPort", lambda settings: ur)

@@ -10,12 +10,12 @@ from ur_fakes import APPROACH, HOME
 
 from stepload.errors import BadInputError, DeviceError
 from stepload.rig.device import ArmConfiguration
-from stepload.rig.faults import FaultCode
+from stepload.rig.faults import TAKEN_OVER, FaultCode
 from stepload.rig.samples import Status
 from stepload_drivers.ur import arm as arm_module
 from stepload_drivers.ur import wire
 from stepload_drivers.ur.preflight import Controller
-from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, UrState, target_pose
+from stepload_drivers.ur.state import PAUSED, PLAYING, ROBOT_RUNNING, UrState, target_pose
 
 SAFE = {"ok": True, "confirmed": True, "runtime_state": PLAYING}
 FAULT = {"message": "m", "hint": "h", "time_s": 1.0}
@@ -101,11 +101,16 @@ class Rescue:
     def __init__(self) -> None:
         self.done: list[str] = []
         self.error: DeviceError | None = None
+        self.has_ended = True
+        self.age_s = 0.0
+
+    def ended(self, deadline_s: float) -> bool:
+        return self.has_ended
 
     def stop(self, host: str, deadline_s: float) -> None:
         self.done.append("stop")
 
-    def retract(self, settings, distance_m, speed_m_s, deadline_s) -> None:
+    def retract(self, distance_m, speed_m_s, deadline_s) -> None:
         self.done.append(f"retract {distance_m} {speed_m_s}")
         if self.error is not None:
             raise self.error
@@ -115,6 +120,7 @@ class Rescue:
 def rescue(monkeypatch) -> Rescue:
     rescue = Rescue()
     monkeypatch.setattr(arm_module, "rescue", rescue)
+    monkeypatch.setattr(arm_module, "Unloading", lambda settings, last: rescue)
     return rescue
 
 
@@ -353,11 +359,44 @@ def test_a_target_may_lead_the_arm_and_the_last_target_so_far_and_no_further(ope
     assert targets(child) == [0.002, -0.5]
 
 
-def test_a_latched_stop_does_not_keep_a_retract_from_going_out(opened):
+@pytest.mark.parametrize("code", [*sorted(TAKEN_OVER), FaultCode.WATCHDOG_STOP])
+def test_no_target_goes_out_where_none_may_or_can_arrive(opened, code):
     arm, child = opened()
-    child.arrives(fault(FaultCode.PROTECTIVE_STOP))
-    arm.command(-1e-3)
-    assert targets(child) == [-1e-3]
+    child.arrives(fault(code))
+    with pytest.raises(DeviceError) as caught:
+        arm.command(-1e-3)
+    assert caught.value.code == code
+    assert targets(child) == []
+
+
+@pytest.mark.parametrize("code", sorted(TAKEN_OVER))
+def test_nothing_retracts_an_arm_that_a_person_may_have(opened, rescue, code):
+    arm, child = opened()
+    child.answers["retract"] = {"ok": True}
+    child.arrives(fault(code))
+    with pytest.raises(DeviceError, match="no retract was sent") as caught:
+        arm.retract(1e-3, 0.01, 3.0)
+    assert caught.value.code == code
+    assert (child.requests(), rescue.done) == ([], [])
+
+
+def test_an_arm_stopped_by_its_own_watchdog_is_unloaded(opened, rescue):
+    arm, child = opened()
+    child.answers["retract"] = {"ok": False, "message": "m"}
+    child.arrives(fault(FaultCode.WATCHDOG_STOP))
+    arm.retract(2e-3, 0.01, 3.0)
+    assert rescue.done == ["retract 0.002 0.01"]
+
+
+def test_no_stop_cancels_a_retract_that_was_not_seen_to_end(make_arm, rescue):
+    arm = make_arm()
+    arm.retract(2e-3, 0.01, 1.0)
+    rescue.has_ended = False
+    with pytest.raises(DeviceError, match="would cancel the retract"):
+        arm.safe(1.0)
+    rescue.has_ended = True
+    arm.safe(1.0)
+    assert rescue.done == ["retract 0.002 0.01", "stop"]
 
 
 def test_a_target_that_cannot_be_handed_over_is_an_error(opened, make_arm):
@@ -392,7 +431,7 @@ def test_safe_is_done_when_the_program_has_ended(opened, rescue, runtime_state):
     assert rescue.done == []
 
 
-@pytest.mark.parametrize("runtime_state", [PLAYING, arm_module.PAUSED])
+@pytest.mark.parametrize("runtime_state", [PLAYING, PAUSED])
 def test_an_unconfirmed_stop_of_a_live_program_goes_to_the_dashboard(opened, rescue, runtime_state):
     arm, child = opened()
     child.answers["safe"] = {"ok": True, "confirmed": False, "runtime_state": runtime_state}
@@ -442,11 +481,11 @@ def test_a_child_that_cannot_retract_is_killed_and_the_arm_unloaded_past_it(
     assert clock.now_s - began_s <= 0.85
 
 
-def test_a_retract_that_fails_ends_in_a_stop(make_arm, rescue):
+def test_a_retract_that_is_not_confirmed_is_followed_by_no_stop_of_its_own(make_arm, rescue):
     rescue.error = DeviceError("no way", code=FaultCode.NOT_CONNECTED)
     with pytest.raises(DeviceError, match="no way"):
         make_arm().retract(2e-3, 0.01, 1.0)
-    assert rescue.done == ["retract 0.002 0.01", "stop"]
+    assert rescue.done == ["retract 0.002 0.01"]
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 0.0, -1.0])

@@ -21,7 +21,9 @@ WATCHDOG_S = 0.1
 
 def asked(remote):
     """Remote control as the dashboard tells it."""
-    return SimpleNamespace(done=lambda: True, poll=lambda: None, remote=remote)
+    return SimpleNamespace(
+        done=lambda: True, poll=lambda: None, end_program=lambda: None, remote=remote
+    )
 
 
 def targets(ur) -> list[float]:
@@ -183,6 +185,36 @@ def test_a_stop_is_reported_once_and_mutes(make_loop, ur, link, step_for, fields
     step_for(loop, 0.5)
     assert [fault["code"] for fault in link.told(wire.FAULT)] == [code]
     assert len(ur.inputs) == sent
+    stops = [what for what, _, _ in ur.inputs if what == "dashboard stop"]
+    assert len(stops) == (0 if code is FaultCode.PROGRAM_STOPPED else 1)
+    link.arrives(0.0, wire.pack_target(-1e-3))
+    ur.fields.update(safety_mode=1, safety_bits=1, runtime_state=PLAYING)  # released, it goes on
+    step_for(loop, 0.5)
+    assert ur.of("servo") == []
+    with pytest.raises(procedures.RequestError, match="no motion"):
+        procedures.retract(loop, 1e-3, 0.01)
+
+
+def test_a_program_that_ended_in_our_silence_was_ended_by_its_watchdog(make_loop, ur, link, clock):
+    loop = make_loop(watchdog=10.0)
+    loop.sent(clock.now_s - 0.1)
+    ur.fields["runtime_state"] = 1
+    for _ in range(20):
+        loop.step()
+    assert link.told(wire.FAULT)[0]["code"] == FaultCode.WATCHDOG_STOP
+    assert not loop.taken_over
+
+
+def test_a_program_that_ended_in_half_the_watchdogs_time_may_have_been_ended_by_a_person(
+    make_loop, ur, link, clock
+):
+    loop = make_loop(watchdog=10.0)
+    loop.sent(clock.now_s - 0.05)
+    ur.fields["runtime_state"] = 1
+    for _ in range(20):
+        loop.step()
+    assert link.told(wire.FAULT)[0]["code"] == FaultCode.PROGRAM_STOPPED
+    assert loop.taken_over
 
 
 def test_local_control_is_told_apart_from_a_program_that_ended(

@@ -78,6 +78,7 @@ def emulated_run() -> Iterator[Callable[..., EmulatedRun]]:
             "tare_s": 0.25, "warm_up_s": 0.0, "touches": 1, "hold_s": 0.2, "unload": False,
             "surface_distance_m": 3e-5, "surface_uncertainty_m": 2e-5, "retract_m": 3e-4,
             "levels_n": (10.0, 20.0), "top_force_n": 20.0, "load_rate_n_per_s": 30.0,
+            "touch_force_n": 1.0,
         }  # fmt: skip
         arm = replace(plan.rig.arm, rate_hz=arm_rate_hz)
         force = replace(

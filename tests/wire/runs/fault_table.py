@@ -63,7 +63,7 @@ NET, LINE, WRIST = "ati_net", "line_serial", "ur_force"
 RETRACTED = "retracted"
 """The run ends as stopped, the arm is off the surface."""
 HELD = "held"
-"""The run ends as stopped where nothing can move the arm any more; nothing pushes on."""
+"""The run ends as stopped where nothing can or may move the arm any more; nothing pushes on."""
 REFUSED = "refused"
 """A device does not open; nothing has moved."""
 UNHARMED = "unharmed"
@@ -111,8 +111,10 @@ _LINK_LOST = "(device|loop) .*the controller closed the connection"
 
 
 def _flagged(code: str) -> str:
-    """The sample's flag stops the run; the driver then says which stop it was."""
-    return rf"R4 arm: cannot follow.*; arm \(driver ur.*\): {code}"
+    """The sample's flag stops the run, or the driver refuses a target; it says which stop."""
+    return (
+        rf"(R4 arm: cannot follow.*; arm \(driver ur.*\): {code}|loop .*position target not sent)"
+    )
 
 
 _OLD = "(R3 arm: no new|R7 the arm was told to move|device .*stale: no new)"
@@ -127,8 +129,8 @@ ARM = (
     _arm("protective-stop", end=HELD, says=_flagged("protective_stop")),
     _arm("emergency-stop", end=HELD, says=_flagged("emergency_stop")),
     _arm("safeguard on", end=HELD, says=_flagged("safeguard_stop")),
-    _arm("kill-program", says=_flagged("program_stopped")),
-    _arm("ignore-inputs on", says=_flagged("program_stopped")),
+    _arm("kill-program", end=HELD, says=_flagged("program_stopped")),
+    _arm("ignore-inputs on", end=HELD, says=_flagged("program_stopped")),
     _arm("local on", "kill-program", end=HELD, says=_flagged("not_remote")),
     _arm("local on", says="device .*not_remote: somebody at the pendant"),
     _arm("slider 0.5", says="device .*setting_changed: .*speed slider from 100% to 50%"),
@@ -172,10 +174,10 @@ _WRONG_FORCE = "(R1|R2|R5|R9) "
 _CLOCK = r"(R10 force sensor|device .*clock: )"
 _BY_DEVICE = "(R4 force sensor: the device flags|device .*device_reports)"
 _TCP = {"transport": "socketcand"}
-_FAR = {"retract_m": 1e-3}
+_FAR = {"retract_m": 1e-3, "touch_force_n": 1.5}
 """A sensor that reads a tenth is touched, as it seems, half a millimetre late."""
 
-_SHAKEN = {"tool_mass_kg": 1.0}
+_SHAKEN = {"tool_mass_kg": 1.0, "retract_m": 1e-3}
 """A tool whose inertia the sensor must feel before the approach."""
 
 SENSORS = (

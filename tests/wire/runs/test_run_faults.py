@@ -24,7 +24,7 @@ from stepload.record.outcome import RunStatus
 from stepload.record.reader import read_recording
 from stepload.record.rows import Phase
 from stepload.rig.faults import FaultCode
-from stepload.run import open_rig
+from stepload.run import open_rig, safe_end
 from stepload.session import experiment
 from stepload_drivers.ur.arm import UrArm
 
@@ -42,6 +42,12 @@ def no_drawing(monkeypatch):
     """The report is drawn in a test of its own."""
     monkeypatch.setattr(experiment, "run_document", lambda findings: None)
     monkeypatch.setattr(experiment, "render", lambda page: "")
+
+
+@pytest.fixture(autouse=True)
+def little_patience(monkeypatch):
+    """A controller that stays away would be tried for two minutes."""
+    monkeypatch.setattr(safe_end, "PATIENCE_S", 2.0)
 
 
 @pytest.fixture

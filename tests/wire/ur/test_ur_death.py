@@ -141,7 +141,7 @@ def test_silent_run_trips_the_watchdog_and_is_told_so(start_emulator, make_arm, 
     follow(arm, after(0.2))
     wait_for(lambda: stopped_by_watchdog(emulator))
     wait_for(lambda: arm.fault() is not None)
-    assert arm.fault().code == FaultCode.PROGRAM_STOPPED
+    assert arm.fault().code == FaultCode.WATCHDOG_STOP
 
 
 def test_a_constructor_that_hangs_with_the_interpreter_held_is_ended(start_emulator):

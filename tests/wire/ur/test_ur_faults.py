@@ -115,7 +115,7 @@ def test_ur_rtde_has_no_means_to_reconnect(start_emulator, command):
     assert emulator.state()["uploads"] == 1
 
 
-@pytest.mark.parametrize("command", ["drop", "repeat on", "wrong-size receive", "kill-program"])
+@pytest.mark.parametrize("command", ["drop", "repeat on", "wrong-size receive"])
 def test_retract_goes_out_when_ur_rtde_is_gone(start_emulator, make_arm, follow, after, command):
     emulator = start_emulator()
     arm = make_arm(emulator.host)
@@ -159,6 +159,7 @@ def test_retract_without_data_is_carried_out_though_it_cannot_be_confirmed(
     [
         ("protective-stop", FaultCode.PROTECTIVE_STOP),
         ("emergency-stop", FaultCode.EMERGENCY_STOP),
+        ("kill-program", FaultCode.PROGRAM_STOPPED),
     ],
 )
 def test_retract_says_why_it_cannot(start_emulator, make_arm, follow, after, command, code):

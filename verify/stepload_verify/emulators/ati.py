@@ -46,7 +46,7 @@ class AtiDevice:
         board: FaultBoard,
         protocol: CanProtocol,
         base: int = DEFAULT_BASE,
-        serial_number: str = "FT012345",
+        serial_number: str = "EMULATED",
         rated_n: float = 200.0,
         units: tuple[int, int] = (2, 3),
         firmware: tuple[int, int, int] = (3, 9, 1),

@@ -34,7 +34,7 @@ class NetBox:
         board: FaultBoard,
         rate_hz: float = 1000.0,
         internal_hz: float = 7000.0,
-        serial_number: str = "FT27462",
+        serial_number: str = "EMULATED",
         rated_n: float = 200.0,
         units: str = "N",
         counts: int = 1_000_000,

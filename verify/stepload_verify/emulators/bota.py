@@ -37,7 +37,7 @@ class BotaDevice:
         source: WrenchSource,
         board: FaultBoard,
         model: str = "SensONE",
-        serial_number: str = "BOTA0001",
+        serial_number: str = "EMULATED",
         rated_n: float = 500.0,
         shortest_sinc: int = 51,
     ) -> None:

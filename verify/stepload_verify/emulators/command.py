@@ -53,7 +53,7 @@ def bota(
     fault: Fault = None,
     peak: Peak = 10.0,
     axis: Axis = "+fz",
-    serial_number: Serial = "BOTA0001",
+    serial_number: Serial = "EMULATED",
     until_eof: UntilEof = False,
 ) -> None:
     """Bota SensONE on a pseudo-terminal."""
@@ -65,7 +65,7 @@ def robotous_uart(
     fault: Fault = None,
     peak: Peak = 10.0,
     axis: Axis = "+fz",
-    serial_number: Serial = "RFT0001",
+    serial_number: Serial = "EMULATED",
     model: Annotated[str, typer.Option(help="Model name.")] = "RFT64-SB01",
     until_eof: UntilEof = False,
 ) -> None:
@@ -79,7 +79,7 @@ def robotous_can(
     fault: Fault = None,
     peak: Peak = 10.0,
     axis: Axis = "+fz",
-    serial_number: Serial = "RFT0001",
+    serial_number: Serial = "EMULATED",
     model: Annotated[str, typer.Option(help="Model name.")] = "RFT64-SB01",
     transport: Transport = "slcan",
     port: Port = 0,
@@ -95,7 +95,7 @@ def ati(
     fault: Fault = None,
     peak: Peak = 10.0,
     axis: Axis = "+fz",
-    serial_number: Serial = "FT012345",
+    serial_number: Serial = "EMULATED",
     transport: Transport = "slcan",
     port: Port = 0,
     until_eof: UntilEof = False,
@@ -110,7 +110,7 @@ def ati_net(
     fault: Fault = None,
     peak: Peak = 10.0,
     axis: Axis = "+fz",
-    serial_number: Serial = "FT27462",
+    serial_number: Serial = "EMULATED",
     rate: Annotated[float, typer.Option(help="Records per second, up to 7000.")] = 1000.0,
     until_eof: UntilEof = False,
 ) -> None:

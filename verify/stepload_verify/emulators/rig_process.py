@@ -82,6 +82,10 @@ class RigProcess:
             hint="see `stepload emulate rig --help`",
         )
 
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
     def command(self, line: str) -> str:
         """One line as on the emulator's standard input; returns the reply.
 

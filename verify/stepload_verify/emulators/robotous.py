@@ -36,7 +36,7 @@ class RftCore:
         source: WrenchSource,
         board: FaultBoard,
         model_name: str = "RFT64-SB01",
-        serial_number: str = "RFT0001",
+        serial_number: str = "EMULATED",
         max_rate_hz: float = 1000.0,
     ) -> None:
         model = model_named(model_name)

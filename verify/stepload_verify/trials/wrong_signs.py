@@ -5,8 +5,9 @@
 Dry, in virtual time. The believed plan is always the same; the simulated rig is wired otherwise.
 Rows: how the main channel is wired, how the second one is, the machine, and what proves the
 channels before the approach: nothing, or a shake of the tool that the main channel, or both, carry.
-Ends with exit code 1 where a wrong wiring was pressed beyond a tenth of F_lim, passed for sound or
-was said to be clear under load, and where a right one was stopped.
+Ends with exit code 1 where a wrong wiring was pressed beyond a quarter of F_lim, passed for sound
+or was said to be clear under load, and where a right one was stopped. Where nothing is alive and
+nothing proves it, no rule can see it: on devices such a run is refused, here it is only counted.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.plan.changed import rederived
 from stepload.plan.load import load_plan
 from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
 from stepload.plan.shipped import plan_path
@@ -42,8 +44,8 @@ MASS_KG = {"stiff": 4.0, "soft": 1.0}
 PROOFS = ("nothing", "main", "both")
 """Which channels carry a stated mass."""
 FOR_GOOD_S = 3600.0
-PRESSED_SHARE = 0.1
-"""Of F_lim: more is no touch any more."""
+PRESSED_SHARE = 0.25
+"""Of F_lim: more than a touch, and than the tolerance of R5."""
 LONGEST_WORDS = 140
 
 
@@ -61,6 +63,14 @@ class Case:
     def right(self) -> bool:
         """Whether the rig is as the plan says."""
         return self.main_wiring == self.second_wiring == "right"
+
+    @property
+    def refused(self) -> bool:
+        """Whether nothing is alive, and a run on devices is refused since nothing proves it."""
+        alive = (
+            {self.main_wiring} if self.second == "none" else {self.main_wiring, self.second_wiring}
+        )
+        return self.proof == "nothing" and alive == {"dead"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +91,7 @@ class Found:
         if self.case.right:
             return "" if self.status == "completed" else "a sound rig was stopped"
         if self.share_of_f_lim > PRESSED_SHARE:
-            return "pressed"
+            return "" if self.case.refused else "pressed"
         if self.status == "completed":
             return "passed for sound"
         if self.left_n > 0.0 and "clear of the surface" in self.said:
@@ -119,7 +129,8 @@ def believed(case: Case) -> Envelope:
     if case.proof == "both":
         second = replace(second, tool_mass_kg=mass_kg)
     rig = replace(plan.rig, force=force, second_force=second)
-    return envelope_of(replace(plan, procedure=quick, rig=rig))
+    changed = replace(plan, procedure=quick, rig=rig)
+    return envelope_of(rederived(plan, changed))
 
 
 def _second(plan: Plan, kind: str, force: ForceSpec) -> SecondForce:
@@ -178,6 +189,9 @@ def main() -> int:
             print(_row(found[-1]), flush=True)
     for one in _worst(found) if options.short else ():
         print(_row(one))
+    refused = [one for one in found if one.case.refused]
+    worst = max(one.share_of_limit for one in refused)
+    print(f"\n{len(refused)} rigs that devices would refuse, up to {worst:.2f} F_c here")
     wrong = [one for one in found if one.bad]
     print(f"\n{len(found)} runs, {len(wrong)} of them as they must not be")
     for one in wrong:

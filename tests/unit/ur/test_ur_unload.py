@@ -1,0 +1,255 @@
+"""The retract past ur_rtde: sent once, looked for until seen, and not after a person took over."""
+
+from __future__ import annotations
+
+import pytest
+from ur_fakes import APPROACH, HOME
+
+from stepload.errors import DeviceError
+from stepload.rig.faults import FaultCode
+from stepload.rig.samples import ArmSample
+from stepload_drivers.ur import unload
+from stepload_drivers.ur.rescue import retract_script
+from stepload_drivers.ur.settings import settings_from
+from stepload_drivers.ur.state import PAUSED, PLAYING, ROBOT_RUNNING, STOPPED, UrState, target_pose
+
+SETTINGS = settings_from({"host": "10.0.0.2", "approach": APPROACH})
+WAY_M, SPEED_M_S = 2e-3, 0.01
+WHOLE = retract_script(APPROACH, WAY_M, SPEED_M_S)
+PERIOD_S = 0.008
+
+
+class Controller:
+    """Carries out retracts; `awake`: it answers, `reachable`: its script port takes programs."""
+
+    def __init__(self, clock) -> None:
+        self.clock = clock
+        self.scripts: list[str] = []
+        self.queue: list[str] = []
+        self.awake = self.reachable = self.carries_out = True
+        self.remote: bool | None = True
+        self.position_m = 5e-3
+        self.runtime_state = STOPPED
+        self.words = {"safety_mode": 1, "safety_bits": 1}
+        self.repeats = False
+        self.stop_at_m: float | None = None
+        self._goal_m = self.position_m
+
+    def send_script(self, host, script, deadline_s) -> None:
+        if not self.reachable:
+            raise DeviceError("no port", code=FaultCode.NOT_CONNECTED)
+        self.scripts.append(script)
+        self.queue.append(script)
+
+    def tick(self) -> None:
+        if self.queue:
+            script = self.queue.pop()
+            self.queue.clear()
+            if self.carries_out:
+                z_m = float(script.split("p[")[1].split(",")[2])
+                self._goal_m, self.runtime_state = self.position_m - z_m, PLAYING
+        if self.runtime_state == PLAYING and self._goal_m < self.position_m:
+            self.position_m = max(self._goal_m, self.position_m - SPEED_M_S * PERIOD_S)
+            if self.position_m <= (self._goal_m if self.stop_at_m is None else self.stop_at_m):
+                self.runtime_state = STOPPED
+
+    def dashboard(self, host, commands, deadline_s):
+        if not self.awake:
+            raise DeviceError("silent", code=FaultCode.NOT_CONNECTED)
+        return [f"Program running: {str(self.runtime_state == PLAYING).lower()}"]
+
+    def state(self) -> UrState:
+        pose = tuple(target_pose(HOME, APPROACH, self.position_m))
+        stamp_s = 1.0 if self.repeats else self.clock.now_s
+        return UrState(
+            stamp_s, pose, (0.0,) * 6, robot_mode=ROBOT_RUNNING,
+            runtime_state=self.runtime_state, **self.words,
+        )  # fmt: skip
+
+
+@pytest.fixture
+def controller(clock, monkeypatch) -> Controller:
+    controller = Controller(clock)
+
+    class Rtde:
+        def __init__(self, host, deadline_s) -> None:
+            self.deadline_s = deadline_s
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_) -> None:
+            pass
+
+        def version(self) -> None:
+            pass
+
+        def start(self, rate_hz) -> None:
+            pass
+
+        def read(self) -> UrState:
+            if not controller.awake:
+                clock.sleep(self.deadline_s - clock.now_s)
+            clock.sleep(PERIOD_S)
+            if clock.now_s > self.deadline_s:
+                raise DeviceError("no answer in time", code=FaultCode.NOT_CONNECTED)
+            controller.tick()
+            return controller.state()
+
+    monkeypatch.setattr(unload, "RtdeClient", Rtde)
+    monkeypatch.setattr(unload, "dashboard", controller.dashboard)
+    monkeypatch.setattr(unload, "send_script", controller.send_script)
+    monkeypatch.setattr(
+        unload,
+        "in_remote_control",
+        lambda host, limit_s: controller.remote if controller.awake else None,
+    )
+    return controller
+
+
+@pytest.fixture
+def unloading(controller, clock) -> unload.Unloading:
+    pose = tuple(target_pose(HOME, APPROACH, controller.position_m))
+    return unload.Unloading(SETTINGS, ArmSample(1, 0.0, clock.now_s, 0, 5e-3, 8.1, pose))
+
+
+def retract(unloading, clock, timeout_s: float = 4.0) -> None:
+    unloading.retract(WAY_M, SPEED_M_S, clock.now_s + timeout_s)
+
+
+def refused(unloading, clock, controller) -> DeviceError:
+    """The error of a retract that is not sent, now or ever again."""
+    sent = len(controller.scripts)
+    with pytest.raises(DeviceError) as caught:
+        retract(unloading, clock)
+    controller.words = {"safety_mode": 1, "safety_bits": 1}
+    controller.runtime_state, controller.remote = STOPPED, True
+    with pytest.raises(DeviceError) as again:
+        retract(unloading, clock)
+    assert again.value.code == caught.value.code
+    assert len(controller.scripts) == sent
+    return caught.value
+
+
+def test_a_retract_is_done_when_the_arm_is_back(unloading, controller, clock):
+    retract(unloading, clock)
+    assert controller.scripts == [WHOLE]
+    assert controller.position_m == pytest.approx(3e-3)
+    assert not unloading.under_way
+
+
+def test_a_second_retract_counts_its_own_way(unloading, controller, clock):
+    retract(unloading, clock)
+    retract(unloading, clock)
+    assert controller.position_m == pytest.approx(1e-3)
+
+
+def test_what_no_port_took_is_sent_when_one_does(unloading, controller, clock):
+    controller.reachable = controller.awake = False
+    for _ in range(3):
+        with pytest.raises(DeviceError) as caught:
+            retract(unloading, clock)
+        assert caught.value.code == FaultCode.NOT_CONNECTED
+        assert not unloading.under_way
+    controller.reachable = controller.awake = True
+    retract(unloading, clock)
+    assert controller.position_m == pytest.approx(3e-3)
+
+
+def test_what_waits_in_a_controller_that_sleeps_is_not_sent_again(unloading, controller, clock):
+    controller.awake = False
+    for _ in range(3):
+        with pytest.raises(DeviceError) as caught:
+            retract(unloading, clock)
+        assert caught.value.code == FaultCode.NOT_CONNECTED
+    assert controller.scripts == [WHOLE]
+    assert not unloading.ended(clock.now_s + 3.0)
+    controller.awake = True
+    retract(unloading, clock)
+    assert controller.scripts == [WHOLE]
+    assert controller.position_m == pytest.approx(3e-3)
+    assert unloading.ended(clock.now_s + 3.0)
+
+
+def test_a_program_that_was_lost_is_sent_once_more(unloading, controller, clock):
+    controller.carries_out = False
+    with pytest.raises(DeviceError, match=r"0\.00 mm back, 2\.00 mm") as caught:
+        retract(unloading, clock)
+    assert caught.value.code == FaultCode.REFUSED_COMMAND
+    assert controller.scripts == [WHOLE, WHOLE]
+
+
+def test_a_retract_that_somebody_stopped_is_not_sent_again(unloading, controller, clock):
+    controller.stop_at_m = 4e-3
+    with pytest.raises(DeviceError, match=r"1\.\d\d mm back, 2\.00 mm") as caught:
+        retract(unloading, clock)
+    assert caught.value.code == FaultCode.REFUSED_COMMAND
+    assert controller.scripts == [WHOLE]
+
+
+def test_data_that_stand_still_confirm_nothing(unloading, controller, clock):
+    controller.repeats, controller.carries_out, controller.runtime_state = True, False, PLAYING
+    with pytest.raises(DeviceError) as caught:
+        retract(unloading, clock)
+    assert caught.value.code == FaultCode.STALE
+    assert unloading.under_way
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        ({"safety_mode": 3, "safety_bits": 1}, FaultCode.PROTECTIVE_STOP),
+        ({"safety_mode": 5, "safety_bits": 1}, FaultCode.SAFEGUARD_STOP),
+        ({"safety_mode": 1, "safety_bits": 1 << 6}, FaultCode.EMERGENCY_STOP),
+    ],
+)
+def test_nothing_is_sent_after_a_safety_stop(unloading, controller, clock, words, code):
+    controller.words = words
+    assert refused(unloading, clock, controller).code == code
+
+
+def test_nothing_is_sent_to_a_controller_in_local_control(unloading, controller, clock):
+    controller.remote = False
+    assert refused(unloading, clock, controller).code == FaultCode.NOT_REMOTE
+
+
+def test_nothing_is_sent_after_a_pause(unloading, controller, clock):
+    controller.runtime_state = PAUSED
+    assert refused(unloading, clock, controller).code == FaultCode.PROGRAM_STOPPED
+
+
+def test_a_program_that_outlives_our_watchdog_is_another_ones(unloading, controller, clock):
+    clock.sleep(10.0)
+    controller.runtime_state = PLAYING
+    error = refused(unloading, clock, controller)
+    assert error.code == FaultCode.PROGRAM_STOPPED
+    assert "another program" in error.message
+
+
+def test_our_own_program_is_replaced_before_its_watchdog_ends_it(unloading, controller, clock):
+    controller.runtime_state = PLAYING
+    retract(unloading, clock)
+    assert controller.position_m == pytest.approx(3e-3)
+
+
+def test_an_arm_that_somebody_has_moved_is_left_alone(unloading, controller, clock):
+    controller.position_m -= 0.01
+    error = refused(unloading, clock, controller)
+    assert error.code == FaultCode.PROGRAM_STOPPED
+    assert "10.0 mm from where it was last seen" in error.message
+
+
+def test_a_retract_paused_under_way_is_over(unloading, controller, clock):
+    tick = controller.tick
+
+    def pause_half_way() -> None:
+        tick()
+        if controller.position_m < 4e-3 and controller.runtime_state == PLAYING:
+            controller.runtime_state = PAUSED
+
+    controller.tick = pause_half_way
+    with pytest.raises(DeviceError) as caught:
+        retract(unloading, clock)
+    assert caught.value.code == FaultCode.PROGRAM_STOPPED
+    assert len(controller.scripts) == 1
+    assert not unloading.under_way
