@@ -45,5 +45,6 @@ def test_the_whole_first_day_ends_with_a_touch(free_host, tmp_path):
         assert first_day(tmp_path, rig, io.StringIO()) == []
         truth = rig.state()
     plan = load_plan(tmp_path / "rig-touch.yaml")
-    assert 0.9 * plan.procedure.top_force_n < truth["peak_n"] < plan.payload.declared_force_limit_n
+    assert 1.0 < truth["peak_n"] < 1.25 * plan.procedure.top_force_n
+    assert truth["contact_n"] == 0.0
     assert "finished" in (tmp_path / "rig.yaml").read_text().splitlines()[0]
