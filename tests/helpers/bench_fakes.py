@@ -55,6 +55,7 @@ class Rig:
     clock: VirtualClock = field(default_factory=VirtualClock)
     tool: Tool = field(default_factory=lambda: Tool(0.8))
     position_m: float = 0.0
+    follows: bool = True
     targets: list[float] = field(default_factory=list)
     safe_calls: int = 0
     openings: int = 0
@@ -83,7 +84,8 @@ class FakeArm:
 
     def command(self, position_m: float) -> None:
         self.rig.targets.append(position_m)
-        self.rig.position_m = position_m
+        if self.rig.follows:
+            self.rig.position_m = position_m
 
     def configuration(self) -> ArmConfiguration:
         return ArmConfiguration((0.1, 0.2, 0.3), (0.0, 0.0, 0.1, 0.0, 0.0, 0.0), 0.8, None, 1.0)

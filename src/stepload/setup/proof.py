@@ -53,7 +53,9 @@ def doctor(setup: Setup) -> Found:
         ".".join(key): Value(format_quantity(value, unit), f"{setup.measured}: {how}")
         for key, (value, unit, how) in found.figures.items()
     }
-    return Found(values, ("the doctor has proven stop and watchdog; nothing failed",))
+    unproven = [line.name for line in found.lines if line.mark is Mark.SKIPPED]
+    note = "the doctor found nothing that fails"
+    return Found(values, (note + (f"; not looked at: {', '.join(unproven)}" if unproven else ""),))
 
 
 def touch(setup: Setup) -> Found:

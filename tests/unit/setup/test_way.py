@@ -50,6 +50,14 @@ def test_the_arm_stops_where_something_is_in_the_way():
     assert min(rig.targets) > -1.1e-3
 
 
+def test_an_arm_that_does_not_follow_is_stopped():
+    rig = Rig(follows=False)
+    with pytest.raises(RefusedError, match="from where it was sent"):
+        way.way(ready(rig, hazards_read_by="A. Tester"))
+    assert rig.safe_calls == 1
+    assert min(rig.targets) > -2.1e-3
+
+
 def test_nothing_moves_without_consent_or_a_name():
     rig = Rig()
     with pytest.raises(RefusedError, match="The answer was no"):
