@@ -46,7 +46,7 @@ def arm(setup: Setup) -> Found:
     for line in _settings(told, where):
         setup.tell(f"  {line}")
     setup.tell(
-        "  safety limits: they cannot be read over the interfaces that a program has; "
+        "  safety limits: this program does not read them from the arm; "
         + where.get("safety", "see the manual of the arm")
     )
     ask.consent("limits_set")
