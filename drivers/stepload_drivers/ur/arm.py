@@ -42,6 +42,8 @@ PROGRAM_ENDED = TAKEN_OVER | {FaultCode.WATCHDOG_STOP}
 """After these no target can reach the arm, or none may."""
 
 RESCUE_S = 1.0
+WHY_S = 0.5
+"""Longer than the child takes to ask the dashboard why the program does not run."""
 
 
 class UrArm(Arm):
@@ -182,10 +184,19 @@ class UrArm(Arm):
             reply = self._request("retract", limit_s, distance_m=distance_m, speed_m_s=speed_m_s)
             if reply is not None and reply["ok"]:
                 return
+            self._hear_who_stopped_it()
             self._refuse_if_taken_over()
             self._kill()
         self._unloading = self._unloading or Unloading(self._settings, self._last)
         self._unloading.retract(distance_m, speed_m_s, deadline_s)
+
+    def _hear_who_stopped_it(self) -> None:
+        """Give the child time to ask why the program does not run: a person may have ended it."""
+        until_s = time.monotonic() + WHY_S
+        while self._last is not None and self._last.status and self._fault is None:
+            if self._child is None or time.monotonic() > until_s:
+                return
+            self._pump(0.02)
 
     def _refuse_if_taken_over(self) -> None:
         """No motion after a person or a safety system has taken over."""

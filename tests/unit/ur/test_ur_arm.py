@@ -380,6 +380,23 @@ def test_nothing_retracts_an_arm_that_a_person_may_have(opened, rescue, code):
     assert (child.requests(), rescue.done) == ([], [])
 
 
+@pytest.mark.parametrize(("after_s", "sent"), [(0.3, []), (0.7, ["retract 0.001 0.01"])])
+def test_who_stopped_the_program_is_waited_for_before_anything_moves(
+    opened, rescue, clock, after_s, sent
+):
+    """The retract comes between the end of the program and the child's word of who ended it."""
+    arm, child = opened()
+    child.answers["retract"] = {"ok": False, "message": "the control program does not run"}
+    child.arrives(sample(clock, runtime_state=1))
+    child.arrives(fault(FaultCode.PROGRAM_STOPPED), after_s=after_s)
+    if sent:
+        arm.retract(1e-3, 0.01, 3.0)
+    else:
+        with pytest.raises(DeviceError, match="no retract was sent"):
+            arm.retract(1e-3, 0.01, 3.0)
+    assert rescue.done == sent
+
+
 def test_an_arm_stopped_by_its_own_watchdog_is_unloaded(opened, rescue):
     arm, child = opened()
     child.answers["retract"] = {"ok": False, "message": "m"}
