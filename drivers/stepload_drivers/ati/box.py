@@ -7,8 +7,9 @@ import http.client
 import math
 import re
 import socket
+import threading
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from stepload.errors import DeviceError
@@ -62,12 +63,18 @@ def fetch(host: str, port: int, name: str, deadline: Deadline) -> str:
     Raises:
         DeviceError: no answer, or another than the page.
     """
-    link = http.client.HTTPConnection(host, port, timeout=deadline.left_s(f"{name}: its page"))
+    what = f"{name}: its page"
+    link = http.client.HTTPConnection(host, port, timeout=deadline.left_s(what))
     try:
-        link.request("GET", PAGE)
-        answer = link.getresponse()
-        text = answer.read(MOST_BYTES).decode("utf-8", "replace")
+        link.connect()
+        with _cut_off(link.sock, deadline.left_s(what)):
+            link.request("GET", PAGE)
+            answer = link.getresponse()
+            text = answer.read(MOST_BYTES).decode("utf-8", "replace")
+        deadline.left_s(what)
         status = answer.status
+        if answer.length:  # cut short, or more than any device has to say
+            raise http.client.IncompleteRead(b"", answer.length)
     except (OSError, http.client.HTTPException) as error:
         raise DeviceError(
             f"{name}: http://{host}:{port}{PAGE} does not answer ({error or 'no answer'})",
@@ -84,6 +91,23 @@ def fetch(host: str, port: int, name: str, deadline: Deadline) -> str:
             "counts_per_newton_metre and rate",
         )
     return text
+
+
+@contextlib.contextmanager
+def _cut_off(sock: socket.socket, after_s: float) -> Iterator[None]:
+    """End the connection at that time: its own timeout begins anew with every byte."""
+
+    def cut() -> None:
+        with contextlib.suppress(OSError):
+            sock.shutdown(socket.SHUT_RDWR)
+
+    timer = threading.Timer(after_s, cut)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def answers(host: str, port: int) -> bool:

@@ -168,9 +168,10 @@ class UrArm(Arm):
         if unloading is not None and not unloading.ended(deadline_s - 0.3 * timeout_s):
             raise DeviceError(
                 "no stop was sent: it would cancel the retract that was handed over "
-                f"{unloading.age_s:.1f} s ago and was not seen to end; it ends by itself",
+                f"{unloading.age_s:.1f} s ago and was not seen to end; it ends by itself, and may "
+                "begin only when the controller answers again",
                 code=FaultCode.NOT_CONNECTED,
-                hint="use the emergency stop if the arm presses on",
+                hint="keep clear of the arm; use the emergency stop before anybody goes near it",
             )
         rescue.stop(self._settings.host, deadline_s)
 

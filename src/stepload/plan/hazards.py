@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import shutil
 from codecs import BOM_UTF8
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
@@ -43,6 +45,11 @@ def keep(plan: Plan, name: str, day: date) -> Path | None:
         BadInputError: the file cannot be written, or the name is no text for a plan; it is as it
             was.
     """
+    with _alone(plan.path):
+        return _keep(plan, name, day)
+
+
+def _keep(plan: Plan, name: str, day: date) -> Path | None:
     found = _rig_block(plan.path)
     if found is None:
         return None
@@ -51,14 +58,16 @@ def keep(plan: Plan, name: str, day: date) -> Path | None:
     at, end = source.start_of(line), "\r\n" if "\r\n" in source.text else "\n"
     rows = "".join(f"{indent}{row}{end}" for row in keys_of(name, day))
     bom = BOM_UTF8 if source.data.startswith(BOM_UTF8) else b""
-    _write(path, bom + (source.text[:at] + rows + source.text[at:]).encode())
+    data = bom + (source.text[:at] + rows + source.text[at:]).encode()
+    _write(path, data)
     try:
         wanted = replace(plan.rig, hazards_read_by=name, hazards_read_on=day)
         sound = load_plan(plan.path).rig == wanted
     except PlanError:
         sound = False
     if not sound:
-        _write(path, source.data)
+        if path.read_bytes() == data:  # else somebody has changed it since
+            _write(path, source.data)
         raise BadInputError(
             f"{path}: the two lines could not be added",
             hint=f"write them below `rig:` yourself: {'; '.join(keys_of(name, day))}",
@@ -66,13 +75,33 @@ def keep(plan: Plan, name: str, day: date) -> Path | None:
     return path
 
 
+@contextmanager
+def _alone(plan_path: Path) -> Iterator[None]:
+    """No other run keeps a name meanwhile: one that takes its own back would take ours along."""
+    with ExitStack() as stack:
+        for folder in sorted({path.resolve().parent for path in (plan_path, _rig_file(plan_path))}):
+            with suppress(OSError):  # a file system without locks
+                descriptor = os.open(folder, os.O_RDONLY)
+                stack.callback(os.close, descriptor)
+                fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+
+
+def _rig_file(plan_path: Path) -> Path:
+    """The file in which a plan's rig stands: its own, or the one it names."""
+    node = _tree(plan_path)
+    rig = node.entries.get("rig") if isinstance(node, Mapping) else None
+    if isinstance(rig, Scalar) and isinstance(rig.value, str) and names_a_file(rig.value):
+        return plan_path.parent / rig.value
+    return plan_path
+
+
 def _rig_block(plan_path: Path) -> tuple[Source, int, str] | None:
     """File, line of the first key (from 1) and indentation of a plan's rig."""
-    node = _tree(plan_path)
-    if isinstance(node, Mapping):
+    rig_file = _rig_file(plan_path)
+    node = _tree(rig_file)
+    if rig_file == plan_path and isinstance(node, Mapping):
         node = node.entries.get("rig", node)
-        if isinstance(node, Scalar) and isinstance(node.value, str) and names_a_file(node.value):
-            node = _tree(plan_path.parent / node.value)
     if not isinstance(node, Mapping) or not node.keys or BY in node.keys or ON in node.keys:
         return None
     first = next(iter(node.keys.values()))

@@ -14,6 +14,7 @@ from stepload.run.operator import Operator
 
 AGAIN_S = 0.2
 REMIND_S = 5.0
+LATE = "what was sent may still move the arm back when it answers again: keep clear of it"
 SETTLE_S = 0.1
 """From the end of the retract until the force sensor has told of it."""
 
@@ -40,7 +41,7 @@ def unload(arm: Arm, way: Way, force: ForceLeft, operator: Operator, say: Say) -
     say(f"safing: the arm is asked to go back by {way.distance_m * 1e3:.2f} mm")
     begun_s = time.monotonic()
     force.look()
-    trying = _Trying(begun_s + way.timeout_s + way.patience_s, force, operator, say)
+    trying = _Trying(way, begun_s, force, operator, say)
     fault = arm.fault() if way.patience_s > 0.0 else None
     if fault is not None and fault.code in NO_ANSWER:
         trying.tell()
@@ -55,6 +56,8 @@ def unload(arm: Arm, way: Way, force: ForceLeft, operator: Operator, say: Say) -
             if over:
                 told = f"{error.message}; {over}"
                 stays = "" if force.gone else "THE FORCE MAY STAY ON; "
+                if patient:
+                    stays += f"{LATE}; "
                 say(f"safing: the retract is NOT confirmed: {told}. {stays}{error.hint}")
                 raise DeviceError(told, code=error.code, hint=error.hint) from error
         time.sleep(AGAIN_S)
@@ -73,8 +76,11 @@ def unload(arm: Arm, way: Way, force: ForceLeft, operator: Operator, say: Say) -
 class _Trying:
     """Goes on until a deadline that the operator knows of."""
 
-    def __init__(self, until_s: float, force: ForceLeft, operator: Operator, say: Say) -> None:
-        self._until_s = until_s
+    def __init__(
+        self, way: Way, begun_s: float, force: ForceLeft, operator: Operator, say: Say
+    ) -> None:
+        self._until_s = begun_s + way.timeout_s + way.patience_s
+        self._distance_m = way.distance_m
         self._force, self._operator, self._say = force, operator, say
         self._told_s = -REMIND_S
         self._signals: int | None = None
@@ -90,7 +96,8 @@ class _Trying:
         until = time.strftime("%H:%M:%S", time.localtime(time.time() + self._until_s - now_s))
         self._say(
             f"safing: the arm does not answer; trying until {until}; {self._force.words}; "
-            "USE THE EMERGENCY STOP if it presses on; Ctrl+C ends the trying"
+            "USE THE EMERGENCY STOP if it presses on; when it answers it goes back by "
+            f"{self._distance_m * 1e3:.2f} mm: keep clear of it; Ctrl+C ends the trying"
         )
 
     def over(self) -> str:

@@ -93,6 +93,22 @@ def test_a_wrong_channel_ends_the_run_before_the_approach(
     assert bench.engine.safe_reached
 
 
+@pytest.mark.parametrize(
+    ("gain", "late_s"), [(2.0, 0.03), (1.0, 0.03), (1.0, 0.05)], ids=["gain", "weak", "dead"]
+)
+def test_a_late_channel_is_not_taken_for_a_wrong_or_a_right_one(gain: float, late_s: float) -> None:
+    """Twice the gain, a sixth of a cycle late, reads the stated mass in phase."""
+    faults = always("force_delay", late_s), always("force_gain", gain)
+    bench = shaken(carrying(ur_plan(**QUICK)), *faults)
+    cause = bench.engine.cause
+    assert cause is not None
+    assert cause.rule == "proof_of_life"
+    assert f"its readings came {late_s * 1e3 + 2:.0f} ms later than rig.force.delay says" in (
+        cause.message
+    )
+    assert bench.peak_n == 0.0
+
+
 @pytest.mark.parametrize("make", MAKERS)
 @pytest.mark.parametrize("second", ["arm_force_deaf", "second_stuck_mean"])
 def test_two_dead_channels_with_live_noise_never_press(make: Any, second: str) -> None:

@@ -72,6 +72,7 @@ def test_a_silent_arm_is_asked_until_it_confirms_and_the_operator_is_told_at_onc
     assert arm.sent == 4
     told = lines[1]
     assert "trying until 62; 8.1 N, 2.3 s old; USE THE EMERGENCY STOP" in told
+    assert "when it answers it goes back by 2.00 mm: keep clear of it" in told
     assert "Ctrl+C ends the trying" in told
     assert "confirmed by the arm" in lines[-1]
 
@@ -84,6 +85,7 @@ def test_the_trying_ends_at_the_time_that_was_told(clock, force, lines):
     assert 62.0 <= clock.now_s <= 65.0
     assert "NOT confirmed" in lines[-1]
     assert "8.1 N, 2.3 s old" in lines[-1]
+    assert "may still move the arm back when it answers again" in lines[-1]
 
 
 @pytest.mark.parametrize(
@@ -95,6 +97,7 @@ def test_an_arm_that_answers_no_is_asked_once(clock, force, lines, code):
         unload(arm, PATIENT, force, Operator(), lines.append)
     assert (arm.sent, caught.value.code) == (1, code)
     assert "NOT confirmed" in lines[-1]
+    assert "may still move" not in lines[-1]
 
 
 def test_no_patience_no_second_try(clock, force, lines):
