@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from stepload.setup.questions import Question
 
 ANY_FLAGS = {"allow_extra_args": True, "ignore_unknown_options": True}
+STEP_HELP = "Stop after this step: arm, sensor, push, weigh, start, way, plan, doctor, touch."
 AnswerFile = Annotated[
     Path | None, typer.Option("--answers", help="YAML file of answers, `question: answer`.")
 ]
@@ -57,7 +58,7 @@ def setup(
     redo: Annotated[
         str, typer.Option("--redo", help="Do this step again, and all that rest on it.")
     ] = "",
-    until: Annotated[str, typer.Option("--until", help="Stop after this step.")] = "",
+    until: Annotated[str, typer.Option("--until", help=STEP_HELP)] = "",
     yes: Annotated[
         bool, typer.Option("--yes", help="Give every consent beforehand; for scripts.")
     ] = False,

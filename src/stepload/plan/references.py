@@ -115,7 +115,8 @@ class References:
 
     def profile(self, node: Node) -> Node:
         """The tree of the rig profile that `node` names."""
-        return self._named(node, "rig profile", profiles(), read_profile, "; a path ends in .yaml")
+        more = "; a file of yours is no profile: `rig: FILE.yaml`"
+        return self._named(node, "rig profile", profiles(), read_profile, more)
 
     def data_sheet(self, node: Node) -> Node:
         """The tree of the data sheet that `node` names."""

@@ -164,7 +164,8 @@ def _sensor(setup: Setup, key: str, question: str, options: str) -> dict[str, Va
     else:
         raise BadInputError(
             f"{name!r} is no data sheet of a force sensor",
-            hint=f"one of {', '.join(data_sheets())}, or a file: a path that ends in .yaml",
+            hint=f"one of {', '.join(data_sheets())}, or a file: a path that ends in .yaml;"
+            f" --{question.replace('_', '-')} gives another answer",
         )
     if "driver" not in sheet:
         raise BadInputError(f"{name}: no `driver`", hint="see the data sheets of stepload")

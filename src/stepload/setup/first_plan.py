@@ -41,8 +41,8 @@ def _material(answer: str, home: Path) -> dict[str, Value]:
     if answer not in (known := materials()):
         raise BadInputError(
             f"{answer!r} is no material that comes with stepload",
-            hint=f"one of {', '.join(sorted(known))}; or a file with name, youngs_modulus,"
-            " poisson_ratio and yield_strength",
+            hint=f"one of {', '.join(map(repr, sorted(known)))}; or a file with name,"
+            " youngs_modulus, poisson_ratio and yield_strength",
         )
     return known[answer]
 
@@ -183,6 +183,6 @@ def write_plan(path: Path, text: str, force: bool) -> None:
     """
     if path.exists() and not force and path.read_text(encoding="utf-8") != text:
         raise BadInputError(
-            f"{path} is there already", hint="name another file, or --force to replace it"
+            f"{path} is there already", hint="name another with --plan, or move it away"
         )
     path.write_text(text, encoding="utf-8")

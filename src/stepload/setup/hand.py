@@ -161,7 +161,7 @@ def weigh(setup: Setup) -> Found:
     poses, forces_n, sigma_n = [], [], 0.0
     for question in ("led_down", "led_aside"):
         setup.tell(
-            "lead the arm by hand (freedrive) so that the tool points "
+            "lead the arm by hand (local control, freedrive) so that the tool points "
             + ("straight down" if question == "led_down" else "sideways, level")
             + ", let go, and give it back to the program (remote control)"
         )

@@ -84,7 +84,8 @@ def read_state(rig: Path) -> State:
         if _sha256(rig.read_bytes()) not in state.rig_sha256:
             raise BadInputError(
                 f"{rig} is not as the set-up left it: somebody else wrote or changed it",
-                hint="move it away; give what was changed with --keys, `stepload setup` writes it",
+                hint="move it away; give what was changed with --redo sensor --keys KEY=VALUE, and"
+                " `stepload setup` writes it",
             )
     return state
 

@@ -63,9 +63,12 @@ def set_up(
             state.done.pop(name, None)
     answers.kept = state.answers
     setup = Setup(rig, state, answers, open_devices, today or date.today())
-    if state.done:
-        done = ", ".join(f"{name} ({step.on})" for name, step in state.done.items())
-        setup.tell(f"taken up again from {state_path(rig)}; done: {done}")
+    if state.done or state.answers:
+        done = ", ".join(f"{name} ({step.on})" for name, step in state.done.items()) or "no step"
+        setup.tell(
+            f"taken up again from {state_path(rig)}; done: {done}; answers are kept, a flag gives"
+            " another"
+        )
     for number, (name, (about, step)) in enumerate(STEPS.items(), start=1):
         if name in state.done:
             continue

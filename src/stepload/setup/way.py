@@ -30,8 +30,9 @@ def start(setup: Setup) -> Found:
     """Where the arm was led; its tool must point along the approach direction."""
     values = setup.state.values
     setup.tell(
-        "lead the arm by hand (freedrive) to the start pose: above the plate, the tool pointing at"
-        " it, a few millimetres of free air between; then give it back to the program"
+        "lead the arm by hand (local control, freedrive) to the start pose: above the plate, the"
+        " tool pointing at it, a few millimetres of free air between; then give it back to the"
+        " program (remote control)"
     )
     setup.answers.consent("led_to_start")
     with setup.opened(values, False) as bench:

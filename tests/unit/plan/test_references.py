@@ -21,8 +21,8 @@ WritePlan = Callable[..., Path]
     [
         ("stfv", 3, 6, "'stfv' is no rig profile", "did you mean 'stvf'? profiles: one-axis,"),
         ("{profile: ~}", 3, 16, "'this' is no rig profile", "profiles: one-axis"),
-        ("{profile: 3}", 3, 16, "'3' is no rig profile", "a path ends in .yaml"),
-        ("{profile: [stvf]}", 3, 16, "'this' is no rig profile", "a path ends in .yaml"),
+        ("{profile: 3}", 3, 16, "'3' is no rig profile", "`rig: FILE.yaml`"),
+        ("{profile: [stvf]}", 3, 16, "'this' is no rig profile", "`rig: FILE.yaml`"),
         ("rigs/x.yaml", 3, 6, "rigs/x.yaml: no such file", "directory of the file they stand in"),
         ("x.YML", 3, 6, "x.YML: no such file", "directory of the file they stand in"),
         ("x.json", 3, 6, "x.json: no such file", "directory of the file they stand in"),
