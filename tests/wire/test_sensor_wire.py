@@ -31,13 +31,7 @@ SENSORS = [
 ]
 
 
-POLLED = pytest.param("ati_can", {}, marks=pytest.mark.long)
-"""Late answers after a hundred other tests in one process, none alone: cause not found."""
-
-
-@pytest.mark.parametrize(
-    ("name", "device"), [POLLED if row == ("ati_can", {}) else row for row in SENSORS]
-)
+@pytest.mark.parametrize(("name", "device"), SENSORS)
 def test_every_sample_arrives_once(emulated, name, device):
     with emulated(name, device=device) as pair:
         pair.run(0.5)
