@@ -5,13 +5,17 @@ stall of the host it cannot survive. Such a test that fails is run again if, and
 saw a longer stall while it ran, at most `RERUNS` times. Then it is reported as inconclusive, with
 the stalls' lengths, and counted in the last line; it neither passes nor fails the session. A test
 without the mark is never run again, and a failure without a measured stall is a failure.
+While such a test runs, garbage is not collected, as in the loop of a run: among thousands of tests
+one collection takes up to half a second, which is this process's own work and no stall of the host.
 With `-p no:realtime` every failure is one.
 """
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import pytest
@@ -54,7 +58,8 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     stalled_s: list[float] = []
     while True:
         began_s = time.monotonic()
-        reports = runtestprotocol(item, log=False, nextitem=nextitem)
+        with _no_garbage_collection():
+            reports = runtestprotocol(item, log=False, nextitem=nextitem)
         worst_s = longest_s(meter.between(began_s, time.monotonic()))
         failed = [report for report in reports if report.failed]
         if not failed or worst_s <= survives_s:
@@ -70,6 +75,17 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
         item.ihook.pytest_runtest_logreport(report=report)
     item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
     return True
+
+
+@contextmanager
+def _no_garbage_collection() -> Iterator[None]:
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 def _excused(report: pytest.TestReport, mark: str, stalled_s: list[float]) -> pytest.TestReport:

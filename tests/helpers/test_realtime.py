@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import subprocess
 import sys
@@ -171,3 +172,11 @@ def test_a_stall_before_or_after_is_not_between():
     assert meter.between(2.1, 3.5) == stalls[1:]
     assert meter.between(3.0, 3.5) == stalls[2:]
     assert meter.between(3.4, 3.5) == []
+
+
+@pytest.mark.parametrize(("mark", "collects"), [(None, False), ("", True)])
+def test_garbage_is_not_collected_in_real_time(run, mark, collects):
+    body = f"import gc; assert gc.isenabled() is {collects}"
+    result = run(of_a_test(body) if mark is None else of_a_test(body, mark=mark))
+    assert result.ret == 0
+    assert gc.isenabled()
