@@ -80,7 +80,7 @@ class Stage:
         self.on = self.phase is None
         for part, how in directions.get("break", {}).items():
             self._break(*PARTS[part], how)
-        experiment._refuse_simulated = lambda plan: None  # on purpose: nothing is measured here
+        experiment.refuse_simulated = lambda plan: None  # on purpose: nothing is measured here
         experiment._refuse_unproven = lambda envelope: None
         if not directions.get("judge"):
             leave_out_judgement(setattr)

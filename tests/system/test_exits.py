@@ -373,8 +373,9 @@ def test_a_negative_seed_is_refused(quick: Path) -> None:
     assert "seed" in done.stderr
 
 
-def test_simulated_drivers_are_no_devices(quick: Path, tmp_path: Path) -> None:
-    done = in_process("run", quick, "--out", tmp_path / "run")
+@pytest.mark.parametrize("words", [("run", "--out", "run"), ("doctor",), ("doctor", "--still")])
+def test_simulated_drivers_are_no_devices(quick: Path, tmp_path: Path, words: tuple[str]) -> None:
+    done = in_process(words[0], quick, *words[1:], cwd=tmp_path)
     assert done.returncode == 3
     for said in ("rig.arm names the driver sim", "no measurement", "--dry-run", "rig.force.driver"):
         assert said in " ".join(done.stderr.split())

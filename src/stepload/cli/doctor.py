@@ -42,12 +42,15 @@ def doctor(
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.load import load_plan
     from stepload.run.operator import Operator
+    from stepload.session.experiment import refuse_simulated
     from stepload.session.hazards import refuse_unread
 
     out = Output(as_json=as_json)
     operator = Operator()
 
     envelope = envelope_of(load_plan(plan))
+    if not dry_run:
+        refuse_simulated(envelope.plan)
     if not dry_run and not (still and not against_spring):
         refuse_unread(envelope.plan, hazards_read or ask_hazards(envelope))
     with operator.listening():

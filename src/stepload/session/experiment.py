@@ -193,7 +193,7 @@ def _check_that_it_may_run(envelope: Envelope, dry_run: bool, hazards_read_now: 
             hint="measure K_s on the rig: stepload calibrate PLAN --record FILE",
         )
     if not dry_run:
-        _refuse_simulated(envelope.plan)
+        refuse_simulated(envelope.plan)
         hazards.refuse_unread(envelope.plan, hazards_read_now)
         _refuse_unproven(envelope)
 
@@ -208,8 +208,12 @@ def simulated_devices(plan: Plan) -> list[str]:
     return [f"rig.{key}" for key, spec in specs.items() if spec and spec.driver.name == SIMULATED]
 
 
-def _refuse_simulated(plan: Plan) -> None:
-    """A simulated device outside a dry run presses a payload of its own: that measures nothing."""
+def refuse_simulated(plan: Plan) -> None:
+    """Refuse simulated devices outside a dry run: they press a payload of their own.
+
+    Raises:
+        RefusedError: with the keys that name them; what they say is no measurement.
+    """
     named = simulated_devices(plan)
     if named:
         raise RefusedError(

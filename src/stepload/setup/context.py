@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 
+from stepload.session.hazards import HAZARDS, PAGE
 from stepload.setup.answers import Answers
 from stepload.setup.bench import Opener
 from stepload.setup.flat import Value, quoted
@@ -51,3 +52,11 @@ class Setup:
     def plan(self) -> Path:
         """Where the plan of the first payload is written: beside the rig file."""
         return self.rig.parent / self.answers.text("plan")
+
+
+def say_hazards(setup: Setup, before: str) -> None:
+    """Say what a person must know before a hand comes near the arm, or before it moves."""
+    setup.tell(before)
+    for hazard in HAZARDS:
+        setup.tell(f"  - {hazard}")
+    setup.tell(f"more, with what to do about each: {PAGE}")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stepload.errors import RefusedError
 from stepload.setup.bench import FORCE, SECOND, Bench, Heard, listen
-from stepload.setup.context import Setup
+from stepload.setup.context import Setup, say_hazards
 from stepload.setup.devices import second_is_arm
 from stepload.setup.flat import Value
 from stepload.setup.judge import Channel, Proven, agreed, judged, weighed
@@ -46,6 +46,7 @@ class _Push:
 def push(setup: Setup) -> Found:
     """Two pushes by hand, as the plate will push, prove axis and sign of every channel."""
     values = setup.state.values
+    say_hazards(setup, "before a hand comes near the arm:")
     setup.answers.consent("may_push")
     with setup.opened(values, True) as bench:
         names = [*bench.sensors, *([ARM] if second_is_arm(values) else [])]

@@ -8,9 +8,8 @@ import numpy as np
 
 from stepload.errors import RefusedError
 from stepload.plan.tree import resolve
-from stepload.session.hazards import HAZARDS, PAGE
 from stepload.setup.bench import FORCE, Bench, listen, refuse_faults
-from stepload.setup.context import Setup
+from stepload.setup.context import Setup, say_hazards
 from stepload.setup.flat import Value, quoted
 from stepload.setup.judge import off_the_tool_rad, rotation
 from stepload.setup.state import Found
@@ -96,10 +95,7 @@ def way(setup: Setup) -> Found:
 
     It never goes further than where it was led to. Whoever sets up has confirmed the hazards.
     """
-    setup.tell("before the arm moves for the first time:")
-    for hazard in HAZARDS:
-        setup.tell(f"  - {hazard}")
-    setup.tell(f"more, with what to do about each: {PAGE}")
+    say_hazards(setup, "before the arm moves for the first time:")
     reader = setup.answers.text("hazards_read_by")
     back_m = setup.answers.quantity("back", "m")
     if back_m > LONGEST_BACK_M:
@@ -156,6 +152,7 @@ def back_and_forth(bench: Bench, back_m: float) -> float:
                 f" from where it was sent (limit {1e3 * LATE_M:g} mm)",
                 hint="is something in the way, does a cable pull, did the start pose touch?",
             )
+    position_m = listen(bench, AT_REST_S).arm[-1].position_m  # not one from before a stall
     if abs(position_m - start_m) > BACK_AGAIN_M:
         raise RefusedError(
             f"the arm stands {1e3 * (position_m - start_m):+.2f} mm from its start after the way"

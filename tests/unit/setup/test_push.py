@@ -56,6 +56,15 @@ def test_what_is_wrong_with_a_channel_is_said(rig, what):
         hand.push(setup_of(rig))
 
 
+def test_the_hazards_are_said_before_a_hand_comes_near_the_arm():
+    rig = Rig()
+    hands = Hands(rig)
+    with pytest.raises(RefusedError, match="The answer was no"):
+        hand.push(setup_of(rig, hands, may_push="no"))
+    assert any("crush a hand" in line for line in hands.said)
+    assert not rig.openings
+
+
 def test_a_push_the_wrong_way_is_not_taken_for_a_sign():
     rig = Rig()
     with pytest.raises(RefusedError, match="the push went the wrong way"):

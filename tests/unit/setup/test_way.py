@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import pytest
-from bench_fakes import Hands, Rig, setup_of
+from bench_fakes import FakeArm, Hands, Rig, setup_of
 
 from stepload.errors import RefusedError
 from stepload.setup import way
@@ -56,6 +57,20 @@ def test_an_arm_that_does_not_follow_is_stopped():
         way.way(ready(rig, hazards_read_by="A. Tester"))
     assert rig.safe_calls == 1
     assert min(rig.targets) > -2.1e-3
+
+
+def test_where_the_arm_stands_after_the_way_is_not_judged_by_an_old_sample(monkeypatch):
+    """A host that stalls hears late that the arm is back."""
+    rig, heard = Rig(), deque(maxlen=200)
+
+    def late(arm):
+        heard.append(sound(arm)[0])
+        return [heard[0]]
+
+    sound = FakeArm.drain
+    monkeypatch.setattr(FakeArm, "drain", late)
+    way.way(ready(rig, hazards_read_by="A. Tester", back="4 mm"))
+    assert rig.position_m == pytest.approx(0.0, abs=1e-5)
 
 
 def test_nothing_moves_without_consent_or_a_name():
