@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from datetime import date
 from operator import attrgetter
@@ -23,7 +23,8 @@ from stepload.plan.pushes import settle_pushes
 from stepload.plan.reader import read_section
 from stepload.plan.references import References, profiles
 from stepload.plan.schema import json_schema
-from stepload.plan.source import Source, read_source
+from stepload.plan.shelf import Disk, Kept, Shelf
+from stepload.plan.source import Source
 from stepload.plan.stiffness import settle_stiffness
 from stepload.plan.tree import Broken, Mapping, Node, Place
 
@@ -47,7 +48,19 @@ def load_plan(path: Path, *, payload: Path | None = None, today: date | None = N
     Raises:
         PlanError: every problem found, with file, line and column.
     """
-    return _Loader().plan(Path(path), payload, today or date.today())
+    return _Loader(Disk()).plan(Path(path), payload, today or date.today())
+
+
+def load_kept(texts: Sequence[tuple[str, bytes]], name: str, day: date) -> Plan:
+    """The plan `name` of a record from the texts it has kept, as it was on the day of the run.
+
+    Args:
+        texts: name in the record and bytes, the plan itself first, in the order they were kept.
+
+    Raises:
+        PlanError: the texts are not those of a plan, or name a driver that is not installed here.
+    """
+    return _Loader(Kept(texts)).plan(Path(f"{name}.yaml"), None, day)
 
 
 def load_payload(path: Path) -> Payload:
@@ -56,8 +69,8 @@ def load_payload(path: Path) -> Payload:
     Raises:
         PlanError: every problem found, with file, line and column.
     """
-    loader = _Loader()
-    source = read_source(Path(path))
+    loader = _Loader(Disk())
+    source = loader.shelf.file(Path(path))
     root = loader.references.parse(source)
     payload = read_section(Payload, root, Place(source, 1, 1), loader.problems)
     loader.report(root, impossibilities(payload))
@@ -66,10 +79,11 @@ def load_payload(path: Path) -> Payload:
 
 
 class _Loader:
-    def __init__(self) -> None:
+    def __init__(self, shelf: Shelf) -> None:
+        self.shelf = shelf
         self.problems: list[Problem] = []
         self.sources: list[Source] = []
-        self.references = References(self.sources, self.problems)
+        self.references = References(shelf, self.sources, self.problems)
 
     def raise_problems(self) -> None:
         if not self.problems:
@@ -81,14 +95,14 @@ class _Loader:
         )
 
     def plan(self, path: Path, payload: Path | None, today: date) -> Plan:
-        source = read_source(path)
+        source = self.shelf.file(path)
         root = self._resolved(self.references.parse(source), payload)
         plan = read_section(Plan, root, Place(source, 1, 1), self.problems)
         put(plan, "path", path)
         self.report(root, impossibilities(plan))
         with suppress(UnknownError):
             at = _place(root, ("rig", "system_stiffness", "record"))
-            settle_stiffness(plan, at, today, self.sources, self.problems)
+            settle_stiffness(plan, at, today, self.shelf, self.sources, self.problems)
         with suppress(UnknownError):
             settle_pushes(plan, today)
         self._options(plan, root)
@@ -106,7 +120,7 @@ class _Loader:
             return root
         merged = Mapping(root.place, dict(root.entries), dict(root.keys))
         if payload is not None:
-            source = read_source(payload)
+            source = self.shelf.file(payload)
             merged.entries["payload"] = self.references.parse(source)
             merged.keys["payload"] = Place(source, 1, 1)
         elif "payload" in merged.entries:

@@ -11,28 +11,29 @@ from pathlib import Path
 from stepload.plan.compose import composed, problems_of, with_data_sheets
 from stepload.plan.leaves import FileName, LeafError
 from stepload.plan.problems import PlanError, Problem, printable
-from stepload.plan.source import Source, read_source
+from stepload.plan.shelf import PROFILES, SENSORS, Disk, Shelf
+from stepload.plan.source import Source
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, parse_tree
 
 
 def profiles() -> tuple[str, ...]:
     """Names of the rig profiles that come with stepload."""
-    return _names("profiles")
+    return _names(PROFILES)
 
 
 def data_sheets() -> tuple[str, ...]:
     """Names of the data sheets of force sensors that come with stepload."""
-    return _names("sensors")
+    return _names(SENSORS)
 
 
 def read_profile(name: str) -> Source:
     """The text of the profile `name`, which must be one of `profiles()`."""
-    return _read("profiles", name, f"profile {name}")
+    return Disk().shipped(PROFILES, name, _profile_name(name))
 
 
 def read_data_sheet(name: str) -> Source:
     """The text of the data sheet `name`, which must be one of `data_sheets()`."""
-    return _read("sensors", name, f"data sheet {name}")
+    return Disk().shipped(SENSORS, name, _sheet_name(name))
 
 
 def about(source: Source) -> str:
@@ -46,15 +47,19 @@ def _names(folder: str) -> tuple[str, ...]:
     return tuple(sorted(f.name[:-5] for f in files if f.name.endswith(".yaml")))
 
 
-def _read(folder: str, name: str, shown: str) -> Source:
-    data = (resources.files("stepload.plan") / folder / f"{name}.yaml").read_bytes()
-    return Source(shown, None, data.decode(), data)
+def _profile_name(name: str) -> str:
+    return f"profile {name}"
+
+
+def _sheet_name(name: str) -> str:
+    return f"data sheet {name}"
 
 
 class References:
     """Reads referenced files; collects them and what is wrong with them."""
 
-    def __init__(self, sources: list[Source], problems: list[Problem]) -> None:
+    def __init__(self, shelf: Shelf, sources: list[Source], problems: list[Problem]) -> None:
+        self.shelf = shelf
         self.sources = sources
         self.problems = problems
 
@@ -77,7 +82,7 @@ class References:
             name = FileName().read(node.value)
             home = node.place.source.path
             path = (home.parent if home else Path()) / name
-            source = read_source(path)
+            source = self.shelf.file(path)
         except PlanError as error:
             for problem in error.problems:
                 if problem.line:
@@ -116,11 +121,19 @@ class References:
     def profile(self, node: Node) -> Node:
         """The tree of the rig profile that `node` names."""
         more = "; a file of yours is no profile: `rig: FILE.yaml`"
-        return self._named(node, "rig profile", profiles(), read_profile, more)
+
+        def read(name: str) -> Source:
+            return self.shelf.shipped(PROFILES, name, _profile_name(name))
+
+        return self._named(node, "rig profile", profiles(), read, more)
 
     def data_sheet(self, node: Node) -> Node:
         """The tree of the data sheet that `node` names."""
-        return self._named(node, "data sheet of a force sensor", data_sheets(), read_data_sheet)
+
+        def read(name: str) -> Source:
+            return self.shelf.shipped(SENSORS, name, _sheet_name(name))
+
+        return self._named(node, "data sheet of a force sensor", data_sheets(), read)
 
     def _named(
         self,

@@ -12,12 +12,18 @@ from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord, par
 from stepload.plan.draft import UnknownError, put
 from stepload.plan.model import Plan, Provenance, RecordPolicy, SystemStiffness
 from stepload.plan.problems import PlanError, Problem
-from stepload.plan.source import Source, read_source
+from stepload.plan.shelf import Shelf
+from stepload.plan.source import Source
 from stepload.plan.tree import Place
 
 
 def settle_stiffness(
-    plan: Plan, at: Place, today: date, sources: list[Source], problems: list[Problem]
+    plan: Plan,
+    at: Place,
+    today: date,
+    shelf: Shelf,
+    sources: list[Source],
+    problems: list[Problem],
 ) -> None:
     """Put the record's values, if there is one, into the draft of a plan, and `validity_problem`.
 
@@ -26,7 +32,7 @@ def settle_stiffness(
     """
     stiffness = plan.rig.system_stiffness
     try:
-        reasons = [*_go_by_record(plan, at, sources), *_doubts(plan, today)]
+        reasons = [*_go_by_record(plan, at, shelf, sources), *_doubts(plan, today)]
     except PlanError as error:
         problems.extend(p if p.line else at.problem(p.message, p.hint) for p in error.problems)
         return
@@ -37,7 +43,7 @@ def settle_stiffness(
         problems.append(at.problem(f"system stiffness: {problem}", hint))
 
 
-def _go_by_record(plan: Plan, at: Place, sources: list[Source]) -> Iterator[str]:
+def _go_by_record(plan: Plan, at: Place, shelf: Shelf, sources: list[Source]) -> Iterator[str]:
     """Put the values of the record into the draft; what is doubtful about using it.
 
     Raises:
@@ -50,13 +56,13 @@ def _go_by_record(plan: Plan, at: Place, sources: list[Source]) -> Iterator[str]
     home = at.source.path
     path = (home.parent if home else Path()) / written
     put(stiffness, "record", path)
-    if not path.exists():
+    if not shelf.has(path):
         if getattr(stiffness, "stiffness_n_per_m", None) is None:
             hint = "run `stepload calibrate`, or give value and sigma to stand in"
             raise PlanError((at.problem(f"calibration record {written} does not exist", hint),))
         yield f"{written} does not exist"
         return
-    source = read_source(path)
+    source = shelf.file(path)
     sources.append(source)
     record = parse_calibration(source)
     for field in _names(CalibrationRecord) & _names(SystemStiffness):

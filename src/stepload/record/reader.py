@@ -74,6 +74,12 @@ class _Columns:
         self._waiting_bytes = 0
         self._parts: dict[str, list[NDArray[np.generic]]] = {f: [] for f in topic.fields}
 
+    @property
+    def bytes_held(self) -> int:
+        """How much waits to be asked for."""
+        held = sum(part.nbytes for parts in self._parts.values() for part in parts)
+        return self._waiting_bytes + held
+
     def take(self, raw: bytes, run: Run, at: int) -> None:
         if run.stride != self._dtype.itemsize:
             raise DamageError(
@@ -108,10 +114,12 @@ class _Columns:
         return np.asarray(blocks.mean(axis=1))
 
     def columns(self) -> dict[str, NDArray[np.generic]]:
-        """Name → array of all messages; gives the batches' memory back as it goes."""
+        """Name → array of the messages since it was last asked; gives the batches' memory back."""
         self._flush()
         names = list(self._parts)
-        return {name: np.concatenate(self._parts.pop(name)) for name in names}
+        found = {name: np.concatenate(self._parts.pop(name)) for name in names}
+        self._parts = {name: [] for name in names}
+        return found
 
 
 def _events(texts: list[tuple[int, bytes]]) -> tuple[Event, ...]:
@@ -135,10 +143,10 @@ def _text(message: memoryview, at: int) -> bytes:
     return text[:-1]
 
 
-class _Reading:
+class Reading:
     """State while a file is walked."""
 
-    def __init__(self, scan: Scan, mean_of: int) -> None:
+    def __init__(self, scan: Scan, mean_of: int = 1) -> None:
         self._scan = scan
         self._mean_of = mean_of
         self._schemas: dict[int, tuple[str, bytes]] = {}
@@ -201,6 +209,11 @@ class _Reading:
         else:
             self._columns[topic.name].take(raw, run, at)
 
+    @property
+    def gathered(self) -> bool:
+        """Whether so much was read since the streams were asked for that it is worth asking."""
+        return sum(columns.bytes_held for columns in self._columns.values()) > BATCH_BYTES
+
     def has(self, stream: str) -> bool:
         """Whether the file has the stream's topics."""
         return STREAMS[stream].topics[0].name in self._columns
@@ -250,7 +263,7 @@ def read_recording(path: Path, mean_of: int = 1) -> Recording:
         BadInputError: not a record of stepload, or nothing readable in it.
     """
     file, scan = open_scan(path)
-    reading = _Reading(scan, mean_of)
+    reading = Reading(scan, mean_of)
     damage = ""
     with file:
         try:
@@ -267,7 +280,7 @@ def read_recording(path: Path, mean_of: int = 1) -> Recording:
         )
     try:
         events = _events(reading.texts)
-        results = _results(reading.attachments)
+        results = results_in(reading.attachments)
     except DamageError as error:
         raise BadInputError(f"{path}: {error}") from error
     outcome = reading.metadata.get("result", {})
@@ -290,7 +303,12 @@ def read_recording(path: Path, mean_of: int = 1) -> Recording:
     )
 
 
-def _results(attachments: Mapping[str, bytes]) -> Mapping[str, object] | None:
+def results_in(attachments: Mapping[str, bytes]) -> Mapping[str, object] | None:
+    """The object of results.json; None where it is not among the attachments.
+
+    Raises:
+        DamageError: it is none.
+    """
     if "results.json" not in attachments:
         return None
     try:

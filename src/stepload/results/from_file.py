@@ -52,7 +52,7 @@ def identify_file(path: Path, wishes: Wishes) -> tuple[Identification, tuple[str
     """
     with untrusted(path):
         if not _is_record(path):
-            return _identify_curve(read_curve(path), wishes)
+            return identify_curve(read_curve(path), wishes)
         return _identify_record(saved_run(path), wishes)
 
 
@@ -126,7 +126,12 @@ def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
         return fit, False
 
 
-def _identify_curve(curve: Curve, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
+def identify_curve(curve: Curve, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
+    """Identify a payload from a curve of anybody's; also what had to be assumed.
+
+    Raises:
+        BadInputError: there is nothing in it to identify.
+    """
     prepared = prepare(curve, wishes)
     found = identify(prepared.selected, prepared.conditions, pressed_curve(prepared))
     return found if prepared.error_known else _without_errors(found), prepared.notes

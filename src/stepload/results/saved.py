@@ -17,6 +17,7 @@ from stepload.rig.device import ArmConfiguration
 from stepload.rig.pose import from_texts
 
 RECORD = "run.mcap"
+PART = RECORD + ".part"
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +61,22 @@ class SavedRun:
             raise BadInputError(
                 f"{self.path}: the record says it was started at {text!r}, which is no time"
             ) from None
+
+
+def record_in(path: Path) -> Path:
+    """The record that a path means: itself, or that of the directory of a run.
+
+    Of a run that was never finished it is the unfinished record.
+
+    Raises:
+        BadInputError: the directory holds none.
+    """
+    if not path.is_dir():
+        return path
+    for name in (RECORD, PART):
+        if (path / name).exists():
+            return path / name
+    raise BadInputError(f"{path} holds no {RECORD}", hint="name the directory of one run")
 
 
 def saved_run(path: Path) -> SavedRun:

@@ -1,0 +1,12 @@
+from stepload.data.calls import Identified as Identified
+from stepload.data.calls import identify as identify
+from stepload.data.calls import preflight as preflight
+from stepload.data.calls import run as run
+from stepload.data.catalog import catalog as catalog
+from stepload.data.opened import Run as Run
+from stepload.data.opened import open_run as open
+from stepload.data.table import Table as Table
+from stepload.data.windows import windows as windows
+from stepload.plan.load import load_plan as load_plan
+
+__version__: str

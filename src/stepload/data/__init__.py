@@ -1,0 +1,1 @@
+"""Results as people hold them: columns, typed objects, files of other programs, a catalogue."""

@@ -1,0 +1,219 @@
+"""The runs of a directory, one row each, from the summaries of their records alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stepload.data.libraries import library
+from stepload.errors import BadInputError
+from stepload.record.summary import Summary, read_summary
+from stepload.record.untrusted import untrusted
+
+if TYPE_CHECKING:
+    import pandas
+
+RECORD, PART = "run.mcap", "run.mcap.part"
+TAG = "tag "
+"""In front of the name of a tag in a record's metadata."""
+MOST_DEEP = 4
+"""Directories below the one that is asked for that are looked into."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunRow:
+    """One run; texts are "" and numbers NaN where the record does not tell.
+
+    `verdict` is what the evaluation says, `status` how the run ended, "unfinished" without an end.
+    `chord_n_per_m` is the headline, `low_n_per_m` and `high_n_per_m` its 95 % interval.
+    `problem` says why a record could not be read.
+    """
+
+    run_id: str
+    started: str
+    payload: str
+    specimen: str
+    batch: str
+    plan: str
+    rig: str
+    operator: str
+    verdict: str
+    status: str
+    chord_n_per_m: float
+    low_n_per_m: float
+    high_n_per_m: float
+    secant_n_per_m: float
+    peak_force_n: float
+    simulated: bool
+    tags: str
+    stepload: str
+    path: str
+    problem: str = ""
+
+
+COLUMNS = tuple(field.name for field in fields(RunRow))
+
+
+def rows(directory: str | Path) -> list[RunRow]:
+    """The runs in a directory and below, the oldest first.
+
+    Raises:
+        BadInputError: it is no directory.
+    """
+    root = Path(directory)
+    if not root.is_dir():
+        raise BadInputError(f"{root} is no directory", hint="the directory that holds the runs")
+    found = [_row(record) for record in _records(root, MOST_DEEP)]
+    return sorted(found, key=lambda row: (row.started, row.path))
+
+
+def catalog(directory: str | Path) -> pandas.DataFrame:
+    """The runs in a directory and below as a pandas DataFrame, the oldest first.
+
+    Raises:
+        BadInputError: it is no directory, or pandas is not installed.
+    """
+    pd = library("pandas", "the catalogue")
+    frame = pd.DataFrame([asdict(row) for row in rows(directory)], columns=COLUMNS)
+    frame["started"] = pd.to_datetime(frame["started"], utc=True, errors="coerce", format="ISO8601")
+    return frame
+
+
+def chosen(found: Sequence[RunRow], wanted: Mapping[str, str]) -> list[RunRow]:
+    """The rows whose columns hold the wanted texts, whatever their case.
+
+    Raises:
+        BadInputError: there is no such column.
+    """
+    for name in wanted:
+        if name not in COLUMNS:
+            raise BadInputError(f"no column {name!r}", hint=f"there are {', '.join(COLUMNS)}")
+    return [
+        row
+        for row in found
+        if all(text.lower() in str(getattr(row, name)).lower() for name, text in wanted.items())
+    ]
+
+
+def ordered(found: Sequence[RunRow], column: str, *, falling: bool = False) -> list[RunRow]:
+    """The rows by one column; rows without the number come last.
+
+    Raises:
+        BadInputError: there is no such column.
+    """
+    if column not in COLUMNS:
+        raise BadInputError(f"no column {column!r}", hint=f"there are {', '.join(COLUMNS)}")
+
+    def missing(row: RunRow) -> bool:
+        value = getattr(row, column)
+        return isinstance(value, float) and math.isnan(value)
+
+    there = [row for row in found if not missing(row)]
+    there.sort(key=lambda row: getattr(row, column), reverse=falling)
+    return [*there, *(row for row in found if missing(row))]
+
+
+def find_run(text: str, directory: Path) -> Path:
+    """The record that a path, or the beginning of a run id of six digits or more, names.
+
+    Raises:
+        BadInputError: there is none, or more than one.
+    """
+    path = Path(text)
+    if path.exists() or not _may_be_id(text):
+        return path
+    if not directory.is_dir():
+        raise BadInputError(f"{text}: no such file, and no directory {directory} of runs")
+    found = [row for row in rows(directory) if row.run_id.startswith(text.lower())]
+    if len(found) != 1:
+        count = "no run" if not found else f"{len(found)} runs"
+        raise BadInputError(
+            f"{text}: no such file, and {count} in {directory} whose id begins so",
+            hint=f"stepload runs {directory}",
+        )
+    return Path(found[0].path)
+
+
+def _may_be_id(text: str) -> bool:
+    return 6 <= len(text) <= 12 and all(letter in "0123456789abcdef" for letter in text.lower())
+
+
+def _records(directory: Path, deep: int) -> Iterator[Path]:
+    """Records in a directory and below; links are not followed."""
+    for name in (RECORD, PART):
+        if (record := directory / name).is_file():
+            yield record
+            return
+    if not deep:
+        return
+    try:
+        entries = sorted(directory.iterdir())
+    except OSError:
+        return
+    for entry in entries:
+        if entry.is_symlink():
+            continue
+        if entry.is_dir():
+            yield from _records(entry, deep - 1)
+        elif entry.suffix == ".mcap":
+            yield entry
+
+
+def _row(record: Path) -> RunRow:
+    try:
+        with untrusted(record):
+            return _told(read_summary(record))
+    except BadInputError as error:
+        nothing = dict.fromkeys(COLUMNS, "") | dict.fromkeys(_NUMBERS, math.nan)
+        told = error.message.removeprefix(f"{record}: ")
+        return RunRow(**nothing | {"simulated": False, "path": str(record), "problem": told})
+
+
+_NUMBERS = (
+    "chord_n_per_m", "low_n_per_m", "high_n_per_m", "secant_n_per_m", "peak_force_n",
+)  # fmt: skip
+
+
+def _told(summary: Summary) -> RunRow:
+    began, results = summary.metadata, summary.results or {}
+    texts = {
+        name: str(began.get(name, ""))
+        for name in (
+            "run_id", "started", "payload", "specimen", "batch", "plan", "rig", "operator",
+            "stepload",
+        )
+    }  # fmt: skip
+    tags = (f"{key[len(TAG) :]}={value}" for key, value in began.items() if key.startswith(TAG))
+    headline = _mapping(results.get("headline"))
+    low, high = _interval(headline.get("interval_n_per_m"))
+    fit = _mapping(_mapping(results.get("fits")).get(str(results.get("believe"))))
+    return RunRow(
+        **texts,
+        verdict=str(summary.outcome.get("verdict", results.get("verdict", ""))),
+        status=str(results.get("status", "")) or "unfinished",
+        chord_n_per_m=_number(headline.get("value_n_per_m")),
+        low_n_per_m=low,
+        high_n_per_m=high,
+        secant_n_per_m=_number(fit.get("secant_n_per_m")),
+        peak_force_n=_number(results.get("peak_force_n")),
+        simulated="true" in (began.get("simulated"), began.get("dry_run")),
+        tags=", ".join(tags),
+        path=str(summary.path),
+    )
+
+
+def _mapping(value: object) -> Mapping[str, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, (int, float)) else math.nan
+
+
+def _interval(value: object) -> tuple[float, float]:
+    if isinstance(value, list) and len(value) == 2:
+        return _number(value[0]), _number(value[1])
+    return math.nan, math.nan
