@@ -13,6 +13,7 @@ import typer
 
 from stepload import __version__
 from stepload.cli import (
+    data,
     devices,
     doctor,
     experiments,
@@ -38,7 +39,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for room in (
-    plans, shipped, setup, experiments, records, results, snippets, devices, doctor,
+    plans, shipped, setup, experiments, records, results, data, snippets, devices, doctor,
 ):  # fmt: skip
     room.register(app)
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     import pandas
 
 RECORD, PART = "run.mcap", "run.mcap.part"
-TAG = "tag "
-"""In front of the name of a tag in a record's metadata."""
 MOST_DEEP = 4
 """Directories below the one that is asked for that are looked into."""
 
@@ -80,6 +78,20 @@ def catalog(directory: str | Path) -> pandas.DataFrame:
     frame = pd.DataFrame([asdict(row) for row in rows(directory)], columns=COLUMNS)
     frame["started"] = pd.to_datetime(frame["started"], utc=True, errors="coerce", format="ISO8601")
     return frame
+
+
+def write_parquet(found: Sequence[RunRow], path: Path) -> None:
+    """Write rows of the catalogue to a Parquet file.
+
+    Raises:
+        BadInputError: pyarrow is not installed, or the file cannot be written.
+    """
+    pa, parquet = library("pyarrow", "Parquet"), library("pyarrow.parquet", "Parquet")
+    columns = {name: [getattr(row, name) for row in found] for name in COLUMNS}
+    try:
+        parquet.write_table(pa.table(columns), path, compression="zstd")
+    except OSError as error:
+        raise BadInputError(f"cannot write {path}: {error.strerror or error}") from error
 
 
 def chosen(found: Sequence[RunRow], wanted: Mapping[str, str]) -> list[RunRow]:
@@ -186,7 +198,6 @@ def _told(summary: Summary) -> RunRow:
             "stepload",
         )
     }  # fmt: skip
-    tags = (f"{key[len(TAG) :]}={value}" for key, value in began.items() if key.startswith(TAG))
     headline = _mapping(results.get("headline"))
     low, high = _interval(headline.get("interval_n_per_m"))
     fit = _mapping(_mapping(results.get("fits")).get(str(results.get("believe"))))
@@ -200,7 +211,7 @@ def _told(summary: Summary) -> RunRow:
         secant_n_per_m=_number(fit.get("secant_n_per_m")),
         peak_force_n=_number(results.get("peak_force_n")),
         simulated="true" in (began.get("simulated"), began.get("dry_run")),
-        tags=", ".join(tags),
+        tags=", ".join(began.get("tags", "").split("\n")),
         path=str(summary.path),
     )
 

@@ -51,7 +51,7 @@ def tables(run: Run) -> dict[str, Table]:
     return found | {name: table for name, table in raw.items() if table is not None}
 
 
-def export(run: Run, directory: Path, format: Format) -> list[Path]:
+def write_tables(run: Run, directory: Path, format: Format) -> list[Path]:
     """Write every table of a run into a directory; the files that were written.
 
     One file a table, `curve.csv`, `levels.csv` and so on; of Excel one book with a sheet for each

@@ -25,6 +25,7 @@ from stepload.plan.leaves import (
     Quantity,
     Remark,
     Temperature,
+    Text,
     Version,
 )
 from stepload.plan.payload import Payload
@@ -187,6 +188,12 @@ class RecordPlan:
     directory: Annotated[FilePath, Key("Directory of the runs, no `..` in it.")] = Path("runs")
     notes: Annotated[Note, Key("Anything worth keeping with the record.")] = ""
     operator: Annotated[Remark, Key("Who runs it.")] = ""
+    specimen: Annotated[Remark, Key("Which piece is pressed: its number or name.")] = ""
+    batch: Annotated[Remark, Key("Which batch the specimen is of.")] = ""
+    tags: Annotated[
+        tuple[Annotated[str, Text(200)], ...],
+        Key("Free words to find the run by, such as `surface=polished`; `--tag` adds more."),
+    ] = ()
 
 
 @dataclass(frozen=True, slots=True)

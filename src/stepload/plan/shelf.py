@@ -62,7 +62,7 @@ class Kept:
         self._given = False
 
     def file(self, path: Path) -> Source:
-        """The next text, which must have the name of the file; the first is the plan, however named."""
+        """The next text, which must have the name of the file; the first is the plan itself."""
         return self._next(path.name if self._given else "", path)
 
     def shipped(self, folder: str, name: str, shown: str) -> Source:
