@@ -14,6 +14,7 @@ from stepload.rig.faults import TAKEN_OVER, FaultCode
 from stepload.rig.samples import Status
 from stepload_drivers.ur import arm as arm_module
 from stepload_drivers.ur import wire
+from stepload_drivers.ur.last_seen import LastSeen
 from stepload_drivers.ur.preflight import Controller
 from stepload_drivers.ur.state import PAUSED, PLAYING, ROBOT_RUNNING, UrState, target_pose
 
@@ -103,6 +104,15 @@ class Rescue:
         self.error: DeviceError | None = None
         self.has_ended = True
         self.age_s = 0.0
+        self.last: LastSeen | None = None
+        self.closed = False
+
+    def made(self, last: LastSeen) -> Rescue:
+        self.last = last
+        return self
+
+    def close(self) -> None:
+        self.closed = True
 
     def ended(self, deadline_s: float) -> bool:
         return self.has_ended
@@ -120,7 +130,8 @@ class Rescue:
 def rescue(monkeypatch) -> Rescue:
     rescue = Rescue()
     monkeypatch.setattr(arm_module, "rescue", rescue)
-    monkeypatch.setattr(arm_module, "Unloading", lambda settings, last: rescue)
+    monkeypatch.setattr(arm_module, "Unloading", lambda settings, last: rescue.made(last))
+    monkeypatch.setattr(arm_module.lookout, "loaded_program", lambda host: "Loaded program: a.urp")
     return rescue
 
 
