@@ -7,8 +7,8 @@ from typing import Any
 
 from driver_time import Clock
 
-from stepload.rig.device import ArmConfiguration
 from stepload.errors import DeviceError
+from stepload.rig.device import ArmConfiguration
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import wire
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, UrState, travel_m

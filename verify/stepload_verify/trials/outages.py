@@ -3,9 +3,9 @@
     python -m stepload_verify.trials.outages [--kind KIND ...] [--seconds S ...]
 
 Whole runs in real time, the real UR driver against the emulated rig. While the arm presses, its
-controller goes away in one way for some time, or a person takes over, or both. Prints a line a run: force at
-the outage and at the end (the emulator's truth), how far the arm moved after somebody had taken
-over, and what safing said.
+controller goes away in one way for some time, or a person takes over, or both. Prints a line a run:
+force at the outage and at the end (the emulator's truth), how far the arm moved after somebody had
+taken over, and what safing said.
 """
 
 from __future__ import annotations
@@ -151,7 +151,10 @@ def pressing_plan(host: str, options: dict[str, dict[str, Any]]) -> Plan:
 
 
 def run_with_outage(kind: str, seconds: float, host: str = HOST) -> Told:
-    """Press, lose the controller for `seconds` (`kind` of OUTAGES, PERSONS or INSIDE), end the run."""
+    """Press, lose the controller for `seconds`, end the run.
+
+    `kind` is one of OUTAGES, PERSONS or INSIDE.
+    """
     begin, end = (OUTAGES | PERSONS | INSIDE)[kind]
     bare = pressing_plan(host, {})
     spec = replace(world_for(envelope_of(bare)), surface_m=bare.procedure.surface_distance_m)
