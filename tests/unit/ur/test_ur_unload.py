@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from ur_fakes import APPROACH, HOME, PACKAGE_S, rtde_of
 
@@ -295,3 +297,143 @@ def test_a_retract_paused_under_way_is_over(unloading, controller, clock):
     assert caught.value.code == FaultCode.PROGRAM_STOPPED
     assert len(controller.scripts) == 1
     assert not unloading.under_way
+
+
+# what is sent without data, and what was seen while nothing could be
+
+
+def no_answer(unloading, clock) -> DeviceError:
+    with pytest.raises(DeviceError) as caught:
+        retract(unloading, clock)
+    assert caught.value.code == FaultCode.NOT_CONNECTED
+    return caught.value
+
+
+def test_an_arm_without_data_goes_back_on_the_dashboards_word(unloading, controller, clock):
+    controller.silent = True
+    no_answer(unloading, clock)  # nobody sees it done
+    assert controller.scripts == [WHOLE]
+    assert unloading.under_way
+    controller.silent = False
+    retract(unloading, clock)
+    assert controller.scripts == [WHOLE]
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("deaf", True), ("mode", "DISCONNECTED"), ("runtime_state", PLAYING)]
+)
+def test_without_data_and_without_that_word_nothing_is_sent(
+    unloading, controller, clock, name, value
+):
+    usual = getattr(controller, name)
+    controller.silent = True
+    setattr(controller, name, value)
+    no_answer(unloading, clock)
+    assert controller.scripts == []
+    setattr(controller, name, usual)
+    controller.silent = False
+    retract(unloading, clock)
+    assert controller.scripts == [WHOLE]
+
+
+def test_data_without_a_dashboard_are_enough(unloading, controller, clock):
+    controller.deaf = True
+    retract(unloading, clock)
+    assert controller.position_m == pytest.approx(3e-3)
+
+
+def test_data_that_stand_still_are_none(unloading, controller, clock):
+    controller.repeats = controller.deaf = True
+    no_answer(unloading, clock)
+    assert controller.scripts == []
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "code"),
+    [
+        ("words", {"safety_mode": 3, "safety_bits": 1}, FaultCode.PROTECTIVE_STOP),
+        ("words", {"safety_mode": 5, "safety_bits": 1}, FaultCode.SAFEGUARD_STOP),
+        ("remote", False, FaultCode.NOT_REMOTE),
+        ("runtime_state", PAUSED, FaultCode.PROGRAM_STOPPED),
+        ("mode", "BACKDRIVE", FaultCode.DEVICE_REPORTS),
+        ("loaded", "Loaded program: b.urp", FaultCode.PROGRAM_STOPPED),
+    ],
+)
+def test_who_was_seen_once_while_no_data_came_has_the_arm_for_good(
+    unloading, controller, clock, name, value, code
+):
+    usual = getattr(controller, name)
+    controller.silent = True
+    setattr(controller, name, value)
+    unloading._lookout.ask()  # as its thread does, between two attempts
+    setattr(controller, name, usual)
+    controller.silent = False
+    error = refused(unloading, clock, controller)
+    assert error.code == code
+    assert "while the arm did not answer" in error.message
+    assert controller.scripts == []
+
+
+def test_a_sign_right_before_the_sending_is_not_too_late(unloading, controller, clock, monkeypatch):
+    def told(host: str, deadline_s: float) -> ArmConfiguration:
+        controller.remote = False
+        return TOLD
+
+    monkeypatch.setattr(unload, "told", told)
+    assert refused(unloading, clock, controller).code == FaultCode.NOT_REMOTE
+    assert controller.scripts == []
+
+
+def test_a_sign_ends_a_retract_that_nobody_saw_begin(unloading, controller, clock):
+    controller.silent, controller.carries_out = True, False
+    no_answer(unloading, clock)
+    controller.words = {"safety_mode": 3, "safety_bits": 1}
+    unloading._lookout.ask()
+    assert refused(unloading, clock, controller).code == FaultCode.PROTECTIVE_STOP
+    assert not unloading.under_way  # so that a stop may be sent now
+
+
+@pytest.mark.parametrize(
+    ("configuration", "words"),
+    [
+        (replace(TOLD, speed_fraction=0.5), "speed slider"),
+        (replace(TOLD, joints_rad=(0.0, 0.5, 0.0, 0.0, 0.0, 0.0)), "a joint is turned"),
+    ],
+)
+def test_what_somebody_did_in_the_dark_is_seen_afterwards(
+    unloading, controller, clock, configuration, words
+):
+    controller.configuration = configuration
+    error = refused(unloading, clock, controller)
+    assert error.code == FaultCode.PROGRAM_STOPPED
+    assert words in error.message
+
+
+def test_a_controller_that_was_switched_on_again_is_left_alone(unloading, controller, clock):
+    controller.clock_ahead_s = -100.0
+    assert "started anew" in refused(unloading, clock, controller).message
+
+
+def test_settings_that_are_not_told_keep_nothing_from_being_sent(unloading, controller, clock):
+    controller.configuration = None
+    retract(unloading, clock)
+    assert controller.scripts == [WHOLE]
+
+
+def test_an_arm_that_a_retract_took_back_is_where_it_should_be(unloading, controller, clock):
+    """The link is lost again under way; the way that is left is sent afterwards."""
+    tick = controller.tick
+
+    def lose_it_half_way() -> None:
+        tick()
+        if controller.position_m < 4.2e-3 and controller.runtime_state == PLAYING:
+            controller.silent, controller.tick = True, tick
+
+    controller.tick = lose_it_half_way
+    no_answer(unloading, clock)
+    controller.position_m, controller.runtime_state = 4.9e-3, STOPPED  # as if it had hardly begun
+    controller._goal_m = controller.position_m
+    assert unloading.ended(clock.now_s + 3.0)
+    controller.silent = False
+    retract(unloading, clock)
+    assert controller.position_m == pytest.approx(3e-3, abs=1e-5)

@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.errors import DeviceError
 from stepload.plan.load import load_plan
 from stepload.plan.model import DriverChoice, Plan
 from stepload.plan.shipped import plan_path
@@ -209,7 +210,7 @@ def main() -> int:
         for seconds in options.seconds if kind in OUTAGES else [1.0]:
             try:
                 told = run_with_outage(kind, seconds)
-            except RuntimeError as error:
+            except (RuntimeError, DeviceError) as error:
                 print(f"{kind:26} {seconds:5.1f} s  {error}", flush=True)
                 continue
             left.append(told)
