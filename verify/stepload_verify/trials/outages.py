@@ -90,7 +90,7 @@ _INSIDE = {
     "local control": ("local on", "local off"),
     "program loaded": ("load other.urp",),
     "slider": ("slider 0.5",),
-    "tool turned": ("lead 0 3.0916 0",),
+    "tool turned": ("kill-program", "lead 0 3.0916 0"),
     "stop button": ("kill-program",),
 }
 INSIDE = {
