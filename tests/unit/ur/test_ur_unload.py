@@ -431,9 +431,15 @@ def test_an_arm_that_a_retract_took_back_is_where_it_should_be(unloading, contro
 
     controller.tick = lose_it_half_way
     no_answer(unloading, clock)
-    controller.position_m, controller.runtime_state = 4.9e-3, STOPPED  # as if it had hardly begun
+    controller.position_m, controller.runtime_state = 3.5e-3, STOPPED  # it went on in the dark
     controller._goal_m = controller.position_m
     assert unloading.ended(clock.now_s + 3.0)
     controller.silent = False
     retract(unloading, clock)
     assert controller.position_m == pytest.approx(3e-3, abs=1e-5)
+
+
+def test_an_arm_that_was_brought_forward_again_after_its_retract(unloading, controller, clock):
+    retract(unloading, clock)
+    controller.position_m = 4.5e-3
+    assert "1.50 mm from where" in refused(unloading, clock, controller).message
