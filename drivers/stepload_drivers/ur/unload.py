@@ -156,6 +156,12 @@ class Unloading:
                 )
             self._keep(package)
         answers = self._lookout.ask()
+        until_s = min(deadline_s, begun_s + self._own_s)
+        while package is None and answers and answers.program == "PLAYING":
+            if time.monotonic() >= until_s:
+                break
+            time.sleep(ASK_AGAIN_S)  # until our own program has ended by its watchdog
+            answers = self._lookout.ask()
         self._refuse_after_a_sign()
         if package is None:
             require_nobody(self._settings.host, answers)

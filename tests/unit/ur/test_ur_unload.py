@@ -443,3 +443,10 @@ def test_an_arm_that_was_brought_forward_again_after_its_retract(unloading, cont
     retract(unloading, clock)
     controller.position_m = 4.5e-3
     assert "1.50 mm from where" in refused(unloading, clock, controller).message
+
+
+def test_without_data_our_own_program_is_waited_for(unloading, controller, clock):
+    controller.runtime_state, controller.silent = PLAYING, True
+    clock.at(clock.now_s + 0.8, lambda: setattr(controller, "runtime_state", STOPPED))
+    no_answer(unloading, clock)  # one attempt
+    assert controller.scripts == [WHOLE]
