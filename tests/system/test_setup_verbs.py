@@ -113,3 +113,16 @@ def test_the_page_lists_every_question_as_it_is():
     for question in QUESTIONS.values():
         assert f"| `{question.name}` | `{question.flag}` |" in page
         assert question.text in page
+
+
+def test_calibrate_says_before_it_presses_that_a_rig_file_cannot_name_the_record(tmp_path):
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("name: bench\n")
+    plan = ["calibrate", tmp_path / "not-even-read.yaml", "--into", mine]
+    with pytest.raises(BadInputError, match="somebody else wrote or changed it"):
+        stepload(*plan)
+    with pytest.raises(BadInputError, match="--into goes with no dry run"):
+        stepload(*plan, "--dry-run")
+    with pytest.raises(BadInputError, match="was not written by `stepload setup`"):
+        stepload(*plan[:-1], tmp_path / "none.yaml")
+    assert mine.read_text() == "name: bench\n"
