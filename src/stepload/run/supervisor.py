@@ -25,18 +25,10 @@ from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.run.cross_check import CrossCheck, Standing
+from stepload.run.motion import SEARCHING, MotionWatch
 from stepload.run.watch import ArmWatch, Breach, ForceWatch, Found
 
-SPEED_MEMORY_S = 0.15
-"""How long a past speed excuses a position error or a force jump."""
 LEASH_SHARE = 0.9
-LEAST_PROGRESS_M = 5e-6
-PROGRESS_SHARE = 0.25
-"""An approach at this share of the guarded speed still counts as progress; touches use half."""
-REST_S = 0.1
-"""An arm whose target rests for so long has come to rest where its commands put it."""
-STILL_SHARE = 0.25
-"""Of its commanded travel an arm must be seen to go; less is none."""
 WRONG_WAY_SAMPLES = 2
 """Fresh samples in a row that pull in an approach before R11 trips; as many make a touch."""
 ACROSS_SIGMAS = 8.0
@@ -44,7 +36,6 @@ ACROSS_SIGMAS = 8.0
 ANSWER_FILTER_S = 0.3
 """Time constant of the force that R6 looks for an answer in."""
 
-_SEARCHING = (int(Phase.FAST_APPROACH), int(Phase.GUARDED_APPROACH))
 _LOAD = int(Phase.LOAD)
 
 
@@ -64,15 +55,11 @@ class Supervisor:
 
     __slots__ = (
         "_answer_alpha", "_answer_m", "_answer_n", "_answer_rise_n", "_cross", "_cross_s",
-        "_delayed", "_delayed_at", "_found", "_last_n", "_last_target_m", "_least_progress_m",
-        "_limits", "_mean_n", "_model_alpha", "_model_m", "_now_s", "_progress_m", "_progress_s",
-        "_progress_time_s", "_recent_m_s", "_rest", "_rest_steps", "_second_is_arm",
-        "_second_wrong_way", "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound",
-        "_speed_decay", "_standing", "_steps", "_still_blur_m", "_still_m", "_still_model_m",
-        "_tared", "_taut_s", "_wrong_way",
-        "arm", "cause", "force", "force_n", "predicted_n",
+        "_found", "_last_n", "_limits", "_mean_n", "_second_is_arm", "_second_wrong_way",
+        "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound", "_standing", "_tared",
+        "_taut_s", "_wrong_way", "arm", "cause", "force", "force_n", "motion", "predicted_n",
         "second", "second_n", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n",
-        "smooth_tau_s", "speed_m_s", "zero_n",
+        "smooth_tau_s", "zero_n",
     )  # fmt: skip
 
     def __init__(
@@ -109,36 +96,24 @@ class Supervisor:
             needs_force=self._second_is_arm,
             found=found,
         )
+        self.motion = MotionWatch(limits, found)
         period_s = limits.period_s
         self.smooth_tau_s = tau_s = max(0.25 * limits.reaction_s, 2.0 * period_s)
         self.smooth_alpha = alpha = period_s / tau_s
         self._slope_span_s = tau_s * (1.0 - alpha)  # by which the slower filter lags behind a ramp
-        self._model_alpha = period_s / (limits.arm_lag_s + period_s)
-        self._delayed = [math.nan] * max(1, round(limits.command_delay_s / period_s))
-        self._delayed_at = 0
-        self._model_m = self._last_target_m = self._still_model_m = self._still_m = math.nan
-        self._still_blur_m = 0.0
-        self._rest, self._rest_steps = 0, math.ceil(REST_S / period_s)
-        self._now_s = math.nan
         self._tared = self._sound = False
         self._wrong_way = self._second_wrong_way = 0
-        self._steps = 1
-        self._least_progress_m = max(3.0 * limits.position_resolution_m, LEAST_PROGRESS_M)
-        slowest_m_s = PROGRESS_SHARE * limits.guarded_speed_m_s
-        self._progress_time_s = max(limits.leash_time_s, self._least_progress_m / slowest_m_s)
-        self._progress_m = self._progress_s = math.nan
         noises_n = limits.noise_n, limits.second_noise_n
         self._cross = CrossCheck(period_s, limits.channel_skew_s, limits.cross_filter_s, noises_n)
         self._standing = Standing(period_s, limits.channel_skew_s, limits.cross_filter_s)
         self._cross_s = self._taut_s = 0.0
         self._answer_n = self._answer_m = self._last_n = self._slow_n = 0.0
         self._answer_alpha = min(1.0, period_s / ANSWER_FILTER_S)
-        self._mean_n = self._recent_m_s = 0.0
-        self._speed_decay = math.exp(-period_s / SPEED_MEMORY_S)
+        self._mean_n = 0.0
         self.zero_n = self.second_zero_n = 0.0
         self.force_n = self.smooth_n = self.slope_n_per_s = 0.0
         self.second_n = math.nan
-        self.predicted_n = self.speed_m_s = 0.0
+        self.predicted_n = 0.0
         self.cause: Cause | None = None
         self.adopt(limits)
 
@@ -146,6 +121,7 @@ class Supervisor:
         """Judge by these thresholds from now on: those of the same plan, for another noise."""
         noise_n = limits.noise_n
         self._limits = limits
+        self.motion.adopt(limits)
         slope_noise_n = 1.5 * noise_n * math.sqrt(self.smooth_alpha)
         self._slope_noise_n_per_s = slope_noise_n / self._slope_span_s
         self._answer_rise_n = 6.0 * noise_n * math.sqrt(0.5 * self._answer_alpha)
@@ -213,10 +189,9 @@ class Supervisor:
         in_force = self.force.take(force_samples, now_s)
         in_arm = self.arm.take(arm_samples, now_s)
         in_second = None if self.second is None else self.second.take(second_samples, now_s)
-        motion = self._judge_motion(now_s, target_m, phase)
+        motion = self.motion.judge(now_s, target_m, self.arm.position_m, phase)
         force = self._judge_force(target_m, compliance_m_per_n, phase) if self._tared else None
         self._sound = in_force is None and in_arm is None and in_second is None
-        self._now_s = now_s
         if self.cause is None:
             first = in_force or in_arm or in_second or force or motion
             if first is not None:
@@ -229,77 +204,6 @@ class Supervisor:
                 age_s = max(0.0, now_s - stream.receive_s)
                 self.cause = Cause(rule, value, limit, unit, age_s, now_s, message)
         return self.cause
-
-    def _judge_motion(self, now_s: float, target_m: float, phase: int) -> Breach | None:
-        """R7 and R8; keeps the model of the arm and the speed of the target."""
-        limits = self._limits
-        position_m = self.arm.position_m
-        last_m = self._last_target_m
-        self._last_target_m = target_m
-        if last_m != last_m:  # nothing was commanded before
-            self._model_m = self._still_model_m = self._still_m = position_m
-            self._delayed = [position_m] * len(self._delayed)
-            return None
-        period_s = limits.period_s
-        step_s = now_s - self._now_s
-        self.speed_m_s = speed = (target_m - last_m) / (step_s if step_s > period_s else period_s)
-        recent = self._recent_m_s * self._speed_decay
-        if speed > recent:
-            recent = speed
-        elif -speed > recent:
-            recent = -speed
-        self._recent_m_s = recent
-        self._steps = steps = 1 if step_s < 1.5 * period_s else min(round(step_s / period_s), 1000)
-        delayed = self._delayed
-        at = self._delayed_at
-        model_m = self._model_m
-        for _ in range(steps):
-            delayed_m = delayed[at]
-            delayed[at] = target_m
-            at = at + 1 if at + 1 < len(delayed) else 0
-            model_m += self._model_alpha * (delayed_m - model_m)
-        self._delayed_at = at
-        self._model_m = model_m
-        error_m = position_m - model_m
-        tolerance_m = limits.model_tolerance_m + limits.model_lag_s * recent
-        if not -tolerance_m <= error_m <= tolerance_m:
-            return self._found(
-                "R7", error_m, tolerance_m, "m",
-                f"the arm is {error_m * 1e6:+.1f} um away from where its commands should put it",
-            )  # fmt: skip
-        moved_m = model_m - self._still_model_m
-        blur_m = limits.model_lag_s * recent
-        span_m = limits.still_m + blur_m
-        self._rest = rest = 0 if speed else self._rest + steps
-        if rest >= self._rest_steps and self._still_blur_m > limits.still_m:
-            # What was seen in fast motion is no place to start from: the arm lagged behind.
-            self._still_model_m, self._still_m, self._still_blur_m = model_m, position_m, 0.0
-        elif not -span_m <= moved_m <= span_m:
-            seen_m = position_m - self._still_m
-            self._still_model_m, self._still_m, self._still_blur_m = model_m, position_m, blur_m
-            if not seen_m / moved_m >= STILL_SHARE:
-                return self._found(
-                    "R7", seen_m, STILL_SHARE * moved_m, "m",
-                    f"the arm was told to move by {moved_m * 1e6:+.1f} um and moved by"
-                    f" {seen_m * 1e6:+.1f} um: its position is frozen, or it does not follow",
-                )  # fmt: skip
-        if phase not in _SEARCHING:
-            self._progress_s = math.nan
-            return None
-        if position_m > limits.search_end_m:
-            return self._found(
-                "R8", position_m, limits.search_end_m, "m",
-                "surface not found within the search distance",
-            )  # fmt: skip
-        if self._progress_s != self._progress_s or position_m > self._progress_m:
-            self._progress_m = position_m + self._least_progress_m
-            self._progress_s = now_s
-        elif now_s - self._progress_s > self._progress_time_s:
-            return self._found(
-                "R7", now_s - self._progress_s, self._progress_time_s, "s",
-                "the arm does not follow: no progress towards the surface",
-            )  # fmt: skip
-        return None
 
     def _judge_force(self, target_m: float, compliance_m_per_n: float, phase: int) -> Breach | None:
         """R1, R2, R5, R6, R9, R11 and the in-contact speed cap; keeps the filtered force."""
@@ -319,7 +223,7 @@ class Supervisor:
         breach = None
 
         rise = slope - self._slope_noise_n_per_s
-        speed = self.speed_m_s
+        speed = self.motion.speed_m_s
         peak_n = smooth_n + 4.0 * noise_n
         if phase == _LOAD and speed > 0.0:
             stiffness = limits.stiffness_n_per_m
@@ -345,8 +249,8 @@ class Supervisor:
                 " before the arm can give way",
             )  # fmt: skip
 
-        recent = self._recent_m_s
-        jump_limit_n = (limits.jump_n + limits.contact_n_s_per_m * recent) * self._steps
+        recent = self.motion.recent_m_s
+        jump_limit_n = (limits.jump_n + limits.contact_n_s_per_m * recent) * self.motion.steps
         if not -jump_limit_n <= jump_n <= jump_limit_n:
             breach = breach or self._found(
                 "R9", jump_n, jump_limit_n, "N",
@@ -379,7 +283,7 @@ class Supervisor:
                 )  # fmt: skip
         if self.second is not None:
             breach = breach or self._judge_second_side(self.second, phase)
-        if phase in _SEARCHING:
+        if phase in SEARCHING:
             return breach or self._judge_way(force_n)
         self._wrong_way = 0
         return breach
@@ -394,7 +298,7 @@ class Supervisor:
                 f"with {across_n:.4g} N across the pressing axis the whole force on the second"
                 f" force sensor is {whole_n:.4g} N, beyond {limits.force_limit_n:.4g} N",
             )  # fmt: skip
-        if phase not in _SEARCHING:
+        if phase not in SEARCHING:
             self._second_wrong_way = 0
             return None
         smooth_n = second.smooth_across_n
@@ -462,7 +366,7 @@ class Supervisor:
         if -tolerance_n <= difference_n <= tolerance_n:
             self._cross_s = 0.0
             return None
-        if self.speed_m_s < 0.0:
+        if self.motion.speed_m_s < 0.0:
             return None
         self._cross_s += limits.period_s
         if self._cross_s <= limits.cross_time_s:

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from rule_feed import PERIOD_S, PLANNED, Feed, arm_sample, force_sample
 
 from stepload.record.rows import Phase
-from stepload.run.supervisor import (
-    PROGRESS_SHARE,
-    REST_S,
-    SPEED_MEMORY_S,
-    STILL_SHARE,
-    Supervisor,
-)
+from stepload.run.motion import PROGRESS_SHARE, REST_S, SPEED_MEMORY_S, STILL_SHARE
+from stepload.run.supervisor import Supervisor
 
 TOLERANCE_M, STILL_M = PLANNED.model_tolerance_m, PLANNED.still_m
 CALM = {"jump_n": 1e9, "cross_tolerance_n": 1e9, "force_limit_n": 1e9}
@@ -80,9 +76,9 @@ def test_r7_a_late_tick_moves_the_model_by_the_periods_that_passed() -> None:
 def test_the_speed_of_a_late_tick_is_over_the_time_that_passed() -> None:
     feed = Feed()
     feed.tick(target_m=1e-6)
-    assert feed.supervisor.speed_m_s == pytest.approx(1e-3)
+    assert feed.supervisor.motion.speed_m_s == pytest.approx(1e-3)
     feed.tick(target_m=5e-6, skip=3)
-    assert feed.supervisor.speed_m_s == pytest.approx(1e-3)
+    assert feed.supervisor.motion.speed_m_s == pytest.approx(1e-3)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -117,12 +113,12 @@ def test_r7_less_travel_than_the_blur_asks_for_no_answer() -> None:
 def test_r7_after_fast_motion_it_looks_anew_from_rest() -> None:
     feed = Feed(**CALM)
     feed.moving(150, 0.02)
-    assert feed.supervisor._still_blur_m > STILL_M
+    assert feed.supervisor.motion._still_blur_m > STILL_M
     feed.ticks(round(REST_S / PERIOD_S) - 1)
-    assert feed.supervisor._still_blur_m > STILL_M
+    assert feed.supervisor.motion._still_blur_m > STILL_M
     feed.ticks(2, position_m=feed.target_m + 1e-6)
-    assert feed.supervisor._still_blur_m == 0.0
-    assert feed.supervisor._still_m == pytest.approx(feed.target_m + 1e-6)
+    assert feed.supervisor.motion._still_blur_m == 0.0
+    assert feed.supervisor.motion._still_m == pytest.approx(feed.target_m + 1e-6)
 
 
 @pytest.mark.parametrize("phase", SEARCH)
@@ -180,4 +176,12 @@ def test_motion_is_judged_from_the_first_command_on() -> None:
         force, arm = force_sample(index, 0.0), arm_sample(index, position_m)
         cause = supervisor.check(index * PERIOD_S, [force], [arm], (), target_m, 0.0, Phase.HOLD)
         assert cause is None
-        assert supervisor.speed_m_s == 0.0
+        assert supervisor.motion.speed_m_s == 0.0
+
+
+def test_new_limits_reach_the_rules_of_motion() -> None:
+    feed = Feed(**CALM)
+    feed.supervisor.adopt(replace(PLANNED, model_tolerance_m=0.25 * TOLERANCE_M, **CALM))
+    cause = feed.tick(position_m=feed.target_m + 0.5 * TOLERANCE_M)
+    assert cause is not None
+    assert cause.rule == "R7"

@@ -134,12 +134,12 @@ def test_a_count_of_disagreement_rests_while_the_target_moves_away() -> None:
     found, ticks = None, 0
     while found is None and ticks < 1000:
         ticks += 1
-        supervisor.speed_m_s = -1e-3 if ticks % 3 == 0 else 1e-3
+        supervisor.motion.speed_m_s = -1e-3 if ticks % 3 == 0 else 1e-3
         found = supervisor._judge_cross_check(0.0, 0.0)
     assert found is not None
     assert found.rule == "R5"
     assert ticks * limits.period_s < 2.0 * (limits.cross_time_s + 0.03)
-    supervisor.speed_m_s = -1e-3
+    supervisor.motion.speed_m_s = -1e-3
     assert supervisor._judge_cross_check(0.0, 0.0) is None
 
 
