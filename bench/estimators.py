@@ -29,10 +29,10 @@ import numpy as np
 from odrpack import odr_fit
 from scipy.optimize import least_squares
 
-from stepload.identify.fit import FloatArray
-from stepload.identify.inverse_law import joint
-from stepload.identify.ls import rs_btls
-from stepload.identify.recursive import RsRtls
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.inverse_law import joint
+from stepload.estimators.ls import rs_btls
+from stepload.estimators.recursive import RsRtls
 
 SAMPLES = 300_000
 PRODUCTION = 3000

@@ -24,11 +24,11 @@ from stepload.plan.model import Plan
 from stepload.record.recorder import Recorder
 from stepload.rig.clock import MonotonicClock
 from stepload.rig.world import load_world
-from stepload.run.loop import run_loop
-from stepload.run.operator import Operator
-from stepload.run.rehearse import world_for
-from stepload.run.tick import Engine
-from stepload.run.undisturbed import undisturbed
+from stepload.engine.loop import run_loop
+from stepload.engine.operator import Operator
+from stepload.engine.rehearse import world_for
+from stepload.engine.tick import Engine
+from stepload.engine.undisturbed import undisturbed
 
 PLAN = Path(__file__).parents[1] / "procedures" / "ur5e-silicone-sphere.yaml"
 ROUNDS = 3

@@ -33,12 +33,12 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.identify.fit import Fit, FloatArray
-from stepload.identify.inverse_law import inverse_ls, joint
-from stepload.identify.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
-from stepload.identify.odr import odr
-from stepload.identify.sampling import uniform_in_force
-from stepload.identify.weighted import ew_tls
+from stepload.estimators.fit import Fit, FloatArray
+from stepload.estimators.inverse_law import inverse_ls, joint
+from stepload.estimators.ls import log_ls, log_tls, mixed_ls_tls, rs_btls
+from stepload.estimators.odr import odr
+from stepload.estimators.sampling import uniform_in_force
+from stepload.estimators.weighted import ew_tls
 
 SYSTEM_STIFFNESS_N_PER_M = 3.49e6
 PAYLOADS = {"plastic": 6.57e8, "pyramid": 1.32e8, "alu": 8.87e9}

@@ -22,7 +22,7 @@ with atheris.instrument_imports(include=["stepload"]):
     from stepload.record.curves import read_curve
     from stepload.record.reader import read_recording
     from stepload.record.recovery import recover
-    from stepload.run.replayed import replay_file
+    from stepload.engine.replayed import replay_file
 
 import forge
 

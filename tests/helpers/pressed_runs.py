@@ -15,9 +15,9 @@ from scipy.signal import lfilter
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
-from stepload.identify.conditions import Conditions
-from stepload.identify.fit import FloatArray
-from stepload.identify.sources import Sources
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.sources import Sources
 
 Law = Callable[[FloatArray], FloatArray]
 HERTZ_K = 6.57e8

@@ -4,10 +4,10 @@ Each list `tests/mutants/ROOM.toml` holds mutants of one room:
 
     [[mutant]]
     says = "R2 looks one period ahead only"          # what it breaks; its name
-    file = "src/stepload/run/supervisor.py"
+    file = "src/stepload/engine/supervisor.py"
     old = "peak_n += rise * limits.reaction_s"       # occurs exactly once in the file
     new = "peak_n += rise * limits.period_s"
-    tests = "tests/unit/run/test_force_rules.py"     # paths, separated by spaces
+    tests = "tests/unit/engine/test_force_rules.py"     # paths, separated by spaces
     equivalent = "why no test can see it"            # only where none can; it is not run
 
 The tree is copied to a temporary directory for each worker, so that the checkout stays as it is.

@@ -28,7 +28,7 @@ from stepload.record.recorder import Recorder
 from stepload.record.rows import Phase
 from stepload.results import analyse
 from stepload.rig.world import WorldFault
-from stepload.run import controller, open_rig, safe_end, supervisor, tick
+from stepload.engine import controller, open_rig, safe_end, supervisor, tick
 from stepload.session import experiment
 from stepload_drivers.sim.arm import WorldArm
 from stepload_drivers.sim.sensors import WorldForceSensor

@@ -17,9 +17,9 @@ from stepload.record.reader import read_recording
 from stepload.record.recorder import RecordingFailedError
 from stepload.record.recovery import recover
 from stepload.record.rows import Phase
-from stepload.run import safe_end
-from stepload.run.open_rig import OpenRig, opened
-from stepload.run.tick import Engine
+from stepload.engine import safe_end
+from stepload.engine.open_rig import OpenRig, opened
+from stepload.engine.tick import Engine
 from stepload.session.experiment import Finished, run_plan
 
 OPEN_N = 1.0

@@ -24,8 +24,8 @@ from stepload.plan.load import load_plan
 from stepload.record.reader import Recording, read_recording
 from stepload.record.recovery import is_being_written
 from stepload.record.rows import Phase
-from stepload.run.operator import Operator, StopLevel
-from stepload.run.tick import Engine
+from stepload.engine.operator import Operator, StopLevel
+from stepload.engine.tick import Engine
 from stepload.session import control
 from stepload.session.experiment import run_plan
 from stepload.session.files import run_directory

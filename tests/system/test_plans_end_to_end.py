@@ -18,8 +18,8 @@ from stepload.cli.main import main
 from stepload.envelope.theory import theory_of
 from stepload.plan.load import load_plan
 from stepload.record.reader import read_recording
-from stepload.run.first_loading import true_chord, true_secant
-from stepload.run.rehearse import payload_truth
+from stepload.engine.first_loading import true_chord, true_secant
+from stepload.engine.rehearse import payload_truth
 from stepload.session import experiment
 from stepload.units import format_quantity
 

@@ -10,7 +10,7 @@ from real_runs import in_process, stepload
 
 from stepload.errors import BadInputError
 from stepload.record.reader import read_recording
-from stepload.run import replayed
+from stepload.engine import replayed
 
 
 @pytest.fixture

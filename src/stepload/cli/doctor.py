@@ -41,7 +41,7 @@ def doctor(
     from stepload.doctor.checkup import examine
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.load import load_plan
-    from stepload.run.operator import Operator
+    from stepload.engine.operator import Operator
     from stepload.session.experiment import refuse_simulated
     from stepload.session.hazards import refuse_unread
 

@@ -15,7 +15,7 @@ from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
     from stepload.envelope.envelope import Envelope
-    from stepload.run.operator import Operator
+    from stepload.engine.operator import Operator
     from stepload.session.experiment import Finished
 
 DryRun = Annotated[
@@ -136,7 +136,7 @@ def run(
     """
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.load import load_plan
-    from stepload.run.operator import Operator
+    from stepload.engine.operator import Operator
 
     output, operator = Output(as_json=as_json), Operator()
     envelope = envelope_of(load_plan(plan, payload=payload))

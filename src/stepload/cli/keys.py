@@ -10,7 +10,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-from stepload.run.operator import Operator
+from stepload.engine.operator import Operator
 
 
 def _is_ours(fd: int) -> bool:

@@ -12,7 +12,7 @@ from stepload.record.rows import Phase
 
 if TYPE_CHECKING:
     from stepload.envelope.envelope import Envelope
-    from stepload.run.tick import Engine
+    from stepload.engine.tick import Engine
 
 Progress = Callable[["Engine", "Envelope"], None]
 

@@ -63,7 +63,7 @@ def replay(
     as_json: AsJson = False,
 ) -> None:
     """Run the supervisor over a record: where would it have tripped? Exit 4 if it would have."""
-    from stepload.run.replayed import replay_file
+    from stepload.engine.replayed import replay_file
 
     output = Output(as_json=as_json)
     wishes = {} if force_limit is None else {"force_limit_n": force_limit}

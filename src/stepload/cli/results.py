@@ -60,7 +60,7 @@ def calibrate(
     from stepload.results.calibration import from_system_runs, from_two_spheres
     from stepload.results.calibration_document import calibration_data, calibration_document
     from stepload.results.saved import saved_run
-    from stepload.run.operator import Operator
+    from stepload.engine.operator import Operator
     from stepload.setup.calibrated import put_record, state_to_take_it
 
     output, operator = Output(as_json=as_json), Operator()

@@ -21,7 +21,7 @@ from stepload.plan.model import Plan
 from stepload.record.curves import MIN_ROWS, Curve
 from stepload.results.from_file import identify_curve
 from stepload.results.wishes import Wishes
-from stepload.run.operator import Operator
+from stepload.engine.operator import Operator
 from stepload.session.experiment import run_plan
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from stepload.data.streams import tables_of
 from stepload.data.table import Table
 from stepload.errors import BadInputError
-from stepload.identify.conditions import Conditions
+from stepload.estimators.conditions import Conditions
 from stepload.plan.load import load_kept
 from stepload.plan.model import Plan
 from stepload.record.reader import Event, Recording, read_recording

@@ -13,7 +13,7 @@ import numpy as np
 
 from stepload.doctor.line import Line, Mark, graded
 from stepload.plan.model import Plan
-from stepload.run.undisturbed import REALTIME_PRIORITY
+from stepload.engine.undisturbed import REALTIME_PRIORITY
 
 BLOCK_BYTES = 1 << 18
 BLOCKS = 24

@@ -14,7 +14,7 @@ from stepload.errors import DeviceError
 from stepload.plan.model import ArmSpec, Plan
 from stepload.record.lag import Lag, measure_lag
 from stepload.rig.samples import ArmSample
-from stepload.run.open_rig import OpenRig
+from stepload.engine.open_rig import OpenRig
 
 FloatArray = NDArray[np.float64]
 

@@ -16,11 +16,11 @@ from stepload.record.lag import Lag, measure_lag
 from stepload.record.outcome import RunStatus
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
-from stepload.run.loop import run_loop
-from stepload.run.open_rig import OpenRig
-from stepload.run.operator import Operator
-from stepload.run.tick import Engine
-from stepload.run.watch import wrench_axis
+from stepload.engine.loop import run_loop
+from stepload.engine.open_rig import OpenRig
+from stepload.engine.operator import Operator
+from stepload.engine.tick import Engine
+from stepload.engine.watch import wrench_axis
 
 TOP_SHARE = 0.4
 """Of the plan's top force."""
@@ -36,7 +36,7 @@ def _forget(_: object) -> None:
 
 
 class Memory:
-    """Keeps of a run what the measurement needs (a `stepload.run.interfaces.RecordSink`)."""
+    """Keeps of a run what the measurement needs (a `stepload.engine.interfaces.RecordSink`)."""
 
     def __init__(self) -> None:
         self.forces: list[ForceSample] = []

@@ -16,7 +16,7 @@ from stepload.envelope.bounds import age_limit_s
 from stepload.errors import DomainError
 from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan, SecondForceSource
 from stepload.rig.clockmap import fit_clock
-from stepload.run.watch import wrench_axis
+from stepload.engine.watch import wrench_axis
 
 FloatArray = NDArray[np.float64]
 

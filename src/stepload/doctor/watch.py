@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
-from stepload.run.open_rig import OpenRig
+from stepload.engine.open_rig import OpenRig
 
 SETTLE_S = 0.2
 """Readers were held up while the loop was prepared: what they lost then is not counted."""

@@ -14,7 +14,7 @@ from stepload.contact.limit_doubt import doubted_limits
 from stepload.envelope.bounds import LOAD_TIMEOUTS
 from stepload.envelope.reason import Reason
 from stepload.envelope.theory import theory_of
-from stepload.identify.identifiability import gauge_resolution_for
+from stepload.estimators.identifiability import gauge_resolution_for
 from stepload.plan.changed import follows, rederived
 from stepload.plan.checks import least_touch_force
 from stepload.plan.model import DisplacementSpec, Plan, SecondForce, SecondForceSource

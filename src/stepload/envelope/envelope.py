@@ -27,7 +27,7 @@ from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
 from stepload.errors import DomainError, RefusedError
-from stepload.identify.identifiability import Identifiability, identifiability
+from stepload.estimators.identifiability import Identifiability, identifiability
 from stepload.plan.model import Plan
 
 ALMOST = 0.999

@@ -13,7 +13,7 @@ from stepload.envelope.limit_reasons import counted_on
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import CountedLimit
 from stepload.errors import DomainError, RefusedError
-from stepload.identify.identifiability import Identifiability
+from stepload.estimators.identifiability import Identifiability
 from stepload.plan.model import Plan, Provenance, SecondForceSource
 from stepload.units import format_quantity
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from stepload.envelope.reason import Reason, Severity
-from stepload.identify.deflection import (
+from stepload.estimators.deflection import (
     BEGINS,
     BEYOND,
     LEAST_RELATIVE,

@@ -30,8 +30,8 @@ from stepload.evidence.quantity import Exponent, Quantity
 from stepload.evidence.rehearse import draws
 from stepload.evidence.shape import shape_of
 from stepload.evidence.signs import branches_of
-from stepload.identify.fit import FloatArray
-from stepload.identify.smooth import smooth_lengths
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.smooth import smooth_lengths
 from stepload.units import format_quantity
 
 UPPER_SHARE = 0.7

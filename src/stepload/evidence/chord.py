@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from stepload.evidence.loops import Branch
 from stepload.evidence.path import Path
 from stepload.evidence.site import Site, site, top_site
-from stepload.identify.fit import FloatArray
+from stepload.estimators.fit import FloatArray
 
 REFERENCE_SHARE = 0.1
 

@@ -25,7 +25,7 @@ from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.rate import rate_sign
 from stepload.evidence.rehearse import TO_SIGMA, creep_threshold, thresholds
 from stepload.evidence.signs import branches_of, hold_creep, signs_of
-from stepload.identify.fit import FloatArray
+from stepload.estimators.fit import FloatArray
 
 OF_TWO_CYCLES = ("gap_change", "set", "reload")
 UNSEEN = 0.02

@@ -10,7 +10,7 @@ import numpy as np
 
 from stepload.evidence.loops import BETWEEN, Branch, Loop
 from stepload.evidence.signs import Compliance, signs_of
-from stepload.identify.sources import Sources
+from stepload.estimators.sources import Sources
 
 
 @dataclass(frozen=True, slots=True)

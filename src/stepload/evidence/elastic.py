@@ -10,7 +10,7 @@ from stepload.evidence.chord import Chord
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import POWER
 from stepload.evidence.loops import Branch, Deflection
-from stepload.identify.fit import FloatArray
+from stepload.estimators.fit import FloatArray
 
 _SIGMA = 0.005
 """Errors of this share of the deformation, alike everywhere, are good enough for slopes."""

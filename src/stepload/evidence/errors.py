@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from stepload.evidence.path import Path
-from stepload.identify.fit import FloatArray
-from stepload.identify.linearity import linearity_errors
-from stepload.identify.smooth import few_degrees, smooth_correlation
-from stepload.identify.sources import Sources
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.linearity import linearity_errors
+from stepload.estimators.smooth import few_degrees, smooth_correlation
+from stepload.estimators.sources import Sources
 
 ALIKE_SHARE = 0.1
 """The error of a quantum is forgotten over about so much of a quantum."""

@@ -18,9 +18,9 @@ from stepload.evidence.path import Path
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Exponent, Line, Quantity, log_interval
 from stepload.evidence.union import Read, at_point, union
-from stepload.identify.fit import FloatArray
-from stepload.identify.judge import ResultVerdict
-from stepload.identify.smooth import NORMAL_95
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.judge import ResultVerdict
+from stepload.estimators.smooth import NORMAL_95
 
 CROSS_COMPLIANCE = 0.3
 """C_xz/C_zz of an arm of which nothing is known."""

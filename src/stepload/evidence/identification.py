@@ -15,15 +15,15 @@ from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.loops import LEAST_STRETCHES
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
-from stepload.identify.budget import Budget, budget
-from stepload.identify.conditions import Conditions
-from stepload.identify.decide import decide
-from stepload.identify.fit import Fit
-from stepload.identify.fit_all import fit_all, recursive_as_batch
-from stepload.identify.identifiability import identifiability
-from stepload.identify.judge import Judgement, ResultVerdict
-from stepload.identify.selection import Selected
-from stepload.identify.sources import white_sigmas
+from stepload.estimators.budget import Budget, budget
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.decide import decide
+from stepload.estimators.fit import Fit
+from stepload.estimators.fit_all import fit_all, recursive_as_batch
+from stepload.estimators.identifiability import identifiability
+from stepload.estimators.judge import Judgement, ResultVerdict
+from stepload.estimators.selection import Selected
+from stepload.estimators.sources import white_sigmas
 from stepload.units import format_quantity
 
 FloatArray = NDArray[np.float64]

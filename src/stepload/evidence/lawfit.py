@@ -19,7 +19,7 @@ from stepload.evidence.laws import (
     STIFFENING,
     Law,
 )
-from stepload.identify.fit import FloatArray
+from stepload.estimators.fit import FloatArray
 
 CHI2_95 = 3.841459
 CANNOT_TELL = 4.0

@@ -23,7 +23,7 @@ from stepload.contact.plastic import (
     LATE_MEETS_FORCE,
 )
 from stepload.contact.rough import P0_BRANCH
-from stepload.identify.fit import FloatArray
+from stepload.estimators.fit import FloatArray
 
 Basis = Callable[[FloatArray, float], FloatArray]
 HERTZ = 2.0 / 3.0

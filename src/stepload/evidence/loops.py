@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stepload.evidence.path import Path, Track, path_of
-from stepload.identify.fit import FloatArray
+from stepload.estimators.fit import FloatArray
 
 LEAST_STRETCHES = 6
 """A loading of fewer stretches has no local stiffness."""

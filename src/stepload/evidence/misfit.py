@@ -22,7 +22,7 @@ from stepload.evidence.lawfit import LawFit
 from stepload.evidence.loops import Branch
 from stepload.evidence.path import Path
 from stepload.evidence.rehearse import QUANTILE
-from stepload.identify.fit import FloatArray
+from stepload.estimators.fit import FloatArray
 
 TRUSTED = 0.02
 """Stated errors are trusted, without any spread, for a misfit of this share of the deformation."""

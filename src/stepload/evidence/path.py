@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.identify.fit import FloatArray
+from stepload.estimators.fit import FloatArray
 
 IntArray = NDArray[np.intp]
 

@@ -12,7 +12,7 @@ import numpy as np
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.loops import Deflection
 from stepload.evidence.path import Track
-from stepload.identify.sources import Sources
+from stepload.estimators.sources import Sources
 
 
 class Touch(NamedTuple):

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from stepload.identify.judge import ResultVerdict
-from stepload.identify.smooth import NORMAL_95
+from stepload.estimators.judge import ResultVerdict
+from stepload.estimators.smooth import NORMAL_95
 
 NO_ERRORS = (
     "there is no interval and no K_max: the numbers have neither noise nor steps, so they do not "

@@ -16,10 +16,10 @@ from stepload.evidence.elastic import Elastic
 from stepload.evidence.loops import Branch
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.signs import Sign
-from stepload.identify.fit import FloatArray
-from stepload.identify.linearity import linearity_errors
-from stepload.identify.smooth import smooth_correlation
-from stepload.identify.sources import Sources
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.linearity import linearity_errors
+from stepload.estimators.smooth import smooth_correlation
+from stepload.estimators.sources import Sources
 
 REHEARSALS = 400
 QUANTILE = 0.99

@@ -15,7 +15,7 @@ from stepload.evidence.lawfit import LawFit, Roughness, Whitened
 from stepload.evidence.laws import POWER, ROUGH
 from stepload.evidence.loops import Branch
 from stepload.evidence.rehearse import QUANTILE
-from stepload.identify.fit import FloatArray
+from stepload.estimators.fit import FloatArray
 
 ANOTHER_LAW = 5.0
 """A law whose χ² is lower by more than this describes the data better than the power law."""

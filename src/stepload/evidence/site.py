@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stepload.evidence.path import Path
-from stepload.identify.fit import FloatArray
+from stepload.estimators.fit import FloatArray
 
 REACH = 0.2
 """Samples within this share of the force about it are used."""

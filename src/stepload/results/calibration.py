@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 import stepload
 from stepload.errors import BadInputError
-from stepload.identify.pool import PooledStiffness, pool
-from stepload.identify.smooth_length import SmoothLength, measure_length
-from stepload.identify.system import SystemStiffnessFit
-from stepload.identify.table import MeasuredTable, loading_curve, measured_table
-from stepload.identify.two_spheres import TwoSphereFit, two_sphere_difference
+from stepload.estimators.pool import PooledStiffness, pool
+from stepload.estimators.smooth_length import SmoothLength, measure_length
+from stepload.estimators.system import SystemStiffnessFit
+from stepload.estimators.table import MeasuredTable, loading_curve, measured_table
+from stepload.estimators.two_spheres import TwoSphereFit, two_sphere_difference
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
 from stepload.results.analyse import identify_system, pieces, series_contact
 from stepload.results.press_data import LOADING

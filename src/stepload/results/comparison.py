@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
 from stepload.evidence.identification import REPORTED, Identification
-from stepload.identify.budget import secant_gradient
-from stepload.identify.compare import (
+from stepload.estimators.budget import secant_gradient
+from stepload.estimators.compare import (
     Band,
     CurveComparison,
     FitPair,
@@ -23,12 +23,12 @@ from stepload.identify.compare import (
     confidence_band,
     spread,
 )
-from stepload.identify.difference import POWER, Agreement, Difference
-from stepload.identify.fit import Fit
-from stepload.identify.fit_all import fit_all
-from stepload.identify.repeats import normal
-from stepload.identify.selection import select
-from stepload.identify.smooth import NORMAL_95
+from stepload.estimators.difference import POWER, Agreement, Difference
+from stepload.estimators.fit import Fit
+from stepload.estimators.fit_all import fit_all
+from stepload.estimators.repeats import normal
+from stepload.estimators.selection import select
+from stepload.estimators.smooth import NORMAL_95
 from stepload.record.curves import Curve
 from stepload.results.analyse import identify_payload
 from stepload.results.comparison_groups import differences, grouped, pair_half_width

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from stepload.identify.compare import Spread
-from stepload.identify.difference import Agreement, Difference, DifferenceLine
+from stepload.estimators.compare import Spread
+from stepload.estimators.difference import Agreement, Difference, DifferenceLine
 from stepload.results import fields
 from stepload.results.comparison import AgainstCurve, Comparison, Pair
 from stepload.results.comparison_figures import figures_of

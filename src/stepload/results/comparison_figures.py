@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import partial
 
-from stepload.identify.compare import Band
+from stepload.estimators.compare import Band
 from stepload.results.comparison import ComparedRun, Comparison, virgin_band
 from stepload.results.figures import (
     BLUE,

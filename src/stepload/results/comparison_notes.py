@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from stepload.identify.repeats import LEAST_DEGREES
+from stepload.estimators.repeats import LEAST_DEGREES
 from stepload.results.origins import origin_of
 from stepload.rig.pose import differences
 

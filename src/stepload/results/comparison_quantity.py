@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from stepload.errors import DomainError
 from stepload.evidence.answer import weigh
-from stepload.identify.measured import Measured
+from stepload.estimators.measured import Measured
 from stepload.results.origins import origin_of
 from stepload.results.saved import SavedRun
 

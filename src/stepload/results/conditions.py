@@ -16,10 +16,10 @@ from stepload.contact.rough import RoughSphere, roughness_number
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.stiffness import known_stiffness
 from stepload.errors import BadInputError
-from stepload.identify.conditions import Conditions
-from stepload.identify.deflection import least_sigma
-from stepload.identify.linearity import ASSUMED_NONLINEARITY
-from stepload.identify.sources import Sources
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.deflection import least_sigma
+from stepload.estimators.linearity import ASSUMED_NONLINEARITY
+from stepload.estimators.sources import Sources
 from stepload.plan.model import Payload
 from stepload.results.press_data import PressData
 

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError, DomainError
-from stepload.identify.conditions import Conditions
-from stepload.identify.curve_jumps import largest_jump
-from stepload.identify.inverse_law import joint
-from stepload.identify.leftover import smooth_leftover
-from stepload.identify.selection import Selected
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.curve_jumps import largest_jump
+from stepload.estimators.inverse_law import joint
+from stepload.estimators.leftover import smooth_leftover
+from stepload.estimators.selection import Selected
 from stepload.record.curves import Curve
 from stepload.results.curve_zero import TOUCH_NOISE, Zeroed
 from stepload.results.wishes import Wishes

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from stepload.identify.curve_spikes import spikes
-from stepload.identify.fit import FloatArray
+from stepload.estimators.curve_spikes import spikes
+from stepload.estimators.fit import FloatArray
 from stepload.record.curves import Curve
 from stepload.units import format_quantity
 

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
-from stepload.identify.curve_cycles import CycleParts, cycles_of
-from stepload.identify.curve_parts import (
+from stepload.estimators.curve_cycles import CycleParts, cycles_of
+from stepload.estimators.curve_parts import (
     LEAST_SLOPE,
     FreeAir,
     first_touch,
     free_air,
     white_noise,
 )
-from stepload.identify.curve_signs import signs
+from stepload.estimators.curve_signs import signs
 from stepload.record.curves import Curve
 from stepload.results.curve_glitches import without_glitches
 from stepload.units import format_quantity

@@ -7,8 +7,8 @@ from typing import Any
 
 from stepload.envelope.envelope import Envelope
 from stepload.evidence.identification import Identification
-from stepload.identify.runin import RunIn
-from stepload.identify.system import SystemStiffnessFit
+from stepload.estimators.runin import RunIn
+from stepload.estimators.system import SystemStiffnessFit
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
 from stepload.results.analyse import Evaluation, beyond_theory

@@ -17,13 +17,13 @@ from stepload.contact.elastic import equivalent_radius
 from stepload.contact.materials import Geometry, Sphere
 from stepload.errors import DomainError
 from stepload.evidence.identification import Identification
-from stepload.identify.fit import FloatArray
-from stepload.identify.hunt_crossley import HuntCrossley, hunt_crossley
-from stepload.identify.loss import CycleLoss, Loss, loss
-from stepload.identify.missing import Missing
-from stepload.identify.relaxation import HoldChange, HoldSamples, Relaxation, relaxation
-from stepload.identify.selection import compensated
-from stepload.identify.unloading import OPINION, Unloading, unloading
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.hunt_crossley import HuntCrossley, hunt_crossley
+from stepload.estimators.loss import CycleLoss, Loss, loss
+from stepload.estimators.missing import Missing
+from stepload.estimators.relaxation import HoldChange, HoldSamples, Relaxation, relaxation
+from stepload.estimators.selection import compensated
+from stepload.estimators.unloading import OPINION, Unloading, unloading
 from stepload.record.rows import Phase
 from stepload.results.model import NOTHING, Field, Table, interval, named, number, quantity, table
 from stepload.results.press_data import LOADING, UNLOADING, PressData

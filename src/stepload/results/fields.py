@@ -11,10 +11,10 @@ from stepload.evidence.answer import LawRow
 from stepload.evidence.gates import Gate
 from stepload.evidence.identification import REPORTED, Identification
 from stepload.evidence.quantity import Line, Quantity
-from stepload.identify.budget import Budget, BudgetLine
-from stepload.identify.fit import Fit
-from stepload.identify.runin import Cycle
-from stepload.identify.system import SystemStiffnessFit
+from stepload.estimators.budget import Budget, BudgetLine
+from stepload.estimators.fit import Fit
+from stepload.estimators.runin import Cycle
+from stepload.estimators.system import SystemStiffnessFit
 from stepload.record.align import ChannelClock
 from stepload.record.outcome import ActionResult
 from stepload.results.model import NOTHING, Field, data, interval, named, number, quantity

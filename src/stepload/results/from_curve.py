@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError, DomainError
-from stepload.identify.conditions import Conditions
-from stepload.identify.curve_parts import is_exact, quantum
-from stepload.identify.inverse_law import joint
-from stepload.identify.linearity import ASSUMED_NONLINEARITY
-from stepload.identify.plausibility import plausibility
-from stepload.identify.sampling import uniform_in_force
-from stepload.identify.selection import Selected, select
-from stepload.identify.sources import Sources
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.curve_parts import is_exact, quantum
+from stepload.estimators.inverse_law import joint
+from stepload.estimators.linearity import ASSUMED_NONLINEARITY
+from stepload.estimators.plausibility import plausibility
+from stepload.estimators.sampling import uniform_in_force
+from stepload.estimators.selection import Selected, select
+from stepload.estimators.sources import Sources
 from stepload.record.curves import Curve
 from stepload.results.curve_doubts import (
     NO_FREE_AIR,

@@ -10,9 +10,9 @@ from typing import NamedTuple
 from stepload.errors import BadInputError
 from stepload.evidence.identification import Identification, identify
 from stepload.evidence.quantity import without_interval
-from stepload.identify.curve_parts import quantum
-from stepload.identify.runin import RunIn
-from stepload.identify.system import SystemStiffnessFit, fit_system_stiffness
+from stepload.estimators.curve_parts import quantum
+from stepload.estimators.runin import RunIn
+from stepload.estimators.system import SystemStiffnessFit, fit_system_stiffness
 from stepload.record.curves import Curve, read_curve
 from stepload.record.untrusted import untrusted
 from stepload.results.analyse import (

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.identify.conditions import Conditions
+from stepload.estimators.conditions import Conditions
 from stepload.record.reader import Event
 from stepload.record.rows import Phase
 from stepload.results.press_data import PressData, number

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stepload.identify.origin import Origin
-from stepload.identify.smooth import SHORTEST
+from stepload.estimators.origin import Origin
+from stepload.estimators.smooth import SHORTEST
 from stepload.results.press_data import LOADING, PressData
 from stepload.results.saved import SavedRun
 

@@ -11,7 +11,7 @@ from stepload.errors import BadInputError
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
-from stepload.identify.conditions import Conditions
+from stepload.estimators.conditions import Conditions
 from stepload.record.rows import Phase
 from stepload.results.adhesion import pulls
 from stepload.results.curve_zero import SAME_PEAK, Branch

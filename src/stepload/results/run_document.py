@@ -10,9 +10,9 @@ from stepload.contact.power_law import ContactLaw
 from stepload.envelope.envelope import Envelope
 from stepload.evidence.identification import Identification
 from stepload.evidence.quantity import Quantity
-from stepload.identify.judge import ResultVerdict
-from stepload.identify.runin import STEADY_CYCLES, RunIn
-from stepload.identify.system import SystemStiffnessFit
+from stepload.estimators.judge import ResultVerdict
+from stepload.estimators.runin import STEADY_CYCLES, RunIn
+from stepload.estimators.system import SystemStiffnessFit
 from stepload.record.outcome import RunOutcome, RunStatus
 from stepload.record.reader import Recording
 from stepload.results import fields

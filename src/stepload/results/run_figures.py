@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.evidence.identification import REPORTED
-from stepload.identify.fit import Fit
+from stepload.estimators.fit import Fit
 from stepload.results import figures
 from stepload.results.analyse import Evaluation
 from stepload.results.model import Figure

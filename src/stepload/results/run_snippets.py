@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stepload.errors import BadInputError
-from stepload.identify.hunt_crossley import HuntCrossley
+from stepload.estimators.hunt_crossley import HuntCrossley
 from stepload.results.analyse import Evaluation
 from stepload.results.snippets import SIMULATORS, snippet, spring_of
 

@@ -8,7 +8,7 @@ from datetime import date, datetime
 from pathlib import Path
 
 from stepload.errors import BadInputError
-from stepload.identify.conditions import Conditions
+from stepload.estimators.conditions import Conditions
 from stepload.record.reader import Event, read_recording
 from stepload.record.untrusted import untrusted
 from stepload.results.conditions import from_attachments, measured

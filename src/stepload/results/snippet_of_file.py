@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stepload.identify.hunt_crossley import HuntCrossley
+from stepload.estimators.hunt_crossley import HuntCrossley
 from stepload.record.untrusted import untrusted
 from stepload.results.analyse import identify_payload
 from stepload.results.extras import extras_of

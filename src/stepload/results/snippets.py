@@ -33,7 +33,7 @@ from stepload.errors import BadInputError, DomainError
 from stepload.evidence.answer import weigh
 from stepload.evidence.identification import Identification
 from stepload.evidence.quantity import Quantity
-from stepload.identify.judge import ResultVerdict
+from stepload.estimators.judge import ResultVerdict
 from stepload.results.model import SIMULATED
 from stepload.units import format_quantity as f
 

@@ -9,9 +9,9 @@ from pathlib import Path
 from stepload.contact.law_names import LAW_NAMES
 from stepload.envelope.theory import theory_of
 from stepload.errors import BadInputError
-from stepload.identify.conditions import Conditions
-from stepload.identify.deflection import least_sigma
-from stepload.identify.sources import Sources
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.deflection import least_sigma
+from stepload.estimators.sources import Sources
 from stepload.plan.load import load_payload
 
 _SOURCES = (

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from stepload.errors import BadInputError
-from stepload.run.operator import Operator
+from stepload.engine.operator import Operator
 
 NAME = "control"
 CLIENT_TIMEOUT_S = 2.0

@@ -32,12 +32,12 @@ from stepload.results.page import render
 from stepload.results.run_document import run_document
 from stepload.rig import pose
 from stepload.rig.device import ArmConfiguration
-from stepload.run.cadence import PROGRESS_S
-from stepload.run.loop import run_loop
-from stepload.run.notices import Notices, Say, nothing
-from stepload.run.open_rig import OpenRig, opened
-from stepload.run.operator import Operator
-from stepload.run.tick import Engine
+from stepload.engine.cadence import PROGRESS_S
+from stepload.engine.loop import run_loop
+from stepload.engine.notices import Notices, Say, nothing
+from stepload.engine.open_rig import OpenRig, opened
+from stepload.engine.operator import Operator
+from stepload.engine.tick import Engine
 from stepload.session import control, files, hazards
 from stepload.session.resume import Resumed, resumable
 
@@ -139,7 +139,7 @@ def run_plan(
         on_progress: called ten times a second of run time.
         on_notice: takes a line for the operator in the moment of a stop and while the rig is made
             safe, in a thread of its own.
-        open_rig: opens the devices, in place of `stepload.run.open_rig.opened`.
+        open_rig: opens the devices, in place of `stepload.engine.open_rig.opened`.
 
     Raises:
         RefusedError: the plan may not run, or nothing proves axis and sign of its force channels;

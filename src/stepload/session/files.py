@@ -21,7 +21,7 @@ from stepload.record.recorder import NAME
 from stepload.record.recovery import PART_SUFFIX
 from stepload.results import conditions
 from stepload.rig.device import Identity
-from stepload.run import replayed
+from stepload.engine import replayed
 
 REPORT, RESULTS, RECORD, PART = "report.html", "results.json", NAME, NAME + PART_SUFFIX
 

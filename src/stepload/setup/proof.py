@@ -9,7 +9,7 @@ from stepload.envelope.reason import Severity
 from stepload.errors import RefusedError
 from stepload.plan.load import load_plan
 from stepload.record.outcome import RunStatus
-from stepload.run.operator import Operator
+from stepload.engine.operator import Operator
 from stepload.session import experiment
 from stepload.setup.context import Setup
 from stepload.setup.first_plan import first_plan, touch_plan, write_plan

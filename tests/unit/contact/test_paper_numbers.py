@@ -15,7 +15,7 @@ from stepload.contact.rough import (
     rms_roughness,
     roughness_number,
 )
-from stepload.identify.ls import rs_btls
+from stepload.estimators.ls import rs_btls
 
 PLASTIC = Material("acetal", 2.75e9, 0.3, 70e6)
 ALUMINIUM = Material("aluminium 6061", 70e9, 0.33, 276e6)

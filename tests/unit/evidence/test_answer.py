@@ -15,7 +15,7 @@ from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.loops import Hold
 from stepload.evidence.path import Track
-from stepload.identify.fit import FloatArray
+from stepload.estimators.fit import FloatArray
 
 RUNS = 4
 

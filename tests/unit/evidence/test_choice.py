@@ -15,8 +15,8 @@ from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.errors import middle
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.laws import LAWS
-from stepload.identify.fit import FloatArray
-from stepload.identify.smooth import smooth_lengths
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.smooth import smooth_lengths
 
 TOUCH = "secant_from_touch"
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from stepload.errors import BadInputError, DomainError
-from stepload.identify.conditions import Conditions
-from stepload.identify.difference import Agreement, difference
-from stepload.identify.origin import Origin
-from stepload.identify.sources import Sources
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.difference import Agreement, difference
+from stepload.estimators.origin import Origin
+from stepload.estimators.sources import Sources
 from stepload.record.curves import Curve
 from stepload.record.lag import Lag
 from stepload.record.rows import Phase

@@ -16,10 +16,10 @@ from stepload.contact.power_law import ContactLaw
 from stepload.errors import BadInputError
 from stepload.evidence.identification import Identification, identify
 from stepload.evidence.lawfit import Roughness
-from stepload.identify.conditions import Conditions
-from stepload.identify.judge import ResultVerdict
-from stepload.identify.selection import select
-from stepload.identify.sources import Sources
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.judge import ResultVerdict
+from stepload.estimators.selection import select
+from stepload.estimators.sources import Sources
 from stepload.results.snippets import IMPEDANCE, SIMULATORS, Spring, snippet, spring_of
 
 LAW = ContactLaw(6.57e8, 1.5, "(7)")

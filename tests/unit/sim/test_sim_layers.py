@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from stepload.errors import DomainError
 from stepload.rig.world import PayloadTruth
-from stepload.run.first_loading import true_chord, true_deformation, true_secant
+from stepload.engine.first_loading import true_chord, true_deformation, true_secant
 from stepload_drivers.sim.contact import contact_law, contact_of
 from stepload_drivers.sim.laws import ContactLaw
 from stepload_drivers.sim.live import DEFAULT_SPEC

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepload.identify.difference import Agreement, difference
+from stepload.estimators.difference import Agreement, difference
 from stepload_verify.trials import compare
 from stepload_verify.trials.compare import World, _groups, tally
 

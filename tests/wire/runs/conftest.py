@@ -16,7 +16,7 @@ import pytest
 from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import DriverChoice, Plan, SecondForce
-from stepload.run.rehearse import world_for
+from stepload.engine.rehearse import world_for
 from stepload_verify.emulators.rig_process import RigProcess
 
 sys.path.insert(0, str(Path(__file__).parent))  # for fault_table

@@ -24,7 +24,7 @@ from stepload.record.outcome import RunStatus
 from stepload.record.reader import read_recording
 from stepload.record.rows import Phase
 from stepload.rig.faults import FaultCode
-from stepload.run import open_rig, safe_end
+from stepload.engine import open_rig, safe_end
 from stepload.session import experiment
 from stepload_drivers.ur.arm import UrArm
 

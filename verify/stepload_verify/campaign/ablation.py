@@ -11,10 +11,10 @@ from typing import Any
 
 from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError
-from stepload.run.controller import ANCHOR_SIGMAS, StepController
-from stepload.run.operator import StopLevel
-from stepload.run.tick import Engine
-from stepload.run.watch import Breach
+from stepload.engine.controller import ANCHOR_SIGMAS, StepController
+from stepload.engine.operator import StopLevel
+from stepload.engine.tick import Engine
+from stepload.engine.watch import Breach
 
 RULES = tuple(f"R{number}" for number in range(1, 12))
 LAYERS = {

@@ -9,8 +9,8 @@ from stepload.record.rows import TickRow
 from stepload.rig.clock import Clock
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 from stepload.rig.world import SimulatedRig
-from stepload.run.operator import Operator, StopLevel
-from stepload.run.tick import Engine
+from stepload.engine.operator import Operator, StopLevel
+from stepload.engine.tick import Engine
 from stepload_verify.campaign.mishaps import ERRORS, Incident
 
 

@@ -11,9 +11,9 @@ from stepload.errors import DeviceError
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import SimulatedRig, load_world
-from stepload.run.loop import run_loop
-from stepload.run.operator import Operator
-from stepload.run.tick import Engine
+from stepload.engine.loop import run_loop
+from stepload.engine.operator import Operator
+from stepload.engine.tick import Engine
 from stepload_verify.campaign.ablation import Ablation, ends_in_time
 from stepload_verify.campaign.incidents import Killed, NullRecorder, install
 from stepload_verify.campaign.result import KILLED, NOT_OPENED, Result

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stepload.contact.power_law import secant_stiffness
-from stepload.identify.identifiability import identifiability
+from stepload.estimators.identifiability import identifiability
 from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
 from stepload_verify.paper.chart import COLOURS, Line, chart

@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from stepload.identify.budget import Budget, budget
-from stepload.identify.compare import confidence_band
-from stepload.identify.fit import Fit
-from stepload.identify.inverse_law import joint
-from stepload.identify.ls import rs_btls
-from stepload.identify.recursive import RsRtls
-from stepload.identify.sampling import uniform_in_force
-from stepload.identify.sources import Sources
+from stepload.estimators.budget import Budget, budget
+from stepload.estimators.compare import confidence_band
+from stepload.estimators.fit import Fit
+from stepload.estimators.inverse_law import joint
+from stepload.estimators.ls import rs_btls
+from stepload.estimators.recursive import RsRtls
+from stepload.estimators.sampling import uniform_in_force
+from stepload.estimators.sources import Sources
 from stepload_verify.paper import laws
 from stepload_verify.paper.chart import Line, chart
 from stepload_verify.paper.printed import PAYLOADS, SECANT_FORCE_N

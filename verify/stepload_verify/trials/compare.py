@@ -4,7 +4,7 @@ Quasi-static: a payload F = K δ^1.5 is pressed to 300 N through a system whose 
 off, with a force gain 0.5 % off and a smooth error of travel of 0.54 µm that belongs to the place
 of the travel; a tenth of its variance does not repeat. Every run has its own noise (0.2 µm, 0.7 N),
 quanta (2 µm, 1.5 N) and surface (± 1 µm). The runs go through the joint fit, its budget and
-`stepload.identify.difference`.
+`stepload.estimators.difference`.
 
 Required: the interval covers the true ratio in at least 93 of 100 (of 1,000 trials the count has a
 standard deviation of 0.7), equal payloads are called different in at most 7 of 100, and a payload
@@ -23,13 +23,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stepload.identify.budget import budget
-from stepload.identify.difference import Agreement, Difference, difference
-from stepload.identify.fit import FloatArray
-from stepload.identify.inverse_law import joint
-from stepload.identify.measured import Measured
-from stepload.identify.origin import REPEATS, Origin
-from stepload.identify.sources import Sources
+from stepload.estimators.budget import budget
+from stepload.estimators.difference import Agreement, Difference, difference
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.inverse_law import joint
+from stepload.estimators.measured import Measured
+from stepload.estimators.origin import REPEATS, Origin
+from stepload.estimators.sources import Sources
 
 N = 1.5
 K = 6.57e8

@@ -16,14 +16,14 @@ from typing import Literal
 
 import numpy as np
 
-from stepload.identify.budget import budget, secant_gradient
-from stepload.identify.fit import Fit, FloatArray
-from stepload.identify.inverse_law import joint
-from stepload.identify.ls import rs_btls
-from stepload.identify.pool import PooledStiffness, pool
-from stepload.identify.sampling import uniform_in_force
-from stepload.identify.sources import Sources
-from stepload.identify.system import fit_system_stiffness
+from stepload.estimators.budget import budget, secant_gradient
+from stepload.estimators.fit import Fit, FloatArray
+from stepload.estimators.inverse_law import joint
+from stepload.estimators.ls import rs_btls
+from stepload.estimators.pool import PooledStiffness, pool
+from stepload.estimators.sampling import uniform_in_force
+from stepload.estimators.sources import Sources
+from stepload.estimators.system import fit_system_stiffness
 from stepload_verify.paper.step_load import SCENARIO_C, STVF, Errors, StepRig, press
 
 N = 1.5

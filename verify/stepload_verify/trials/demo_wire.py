@@ -19,7 +19,7 @@ from stepload.envelope.envelope import envelope_of
 from stepload.errors import SteploadError
 from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
-from stepload.run.rehearse import world_for
+from stepload.engine.rehearse import world_for
 from stepload_verify.emulators.rig_process import RigProcess
 from stepload_verify.emulators.ur_faults import HELP
 

@@ -20,7 +20,7 @@ from stepload.envelope.envelope import envelope_of
 from stepload.errors import DeviceError, RefusedError, SteploadError
 from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
-from stepload.run.rehearse import world_for
+from stepload.engine.rehearse import world_for
 from stepload.setup.answers import Answers
 from stepload.setup.questions import Question
 from stepload.setup.state import read_state

@@ -16,10 +16,10 @@ from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
 from stepload.rig.world import load_world
-from stepload.run.loop import run_loop
-from stepload.run.operator import Operator
-from stepload.run.rehearse import world_for
-from stepload.run.tick import Engine
+from stepload.engine.loop import run_loop
+from stepload.engine.operator import Operator
+from stepload.engine.rehearse import world_for
+from stepload.engine.tick import Engine
 from stepload_verify.campaign.incidents import NullRecorder
 
 PLANS = ("plastic-sphere", "ur5e-silicone-sphere", "ur16e-polyurethane-sphere")

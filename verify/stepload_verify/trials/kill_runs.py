@@ -42,7 +42,7 @@ from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
 from stepload.record.reader import read_recording
 from stepload.record.recovery import is_being_written
-from stepload.run.rehearse import world_for
+from stepload.engine.rehearse import world_for
 from stepload.session.unfinished import repair_all
 from stepload_verify.emulators.rig_process import RigProcess
 

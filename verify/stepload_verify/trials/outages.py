@@ -27,11 +27,11 @@ from stepload.plan.model import DriverChoice, Plan
 from stepload.plan.shipped import plan_path
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase
-from stepload.run.loop import run_loop
-from stepload.run.open_rig import opened
-from stepload.run.operator import Operator
-from stepload.run.rehearse import world_for
-from stepload.run.tick import Engine
+from stepload.engine.loop import run_loop
+from stepload.engine.open_rig import opened
+from stepload.engine.operator import Operator
+from stepload.engine.rehearse import world_for
+from stepload.engine.tick import Engine
 from stepload_verify.campaign.incidents import NullRecorder
 from stepload_verify.emulators.rig_process import RigProcess
 

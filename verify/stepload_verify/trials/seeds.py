@@ -47,9 +47,9 @@ def run_seed(seed: int, plan_file: Path = PLAN, law: str = "smooth") -> Seeded:
     from stepload.envelope.envelope import envelope_of
     from stepload.envelope.theory import theory_of
     from stepload.plan.load import load_plan
-    from stepload.run.first_loading import true_secant
-    from stepload.run.open_rig import OpenRig, opened
-    from stepload.run.rehearse import payload_truth
+    from stepload.engine.first_loading import true_secant
+    from stepload.engine.open_rig import OpenRig, opened
+    from stepload.engine.rehearse import payload_truth
     from stepload.session.experiment import run_plan
 
     plan = load_plan(plan_file)

@@ -22,7 +22,7 @@ from stepload.rig.clockmap import fit_clock
 from stepload.rig.device import Arm, ForceSensor, Health
 from stepload.rig.plugins import load_driver
 from stepload.rig.samples import ArmSample, ForceSample
-from stepload.run.undisturbed import undisturbed
+from stepload.engine.undisturbed import undisturbed
 from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_verify.emulators.rig_process import RigProcess
 

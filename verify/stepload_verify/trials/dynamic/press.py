@@ -22,12 +22,12 @@ from stepload.results.pressed import pressed
 from stepload.results.saved import saved_run
 from stepload.results.wishes import Wishes
 from stepload.rig.world import PayloadTruth
-from stepload.run.first_loading import true_deformation
-from stepload.run.loop import run_loop
-from stepload.run.open_rig import opened
-from stepload.run.operator import Operator
-from stepload.run.rehearse import world_for
-from stepload.run.tick import Engine
+from stepload.engine.first_loading import true_deformation
+from stepload.engine.loop import run_loop
+from stepload.engine.open_rig import opened
+from stepload.engine.operator import Operator
+from stepload.engine.rehearse import world_for
+from stepload.engine.tick import Engine
 from stepload.session import files
 from stepload_verify.trials.dynamic.plans import Draft, draw, envelope_in
 from stepload_verify.trials.dynamic.worlds import ALL

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from stepload.errors import SteploadError
 from stepload.evidence.answer import weigh
 from stepload.evidence.quantity import Quantity
-from stepload.identify.conditions import Conditions
-from stepload.identify.judge import ResultVerdict
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.judge import ResultVerdict
 from stepload.results.analyse import identify_payload
 from stepload.results.press_data import PressData
 from stepload.results.pressed import pressed

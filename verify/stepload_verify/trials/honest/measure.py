@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.identify.conditions import Conditions
-from stepload.identify.deflection import least_sigma
-from stepload.identify.linearity import ASSUMED_NONLINEARITY
-from stepload.identify.sources import Sources
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.deflection import least_sigma
+from stepload.estimators.linearity import ASSUMED_NONLINEARITY
+from stepload.estimators.sources import Sources
 from stepload.record.align import ChannelClock
 from stepload.record.lag import measure_lag
 from stepload.results.conditions import measured

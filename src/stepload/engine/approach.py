@@ -1,0 +1,143 @@
+"""Towards the surface: fast where nothing can be, guarded where it may be, and the touch itself."""
+
+from __future__ import annotations
+
+from stepload.envelope.schedule import SLOW_SHARE, touch_gap_m
+from stepload.record.outcome import Touch
+from stepload.record.rows import Phase
+from stepload.engine.course import Course, Then
+from stepload.engine.follow import Lead
+from stepload.engine.retract import REST_S, not_open
+from stepload.engine.settle import RingTest
+
+RING_TIMEOUT_S = 2.0
+TOUCH_SAMPLES = 2
+"""Fresh samples in a row above the touch force that make a touch."""
+
+
+class Approach:
+    """Finds the surface, as often as it is asked to, and stays in touch with it.
+
+    Args:
+        course: of the run.
+        stopped: what to do when the operator stops the search.
+    """
+
+    def __init__(self, course: Course, stopped: Then) -> None:
+        self._course = course
+        self._stopped = stopped
+        self._then: Then = stopped
+        self._purpose = ""
+        self._slow = False
+        self._left = 0
+        self._lead = Lead(course.limits.period_s)
+        self._touching = 0
+        self._ring = RingTest(course.limits.noise_n)
+
+    def begin(self, now_s: float, purpose: str, touches: int, then: Then) -> None:
+        """Touch `touches` times, `then` go on in contact; `purpose` goes into the record."""
+        course, plan = self._course, self._course.plan
+        self._purpose, self._left, self._then = purpose, touches, then
+        self._slow = known = course.surface_m == course.surface_m
+        near_m = plan.surface_distance_m - plan.surface_uncertainty_m
+        if known:
+            near_m = course.surface_m - self._gap_m()
+        run_out_m = 2.0 * course.limits.fast_speed_m_s * course.limits.reaction_s
+        self._touching = 0
+        course.enter(Phase.FAST_APPROACH, now_s, self._fast)
+        course.aim(near_m - run_out_m)
+
+    def _fast(self, now_s: float, step_s: float) -> None:
+        course = self._course
+        if self._touched(now_s) or self._stop_asked(now_s):
+            return
+        fastest_m_s = course.limits.fast_speed_m_s
+        if course.target_m >= course.goal_m or course.move(fastest_m_s, step_s):
+            self._begin_guarded(now_s)
+        self._leash()
+
+    def _begin_guarded(self, now_s: float) -> None:
+        course = self._course
+        limits = course.limits
+        lead_m = course.target_m - course.sup.arm.position_m
+        self._lead.begin(min(lead_m, limits.fast_speed_m_s * limits.reaction_s + limits.ahead_m))
+        course.enter(Phase.GUARDED_APPROACH, now_s, self._guarded)
+
+    def _guarded(self, now_s: float, step_s: float) -> None:
+        course = self._course
+        if self._touched(now_s) or self._stop_asked(now_s):
+            return
+        limits = course.limits
+        speed = min(limits.guarded_speed_m_s, course.speed_m_s + limits.acceleration_m_s2 * step_s)
+        if self._slow:
+            speed = min(speed, SLOW_SHARE * limits.guarded_speed_m_s)
+        course.speed_m_s = speed
+        course.target_m += speed * step_s
+        self._leash()
+        position_m = course.sup.arm.position_m
+        course.target_m -= self._lead.excess(course.target_m, position_m, limits.ahead_m)
+
+    def _leash(self) -> None:
+        """In free air the target stays within reach of what a surface just ahead could bear."""
+        course = self._course
+        end_m = course.sup.arm.position_m + course.limits.leash_free_m
+        if course.target_m > end_m:
+            course.target_m = end_m
+
+    def _stop_asked(self, now_s: float) -> bool:
+        if not self._course.stop_asked():
+            return False
+        self._stopped(now_s)
+        return True
+
+    def _touched(self, now_s: float) -> bool:
+        course = self._course
+        sup, limits = course.sup, course.limits
+        if sup.force.fresh:
+            self._touching = self._touching + 1 if sup.force_n > limits.touch_force_n else 0
+        if self._touching < TOUCH_SAMPLES:
+            return False
+        position_m = sup.arm.position_m
+        touch = Touch(
+            now_s, position_m, sup.force_n, course.speed_m_s, course.cycle, self._purpose
+        )  # fmt: skip
+        course.touches.append(touch)
+        course.emit(now_s, "touch", touch._asdict())
+        course.surface_m = position_m
+        course.target_m = min(course.target_m, position_m)
+        self._ring = RingTest(limits.noise_n)
+        self._ring.begin(now_s + 2.0 * limits.reaction_s, sup.force_n)
+        course.enter(Phase.DWELL, now_s, self._dwell)
+        return True
+
+    def _dwell(self, now_s: float, _step_s: float) -> None:
+        course, ring = self._course, self._ring
+        ring.add(now_s, course.sup.force_n)
+        if not ring.quiet and now_s - course.since_s < RING_TIMEOUT_S:
+            return
+        self._left -= 1
+        if self._left <= 0 or course.stop_asked():
+            self._then(now_s)
+            return
+        self._purpose, self._slow = "again", True
+        course.enter(Phase.TOUCH_RETRACT, now_s, self._part)
+        course.aim(course.surface_m - self._gap_m())
+
+    def _gap_m(self) -> float:
+        """How far to back off between touches."""
+        return touch_gap_m(self._course.limits, self._course.plan.retract_m)
+
+    def _part(self, now_s: float, step_s: float) -> None:
+        """Back off by as many gaps as it takes until the force is gone, then touch again."""
+        course = self._course
+        if not course.rest_at_goal(now_s, step_s, REST_S):
+            return
+        free_n = 0.5 * course.limits.touch_force_n
+        if abs(course.sup.smooth_n) > free_n:
+            furthest_m = course.surface_m - course.plan.retract_m
+            if course.goal_m <= furthest_m:
+                not_open(course, free_n)
+            course.aim(max(course.goal_m - self._gap_m(), furthest_m))
+            return
+        self._touching = 0
+        self._begin_guarded(now_s)

@@ -1,0 +1,152 @@
+"""The cadence: read the devices, tick, command, record, until the run is over.
+
+Absolute deadlines on one grid, so that a late tick does not shift the ones after it. The same loop
+runs in virtual time, where sleeping makes the simulated world go on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from stepload.record.outcome import Cause, Lateness
+from stepload.engine.device_faults import DeviceFaults
+from stepload.engine.interfaces import RecordSink, RigDevices
+from stepload.engine.operator import StopLevel
+from stepload.engine.tick import Engine
+
+FAULT_POLL_TICKS = 16
+PROGRESS_S = 0.1
+
+Samples = list[Any]
+NOTHING: Samples = []
+
+
+class Cadence:
+    """Ticks an engine on open devices.
+
+    `ticks` rises as long as the loop turns; `busy` names what it waits for.
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        rig: RigDevices,
+        record: RecordSink,
+        faults: DeviceFaults,
+        on_progress: Callable[[Engine], None] | None,
+    ) -> None:
+        self.ticks = 0
+        self.busy = ""
+        self._engine, self._rig, self._record = engine, rig, record
+        self._faults = faults
+        self._on_progress = on_progress
+        self._overruns = 0
+        self._worst_s = self._total_s = 0.0
+
+    @property
+    def lateness(self) -> Lateness:
+        """How late the ticks began."""
+        mean_s = self._total_s / max(self.ticks, 1)
+        return Lateness(self.ticks, self._overruns, self._worst_s, mean_s)
+
+    def run(self) -> None:
+        """Tick until the engine is done, or the operator wants no more than the arm's stop.
+
+        Raises:
+            Exception: what `Arm.command` raises.
+        """
+        rig, engine = self._rig, self._engine
+        now, sleep_until = rig.clock.now_s, rig.clock.sleep_until
+        tick, command, operator = engine.tick, rig.arm.command, engine.operator
+        period_s = rig.arm.period_s
+        progress_s = deadline_s = now()
+        done = False
+        while not done:
+            begin_s = now()
+            late_s = begin_s - deadline_s
+            self._count(late_s, period_s)
+            samples = self._read(begin_s)
+            now_s = now()  # after what was drained: no honest sample is later than its tick
+            target_m, done = tick(now_s, *samples)
+            if target_m == target_m:
+                self.busy = "the arm's command"
+                command(target_m)
+            self._keep(now_s, *samples)
+            if self.ticks % FAULT_POLL_TICKS == 0 and engine.cause is None:
+                self._poll(now_s)
+            if now_s >= progress_s:
+                progress_s = now_s + PROGRESS_S
+                self._show()
+            if operator.stop_level >= StopLevel.ARM_ONLY and not engine.safe_reached:
+                return
+            self.busy = "the clock"
+            deadline_s += period_s
+            if late_s > period_s:  # leave the missed ticks out instead of hurrying after them
+                deadline_s += period_s * (late_s // period_s)
+            sleep_until(deadline_s)
+
+    def _count(self, late_s: float, period_s: float) -> None:
+        self.ticks += 1
+        self._total_s += late_s
+        if late_s > period_s:
+            self._overruns += 1
+        if late_s > self._worst_s:
+            self._worst_s = late_s
+        self._engine.late_s = late_s
+
+    def _read(self, now_s: float) -> tuple[Samples, Samples, Samples, Samples]:
+        """New samples of the force sensor, the arm, the displacement sensor, the second sensor."""
+        rig, drained = self._rig, self._faults.drained
+        self.busy = "force sensor"
+        force = drained(rig.force.drain, self.busy, now_s)
+        self.busy = "arm"
+        arm = drained(rig.arm.drain, self.busy, now_s)
+        displacement = second = NOTHING
+        if rig.second_force:
+            self.busy = "second force sensor"
+            second = drained(rig.second_force.drain, self.busy, now_s)
+        if rig.displacement:
+            self.busy = "displacement sensor"
+            displacement = drained(rig.displacement.drain, self.busy, now_s)
+        return force, arm, displacement, second
+
+    def _keep(
+        self, now_s: float, force: Samples, arm: Samples, displacement: Samples, second: Samples
+    ) -> None:
+        """Record what was read, the tick and its events; a record that fails ends the run."""
+        record, engine = self._record, self._engine
+        self.busy = "recording"
+        try:
+            for sample in force:
+                record.force(sample)
+            for sample in arm:
+                record.arm(sample)
+            for sample in second:
+                record.second_force(sample)
+            for sample in displacement:
+                record.displacement(sample)
+            if engine.row is not None:
+                record.tick(engine.row)
+            if engine.events:
+                for event in engine.events:
+                    record.event(*event)
+                engine.events.clear()
+        except Exception as error:  # the arm comes before the record
+            self._faults.raised("recorder", now_s, error)
+
+    def _poll(self, now_s: float) -> None:
+        """Latched faults of devices, and a record that cannot be kept any more."""
+        self._faults.poll(now_s)
+        if problem := self._record.problem():
+            message = f"recording stopped: {problem}"
+            self._engine.trip(Cause("recorder", 1.0, 0.0, "", 0.0, now_s, message))
+
+    def _show(self) -> None:
+        if self._on_progress is None:
+            return
+        try:
+            self._on_progress(self._engine)
+        except Exception as error:  # a broken terminal must not disturb the run
+            self._on_progress = None
+            self._faults.errors.append(f"progress display: {type(error).__name__}: {error}")

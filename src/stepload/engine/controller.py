@@ -1,0 +1,183 @@
+"""Brings the contact force to a level by moving the position target: v = λ c (F_level − F).
+
+λ = 0.25/T with the loop delay T keeps the loop free of overshoot as long as c is not above the true
+tangent compliance; c is a lower confidence bound of it. F_level rises along a ramp of the plan's
+load rate, so that what is measured on the way is close to static. The leash bounds the target by
+what the force has *proved* so far: even if every link died now, the arm would go to the last target
+and the force would stay below F_lim. Nor does the target run so far ahead of an arm that does not
+follow that a sudden step of the arm there would bring the true force above F_c.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stepload.envelope.catch_up import sudden_step
+from stepload.envelope.limits import RunLimits
+from stepload.envelope.pressing import LONGEST_STALL_S
+from stepload.engine.compliance import TangentCompliance
+from stepload.engine.follow import Lead
+
+STIFFENING = 0.75
+"""(n − 1)/n for the largest exponent that is looked ahead for, n = 4."""
+LOOK_AHEAD = 0.3
+"""Share of the remaining error that the look-ahead covers."""
+PAIR_FILTER_S = 0.03
+"""Time constant over which force and position are averaged before they move the leash's anchor."""
+ANCHOR_SIGMAS = 6.0
+
+
+class StepController:
+    """One move from level to level, loading or unloading, never both.
+
+    The leash leaves room for `leash_sigmas` standard deviations of noise.
+    `begin`, then `step` once per tick until `reached`. `speed_m_s` is the speed of the target,
+    `c_m_per_n` the compliance in use.
+    """
+
+    __slots__ = (
+        "_anchor_m", "_anchor_n", "_anchor_rise_n", "_band_n", "_change_n", "_compliance",
+        "_delay", "_delay_at", "_lead", "_leash_sigmas", "_level_n", "_limits", "_pair_alpha",
+        "_pair_m", "_pair_n", "_ramp_n", "_sign", "_start_n", "_started", "_taut", "_taut_m",
+        "_taut_n", "_trusted", "c_m_per_n", "reached", "speed_m_s",
+    )  # fmt: skip
+
+    def __init__(self, limits: RunLimits, leash_sigmas: float = ANCHOR_SIGMAS) -> None:
+        self._limits = limits
+        self._leash_sigmas = leash_sigmas
+        self._compliance = TangentCompliance(
+            limits.stiffness_n_per_m, limits.noise_n, limits.position_resolution_m
+        )
+        self._pair_alpha = alpha = min(1.0, limits.period_s / PAIR_FILTER_S)
+        self._anchor_rise_n = ANCHOR_SIGMAS * limits.noise_n * math.sqrt(alpha / 2.0)
+        self._change_n = max(self._anchor_rise_n, 0.5 * limits.band_n)
+        self._band_n = limits.band_n
+        self._delay = [0.0] * (
+            1 + round((limits.force_delay_s + limits.period_s) / limits.period_s)
+        )
+        self._delay_at = 0
+        self._level_n = self._start_n = self._ramp_n = 0.0
+        self._sign = 1.0
+        self._pair_m = self._pair_n = self._anchor_m = self._anchor_n = 0.0
+        self._taut = 0
+        self._taut_n = self._taut_m = 0.0
+        self._lead = Lead(limits.period_s)
+        self._trusted = self._started = False
+        self.c_m_per_n = 1.0 / limits.stiffness_n_per_m
+        self.speed_m_s = 0.0
+        self.reached = True
+
+    def begin(
+        self, level_n: float, force_n: float, position_m: float, sign: float, same_contact: bool
+    ) -> None:
+        """Aim at `level_n` from rest at this settled force and position; `sign` −1 unloads.
+
+        A change of direction or a new contact forgets the measured compliance.
+        """
+        self._trusted = self._trusted and sign == self._sign > 0.0 and same_contact
+        if not self._trusted:
+            self._compliance.restart()
+        self._level_n, self._sign = level_n, sign
+        self._start_n = self._ramp_n = force_n
+        self._pair_m = self._anchor_m = position_m
+        self._pair_n = self._anchor_n = force_n
+        self._taut = 0
+        self._started = False
+        self._delay = [position_m] * len(self._delay)
+        self.c_m_per_n = 1.0 / self._limits.stiffness_n_per_m
+        self.speed_m_s = 0.0
+        self.reached = False
+
+    def step(
+        self, force_n: float, smooth_n: float, position_m: float, target_m: float, step_s: float
+    ) -> float:
+        """The next target in m; the same one once the level is reached."""
+        sign = self._sign
+        if self.reached or sign * (self._level_n - smooth_n) <= self._band_n:
+            self.reached = True
+            self.speed_m_s = 0.0
+            return target_m
+        limits = self._limits
+        delay, at = self._delay, self._delay_at
+        then_m = delay[at]
+        delay[at] = position_m
+        at += 1
+        self._delay_at = at if at < len(delay) else 0
+
+        compliance = self._compliance
+        compliance.add(then_m, force_n)
+        ramp_n = self._ramp_n + sign * limits.load_rate_n_per_s * step_s
+        if sign * (self._level_n - ramp_n) < 0.0:
+            ramp_n = self._level_n
+        self._ramp_n = ramp_n
+        error_n = sign * (ramp_n - force_n)
+        if error_n < 0.0:
+            error_n = 0.0
+        floor = 1.0 / limits.stiffness_n_per_m
+        c = floor
+        if self._trusted:
+            present_n = smooth_n if smooth_n > limits.touch_force_n else limits.touch_force_n
+            payload = compliance.c_m_per_n - floor
+            if sign > 0.0:
+                payload *= (present_n / (present_n + LOOK_AHEAD * error_n)) ** STIFFENING
+            c += payload
+        elif sign * (self._pair_n - self._start_n) > self._change_n:
+            self._trusted = True
+        self.c_m_per_n = c
+
+        room_n = limits.force_limit_n - smooth_n - 6.0 * limits.noise_n
+        cap = room_n / limits.contact_n_s_per_m if room_n > 0.0 else 0.0
+        if sign < 0.0:
+            cap = limits.force_limit_n / limits.contact_n_s_per_m
+        speed = limits.step_rate_per_s * c * error_n
+        ahead_m = math.inf
+        if sign > 0.0:
+            ahead_m = sudden_step(
+                limits.allowed_n - smooth_n - 6.0 * limits.noise_n,
+                limits.stiffness_n_per_m,
+                limits.damping_n_s_per_m,
+                limits.arm_acceleration_m_s2,
+                limits.arm_lag_s,
+            )
+            if ahead_m < limits.follow_m:
+                cap = min(cap, ahead_m / LONGEST_STALL_S)
+                ahead_m = limits.follow_m
+        if speed > cap:
+            speed = cap
+        fastest = abs(self.speed_m_s) + limits.acceleration_m_s2 * step_s
+        if speed > fastest:
+            speed = fastest
+        target = target_m + sign * speed * step_s
+
+        alpha = self._pair_alpha
+        self._pair_n = pair_n = self._pair_n + alpha * (force_n - self._pair_n)
+        self._pair_m = pair_m = self._pair_m + alpha * (then_m - self._pair_m)
+        if sign > 0.0:
+            if pair_n > self._anchor_n + self._anchor_rise_n:
+                self._anchor_n, self._anchor_m = pair_n, pair_m
+                self._taut = 0
+            room_n = limits.force_limit_n - self._anchor_n - self._leash_sigmas * limits.noise_n
+            end_m = self._anchor_m + (room_n * floor if room_n > 0.0 else 0.0)
+            if target > end_m:
+                self._pull(force_n, then_m)
+                target = end_m if end_m > target_m else target_m
+                speed = (target - target_m) / step_s
+            if not self._started:
+                self._started = True
+                self._lead.begin(target_m - position_m)
+            excess_m = self._lead.excess(target, position_m, ahead_m)
+            if excess_m > 0.0:
+                target -= excess_m
+                speed = 0.0
+        self.speed_m_s = sign * speed
+        return target
+
+    def _pull(self, force_n: float, position_m: float) -> None:
+        """At the end of the leash a soft payload shows its answer only in the mean over a while."""
+        self._taut = n = self._taut + 1
+        self._taut_n += (force_n - self._taut_n) / n
+        self._taut_m += (position_m - self._taut_m) / n
+        rise_n = ANCHOR_SIGMAS * self._limits.noise_n / math.sqrt(n)
+        if self._taut_n > self._anchor_n + rise_n:
+            self._anchor_n, self._anchor_m = self._taut_n, self._taut_m
+            self._taut = 0

@@ -1,0 +1,172 @@
+"""Where a run is, and what the parts of its order share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from stepload.envelope.limits import RunLimits
+from stepload.plan.model import Procedure
+from stepload.record.outcome import Tare, Touch
+from stepload.record.rows import Phase
+from stepload.engine.operator import Operator
+from stepload.engine.supervisor import Supervisor
+
+Act = Callable[[float, float], None]
+"""What is done in each tick of a phase: (now_s, step_s)."""
+Then = Callable[[float], None]
+"""What comes after a part of the order: (now_s)."""
+Emit = Callable[[float, str, dict[str, object]], None]
+
+
+class Failure(NamedTuple):
+    """Why the run cannot go on."""
+
+    reason: str
+    value: float
+    limit: float
+    unit: str
+    message: str
+
+
+class Course:
+    """The present phase and what has been found so far.
+
+    `act` is done in each tick, `target_m` is what is asked of the arm (NaN until it has said where
+    it is), `speed_m_s` the speed of the target, `goal_m` where `move` and `rest_at_goal` go to.
+    `surface_m` is the position of the last touch, NaN before. `failure` is set when the run cannot
+    go on, `done` when it has come to its end, `interrupted` when the operator ended it.
+    """
+
+    def __init__(
+        self,
+        plan: Procedure,
+        limits: RunLimits,
+        supervisor: Supervisor,
+        operator: Operator,
+        emit: Emit,
+        cycle: int,
+    ) -> None:
+        self.plan = plan
+        self.limits = limits
+        self.sup = supervisor
+        self.operator = operator
+        self.emit = emit
+        self.act: Act = self._stand
+        self.phase = int(Phase.WARM_UP)
+        self.since_s = 0.0
+        self.cycle = cycle
+        self.step_number = 0
+        self.level_n = 0.0
+        self.target_m = self.start_m = math.nan
+        self.speed_m_s = 0.0
+        self.goal_m = math.nan
+        self._rest_from_s = math.nan
+        self.surface_m = math.nan
+        self.done = False
+        self.interrupted = False
+        self.failure: Failure | None = None
+        self.touches: list[Touch] = []
+        self.tares: list[Tare] = []
+        self.zero_shift_n = math.nan
+        self.levels_done = 0
+
+    @property
+    def believed_m(self) -> float:
+        """Where the arm is: as measured, within a retract of its target.
+
+        A measured position that is further away is wrong, or the arm does not follow; either way
+        it must not lead the arm, least of all towards the surface.
+        """
+        position_m, target_m = self.sup.arm.position_m, self.target_m
+        if target_m != target_m:
+            return position_m
+        return max(target_m - self.retract_m, min(position_m, target_m + self.retract_m))
+
+    @property
+    def release_m(self) -> float:
+        """Position at which the contact is surely open, as far as it is known; behind the target.
+
+        A run that is stopped at its start pose goes back from there too: what the arm believes is
+        no reason not to retract, so the start pose needs that much room behind it.
+        """
+        known_m = self.believed_m
+        for behind_m in (self.target_m, self.surface_m):
+            if behind_m < known_m:
+                known_m = behind_m
+        return known_m - self.retract_m
+
+    @property
+    def retract_m(self) -> float:
+        """Clearance that opens the contact."""
+        return self.plan.retract_m
+
+    def step(self, now_s: float, step_s: float) -> float:
+        """One tick; the target in m."""
+        self.act(now_s, step_s)
+        return self.target_m
+
+    def enter(self, phase: Phase, now_s: float, act: Act) -> None:
+        """Begin a phase, at rest."""
+        self.phase = int(phase)
+        self.since_s = now_s
+        self.speed_m_s = 0.0
+        self._rest_from_s = math.nan
+        self.act = act
+        self.emit(
+            now_s,
+            "phase",
+            {"phase": phase.name, "cycle": self.cycle, "step": self.step_number,
+             "level_n": self.level_n},
+        )  # fmt: skip
+
+    def fail(self, reason: str, value: float, limit: float, unit: str, message: str) -> None:
+        """The run cannot go on."""
+        self.failure = Failure(reason, value, limit, unit, message)
+
+    def finish(self, now_s: float) -> None:
+        """The run has come to its end; the target stays."""
+        self.done = True
+        self.enter(Phase.DONE, now_s, self._stand)
+
+    def stop_asked(self) -> bool:
+        """Whether the operator wants the run to end after this step."""
+        if self.operator.stop_level:
+            self.interrupted = True
+            return True
+        return False
+
+    def move(self, fastest_m_s: float, step_s: float) -> bool:
+        """Move the target towards the goal with bounded acceleration; True when it is there."""
+        gap_m = self.goal_m - self.target_m
+        way_m = abs(gap_m)
+        acceleration = self.limits.acceleration_m_s2
+        speed = min(
+            fastest_m_s,
+            self.speed_m_s + acceleration * step_s,
+            math.sqrt(2.0 * acceleration * way_m),
+        )
+        if speed * step_s >= way_m:
+            self.target_m = self.goal_m
+            self.speed_m_s = 0.0
+            return True
+        self.speed_m_s = speed
+        self.target_m += math.copysign(speed * step_s, gap_m)
+        return False
+
+    def aim(self, goal_m: float) -> None:
+        """Go for this position from now on."""
+        self.goal_m = goal_m
+        self._rest_from_s = math.nan
+
+    def rest_at_goal(self, now_s: float, step_s: float, rest_s: float) -> bool:
+        """Move to the goal at the retract speed; True after `rest_s` of rest there."""
+        if not self.move(self.limits.retract_speed_m_s, step_s):
+            return False
+        if self._rest_from_s != self._rest_from_s:
+            self._rest_from_s = now_s
+        return now_s - self._rest_from_s >= rest_s
+
+    def _stand(self, _now_s: float, _step_s: float) -> None:
+        """Nothing to do; the target stays."""

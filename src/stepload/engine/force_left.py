@@ -1,0 +1,85 @@
+"""What force is left on the payload after the loop has ended, as far as the force sensor tells."""
+
+from __future__ import annotations
+
+import threading
+
+from stepload.rig.clock import Clock
+from stepload.rig.device import ForceSensor
+from stepload.engine.tick import Engine
+
+WINDOW_S = 0.05
+LOOK_S = 0.1
+"""A sensor that does not come back by then has hung: the arm must not wait for it."""
+NOT_THE_FORCE = frozenset({"", "R3", "R7", "device", "loop", "hang"})
+"""After a stop by another rule the force channels are in doubt: what they say proves nothing."""
+
+
+class ForceLeft:
+    """The last known force and its age. `look` takes in what the sensor has sent since.
+
+    `force_n` is the mean of the last samples, less the zero.
+    """
+
+    def __init__(self, engine: Engine, sensor: ForceSensor, clock: Clock) -> None:
+        self._engine, self._sensor, self._clock = engine, sensor, clock
+        self._sound = True
+        self._looking: threading.Thread | None = None
+        self.force_n = engine.supervisor.smooth_n
+
+    def look(self) -> None:
+        """Never raises and never hangs: a sensor that is gone tells nothing new."""
+        cause = self._engine.cause
+        if cause is not None and cause.rule == "hang":  # another thread is still in a device
+            return
+        if self._looking is not None and self._looking.is_alive():
+            return
+        self._looking = threading.Thread(target=self._take, name="force left", daemon=True)
+        try:
+            self._looking.start()
+        except RuntimeError:  # no thread to be had
+            return
+        self._looking.join(LOOK_S)
+
+    def _take(self) -> None:
+        supervisor = self._engine.supervisor
+        try:
+            samples = self._sensor.drain()
+        except Exception:
+            samples = []
+        if not samples:
+            return
+        self._sound = supervisor.force.take(samples, self._clock.now_s()) is None
+        since_s = samples[-1].receive_time_s - WINDOW_S
+        read_n = [supervisor.force.project(s) for s in samples if s.receive_time_s >= since_s]
+        self.force_n = sum(read_n) / len(read_n) - supervisor.zero_n
+
+    @property
+    def age_s(self) -> float:
+        """Age of the newest sample."""
+        return max(0.0, self._clock.now_s() - self._engine.supervisor.force.receive_s)
+
+    @property
+    def proven(self) -> bool:
+        """Whether the reading is of now, sound, tared, and not what the run was stopped for."""
+        engine = self._engine
+        rule = engine.cause.rule if engine.cause else ""
+        fresh = self.age_s <= engine.limits.stale_force_s
+        return engine.supervisor.tared and self._sound and fresh and rule in NOT_THE_FORCE
+
+    @property
+    def gone(self) -> bool:
+        """Whether the sensor proves that the contact is open."""
+        return self.proven and abs(self.force_n) <= self._engine.limits.touch_force_n
+
+    @property
+    def still_on(self) -> bool:
+        """Whether the sensor proves that it is not."""
+        return self.proven and abs(self.force_n) > self._engine.limits.touch_force_n
+
+    @property
+    def words(self) -> str:
+        """The reading and its age."""
+        if not self._engine.supervisor.tared:
+            return "the force is not known, no zero was taken"
+        return f"the force sensor reads {self.force_n:.3g} N, {self.age_s:.2f} s old"

@@ -1,0 +1,95 @@
+"""Proof, before a zero is taken, that nothing touches.
+
+A tare in contact would take that contact's force off every later reading, and nothing could see it
+any more. So the arm backs off, which is always safe: force that changes by it was contact.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+
+from stepload.record.outcome import Tare
+from stepload.record.rows import Phase
+from stepload.engine.course import Course, Then
+from stepload.engine.retract import REST_S
+from stepload.engine.tare import TareWindow
+
+LOOK_S = 0.2
+"""Each look at the force, before and after backing off: ten periods of 50 Hz mains."""
+FREE_SIGMAS = 6.0
+ALLOWED_SHARE = 0.5
+"""Of the drift and of the cross-check tolerance that F_lim leaves room for: changes below it pass
+as none, for sensors are not ideal at rest."""
+
+
+class FreeAir:
+    """Looks at both force channels, backs off by the plan's retract, and looks again.
+
+    Args:
+        course: of the run.
+        stopped: what to do when the operator stops the run here.
+    """
+
+    def __init__(self, course: Course, stopped: Then) -> None:
+        self._course = course
+        self._stopped = stopped
+        self._then = stopped
+        self._window = TareWindow()
+        self._before: Tare | None = None
+
+    def prove(self, now_s: float, then: Then) -> None:
+        """End the run if something touched, else `then` go on, backed off."""
+        self._then = then
+        self._window = TareWindow()
+        self._course.enter(Phase.FREE_AIR, now_s, self._look)
+
+    def _look(self, now_s: float, _step_s: float) -> None:
+        course = self._course
+        if course.stop_asked():
+            self._stopped(now_s)
+        elif (look := self._window.offer(now_s, course.sup, LOOK_S)) is not None:
+            self._before = look
+            course.aim(course.target_m - course.retract_m)
+            course.act = self._back_off
+
+    def _back_off(self, now_s: float, step_s: float) -> None:
+        course = self._course
+        if course.rest_at_goal(now_s, step_s, REST_S + 4.0 * course.limits.loop_s):
+            self._window = TareWindow()
+            course.act = self._look_again
+
+    def _look_again(self, now_s: float, _step_s: float) -> None:
+        course, limits, before = self._course, self._course.limits, self._before
+        after = self._window.offer(now_s, course.sup, LOOK_S)
+        if after is None or before is None:
+            return
+        change_n = after.mean_n - before.mean_n
+        second_n = after.second_mean_n - before.second_mean_n
+        course.emit(
+            now_s,
+            "free_air",
+            {"backed_off_m": course.retract_m, "change_n": change_n,
+             "second_change_n": second_n, "before": asdict(before), "after": asdict(after)},
+        )  # fmt: skip
+        error_n = math.hypot(after.mean_error_n, before.mean_error_n)
+        second_error_n = math.hypot(after.second_mean_error_n, before.second_mean_error_n)
+        free = self._unchanged("force", change_n, error_n, course.plan.max_drift_n)
+        if free and limits.cross_check:
+            tolerance_n = limits.cross_tolerance_n
+            free = self._unchanged("second force channel", second_n, second_error_n, tolerance_n)
+        if free:
+            self._then(now_s)
+
+    def _unchanged(self, name: str, change_n: float, error_n: float, allowed_n: float) -> bool:
+        limit_n = max(FREE_SIGMAS * error_n, ALLOWED_SHARE * allowed_n)
+        if abs(change_n) <= limit_n:
+            return True
+        self._course.fail(
+            "not_free", change_n, limit_n, "N",
+            f"the {name} changed by {change_n:+.3g} N when the arm backed off by"
+            f" {self._course.retract_m * 1e3:.3g} mm: it was in contact, and a zero taken there"
+            " would be wrong. Move the start pose away from the surface, see that nothing drags on"
+            " the tool, and start again",
+        )  # fmt: skip
+        return False

@@ -1,0 +1,148 @@
+"""Whether the arm goes where its commands put it: rules R7 and R8, judged from positions alone."""
+
+from __future__ import annotations
+
+import math
+
+from stepload.envelope.limits import RunLimits
+from stepload.record.rows import Phase
+from stepload.engine.watch import Breach, Found
+
+SPEED_MEMORY_S = 0.15
+"""How long a past speed excuses a position error or a force jump."""
+LEAST_PROGRESS_M = 5e-6
+PROGRESS_SHARE = 0.25
+"""An approach at this share of the guarded speed still counts as progress; touches use half."""
+REST_S = 0.1
+"""An arm whose target rests for so long has come to rest where its commands put it."""
+STILL_SHARE = 0.25
+"""Of its commanded travel an arm must be seen to go; less is none."""
+SEARCHING = (int(Phase.FAST_APPROACH), int(Phase.GUARDED_APPROACH))
+
+
+class MotionWatch:
+    """A model of the arm that follows the targets, and what was seen of it.
+
+    `speed_m_s` is the speed of the target, `recent_m_s` its largest magnitude of late, which
+    decays, and `steps` the number of periods since the last tick.
+
+    Args:
+        limits: the thresholds; `adopt` hands in those for another noise.
+        found: makes a breach of a rule; see `stepload.engine.watch`.
+    """
+
+    __slots__ = (
+        "_delayed", "_delayed_at", "_found", "_last_target_m", "_least_progress_m", "_limits",
+        "_model_alpha", "_model_m", "_now_s", "_progress_m", "_progress_s", "_progress_time_s",
+        "_rest", "_rest_steps", "_speed_decay", "_still_blur_m", "_still_m", "_still_model_m",
+        "recent_m_s", "speed_m_s", "steps",
+    )  # fmt: skip
+
+    def __init__(self, limits: RunLimits, found: Found) -> None:
+        self._limits = limits
+        self._found = found
+        period_s = limits.period_s
+        self._model_alpha = period_s / (limits.arm_lag_s + period_s)
+        self._delayed = [math.nan] * max(1, round(limits.command_delay_s / period_s))
+        self._delayed_at = 0
+        self._model_m = self._last_target_m = self._still_model_m = self._still_m = math.nan
+        self._still_blur_m = 0.0
+        self._rest, self._rest_steps = 0, math.ceil(REST_S / period_s)
+        self._least_progress_m = max(3.0 * limits.position_resolution_m, LEAST_PROGRESS_M)
+        slowest_m_s = PROGRESS_SHARE * limits.guarded_speed_m_s
+        self._progress_time_s = max(limits.leash_time_s, self._least_progress_m / slowest_m_s)
+        self._progress_m = self._progress_s = math.nan
+        self._speed_decay = math.exp(-period_s / SPEED_MEMORY_S)
+        self._now_s = math.nan
+        self.speed_m_s = self.recent_m_s = 0.0
+        self.steps = 1
+
+    def adopt(self, limits: RunLimits) -> None:
+        """Judge by these thresholds from now on."""
+        self._limits = limits
+
+    def judge(self, now_s: float, target_m: float, position_m: float, phase: int) -> Breach | None:
+        """Follow one tick; the first rule that it breaks, or None.
+
+        `target_m` is the target in force until now (NaN before the first), `position_m` the newest
+        position of the arm.
+        """
+        step_s, self._now_s = now_s - self._now_s, now_s
+        last_m, self._last_target_m = self._last_target_m, target_m
+        if last_m != last_m:  # nothing was commanded before
+            self._model_m = self._still_model_m = self._still_m = position_m
+            self._delayed = [position_m] * len(self._delayed)
+            return None
+        self._follow(step_s, target_m, last_m)
+        away = self._judge_place(position_m)
+        return away or self._judge_search(now_s, position_m, phase)
+
+    def _follow(self, step_s: float, target_m: float, last_m: float) -> None:
+        """Speeds of the target, and the model of the arm."""
+        period_s = self._limits.period_s
+        self.speed_m_s = speed = (target_m - last_m) / (step_s if step_s > period_s else period_s)
+        recent = self.recent_m_s * self._speed_decay
+        if speed > recent:
+            recent = speed
+        elif -speed > recent:
+            recent = -speed
+        self.recent_m_s = recent
+        self.steps = steps = 1 if step_s < 1.5 * period_s else min(round(step_s / period_s), 1000)
+        delayed = self._delayed
+        at = self._delayed_at
+        model_m = self._model_m
+        for _ in range(steps):
+            delayed_m = delayed[at]
+            delayed[at] = target_m
+            at = at + 1 if at + 1 < len(delayed) else 0
+            model_m += self._model_alpha * (delayed_m - model_m)
+        self._delayed_at = at
+        self._model_m = model_m
+
+    def _judge_place(self, position_m: float) -> Breach | None:
+        """R7: the arm is not where its commands put it, or does not move as far as they say."""
+        limits, model_m, recent = self._limits, self._model_m, self.recent_m_s
+        error_m = position_m - model_m
+        tolerance_m = limits.model_tolerance_m + limits.model_lag_s * recent
+        if not -tolerance_m <= error_m <= tolerance_m:
+            return self._found(
+                "R7", error_m, tolerance_m, "m",
+                f"the arm is {error_m * 1e6:+.1f} um away from where its commands should put it",
+            )  # fmt: skip
+        moved_m = model_m - self._still_model_m
+        blur_m = limits.model_lag_s * recent
+        span_m = limits.still_m + blur_m
+        self._rest = rest = 0 if self.speed_m_s else self._rest + self.steps
+        if rest >= self._rest_steps and self._still_blur_m > limits.still_m:
+            # What was seen in fast motion is no place to start from: the arm lagged behind.
+            self._still_model_m, self._still_m, self._still_blur_m = model_m, position_m, 0.0
+        elif not -span_m <= moved_m <= span_m:
+            seen_m = position_m - self._still_m
+            self._still_model_m, self._still_m, self._still_blur_m = model_m, position_m, blur_m
+            if not seen_m / moved_m >= STILL_SHARE:
+                return self._found(
+                    "R7", seen_m, STILL_SHARE * moved_m, "m",
+                    f"the arm was told to move by {moved_m * 1e6:+.1f} um and moved by"
+                    f" {seen_m * 1e6:+.1f} um: its position is frozen, or it does not follow",
+                )  # fmt: skip
+        return None
+
+    def _judge_search(self, now_s: float, position_m: float, phase: int) -> Breach | None:
+        """R8, and R7 where an approach makes no progress."""
+        if phase not in SEARCHING:
+            self._progress_s = math.nan
+            return None
+        if position_m > self._limits.search_end_m:
+            return self._found(
+                "R8", position_m, self._limits.search_end_m, "m",
+                "surface not found within the search distance",
+            )  # fmt: skip
+        if self._progress_s != self._progress_s or position_m > self._progress_m:
+            self._progress_m = position_m + self._least_progress_m
+            self._progress_s = now_s
+        elif now_s - self._progress_s > self._progress_time_s:
+            return self._found(
+                "R7", now_s - self._progress_s, self._progress_time_s, "s",
+                "the arm does not follow: no progress towards the surface",
+            )  # fmt: skip
+        return None

@@ -1,0 +1,141 @@
+"""Opens the devices of a plan, or the simulated rig in their place, and closes what it opened."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from typing import cast
+
+from stepload.envelope.envelope import Envelope
+from stepload.errors import DeviceError
+from stepload.plan.model import DriverChoice, Plan, SecondForceSource
+from stepload.rig.clock import Clock, MonotonicClock
+from stepload.rig.device import (
+    Arm,
+    ArmConfiguration,
+    Device,
+    DisplacementSensor,
+    ForceSensor,
+    Identity,
+)
+from stepload.rig.faults import FaultCode
+from stepload.rig.plugins import load_driver
+from stepload.rig.world import WorldView, load_world
+from stepload.engine.operator import Operator
+from stepload.engine.rehearse import world_for
+from stepload.engine.safing import Action, make_safe
+
+OPEN_TIMEOUT_S = 15.0
+CLOSE_DEADLINE_S = 10.0
+RATE_TOLERANCE = 0.05
+
+
+@dataclass(slots=True)
+class OpenRig:
+    """Open devices with what they said they are; `world` is only there in a dry run.
+
+    `stands` is how the arm stood when it had been opened, None where it does not tell.
+    `close_errors` fills when the devices are closed: it says which one did not.
+    """
+
+    arm: Arm
+    force: ForceSensor
+    displacement: DisplacementSensor | None
+    second_force: ForceSensor | None
+    clock: Clock
+    identities: Mapping[str, Identity]
+    rates_hz: Mapping[str, float]
+    world: WorldView | None
+    close_errors: list[str] = field(default_factory=list)
+    stands: ArmConfiguration | None = None
+
+
+def _made(group: str, choice: DriverChoice) -> Device:
+    return load_driver(group, choice.name)(**choice.options)
+
+
+def _devices(plan: Plan) -> tuple[Arm, ForceSensor, DisplacementSensor | None, ForceSensor | None]:
+    rig = plan.rig
+    gauge = rig.displacement and _made("stepload.displacement_sensors", rig.displacement.driver)
+    second = None
+    if rig.second_force.source is SecondForceSource.SENSOR and rig.second_force.sensor:
+        second = _made("stepload.force_sensors", rig.second_force.sensor.driver)
+    return (
+        cast(Arm, _made("stepload.arms", rig.arm.driver)),
+        cast(ForceSensor, _made("stepload.force_sensors", rig.force.driver)),
+        cast(DisplacementSensor | None, gauge),
+        cast(ForceSensor | None, second),
+    )
+
+
+def _close(role: str, device: Device, errors: list[str]) -> None:
+    """A device that hangs while it is closed must not keep the record from being finished."""
+    closing = Action(f"closing the {role.replace('_', ' ')}", device.close, CLOSE_DEADLINE_S)
+    errors += [f"{o.name}: {o.error}" for o in make_safe([closing], Operator()) if o.error]
+
+
+def _check_rates(plan: Plan, arm: Arm, force: ForceSensor, second: ForceSensor | None) -> None:
+    """Every delay and filter of a run is derived from the plan's rates: they must be the true ones.
+
+    Sensors may be faster than planned, the arm may not.
+    """
+    rig = plan.rig
+    rows = [
+        ("arm", rig.arm.rate_hz, 1.0 / arm.period_s, 1.0 + RATE_TOLERANCE),
+        ("force", rig.force.rate_hz, force.rate_hz, math.inf),
+    ]
+    if second is not None and rig.second_force.sensor is not None:
+        planned_hz = rig.second_force.sensor.rate_hz
+        rows.append(("second_force.sensor", planned_hz, second.rate_hz, math.inf))
+    for name, planned_hz, actual_hz, highest in rows:
+        if not 1.0 - RATE_TOLERANCE <= actual_hz / planned_hz <= highest:
+            raise DeviceError(
+                f"rig.{name} runs at {actual_hz:.4g} Hz, the plan says {planned_hz:.4g} Hz",
+                code=FaultCode.WRONG_DEVICE,
+                hint=f"state the true rate in rig.{name}.rate, or set the driver's own rate option",
+            )
+
+
+@contextmanager
+def opened(envelope: Envelope, *, dry_run: bool, seed: int | None = None) -> Iterator[OpenRig]:
+    """The open rig of a plan; sensors open before the arm and close after it.
+
+    Raises:
+        DeviceError: a device did not open, or has another rate than planned; those already open
+            were closed again.
+    """
+    plan = envelope.plan
+    world: WorldView | None = None
+    clock: Clock = MonotonicClock()
+    if dry_run:
+        simulated = load_world()(world_for(envelope, seed=seed))
+        arm, force = simulated.arm, simulated.force
+        gauge, second = simulated.displacement, simulated.second_force
+        clock, world = simulated.clock, simulated.world
+    else:
+        arm, force, gauge, second = _devices(plan)
+    roles: dict[str, Device | None] = {
+        "force_sensor": force, "second_force_sensor": second, "displacement_sensor": gauge,
+        "arm": arm,
+    }  # fmt: skip
+    identities = {}
+    errors: list[str] = []
+    with ExitStack() as stack:
+        for role, device in roles.items():
+            if device is not None:
+                stack.callback(_close, role, device, errors)
+                identities[role] = device.open(OPEN_TIMEOUT_S)
+        _check_rates(plan, arm, force, second)
+        rates_hz = {
+            "force": force.rate_hz, "arm": 1.0 / arm.period_s, "tick": 1.0 / arm.period_s,
+        }  # fmt: skip
+        if second is not None:
+            rates_hz["second_force"] = second.rate_hz
+        if gauge is not None:
+            rates_hz["displacement"] = gauge.rate_hz
+        yield OpenRig(
+            arm, force, gauge, second, clock, identities, rates_hz, world, errors,
+            arm.configuration(),
+        )  # fmt: skip

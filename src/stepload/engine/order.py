@@ -1,0 +1,209 @@
+"""The order of a run: zero, approach, touch, load steps with holds, unload, retract, zero again.
+
+A state machine that gives one position target per tick. It sees the world through the supervisor's
+readings and never looks at a clock. The parts know how to do one thing; what follows what is here.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stepload.envelope.shake import Shake
+from stepload.record.rows import Phase
+from stepload.engine.approach import Approach
+from stepload.engine.course import Course, Then
+from stepload.engine.proof_of_life import ProofOfLife
+from stepload.engine.retract import Retract
+from stepload.engine.steps import Control, LoadSteps
+from stepload.engine.zeroing import Adopt, Zeroing
+
+START_REST_S = 0.05
+
+
+class RunOrder:
+    """Leads a course from its first tick to its last.
+
+    Args:
+        course: of the run; each of its ticks does what the order has set.
+        adopt: see `Zeroing`.
+        start_level: index of the first load level.
+        controller: makes the step controller.
+        shake: by which the force channels prove that they are alive; see `ProofOfLife`.
+    """
+
+    def __init__(
+        self,
+        course: Course,
+        adopt: Adopt,
+        start_level: int,
+        controller: Control,
+        shake: Shake | None,
+    ) -> None:
+        self.steps = LoadSteps(course, controller)
+        self._course = course
+        self._zeroing = Zeroing(course, self._leave, adopt)
+        self._life = ProofOfLife(course, self._leave, shake)
+        self._approach = Approach(course, self._leave)
+        self._retract = Retract(course)
+        self._index = start_level
+        self._standing_m = self._standing_s = math.nan
+        self._resume: Then = course.finish
+        course.act = self._start
+
+    def _start(self, now_s: float, _step_s: float) -> None:
+        """Take the arm over where it stands.
+
+        Where it comes to rest after a motion that nobody commanded is no place to start from: a
+        position that jumped would be taken for where the arm is.
+        """
+        course, tolerance_m = self._course, self._course.limits.model_tolerance_m
+        position_m = course.sup.arm.position_m
+        if self._standing_m != self._standing_m:
+            self._standing_m, self._standing_s = position_m, now_s
+        moved_m = position_m - self._standing_m
+        if abs(moved_m) > tolerance_m:
+            course.fail(
+                "moving", moved_m, tolerance_m, "m",
+                f"the arm moved by {moved_m * 1e3:+.3g} mm, or says so, and nothing was commanded:"
+                " stop whatever moves it, and start again",
+            )  # fmt: skip
+        elif now_s - self._standing_s >= START_REST_S:
+            course.target_m = course.start_m = position_m
+            self._zeroing.warm_up(now_s, self._prove_life)
+
+    def _prove_life(self, now_s: float) -> None:
+        self._life.prove(now_s, self._first_approach)
+
+    def _first_approach(self, now_s: float) -> None:
+        if self._course.operator.paused:
+            self._pause(now_s, self._zero_again)
+        else:
+            self._approach.begin(now_s, "first", self._course.plan.touches, self._touched)
+
+    def _zero_again(self, now_s: float) -> None:
+        self._zeroing.take(now_s, self._first_approach)
+
+    def _touched(self, now_s: float) -> None:
+        course = self._course
+        if course.stop_asked():
+            self._leave(now_s)
+        elif course.operator.paused:
+            self._open_and_pause(now_s)
+        else:
+            self.steps.new_contact()
+            self._load(now_s)
+
+    def _load(self, now_s: float) -> None:
+        level_n = self._course.plan.levels_n[self._index]
+        self.steps.load(now_s, self._index + 1, level_n, self._loaded)
+
+    def _loaded(self, now_s: float) -> None:
+        course = self._course
+        course.levels_done += 1
+        self._index += 1
+        if course.stop_asked():
+            self._leave(now_s)
+        elif self._index < len(course.plan.levels_n):
+            if course.operator.paused:
+                self._open_and_pause(now_s)
+            else:
+                self._load(now_s)
+        elif course.plan.unload:
+            self._index -= 1
+            self._unloaded(now_s)
+        else:
+            self._end_cycle(now_s)
+
+    def _unload(self, now_s: float) -> None:
+        self._index -= 1
+        if self._index < 0:
+            self._end_cycle(now_s)
+        else:
+            level_n = self._course.plan.levels_n[self._index]
+            self.steps.unload(now_s, self._index + 1, level_n, self._unloaded)
+
+    def _unloaded(self, now_s: float) -> None:
+        course = self._course
+        if course.stop_asked():
+            self._leave(now_s)
+        elif course.operator.paused:
+            if self._index > 0:  # an unloading cannot go on in another contact
+                course.emit(now_s, "cycle_cut", {"cycle": course.cycle, "steps": self._index})
+            self._open_cycle(now_s)
+        else:
+            self._unload(now_s)
+
+    def _end_cycle(self, now_s: float) -> None:
+        course, plan = self._course, self._course.plan
+        if plan.lift_off or course.cycle >= plan.cycles:
+            self._open_cycle(now_s)
+        else:
+            level_n = plan.unload_fraction * plan.top_force_n
+            self.steps.unload(now_s, 0, level_n, self._unloaded_between)
+
+    def _unloaded_between(self, now_s: float) -> None:
+        course = self._course
+        if course.stop_asked():
+            self._leave(now_s)
+        elif course.operator.paused:
+            self._open_cycle(now_s)
+        else:
+            self._next_cycle()
+            self._load(now_s)
+
+    def _open_cycle(self, now_s: float) -> None:
+        self._retract.begin(now_s, self._look_back)
+
+    def _next_cycle(self) -> None:
+        self._course.cycle += 1
+        self._index = 0
+
+    def _look_back(self, now_s: float) -> None:
+        self._zeroing.look_back(now_s, self._looked_back)
+
+    def _looked_back(self, now_s: float) -> None:
+        course = self._course
+        last = course.cycle >= course.plan.cycles
+        if course.stop_asked():
+            course.finish(now_s)
+            return
+        if not last:
+            self._next_cycle()
+        if course.operator.paused:
+            self._pause(now_s, self._zero_and_last_touch if last else self._zero_and_touch)
+        elif last:
+            self._last_touch(now_s)
+        else:
+            self._approach.begin(now_s, "cycle", 1, self._touched)
+
+    def _last_touch(self, now_s: float) -> None:
+        self._approach.begin(now_s, "last", 1, self._leave)
+
+    def _open_and_pause(self, now_s: float) -> None:
+        self._retract.begin(now_s, lambda now_s: self._pause(now_s, self._zero_and_touch))
+
+    def _pause(self, now_s: float, then: Then) -> None:
+        """Wait in free air, `then` go on; the zero is older than any wait, so it comes first."""
+        self._resume = then
+        self._course.enter(Phase.PAUSED, now_s, self._paused)
+
+    def _paused(self, now_s: float, _step_s: float) -> None:
+        if self._course.stop_asked():
+            self._course.finish(now_s)
+        elif not self._course.operator.paused:
+            self._resume(now_s)
+
+    def _zero_and_touch(self, now_s: float) -> None:
+        self._zeroing.take(now_s, self._approach_again)
+
+    def _approach_again(self, now_s: float) -> None:
+        if self._course.operator.paused:
+            self._pause(now_s, self._zero_and_touch)
+        else:
+            self._approach.begin(now_s, "resume", 1, self._touched)
+
+    def _zero_and_last_touch(self, now_s: float) -> None:
+        self._zeroing.take(now_s, self._last_touch)
+
+    def _leave(self, now_s: float) -> None:
+        self._retract.begin(now_s, self._course.finish)

@@ -1,0 +1,224 @@
+"""From a plan to the hidden truth of the simulated rig on which it is rehearsed."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterable
+from dataclasses import replace
+
+from stepload.contact import power_law
+from stepload.contact.elastic import equivalent_modulus, equivalent_radius
+from stepload.contact.limit import softer_body
+from stepload.contact.rough import HARDNESS_OVER_YIELD, roughness_number
+from stepload.envelope.envelope import Envelope
+from stepload.envelope.theory import Theory
+from stepload.errors import BadInputError
+from stepload.plan.model import Payload, SecondForceSource, Simulation
+from stepload.rig.world import PayloadTruth, WorldFault, WorldSpec
+from stepload.engine.first_loading import true_deformation
+
+LEAST_DAMPING_RATIO = 0.05
+"""A plan's C_s is a lower bound and may be 0; no machine rings for ever."""
+SURFACE_SHARE = 0.9
+"""Share of the surface uncertainty within which the seed puts the surface."""
+START_BIAS_SHARE = 0.01
+"""The force sensor's reading in free air lies within ± this share of its range."""
+
+
+def world_for(
+    envelope: Envelope, *, seed: int | None = None, faults: Iterable[WorldFault] = ()
+) -> WorldSpec:
+    """The simulated rig for a plan, as its `simulation` section says.
+
+    Args:
+        envelope: what is believed.
+        seed: everything random; the plan's own if None. It decides the surface within its
+            uncertainty, unless the plan gives a surface error other than 0.
+        faults: what goes wrong on the way.
+
+    Raises:
+        BadInputError: the simulated law needs what the payload does not tell.
+        DomainError: a number outside the domain of contact theory.
+    """
+    plan = envelope.plan
+    rig, procedure, simulation = plan.rig, plan.procedure, plan.rig.simulation
+    arm, force, gauge, second = rig.arm, rig.force, rig.displacement, rig.second_force
+    seed = simulation.seed if seed is None else seed
+    chance = random.Random(seed)
+    surface_error_m = chance.uniform(-SURFACE_SHARE, SURFACE_SHARE) * (
+        procedure.surface_uncertainty_m
+    )
+    bias_n = chance.uniform(-START_BIAS_SHARE, START_BIAS_SHARE) * force.range_n
+    if simulation.surface_error_m != 0.0:
+        surface_error_m = simulation.surface_error_m
+    payload = payload_truth(plan.payload, envelope.theory, simulation)
+    stiffness = rig.system_stiffness.stiffness_n_per_m * simulation.stiffness_factor
+    stiffness /= _drawn_aside(simulation)
+    least_damping = LEAST_DAMPING_RATIO * 2.0 * math.sqrt(stiffness * arm.effective_mass_kg)
+    tangent = power_law.tangent_stiffness(payload.k, payload.n, procedure.top_force_n)
+    sensor = second.sensor if second.source is SecondForceSource.SENSOR else None
+    return WorldSpec(
+        seed=seed,
+        payload=payload,
+        surface_m=procedure.surface_distance_m + surface_error_m,
+        arm_rate_hz=arm.rate_hz,
+        system_stiffness_n_per_m=stiffness,
+        system_damping_n_s_per_m=max(rig.system_stiffness.damping_n_s_per_m, least_damping),
+        effective_mass_kg=arm.effective_mass_kg,
+        command_delay_s=arm.command_delay_s,
+        lag_s=arm.lag_s,
+        lost_motion_m=arm.lost_motion_m,
+        max_speed_m_s=arm.max_speed_m_s,
+        max_acceleration_m_s2=arm.max_acceleration_m_s2,
+        max_push_n=arm.max_push_n,
+        position_quantum_m=arm.position_resolution_m,
+        position_noise_m=arm.position_noise_m,
+        kinematic_error_m=simulation.kinematic_error_m,
+        kinematic_length_m=simulation.kinematic_length_n * (1.0 / stiffness + 1.0 / tangent),
+        arm_has_force=second.source is SecondForceSource.ARM,
+        arm_force_noise_n=second.noise_n,
+        force_rate_hz=force.rate_hz,
+        force_axis=force.axis,
+        force_noise_n=force.noise_n,
+        force_quantum_n=force.resolution_n,
+        force_delay_s=force.delay_s,
+        force_range_n=force.range_n,
+        start_force_bias_n=bias_n,
+        force_drift_n_per_s=simulation.force_drift_n_per_s,
+        gauge_rate_hz=gauge.rate_hz if gauge else 0.0,
+        gauge_quantum_m=gauge.resolution_m if gauge else 0.0,
+        gauge_noise_m=gauge.noise_m if gauge else 0.0,
+        faults=tuple(faults),
+        second_force_rate_hz=sensor.rate_hz if sensor else 0.0,
+        second_force_axis=sensor.axis if sensor else "+fz",
+        second_force_noise_n=sensor.noise_n if sensor else 0.0,
+        second_force_quantum_n=sensor.resolution_n if sensor else 0.0,
+        second_force_delay_s=sensor.delay_s if sensor else 0.0,
+        second_force_range_n=sensor.range_n if sensor else 0.0,
+        drift_m_s=simulation.drift_m_s,
+        slip_m=simulation.slip_m,
+        softness=simulation.softness,
+        softness_force_n=simulation.softness_force_n,
+        lateral=simulation.lateral,
+        cross_talk=simulation.cross_talk,
+        sensor_quadratic=simulation.sensor_quadratic,
+        sensor_cubic=simulation.sensor_cubic,
+        force_tool_mass_kg=force.tool_mass_kg or 0.0,
+        second_tool_mass_kg=second.tool_mass_kg or 0.0,
+    )
+
+
+def _drawn_aside(simulation: Simulation) -> float:
+    """Compliance of the load path over that without a lateral force.
+
+    Raises:
+        BadInputError: the tip would be drawn away from the load.
+    """
+    factor = 1.0 + simulation.lateral * simulation.lateral_coupling
+    if factor <= 0.0:
+        raise BadInputError(
+            f"simulation: a lateral force of {simulation.lateral:.3g} with a coupling of "
+            f"{simulation.lateral_coupling:.3g} moves the tip more than the load does",
+            hint="use a smaller lateral or lateral_coupling",
+        )
+    return factor
+
+
+def payload_truth(payload: Payload, theory: Theory, simulation: Simulation) -> PayloadTruth:
+    """The payload as it really is in a dry run: the believed law with K × `payload_factor`.
+
+    Raises:
+        BadInputError: the simulated law needs what the payload does not tell.
+        DomainError: a number outside the domain of contact theory.
+    """
+    onset_n = _yield_force(payload, theory, simulation)
+    kappa, roughness_m = _asperities(payload, simulation)
+    words = ("rough" if roughness_m else "", "elastic_plastic" if onset_n is not None else "")
+    if simulation.adhesion_n and simulation.adhesion_law == "jkr":
+        _refuse_jkr(theory, rough=bool(roughness_m))
+    if onset_n is None:
+        limits_n = [theory.yield_onset.force_n] if theory.yield_onset else []
+        if payload.declared_force_limit_n is not None:
+            limits_n.append(payload.declared_force_limit_n)
+        onset_n = min(limits_n, default=math.inf)
+    truth = PayloadTruth(
+        law="_".join(word for word in words if word) or "smooth",
+        k=theory.law.k * simulation.payload_factor,
+        n=theory.law.n,
+        elastic_limit_n=onset_n,
+        roughness_m=roughness_m,
+        kappa=kappa,
+        hysteresis=simulation.hysteresis,
+        hard_stop_m=math.inf if simulation.stop_depth_m is None else simulation.stop_depth_m,
+        stop_stiffness_n_per_m=simulation.stop_stiffness_n_per_m,
+        pad_stiffness_n_per_m=simulation.pad_stiffness_n_per_m or math.inf,
+        pad_depth_m=simulation.pad_depth_m,
+        adhesion_n=simulation.adhesion_n,
+        adhesion_law=simulation.adhesion_law,
+        creep=simulation.creep,
+        creep_time_s=simulation.creep_time_s,
+        creep_decades=simulation.creep_decades,
+    )
+    if simulation.seating_m == 0.0:
+        return truth
+    depth_m = true_deformation(truth, simulation.seating_force_n)
+    return replace(truth, seating_m=simulation.seating_m, seating_depth_m=depth_m)
+
+
+def _yield_force(payload: Payload, theory: Theory, simulation: Simulation) -> float | None:
+    """Force beyond which the simulated payload flows; None where it never does."""
+    onset, law = theory.yield_onset, simulation.law
+    if simulation.yield_force_n is not None:
+        if theory.law.n != 1.5:
+            raise BadInputError(
+                f"simulation yield_force: {payload.name!r} is no sphere or blunt tip, and (14) "
+                "holds for no other",
+                hint="leave yield_force out",
+            )
+        return simulation.yield_force_n
+    if law == "elastic_plastic" and onset is None:
+        raise BadInputError(
+            f"simulation law elastic_plastic: theory has no elastic limit for {payload.name!r}",
+            hint="give both yield strengths of a sphere or blunt tip, or a yield_force, or use "
+            "law: smooth",
+        )
+    return onset.force_n if onset and law in ("declared", "elastic_plastic") else None
+
+
+def _asperities(payload: Payload, simulation: Simulation) -> tuple[float, float]:
+    """κ (9) and σ_eq of the simulated payload; 0 where it is smooth."""
+    roughness_m = simulation.roughness_m
+    wanted = simulation.law == "rough" or bool(roughness_m)
+    if roughness_m is None:
+        roughness_m = payload.roughness_m
+    if simulation.law not in ("declared", "rough") or not (roughness_m or wanted):
+        return 0.0, 0.0
+    hardness_pa = simulation.micro_hardness_pa or payload.micro_hardness_pa
+    softer = softer_body(payload.material, payload.plate)
+    if hardness_pa is None and softer is not None and softer.yield_strength_pa is not None:
+        hardness_pa = HARDNESS_OVER_YIELD * softer.yield_strength_pa
+    radius_m = equivalent_radius(payload.geometry)
+    if radius_m is None or hardness_pa is None or not roughness_m:
+        if not wanted:
+            return 0.0, 0.0
+        raise BadInputError(
+            f"simulation law rough: {payload.name!r} is no sphere or blunt tip with roughness "
+            "and micro-hardness or yield strength",
+            hint="give the payload's roughness and micro_hardness, or use law: smooth",
+        )
+    modulus_pa = equivalent_modulus(payload.material, payload.plate)
+    return roughness_number(modulus_pa, hardness_pa, radius_m, roughness_m), roughness_m
+
+
+def _refuse_jkr(theory: Theory, *, rough: bool) -> None:
+    """Refuse what an adhesive sphere cannot be.
+
+    Raises:
+        BadInputError: it is no sphere, or rough.
+    """
+    if theory.law.n != 1.5 or rough:
+        raise BadInputError(
+            "simulation adhesion_law jkr: the simulated payload is no smooth sphere or blunt tip",
+            hint="use adhesion_law: dmt, or law: smooth",
+        )

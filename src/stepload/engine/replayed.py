@@ -1,0 +1,169 @@
+"""The supervisor over a record, with the limits of the run or with others."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stepload.envelope.limits import RunLimits
+from stepload.errors import BadInputError, DomainError
+from stepload.record.reader import Recording, read_recording
+from stepload.record.rows import Phase, TickRow, rows_of
+from stepload.record.untrusted import untrusted
+from stepload.rig.samples import ArmSample, ForceSample
+from stepload.engine.replay import Replayed, group_by_tick, replay
+from stepload.units import parse_quantity
+
+FILE = "limits.json"
+MOST_DELAYED = 100_000
+"""Ticks that a command may take: the supervisor keeps so many targets."""
+
+
+def limits_to_bytes(limits: RunLimits) -> bytes:
+    """Every threshold of a run with its source, as a file of the record."""
+    return json.dumps({**asdict(limits), "terms": [asdict(term) for term in limits.terms]}).encode()
+
+
+def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
+    """The thresholds a run was made with; the record may be anybody's.
+
+    Raises:
+        BadInputError: not there, or not what they should be.
+    """
+    raw = attachments.get(FILE)
+    if raw is None:
+        raise BadInputError(f"the record has no {FILE}", hint="it was not made by stepload run")
+    try:
+        data = json.loads(raw)
+        del data["terms"]  # names, units and sources for readers; they follow from the names
+        # Records from before F_c had an uncertainty counted on all of it.
+        data.setdefault("counted_limit_n", data["elastic_limit_n"])
+        limits = RunLimits(**data)
+        if limits.command_delay_s > MOST_DELAYED * limits.period_s:
+            raise ValueError(f"command_delay_s {limits.command_delay_s} s")
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError, DomainError) as error:
+        raise BadInputError(f"{FILE} in the record is damaged: {error}") from None
+    return limits
+
+
+def _tares(recording: Recording) -> list[tuple[float, float, float]]:
+    return [
+        (
+            event.time_s,
+            float(event.data["mean_n"]),  # type: ignore[arg-type]
+            float(event.data["second_mean_n"]),  # type: ignore[arg-type]
+        )
+        for event in recording.events
+        if event.kind == "tare"
+    ]
+
+
+def _changes(recording: Recording, limits: RunLimits) -> list[tuple[float, RunLimits]]:
+    """Limits that the run went over to, after those it began with."""
+    events = [event for event in recording.events if event.kind == "limits"]
+    return [
+        (event.time_s, replace(limits, **event.data))  # type: ignore[arg-type]
+        for event in events[1:]
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """A record that was judged: what became of it, when it began, and what it is short of."""
+
+    replayed: Replayed
+    start_s: float
+    notes: tuple[str, ...]
+
+
+def _others(limits: RunLimits, wishes: Mapping[str, str]) -> dict[str, Any]:
+    """Other thresholds, by name, from text with units.
+
+    Raises:
+        BadInputError: no such threshold, or no such value.
+    """
+    units = {term.name: term.unit for term in limits.terms}
+    others: dict[str, Any] = {}
+    for name, text in wishes.items():
+        if name not in units:
+            raise BadInputError(
+                f"no threshold is called {name!r}", hint=f"one of {', '.join(sorted(units))}"
+            )
+        unit = units[name]
+        try:
+            others[name] = float(text) if unit in ("", "samples") else parse_quantity(text, unit)
+            replace(limits, **{name: others[name]})
+        except (ValueError, BadInputError) as error:
+            told = error.message if isinstance(error, BadInputError) else str(error)
+            raise BadInputError(
+                f"{name}={text}: {told}", hint=f'such as --limit "{name}=1 {unit}"'
+            ) from None
+    return others
+
+
+def _notes(recording: Recording) -> tuple[str, ...]:
+    if recording.damage:
+        return (f"the record is damaged, and was judged up to there: {recording.damage}",)
+    if recording.partial:
+        return ("the record is partial: its run was not finished, or it was recovered",)
+    return ()
+
+
+def _whole_ticks(recording: Recording) -> int:
+    """How many ticks of a record have their samples: where it was cut, streams end apart.
+
+    A stream that had ended in the run itself would have been seen there, and made it safe.
+    """
+    ticks = recording.ticks
+    if not recording.partial or (ticks.phase == Phase.SAFING).any():
+        return len(ticks.time_s)
+    times_s = [recording.force.receive_time_s, recording.arm.receive_time_s]
+    if recording.second_force is not None:
+        times_s.append(recording.second_force.receive_time_s)
+    ends_s = [times[-1] if len(times) else -np.inf for times in times_s]
+    return int(np.searchsorted(ticks.time_s, min(ends_s), side="right"))
+
+
+def replay_file(path: Path, wishes: Mapping[str, str] | None = None) -> Judged:
+    """Judge a record tick by tick.
+
+    Args:
+        path: the record.
+        wishes: other thresholds than the run's: values with units by name of `RunLimits.terms`.
+
+    Raises:
+        BadInputError: no record of ours, nothing in it to judge, or a limit that is none.
+    """
+    recording = read_recording(path)
+    whole = _whole_ticks(recording)
+    if not whole:
+        raise BadInputError(f"{path}: not one tick is whole in it, there is nothing to judge")
+    limits = limits_from(recording.attachments)
+    try:
+        tares, changes = _tares(recording), _changes(recording, limits)
+    except (KeyError, TypeError, ValueError, DomainError):
+        raise BadInputError(f"{path}: tares or limits in the record have no numbers") from None
+    others = _others(limits, wishes or {})
+    limits = replace(limits, **others)
+    changes = [(time_s, replace(changed, **others)) for time_s, changed in changes]
+    with untrusted(path):
+        ticks = group_by_tick(
+            rows_of(TickRow, recording.ticks)[:whole],
+            rows_of(ForceSample, recording.force),
+            rows_of(ArmSample, recording.arm),
+            rows_of(ForceSample, recording.second_force),
+        )
+        found = replay(
+            ticks,
+            tares,
+            limits,
+            force_axis=recording.metadata.get("force_axis", ""),
+            second_axis=recording.metadata.get("second_force_axis", ""),
+            changes=changes,
+        )
+    return Judged(found, float(recording.ticks.time_s[0]), _notes(recording))

@@ -1,0 +1,43 @@
+"""Away from the surface until the contact is open, and proof that it is."""
+
+from __future__ import annotations
+
+from stepload.record.rows import Phase
+from stepload.engine.course import Course, Then
+
+REST_S = 0.2
+
+
+def not_open(course: Course, limit_n: float) -> None:
+    """The run ends: force is left where there should be none."""
+    left_n = course.sup.smooth_n
+    course.fail(
+        "not_open", left_n, limit_n, "N",
+        f"the contact did not open: {left_n:.3g} N are left after retracting by"
+        f" {course.plan.retract_m * 1e3:g} mm",
+    )  # fmt: skip
+
+
+class Retract:
+    """Opens the contact, rests, looks at the force, and hands over."""
+
+    def __init__(self, course: Course) -> None:
+        self._course = course
+        self._then: Then = course.finish
+
+    def begin(self, now_s: float, then: Then) -> None:
+        """Retract, `then` go on."""
+        course = self._course
+        self._then = then
+        course.level_n = 0.0
+        course.enter(Phase.RETRACT, now_s, self._act)
+        course.aim(course.release_m)
+
+    def _act(self, now_s: float, step_s: float) -> None:
+        course = self._course
+        if not course.rest_at_goal(now_s, step_s, REST_S + 4.0 * course.limits.loop_s):
+            return
+        if abs(course.sup.smooth_n) > course.limits.touch_force_n:
+            not_open(course, course.limits.touch_force_n)
+        else:
+            self._then(now_s)

@@ -1,0 +1,131 @@
+"""Makes the rig safe at the end of every run, whatever ended it: the arm first, and always sent.
+
+Each action runs in a thread of its own with a deadline of its own, so that a device that hangs
+cannot keep the next one from being sent; a thread that does not come back is left behind and said
+so. (A timer signal would need the main thread and cannot interrupt a call that does not return to
+Python; a child process could not reach a driver's open connection.) All actions run, all errors are
+kept.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from signal import Signals
+
+from stepload.record.outcome import ActionResult, Cause
+from stepload.engine.operator import Operator, StopLevel
+
+POLL_S = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """One step of safing; `device` tells the arm's from those that 3 × Ctrl+C skips."""
+
+    name: str
+    call: Callable[[], object]
+    deadline_s: float
+    arm: bool = False
+
+
+def make_safe(actions: list[Action], operator: Operator) -> tuple[ActionResult, ...]:
+    """Run the actions in order, the arm's first; never raises.
+
+    The third Ctrl+C skips what is not the arm's, also while it is being waited for.
+    """
+    ordered = sorted(actions, key=lambda action: not action.arm)
+    return tuple(_run(action, operator) for action in ordered)
+
+
+def _run(action: Action, operator: Operator) -> ActionResult:
+    start_s = time.monotonic()
+    if not action.arm and operator.stop_level >= StopLevel.ARM_ONLY:
+        return ActionResult(action.name, False, "skipped on the operator's request", start_s, 0.0)
+    errors: list[str] = []
+
+    def call() -> None:
+        try:
+            action.call()
+        except BaseException as error:  # whatever it is, the next action must run
+            errors.append(f"{type(error).__name__}: {error}")
+
+    worker = threading.Thread(target=call, name=f"safing {action.name}", daemon=True)
+    try:
+        worker.start()
+    except (
+        RuntimeError
+    ):  # no thread to be had: better to hang in the arm's stop than not to send it
+        call()
+        return ActionResult(
+            action.name, True, "; ".join(errors), start_s, time.monotonic() - start_s
+        )
+    end_s = start_s + action.deadline_s
+    while worker.is_alive() and time.monotonic() < end_s:
+        worker.join(POLL_S)
+        if not action.arm and operator.stop_level >= StopLevel.ARM_ONLY:
+            break
+    duration_s = time.monotonic() - start_s
+    if worker.is_alive():
+        error = f"no answer within {duration_s:.2f} s; sent, and left behind"
+        return ActionResult(action.name, True, error, start_s, duration_s)
+    return ActionResult(action.name, True, "; ".join(errors), start_s, duration_s)
+
+
+def stop_notice(cause: Cause | None, start_s: float) -> str:
+    """What the operator reads in the moment of a stop; `start_s` counts as zero."""
+    if cause is None:
+        return "STOPPING on request: the arm retracts. Use the emergency stop if it does not."
+    return (
+        f"STOPPED by {cause.rule} at {cause.time_s - start_s:.3f} s: {cause.message}"
+        f"{cause.numbers}. USE THE EMERGENCY STOP if the arm presses on."
+    )
+
+
+def why_it_stopped(
+    status: str,
+    cause: Cause | None,
+    retracted: bool,
+    still_closed: str,
+    outcomes: tuple[ActionResult, ...],
+    start_s: float,
+    loop_end_s: float,
+    signal_number: int = 0,
+) -> str:
+    """One paragraph: what triggered, its value and limit, what safing did and when.
+
+    `still_closed` says why the contact cannot be said to be open after the retract. `start_s` is
+    the time on the run's clock that counts as zero, `loop_end_s` when the loop ended,
+    `signal_number` the first signal that asked for the end, 0 for none.
+    """
+    if cause is None:
+        asked = f" ({Signals(signal_number).name})" if signal_number else ""
+        text = (
+            "The run was completed."
+            if status == "completed"
+            else f"The run was interrupted on the operator's request{asked}."
+        )
+    else:
+        text = f"The run was stopped by {cause.rule} at {cause.time_s - start_s:.3f} s: "
+        text += cause.message + cause.numbers
+        text += "."
+    if status != "completed":
+        text += _retract_told(retracted, still_closed, loop_end_s - start_s)
+    begun_s = outcomes[0].start_s if outcomes else 0.0
+    for outcome in outcomes:
+        verdict = outcome.error or "confirmed"
+        text += f" Safing, {outcome.name}: {verdict} "
+        text += f"({(outcome.start_s - begun_s) * 1e3:+.0f} ms, took"
+        text += f" {outcome.duration_s * 1e3:.0f} ms)."
+    return text
+
+
+def _retract_told(retracted: bool, still_closed: str, end_s: float) -> str:
+    if not retracted:
+        return " The run could not confirm a retract of its own."
+    told = " The run itself retracted the arm along the approach axis, and was"
+    if still_closed:
+        return f"{told} at its end at {end_s:.3f} s; {still_closed}."
+    return f"{told} clear of the surface at {end_s:.3f} s."

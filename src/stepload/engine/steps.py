@@ -1,0 +1,107 @@
+"""In contact: bring the force to a level, up or down, and hold it there until it has settled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from stepload.envelope.bounds import step_patience_s
+from stepload.envelope.limits import RunLimits
+from stepload.record.rows import Phase
+from stepload.engine.controller import StepController
+from stepload.engine.course import Course, Then
+from stepload.engine.retract import not_open
+from stepload.engine.settle import SettleTest
+
+SETTLE_SHARE = 0.005
+"""Creep over a hold, as a share of the level, that still counts as rest."""
+
+
+Control = Callable[[RunLimits], StepController]
+"""Makes the step controller of a run. A run uses `StepController` itself; what proves its layers
+may hand in one that leaves a layer out."""
+
+
+class LoadSteps:
+    """One level at a time.
+
+    Args:
+        course: of the run.
+        controller: makes `controller`, which brings the force to a level.
+    """
+
+    def __init__(self, course: Course, controller: Control) -> None:
+        self._course = course
+        self._control = controller
+        self._settle = SettleTest()
+        self._same_contact = False
+        self._hold_phase = Phase.HOLD
+        self._then: Then = course.finish
+        self.controller = controller(course.limits)
+
+    def adopt(self, limits: RunLimits) -> None:
+        """Go on with a controller for these limits; between levels only."""
+        self.controller = self._control(limits)
+
+    def new_contact(self) -> None:
+        """What was learned of the payload's compliance may be wrong now."""
+        self._same_contact = False
+
+    def load(self, now_s: float, number: int, level_n: float, then: Then) -> None:
+        """Rise to `level_n` and hold it, `then` go on; `number` is the step's in the record."""
+        self._begin(now_s, number, level_n, 1.0, then)
+
+    def unload(self, now_s: float, number: int, level_n: float, then: Then) -> None:
+        """Come down to `level_n` and hold it, `then` go on."""
+        self._begin(now_s, number, level_n, -1.0, then)
+
+    def _begin(self, now_s: float, number: int, level_n: float, sign: float, then: Then) -> None:
+        course, sup = self._course, self._course.sup
+        course.step_number, course.level_n = number, level_n
+        self._then = then
+        self.controller.begin(
+            level_n, sup.smooth_n, sup.arm.position_m, sign, self._same_contact
+        )  # fmt: skip
+        self._same_contact = True
+        self._hold_phase = Phase.HOLD if sign > 0.0 else Phase.UNLOAD_HOLD
+        course.enter(Phase.LOAD if sign > 0.0 else Phase.UNLOAD, now_s, self._go)
+
+    def _go(self, now_s: float, step_s: float) -> None:
+        course, controller = self._course, self.controller
+        sup = course.sup
+        course.target_m = controller.step(
+            sup.force_n, sup.smooth_n, sup.arm.position_m, course.target_m, step_s
+        )
+        if course.target_m < course.surface_m - course.retract_m:
+            not_open(course, course.level_n)
+        if not (controller.reached or self._too_long(now_s)):
+            return
+        limits = course.limits
+        eps_n = max(limits.band_n, SETTLE_SHARE * course.level_n)
+        self._settle.begin(now_s + 4.0 / limits.step_rate_per_s, course.plan.hold_s, eps_n)
+        course.enter(self._hold_phase, now_s, self._hold)
+
+    def _too_long(self, now_s: float) -> bool:
+        course = self._course
+        if now_s - course.since_s < step_patience_s(course.plan):
+            return False
+        missed = {"level_n": course.level_n, "force_n": course.sup.smooth_n}
+        course.emit(now_s, "level_missed", {**missed})
+        return True
+
+    def _hold(self, now_s: float, _step_s: float) -> None:
+        course, settle = self._course, self._settle
+        settle.add(now_s, course.sup.force_n)
+        held_s = now_s - course.since_s
+        if held_s < course.plan.hold_s:
+            return
+        timed_out = held_s >= course.plan.hold_s + course.plan.settle_timeout_s
+        if not (settle.settled or timed_out):
+            return
+        course.emit(
+            now_s,
+            "held",
+            {"level_n": course.level_n, "force_n": course.sup.smooth_n,
+             "settled": settle.settled, "held_s": held_s, "cycle": course.cycle,
+             "step": course.step_number, "loading": course.phase == Phase.HOLD},
+        )  # fmt: skip
+        self._then(now_s)

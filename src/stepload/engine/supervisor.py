@@ -1,0 +1,416 @@
+"""Says stop, and nothing else: rules R1–R11 and the in-contact speed cap.
+
+A function of its own state, the samples and the limits; it reads no clock and touches no device, so
+the same code judges a dry run, hardware and a recording. It is asked at arming, in every tick, and
+when data are missing. The first cause is latched.
+
+R1  force above the limit                      R6  travel without an answer in force
+R2  predicted peak force above the limit       R7  position away from the model of the arm
+R3  no new sample in time                      R8  end of the search distance
+R4  sample not finite, frozen, out of range    R9  force jump without motion
+    or flagged by the device                   R10 sequence or device clock out of order
+R5  the two force channels disagree                or stamps of the future
+R11 force grows the wrong way in an approach   CAP faster than a hidden hard stop would allow
+
+R1 and R2 judge the magnitude of the force: a sensor with the wrong sign must stop a run too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from stepload.envelope.limits import RunLimits
+from stepload.record.outcome import Cause
+from stepload.record.rows import Phase
+from stepload.rig.samples import ArmSample, ForceSample
+from stepload.engine.cross_check import CrossCheck, Standing
+from stepload.engine.motion import SEARCHING, MotionWatch
+from stepload.engine.watch import ArmWatch, Breach, ForceWatch, Found
+
+LEASH_SHARE = 0.9
+WRONG_WAY_SAMPLES = 2
+"""Fresh samples in a row that pull in an approach before R11 trips; as many make a touch."""
+ACROSS_SIGMAS = 8.0
+"""Two noisy components, less the zero of each."""
+ANSWER_FILTER_S = 0.3
+"""Time constant of the force that R6 looks for an answer in."""
+
+_LOAD = int(Phase.LOAD)
+
+
+class Supervisor:
+    """State of the rules.
+
+    `force_n` is the tared force of the newest sample, `smooth_n` and `slope_n_per_s` its filtered
+    value and rate, `second_n` the tared second channel (NaN where there is none), `predicted_n` the
+    peak force predicted by R2. R1, R2, R5, R6 and R9 are judged from the first `tare` on.
+
+    Args:
+        limits: the thresholds.
+        force_axis: component of the force sensor's wrench, "+fx" … "-fz".
+        second_axis: the same of a second force sensor; "" where the arm is the second channel.
+        found: makes a breach of a rule; see `stepload.engine.watch`.
+    """
+
+    __slots__ = (
+        "_answer_alpha", "_answer_m", "_answer_n", "_answer_rise_n", "_cross", "_cross_s",
+        "_found", "_last_n", "_limits", "_mean_n", "_second_is_arm", "_second_wrong_way",
+        "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound", "_standing", "_tared",
+        "_taut_s", "_wrong_way", "arm", "cause", "force", "force_n", "motion", "predicted_n",
+        "second", "second_n", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n",
+        "smooth_tau_s", "zero_n",
+    )  # fmt: skip
+
+    def __init__(
+        self, limits: RunLimits, force_axis: str, second_axis: str = "", found: Found = Breach
+    ) -> None:
+        self._limits = limits
+        self._found = found
+        counts, clock_s = limits.identical_counts, limits.clock_s
+        self.force = ForceWatch(
+            "force sensor",
+            force_axis,
+            full_scale_n=limits.full_scale_n,
+            stale_s=limits.stale_force_s,
+            identical_counts=counts,
+            clock_s=clock_s,
+            found=found,
+        )
+        self.second: ForceWatch | None = None
+        if second_axis:
+            self.second = ForceWatch(
+                "second force sensor",
+                second_axis,
+                full_scale_n=math.inf,
+                stale_s=limits.stale_second_s,
+                identical_counts=limits.second_identical_counts,
+                clock_s=clock_s,
+                found=found,
+            )
+        self._second_is_arm = limits.cross_check == "arm"
+        self.arm = ArmWatch(
+            stale_s=limits.stale_arm_s,
+            identical_counts=limits.second_identical_counts,
+            clock_s=clock_s,
+            needs_force=self._second_is_arm,
+            found=found,
+        )
+        self.motion = MotionWatch(limits, found)
+        period_s = limits.period_s
+        self.smooth_tau_s = tau_s = max(0.25 * limits.reaction_s, 2.0 * period_s)
+        self.smooth_alpha = alpha = period_s / tau_s
+        self._slope_span_s = tau_s * (1.0 - alpha)  # by which the slower filter lags behind a ramp
+        self._tared = self._sound = False
+        self._wrong_way = self._second_wrong_way = 0
+        noises_n = limits.noise_n, limits.second_noise_n
+        self._cross = CrossCheck(period_s, limits.channel_skew_s, limits.cross_filter_s, noises_n)
+        self._standing = Standing(period_s, limits.channel_skew_s, limits.cross_filter_s)
+        self._cross_s = self._taut_s = 0.0
+        self._answer_n = self._answer_m = self._last_n = self._slow_n = 0.0
+        self._answer_alpha = min(1.0, period_s / ANSWER_FILTER_S)
+        self._mean_n = 0.0
+        self.zero_n = self.second_zero_n = 0.0
+        self.force_n = self.smooth_n = self.slope_n_per_s = 0.0
+        self.second_n = math.nan
+        self.predicted_n = 0.0
+        self.cause: Cause | None = None
+        self.adopt(limits)
+
+    def adopt(self, limits: RunLimits) -> None:
+        """Judge by these thresholds from now on: those of the same plan, for another noise."""
+        noise_n = limits.noise_n
+        self._limits = limits
+        self.motion.adopt(limits)
+        slope_noise_n = 1.5 * noise_n * math.sqrt(self.smooth_alpha)
+        self._slope_noise_n_per_s = slope_noise_n / self._slope_span_s
+        self._answer_rise_n = 6.0 * noise_n * math.sqrt(0.5 * self._answer_alpha)
+        self.force.identical_counts = limits.identical_counts
+
+    @property
+    def second_raw_n(self) -> float:
+        """Newest reading of the second channel, not tared; NaN where there is none."""
+        if self.second is not None:
+            return self.second.raw_n
+        return self.arm.force_n if self._second_is_arm else math.nan
+
+    @property
+    def tared(self) -> bool:
+        """Whether a zero was taken."""
+        return self._tared
+
+    def still_closed(self, now_s: float) -> str:
+        """Why the contact cannot be said to be open; "" where every channel shows that it is."""
+        limits = self._limits
+        age_s = now_s - self.force.receive_s
+        if not (self._tared and self._sound and age_s <= limits.stale_force_s):
+            return "no sound force reading proves that the contact is open"
+        readings = [("force sensor", self.smooth_n, limits.touch_force_n)]
+        if limits.cross_check:
+            allowed_n = max(limits.touch_force_n, limits.cross_tolerance_n)
+            readings.append(("second force channel", self.second_n, allowed_n))
+        allowed_n = max(limits.touch_force_n, ACROSS_SIGMAS * limits.noise_n)
+        readings.append(
+            ("force sensor across the pressing axis", self.force.smooth_across_n, allowed_n)
+        )
+        for name, read_n, allowed_n in readings:
+            if not -allowed_n <= read_n <= allowed_n:
+                return f"the {name} still reads {read_n:+.3g} N: the contact may not be open"
+        return ""
+
+    def tare(self, zero_n: float, second_zero_n: float) -> None:
+        """Take these readings for zero force from now on, and judge forces from now on."""
+        self.zero_n, self.second_zero_n = zero_n, second_zero_n
+        self.force.tare_across()
+        if self.second is not None:
+            self.second.tare_across()
+        self._slow_n = self.smooth_n = self._last_n = self.force.raw_n - zero_n
+        self._cross.restart()
+        self._standing.restart()
+        self._cross_s = 0.0
+        self._tared = True
+
+    def check(
+        self,
+        now_s: float,
+        force_samples: Sequence[ForceSample],
+        arm_samples: Sequence[ArmSample],
+        second_samples: Sequence[ForceSample],
+        target_m: float,
+        compliance_m_per_n: float,
+        phase: int,
+    ) -> Cause | None:
+        """Judge one tick; the latched cause, or None.
+
+        `target_m` is the target in force until now (NaN before the first), `compliance_m_per_n` the
+        controller's c_use.
+        """
+        # Every stream is followed, whatever fails.
+        in_force = self.force.take(force_samples, now_s)
+        in_arm = self.arm.take(arm_samples, now_s)
+        in_second = None if self.second is None else self.second.take(second_samples, now_s)
+        motion = self.motion.judge(now_s, target_m, self.arm.position_m, phase)
+        force = self._judge_force(target_m, compliance_m_per_n, phase) if self._tared else None
+        self._sound = in_force is None and in_arm is None and in_second is None
+        if self.cause is None:
+            first = in_force or in_arm or in_second or force or motion
+            if first is not None:
+                stream: ForceWatch | ArmWatch = self.force
+                if first is in_arm or first is motion:
+                    stream = self.arm
+                elif first is in_second and self.second is not None:
+                    stream = self.second
+                rule, value, limit, unit, message = first
+                age_s = max(0.0, now_s - stream.receive_s)
+                self.cause = Cause(rule, value, limit, unit, age_s, now_s, message)
+        return self.cause
+
+    def _judge_force(self, target_m: float, compliance_m_per_n: float, phase: int) -> Breach | None:
+        """R1, R2, R5, R6, R9, R11 and the in-contact speed cap; keeps the filtered force."""
+        limits = self._limits
+        limit_n, noise_n = limits.force_limit_n, limits.noise_n
+        jump_n = 0.0
+        if self.force.fresh:
+            self.force_n = force_n = self.force.raw_n - self.zero_n
+            jump_n = force_n - self._last_n
+            self._last_n = force_n
+        else:
+            force_n = self.force_n
+        alpha = self.smooth_alpha
+        self.smooth_n = smooth_n = self.smooth_n + alpha * (force_n - self.smooth_n)
+        self._slow_n = slow_n = self._slow_n + alpha * (smooth_n - self._slow_n)
+        self.slope_n_per_s = slope = (smooth_n - slow_n) / self._slope_span_s
+        breach = None
+
+        rise = slope - self._slope_noise_n_per_s
+        speed = self.motion.speed_m_s
+        peak_n = smooth_n + 4.0 * noise_n
+        if phase == _LOAD and speed > 0.0:
+            stiffness = limits.stiffness_n_per_m
+            if compliance_m_per_n * stiffness > 1.0:
+                stiffness = 1.0 / compliance_m_per_n
+            rise = max(rise, stiffness * speed)
+        if rise > 0.0:
+            peak_n += rise * limits.reaction_s
+        if smooth_n < 0.0:  # what pulls, or presses on a sensor with the wrong sign
+            fall = max(0.0, -slope - self._slope_noise_n_per_s)
+            peak_n = max(peak_n, 4.0 * noise_n - smooth_n + fall * limits.reaction_s)
+        self.predicted_n = peak_n
+
+        if not -limit_n <= force_n <= limit_n:
+            breach = self._found(
+                "R1", abs(force_n), limit_n, "N",
+                f"force {force_n:.4g} N is beyond {limit_n:.4g} N",
+            )  # fmt: skip
+        if breach is None and peak_n > limit_n:
+            breach = self._found(
+                "R2", peak_n, limit_n, "N",
+                f"force {force_n:.4g} N would grow to {peak_n:.4g} N, above {limit_n:.4g} N,"
+                " before the arm can give way",
+            )  # fmt: skip
+
+        recent = self.motion.recent_m_s
+        jump_limit_n = (limits.jump_n + limits.contact_n_s_per_m * recent) * self.motion.steps
+        if not -jump_limit_n <= jump_n <= jump_limit_n:
+            breach = breach or self._found(
+                "R9", jump_n, jump_limit_n, "N",
+                f"force jumped by {jump_n:+.4g} N without a motion that explains it",
+            )  # fmt: skip
+        if limits.cross_check:
+            breach = self._judge_cross_check(force_n, smooth_n) or breach
+        if self.second is not None:
+            breach = self._judge_standing(force_n, self.second.raw_n) or breach
+        side = self._judge_side(force_n, phase)
+        breach = breach or side
+        if phase == _LOAD:
+            breach = breach or self._judge_load(target_m, smooth_n, speed)
+        else:
+            self._answer_n = self._mean_n = smooth_n
+            self._answer_m, self._taut_s = target_m, 0.0
+        return breach
+
+    def _judge_side(self, force_n: float, phase: int) -> Breach | None:
+        """R1 and R2 for the whole force; R11 in an approach, where a surface can only push."""
+        limits, across_n = self._limits, self.force.across_n
+        breach = None
+        for rule, along_n, word in (("R1", force_n, "is"), ("R2", self.predicted_n, "would be")):
+            whole_n = math.hypot(along_n, across_n)
+            if across_n > limits.touch_force_n and whole_n > limits.force_limit_n:
+                breach = breach or self._found(
+                    rule, whole_n, limits.force_limit_n, "N",
+                    f"with {across_n:.4g} N across the pressing axis the whole force {word}"
+                    f" {whole_n:.4g} N, beyond {limits.force_limit_n:.4g} N",
+                )  # fmt: skip
+        if self.second is not None:
+            breach = breach or self._judge_second_side(self.second, phase)
+        if phase in SEARCHING:
+            return breach or self._judge_way(force_n)
+        self._wrong_way = 0
+        return breach
+
+    def _judge_second_side(self, second: ForceWatch, phase: int) -> Breach | None:
+        """R1 and R11 of what a second sensor feels across its axis: only it may be alive."""
+        limits, across_n = self._limits, second.across_n
+        whole_n = math.hypot(self.second_n, across_n)
+        if whole_n > limits.force_limit_n and across_n > limits.touch_force_n:
+            return self._found(
+                "R1", whole_n, limits.force_limit_n, "N",
+                f"with {across_n:.4g} N across the pressing axis the whole force on the second"
+                f" force sensor is {whole_n:.4g} N, beyond {limits.force_limit_n:.4g} N",
+            )  # fmt: skip
+        if phase not in SEARCHING:
+            self._second_wrong_way = 0
+            return None
+        smooth_n = second.smooth_across_n
+        limit_n = max(limits.touch_force_n, ACROSS_SIGMAS * limits.second_noise_n)
+        if second.fresh:
+            across = smooth_n > limit_n and smooth_n > 2.0 * abs(self.second_n)
+            self._second_wrong_way = self._second_wrong_way + 1 if across else 0
+        if self._second_wrong_way < WRONG_WAY_SAMPLES:
+            return None
+        return self._found(
+            "R11", smooth_n, limit_n, "N",
+            f"in the approach the second force sensor's force grew by {smooth_n:.4g} N across its"
+            f" pressing axis and by {self.second_n:+.4g} N along it: second_force.sensor.axis names"
+            " the wrong axis, or something pushes the tool sideways",
+        )  # fmt: skip
+
+    def _judge_way(self, force_n: float) -> Breach | None:
+        """R11: the force grows the wrong way along the pressing axis, or across it."""
+        limits = self._limits
+        limit_n, across_n = limits.touch_force_n, self.force.smooth_across_n
+        across_limit_n = max(limit_n, ACROSS_SIGMAS * limits.noise_n)
+        pulls = force_n < -limit_n
+        across = across_n > across_limit_n and across_n > 2.0 * abs(force_n)
+        if self.force.fresh:
+            self._wrong_way = self._wrong_way + 1 if pulls or across else 0
+        if self._wrong_way < WRONG_WAY_SAMPLES:
+            return None
+        if pulls:
+            return self._found(
+                "R11", -force_n, limit_n, "N",
+                f"the force sensor reads {force_n:+.4g} N in the approach, where a surface can only"
+                " push: the sign of force.axis is wrong, or something pulls at the tool",
+            )  # fmt: skip
+        return self._found(
+            "R11", across_n, across_limit_n, "N",
+            f"in the approach the force grew by {across_n:.4g} N across the pressing axis and by"
+            f" {force_n:+.4g} N along it: force.axis names the wrong axis, or something pushes"
+            " the tool sideways",
+        )  # fmt: skip
+
+    def _judge_standing(self, force_n: float, second_raw_n: float) -> Breach | None:
+        """R4: the second sensor stands while the main one moves."""
+        standing, limit_n = self._standing, self._limits.second_stands_n
+        standing.add(force_n, second_raw_n)
+        if standing.moved_n <= limit_n:
+            return None
+        return self._found(
+            "R4", standing.moved_n, limit_n, "N",
+            f"the second force sensor has read {self.second_n:+.4g} N for"
+            f" {standing.ticks * self._limits.period_s:.3g} s while the force sensor moved by"
+            f" {standing.moved_n:.3g} N: it is frozen",
+        )  # fmt: skip
+
+    def _judge_cross_check(self, force_n: float, smooth_n: float) -> Breach | None:
+        """R5: the channels differ by more than the plan allows, for longer than it allows.
+
+        While the target moves away, which is safe, the count rests.
+        """
+        limits = self._limits
+        raw_n = self.arm.force_n if self.second is None else self.second.raw_n
+        self.second_n = second_n = raw_n - self.second_zero_n
+        self._cross.add(force_n, second_n)
+        difference_n = self._cross.difference_n
+        tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(smooth_n)
+        if -tolerance_n <= difference_n <= tolerance_n:
+            self._cross_s = 0.0
+            return None
+        if self.motion.speed_m_s < 0.0:
+            return None
+        self._cross_s += limits.period_s
+        if self._cross_s <= limits.cross_time_s:
+            return None
+        return self._found(
+            "R5", difference_n, tolerance_n, "N",
+            f"the second channel reads {difference_n:+.4g} N beside the force sensor's"
+            f" {smooth_n:.4g} N{_opposite(smooth_n, smooth_n + difference_n)}",
+        )  # fmt: skip
+
+    def _judge_load(self, target_m: float, smooth_n: float, speed: float) -> Breach | None:
+        """R6 and the in-contact speed cap."""
+        limits = self._limits
+        noise_n = limits.noise_n
+        room_n = limits.force_limit_n - smooth_n - 6.0 * noise_n
+        cap_n = 1.25 * room_n + 2.0 * noise_n
+        if speed * limits.contact_n_s_per_m > cap_n and speed > 0.0:
+            return self._found(
+                "CAP", speed, max(cap_n, 0.0) / limits.contact_n_s_per_m, "m/s",
+                "faster in contact than a hidden hard stop would allow",
+            )  # fmt: skip
+        self._mean_n = mean_n = self._mean_n + self._answer_alpha * (smooth_n - self._mean_n)
+        if mean_n > self._answer_n + self._answer_rise_n:
+            self._answer_n, self._answer_m, self._taut_s = mean_n, target_m, 0.0
+            return None
+        travel_m = target_m - self._answer_m
+        leash_n = limits.force_limit_n - self._answer_n - 6.0 * noise_n
+        if travel_m * limits.stiffness_n_per_m < LEASH_SHARE * leash_n:
+            return None
+        self._taut_s += limits.period_s
+        if self._taut_s <= limits.leash_time_s:
+            return None
+        return self._found(
+            "R6", travel_m, LEASH_SHARE * leash_n / limits.stiffness_n_per_m, "m",
+            f"{travel_m * 1e6:.1f} um of travel and no answer in force",
+        )  # fmt: skip
+
+
+def _opposite(force_n: float, second_n: float) -> str:
+    """What to think of channels of which one goes up about as far as the other goes down."""
+    if not force_n * second_n < 0.0 or not 0.3 < abs(second_n / force_n) < 3.0:
+        return ""
+    return (
+        ": they have opposite signs, so one of the two has the wrong sign. Change neither until a"
+        " push by hand on the tool has shown which (stepload setup): two that agree can both be"
+        " wrong"
+    )

@@ -1,0 +1,81 @@
+"""Zero in free air: mean, noise and slope of both force channels, kept for the record."""
+
+from __future__ import annotations
+
+import math
+
+from stepload.record.outcome import Tare
+from stepload.engine.supervisor import Supervisor
+
+LEAST_READINGS = 3
+
+
+class _Line:
+    """Mean, and scatter about a straight line, of readings as they come (Welford's sums)."""
+
+    __slots__ = ("mean", "mean_s", "stt", "stx", "sxx")
+
+    def __init__(self) -> None:
+        self.mean = self.mean_s = self.stt = self.stx = self.sxx = 0.0
+
+    def add(self, count: int, time_s: float, value: float) -> None:
+        """Take the `count`-th reading in."""
+        dt, dx = time_s - self.mean_s, value - self.mean
+        self.mean_s += dt / count
+        self.mean += dx / count
+        rest = time_s - self.mean_s
+        self.stt += dt * rest
+        self.stx += dx * rest
+        self.sxx += dx * (value - self.mean)
+
+    def noise(self, count: int) -> float:
+        """Standard deviation about the line."""
+        return math.sqrt(max(self.sxx - self.slope * self.stx, 0.0) / (count - 2))
+
+    @property
+    def slope(self) -> float:
+        """Of the line, per second."""
+        return self.stx / self.stt if self.stt > 0.0 else 0.0
+
+
+class TareWindow:
+    """Takes readings in while the arm rests; as cheap at the end as at the beginning."""
+
+    __slots__ = ("_end_s", "_force", "_second", "count", "start_s")
+
+    def __init__(self) -> None:
+        self._force, self._second = _Line(), _Line()
+        self.start_s = self._end_s = math.nan
+        self.count = 0
+
+    def add(self, time_s: float, force_n: float, second_n: float) -> None:
+        """Take one reading of each channel in, in N, not tared."""
+        if not self.count:
+            self.start_s = time_s
+        self._end_s = time_s
+        self.count = count = self.count + 1
+        since_s = time_s - self.start_s
+        self._force.add(count, since_s, force_n)
+        self._second.add(count, since_s, second_n)
+
+    def offer(self, now_s: float, sup: Supervisor, duration_s: float) -> Tare | None:
+        """Take a fresh reading in; the figures once the readings cover this long."""
+        if sup.force.fresh:
+            self.add(now_s, sup.force.raw_n, sup.second_raw_n)
+        if self.count < LEAST_READINGS or now_s - self.start_s < duration_s:
+            return None
+        return self.result()
+
+    def result(self) -> Tare:
+        """The figures; needs `LEAST_READINGS`.
+
+        Raises:
+            ValueError: fewer.
+        """
+        count, force, second = self.count, self._force, self._second
+        if count < LEAST_READINGS:
+            raise ValueError(f"a tare needs {LEAST_READINGS} readings, there are {count}")
+        return Tare(
+            self._end_s, self._end_s - self.start_s, count, force.mean, force.noise(count),
+            force.slope, second.mean, second.noise(count),
+        )  # fmt: skip

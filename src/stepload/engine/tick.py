@@ -1,0 +1,239 @@
+"""One tick: samples in, target out. The same step dry, on hardware and in replay."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from stepload.envelope.bounds import Measured
+from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.errors import DomainError, RefusedError
+from stepload.plan.model import SecondForceSource
+from stepload.record.outcome import Cause
+from stepload.record.rows import Phase, TickRow
+from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
+from stepload.engine.controller import StepController
+from stepload.engine.course import Course
+from stepload.engine.operator import Operator, StopLevel
+from stepload.engine.order import RunOrder
+from stepload.engine.steps import Control
+from stepload.engine.supervisor import Supervisor
+from stepload.engine.watch import Breach, Found
+
+SAFING_EXTRA_S = 2.0
+"""Longer than the retract should take; after that safing acts without the loop."""
+
+ARRIVAL_SHARE = 0.25
+"""Of the retract: an arm that did not move at all must never count as retracted."""
+
+_SAFING = int(Phase.SAFING)
+
+
+def _nobody_listens(_cause: Cause | None) -> None:
+    pass
+
+
+class Engine:
+    """State of a run. It reads no clock and touches no device.
+
+    `course` says where the run is, `row` is the newest tick for the record, `events` what has
+    happened since the loop last emptied it, as (time_s, kind, data). `safe_reached` says whether
+    the retract after a trip came to its end, `still_closed` why the contact cannot be said to be
+    open there; "" where all force channels show that it is.
+
+    Args:
+        envelope: of the plan.
+        operator: where stop and pause requests come in.
+        start_cycle, start_level: where the run begins; the level is an index.
+        found, controller: parts that what proves the product may replace; see `Found`, `Control`.
+
+    Raises:
+        RefusedError: the plan may not be pressed.
+    """
+
+    def __init__(
+        self,
+        envelope: Envelope,
+        operator: Operator,
+        *,
+        start_cycle: int = 1,
+        start_level: int = 0,
+        found: Found = Breach,
+        controller: Control = StepController,
+    ) -> None:
+        plan, limits = envelope.plan, envelope.run_limits
+        rig = plan.rig
+        second = rig.second_force
+        second_axis = (
+            second.sensor.axis
+            if second.source is SecondForceSource.SENSOR and second.sensor is not None
+            else ""
+        )
+        self.limits = limits
+        self.operator = operator
+        self.events: list[tuple[float, str, dict[str, object]]] = []
+        self.supervisor = Supervisor(limits, rig.force.axis, second_axis, found)
+        self.course = Course(
+            plan.procedure, limits, self.supervisor, operator, self._emit, start_cycle
+        )
+        self.steps = RunOrder(
+            self.course, self._adopt, start_level, controller, envelope.telling_shake
+        ).steps
+        self._plan = plan
+        self._measured = Measured(0.0, 0.0)
+        self.cause: Cause | None = None
+        self.on_stop: Callable[[Cause | None], None] = _nobody_listens
+        self.target_m = math.nan
+        self.late_s = 0.0
+        self.peak_force_n = 0.0
+        self.row: TickRow | None = None
+        self.safing = False
+        self.safe_reached = False
+        self.still_closed = ""
+        self._phase = int(Phase.WARM_UP)
+        self._last_s = math.nan
+        self._longest_step_s = 1.2 * limits.period_s  # a late tick moves less, never faster
+        self._safe_m = self._safe_speed_m_s = self._give_up_s = 0.0
+
+    @property
+    def retract_distance_m(self) -> float:
+        """How far the arm must go back from where it may be now for the contact to be open."""
+        course = self.course
+        goal_m = self._safe_m if self.safing else course.release_m
+        way_m = max(course.believed_m, self.target_m) - goal_m
+        return way_m if way_m > course.retract_m else course.retract_m
+
+    def tick(
+        self,
+        now_s: float,
+        force_samples: Sequence[ForceSample],
+        arm_samples: Sequence[ArmSample],
+        gauge_samples: Sequence[DisplacementSample] = (),
+        second_samples: Sequence[ForceSample] = (),
+    ) -> tuple[float, bool]:
+        """Samples that arrived since the last tick in; target in m and whether the run is over.
+
+        The target is NaN until the arm has said where it is: command nothing then. The gauge does
+        not steer; its samples are recorded by the caller.
+        """
+        step_s = now_s - self._last_s
+        if self._last_s != self._last_s:
+            self._emit(now_s, "limits", {**self.limits.values})
+        self._last_s = now_s
+        if not 0.0 <= step_s <= self._longest_step_s:
+            step_s = self._longest_step_s if step_s > 0.0 else 0.0
+        sup, course = self.supervisor, self.course
+        cause = sup.check(
+            now_s,
+            force_samples,
+            arm_samples,
+            second_samples,
+            self.target_m,
+            self.steps.controller.c_m_per_n,
+            self._phase,
+        )
+        if self.safing:
+            done = self._retract(now_s, step_s)
+        elif cause is not None:
+            self.trip(cause)
+            done = False
+        elif self.operator.stop_level >= StopLevel.NOW:
+            self.on_stop(None)
+            self._begin_safing(now_s)
+            done = False
+        else:
+            self.target_m = course.step(now_s, step_s)
+            self._phase = course.phase
+            done = course.done
+            if done:
+                self.still_closed = sup.still_closed(now_s)
+            if course.failure is not None:
+                reason, value, limit, unit, message = course.failure
+                age_s = max(0.0, now_s - sup.force.receive_s)
+                self.trip(Cause(reason, value, limit, unit, age_s, now_s, message))
+                done = False
+        force_n = abs(sup.force_n)
+        if force_n > self.peak_force_n:
+            self.peak_force_n = force_n
+        self.row = TickRow(
+            now_s, self.target_m, sup.force_n, sup.second_n, sup.predicted_n,
+            self.limits.force_limit_n, self.steps.controller.c_m_per_n, course.level_n,
+            self.late_s, self._phase, course.cycle, course.step_number,
+        )  # fmt: skip
+        return self.target_m, done
+
+    def _adopt(self, measured: Measured) -> RefusedError | DomainError | None:
+        """Go on with thresholds for what the rig turned out to be, where that is worse than before.
+
+        Where the plan leaves no room below F_c any more, the reason is returned.
+        """
+        last = self._measured
+        self._measured = measured = Measured(
+            max(last.noise_n, measured.noise_n), max(last.bias_n, measured.bias_n)
+        )
+        derived = envelope_of(self._plan, measured)
+        if derived.limits is None:
+            return derived.refusal
+        self.limits = self.course.limits = limits = derived.limits
+        self.supervisor.adopt(limits)
+        self.steps.adopt(limits)
+        self._emit(self._last_s, "limits", {**limits.values})
+        return None
+
+    def trip(self, cause: Cause) -> None:
+        """Stop and retract for this reason, unless there is an earlier one."""
+        if self.cause is not None:
+            return
+        self.cause = cause
+        self.on_stop(cause)
+        self._emit(cause.time_s, "trip", cause._asdict())
+        if not self.safing:
+            self._begin_safing(cause.time_s)
+
+    def _begin_safing(self, now_s: float) -> None:
+        """The target goes back to the measured position at once, then away from the surface."""
+        self.safing = True
+        self._phase = _SAFING
+        course = self.course
+        position_m = self.supervisor.arm.position_m
+        self._safe_m = course.release_m
+        if course.believed_m < self.target_m:
+            self.target_m = course.target_m = course.believed_m
+        self._safe_speed_m_s = 0.0
+        way_m = abs(self.target_m - self._safe_m)
+        needed_s = way_m / self.limits.retract_speed_m_s
+        self._give_up_s = now_s + 2.0 * needed_s + SAFING_EXTRA_S
+        self._emit(now_s, "safing", {"position_m": position_m, "goal_m": self._safe_m})
+
+    def _retract(self, now_s: float, step_s: float) -> bool:
+        if self.target_m != self.target_m or now_s > self._give_up_s:
+            return True
+        limits = self.limits
+        self._safe_speed_m_s = min(
+            limits.retract_speed_m_s,
+            self._safe_speed_m_s + 2.0 * limits.acceleration_m_s2 * step_s,
+        )
+        target_m = max(self._safe_m, self.target_m - self._safe_speed_m_s * step_s)
+        self.target_m = self.course.target_m = target_m
+        near_m = min(limits.model_tolerance_m, ARRIVAL_SHARE * self.course.retract_m)
+        clear = self.supervisor.arm.position_m <= self._safe_m + near_m
+        if not (self.target_m <= self._safe_m and clear):
+            return False
+        self.still_closed = self.supervisor.still_closed(now_s)
+        if self.still_closed and self._further_back():
+            return False
+        self.safe_reached = True
+        return True
+
+    def _further_back(self) -> bool:
+        """Whether there is known free way left behind: as far as the start pose; takes it."""
+        start_m = self.course.start_m
+        if not start_m < self._safe_m:
+            return False
+        step_m = min(self.course.retract_m, self._safe_m - start_m)
+        self._safe_m -= step_m
+        self._give_up_s += 2.0 * step_m / self.limits.retract_speed_m_s
+        return True
+
+    def _emit(self, time_s: float, kind: str, data: dict[str, object]) -> None:
+        self.events.append((time_s, kind, data))

@@ -1,0 +1,178 @@
+"""At rest in free air: the zero of both force channels, what it shows of them, and its drift."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict
+
+from stepload.envelope.bounds import Measured
+from stepload.envelope.schedule import BETWEEN_CYCLES_TARE_S
+from stepload.errors import DomainError, RefusedError
+from stepload.record.outcome import Tare
+from stepload.record.rows import Phase
+from stepload.engine.course import Act, Course, Then
+from stepload.engine.free_air import ALLOWED_SHARE, FreeAir
+from stepload.engine.tare import TareWindow
+
+DRIFT_CHECK_S = 0.5
+NOISE_FACTOR = 3.0
+STEP_RATES = 5.0
+"""Time constants 1/λ that a load step takes, in the estimate of the time to the next zero."""
+
+Adopt = Callable[[Measured], RefusedError | DomainError | None]
+"""Goes on with thresholds for this noise and drift; why the plan does not fit them, or None."""
+
+
+class Zeroing:
+    """Takes the zero, and looks at it again afterwards.
+
+    Args:
+        course: of the run.
+        stopped: what to do when the operator stops the run here.
+        adopt: takes over what was measured where it is worse than planned.
+    """
+
+    def __init__(self, course: Course, stopped: Then, adopt: Adopt) -> None:
+        self._course = course
+        self._stopped = stopped
+        self._adopt = adopt
+        self._then = stopped
+        self._window = TareWindow()
+        self._free_air = FreeAir(course, stopped)
+        self._zero: Tare | None = None
+
+    def warm_up(self, now_s: float, then: Then) -> None:
+        """Wait, then `take` a zero."""
+        self._then = then
+        self._course.enter(Phase.WARM_UP, now_s, self._warm_up)
+
+    def take(self, now_s: float, then: Then) -> None:
+        """Prove free air, take the zero, see that it stays, `then` go on."""
+        self._then = then
+        self._free_air.prove(now_s, self._begin_tare)
+
+    def look_back(self, now_s: float, then: Then) -> None:
+        """After a retract: how far has the zero moved? `then` go on.
+
+        Between cycles the new zero counts from now on. Free air needs no proof here: the contact
+        was seen to open, and a zero further off than the drift allowed ends the run.
+        """
+        self._then = then
+        self._begin(now_s, Phase.POST_TARE, self._look_back)
+
+    def _begin_tare(self, now_s: float) -> None:
+        self._begin(now_s, Phase.TARE, self._tare)
+
+    def _begin(self, now_s: float, phase: Phase, act: Act) -> None:
+        self._window = TareWindow()
+        self._course.enter(phase, now_s, act)
+
+    def _warm_up(self, now_s: float, _step_s: float) -> None:
+        course = self._course
+        if course.stop_asked():
+            self._stopped(now_s)
+        elif now_s - course.since_s >= course.plan.warm_up_s:
+            self.take(now_s, self._then)
+
+    def _tare(self, now_s: float, _step_s: float) -> None:
+        course = self._course
+        if course.stop_asked():
+            self._stopped(now_s)
+            return
+        tare = self._window.offer(now_s, course.sup, course.plan.tare_s)
+        if tare is not None and self._accept(now_s, tare):
+            self._begin(now_s, Phase.DRIFT_CHECK, self._drift_check)
+
+    def _accept(self, now_s: float, tare: Tare) -> bool:
+        """Take this zero, unless it is too noisy or drifts."""
+        course = self._course
+        position_m = course.sup.arm.position_m
+        course.emit(now_s, "tare", {**asdict(tare), "position_m": position_m})
+        allowed_n, max_drift_n = NOISE_FACTOR * course.limits.noise_n, course.plan.max_drift_n
+        drift_n = abs(tare.slope_n_per_s) * tare.duration_s
+        if not tare.noise_n <= allowed_n:
+            course.fail(
+                "noise", tare.noise_n, allowed_n, "N",
+                f"the force sensor's noise of {tare.noise_n:.3g} N is more than {NOISE_FACTOR:g}"
+                " times what the limits were derived for",
+            )  # fmt: skip
+        elif not drift_n <= max_drift_n:
+            course.fail(
+                "drift", drift_n, max_drift_n, "N",
+                f"the force drifted by {drift_n:.3g} N during the tare: warm up longer",
+            )  # fmt: skip
+        elif self._still_fits(tare):
+            self._zero = tare
+            course.tares.append(tare)
+            course.sup.tare(tare.mean_n, tare.second_mean_n)
+        return course.failure is None
+
+    def _drift_check(self, now_s: float, _step_s: float) -> None:
+        course, limits, zero = self._course, self._course.limits, self._zero
+        look = self._window.offer(now_s, course.sup, DRIFT_CHECK_S)
+        if look is None or zero is None:
+            return
+        shift_n = look.mean_n - zero.mean_n
+        second_n = look.second_mean_n - zero.second_mean_n
+        second_limit_n = ALLOWED_SHARE * limits.cross_tolerance_n
+        course.emit(now_s, "drift", {"shift_n": shift_n, "second_shift_n": second_n})
+        if not abs(shift_n) <= course.plan.max_drift_n:
+            course.fail(
+                "drift", shift_n, course.plan.max_drift_n, "N",
+                f"the force moved by {shift_n:+.3g} N since the tare: warm up longer",
+            )  # fmt: skip
+        elif limits.cross_check and not abs(second_n) <= second_limit_n:
+            course.fail(
+                "drift", second_n, second_limit_n, "N",
+                f"the second force channel moved by {second_n:+.3g} N since the tare",
+            )  # fmt: skip
+        else:
+            self._then(now_s)
+
+    def _still_fits(self, tare: Tare) -> bool:
+        """Whether the plan leaves room with the noise and drift that there really are."""
+        course, plan, limits = self._course, self._course.plan, self._course.limits
+        noise_n = tare.noise_n if tare.sure_noise_n > limits.noise_n else 0.0
+        steps = len(plan.levels_n) * (2 if plan.unload else 1)
+        steps *= 1 if plan.lift_off else plan.cycles
+        step_s = plan.step_n / plan.load_rate_n_per_s + plan.hold_s
+        under_load_s = steps * (step_s + STEP_RATES / limits.step_rate_per_s)
+        drift_n = tare.sure_slope_n_per_s * under_load_s
+        if noise_n == 0.0 and drift_n <= plan.max_drift_n:
+            return True
+        refusal = self._adopt(Measured(noise_n, drift_n))
+        if refusal is not None:
+            found = f"a noise of {tare.noise_n:.3g} N and a drift of {drift_n:.3g} N until the zero"
+            course.fail(
+                "no_room", tare.noise_n, limits.noise_n, "N",
+                f"the tare shows {found} is looked at again; with them the plan does not fit:"
+                f" {refusal.message} ({refusal.hint})",
+            )  # fmt: skip
+        return course.failure is None
+
+    def _look_back(self, now_s: float, _step_s: float) -> None:
+        course, plan = self._course, self._course.plan
+        last = course.cycle >= plan.cycles
+        duration_s = plan.tare_s if last else min(plan.tare_s, BETWEEN_CYCLES_TARE_S)
+        tare = self._window.offer(now_s, course.sup, duration_s)
+        if tare is None:
+            return
+        course.zero_shift_n = tare.mean_n - course.tares[0].mean_n
+        if last:
+            course.tares.append(tare)
+            course.emit(
+                now_s,
+                "zero_shift",
+                {"shift_n": course.zero_shift_n, "limit_n": plan.max_drift_n,
+                 "flagged": abs(course.zero_shift_n) > plan.max_drift_n, **asdict(tare)},
+            )  # fmt: skip
+            self._then(now_s)
+            return
+        shift_n = tare.mean_n - course.tares[-1].mean_n
+        if not abs(shift_n) <= plan.max_drift_n:
+            course.fail(
+                "drift", shift_n, plan.max_drift_n, "N",
+                f"the force zero moved by {shift_n:+.3g} N within one cycle",
+            )  # fmt: skip
+        elif self._accept(now_s, tare):
+            self._then(now_s)

@@ -1,0 +1,106 @@
+"""What identification must be told beside the data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stepload.estimators.deflection import DeflectionTable, seat_sigma
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.sources import Sources
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """What identification must be told beside the data; SI units.
+
+    Attributes:
+        sources: the uncertainty sources; `system_stiffness_n_per_m` None where the travel is the
+            payload's deformation already.
+        secant_force_n: force the secants are taken at.
+        touch_force_n: the contact threshold that found the zero; 0 where the zero is given.
+        position_resolution_m: δ_Δ for (34); NaN where it is neither stated nor seen.
+        elastic_limit_n: F_c, None where it is not known.
+        roughness_m: σ_eq, None where the payload is smooth or not known.
+        rough_length_m: 1.22 σ κ^-0.16 of the surface (11); 0 where it was declared smooth, None
+            where nobody has told it.
+        p, s, t: those of (29)–(32).
+        kind: "payload" or "system".
+        theory_k, theory_n: the payload's contact law by theory (3), in N/m^n.
+        modulus_pa: equivalent modulus (4) of payload and plate.
+        plate_pa: E/(1 − ν²) of the plate alone.
+        laws: words of the laws that were chosen, see `contact.law_names`; none: all are weighed.
+        pose, temperature_c: of the run; "" and None where the plan does not tell.
+    """
+
+    sources: Sources
+    secant_force_n: float
+    touch_force_n: float
+    position_resolution_m: float
+    elastic_limit_n: float | None = None
+    roughness_m: float | None = None
+    rough_length_m: float | None = None
+    p: float = 2.0
+    s: float = 20.0
+    t: float = 5.0
+    kind: str = "payload"
+    theory_k: float | None = None
+    theory_n: float | None = None
+    modulus_pa: float | None = None
+    plate_pa: float | None = None
+    laws: tuple[str, ...] = ()
+    pose: str = ""
+    temperature_c: float | None = None
+
+    @property
+    def deflection_force_n(self) -> tuple[float, ...]:
+        """Forces of the table δ_s(F) that is subtracted; empty without one."""
+        return self.sources.deflection_force_n
+
+    @property
+    def deflection_m(self) -> tuple[float, ...]:
+        """Its deflections."""
+        return self.sources.deflection_m
+
+    @property
+    def deflection_sigma_m(self) -> tuple[float, ...]:
+        """Their standard uncertainties."""
+        return self.sources.deflection_sigma_m
+
+    def deflection(self) -> DeflectionTable | None:
+        """The table itself; None where F/K_s is subtracted, or nothing."""
+        return self.sources.deflection()
+
+    def table_doubts(self, peak_force_n: float) -> list[str]:
+        """What is doubtful about the table up to a force; empty where its rows reach that far."""
+        table = self.deflection()
+        return [said] if table is not None and (said := table.beyond(peak_force_n)) else []
+
+    def bend(self, force_n: FloatArray) -> FloatArray:
+        """Deflection (N,) in m of everything but the payload at forces (N,); 0 for a gauge."""
+        stiffness = self.sources.system_stiffness_n_per_m
+        if stiffness is None:
+            return np.zeros_like(force_n)
+        table = self.deflection()
+        return force_n / stiffness if table is None else table.at(force_n)
+
+    def bend_sigma(self, force_n: FloatArray) -> FloatArray:
+        """Standard uncertainties (M, N) in m of its independent errors, each one for all forces.
+
+        One is in proportion; where no table of the pose says how the system gives way at small
+        force, the other is a seat that nobody has looked at.
+        """
+        stiffness = self.sources.system_stiffness_n_per_m
+        if stiffness is None:
+            return np.zeros((1, force_n.size))
+        relative = self.sources.system_stiffness_sigma_n_per_m / stiffness
+        modes = [relative * self.bend(force_n)]
+        if self.deflection() is None:
+            modes.append(seat_sigma(force_n, stiffness))
+        return np.stack(modes)
+
+    def table_sigma(self, force_n: FloatArray) -> FloatArray:
+        """Standard uncertainty (N,) in m of the table's rows; 0 without a table."""
+        table = self.deflection()
+        return np.zeros_like(force_n) if table is None else table.sigma_at(force_n)

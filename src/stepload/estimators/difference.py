@@ -1,0 +1,328 @@
+"""The difference of two groups of runs, with the interval that is its own.
+
+Every error of the budget enters the difference of ln(stiffness) with the weight of its run: −1/N in
+the first group, +1/N in the second (GUM, JCGM 100, 5.2.2, with correlations). What all runs share
+cancels but for the part that they feel differently: K_s with 1.3 % in one and 1.4 % in the other
+leaves 0.1 %. What each run has to itself is averaged.
+
+Repeats are believed more than a budget: where the scatter of the runs is larger than the budget of
+their own errors expects, it takes its place, widened after Student for few runs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from stepload.errors import DomainError
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.measured import Measured
+from stepload.estimators.origin import common
+from stepload.estimators.repeats import IntArray, Scatter, normal, scatter_of, within
+
+SIGNIFICANCE = 0.05
+"""How often runs of equal payloads may be called different."""
+POWER = 0.8
+"""How often a true difference of the smallest detectable size is called one."""
+SMOOTH = "smooth deformation error"
+REPEATABILITY = "repeatability beyond the budget"
+
+
+class Agreement(StrEnum):
+    """What a comparison comes to."""
+
+    AGREE = "agree"
+    DIFFER = "differ"
+    CANNOT_TELL = "cannot tell"
+
+
+@dataclass(frozen=True, slots=True)
+class DifferenceLine:
+    """What one source adds; all relative standard uncertainties.
+
+    Attributes:
+        source: its name.
+        first, second: rms of what it is in a single run of the group.
+        own: what the runs' own part of it leaves in the difference, after averaging.
+        shared: what the shared part leaves in it, after cancelling.
+        left: both together.
+        common: in words, which runs share it.
+    """
+
+    source: str
+    first: float
+    second: float
+    own: float
+    shared: float
+    left: float
+    common: str
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """Group 2 against group 1.
+
+    Attributes:
+        quantity, from_n, to_n: what was compared, between which forces.
+        first, second: names of the runs of both groups.
+        relative: S2/S1 − 1, geometric means.
+        interval: its 95 % interval; wider where several groups are compared with the first.
+        half_width: of the interval of ln(S2/S1).
+        smallest_detectable: the relative difference that would have been called one in 80 of 100.
+        tolerance: the difference that matters, relative.
+        verdict, why: what it comes to.
+        lines: one per source; in the widest case where it is not known what is shared.
+        scatter: standard deviation of ln S between the runs of a group, pooled; None: no repeats.
+        scatter_degrees: its degrees of freedom.
+        scatter_expected: what the budget of the runs' own errors expects.
+        open_sources: sources of which the records do not tell whether they are shared.
+    """
+
+    quantity: str
+    from_n: float
+    to_n: float
+    first: tuple[str, ...]
+    second: tuple[str, ...]
+    relative: float
+    interval: tuple[float, float]
+    half_width: float
+    smallest_detectable: float
+    tolerance: float
+    verdict: Agreement
+    why: str
+    lines: tuple[DifferenceLine, ...]
+    scatter: float | None
+    scatter_degrees: int
+    scatter_expected: float | None
+    open_sources: tuple[str, ...]
+
+
+class _Correlation(NamedTuple):
+    """(N, N) bounds of the correlation of one source between the runs."""
+
+    least: FloatArray
+    most: FloatArray
+
+    @property
+    def open(self) -> bool:
+        return bool(np.any(self.most > self.least))
+
+    def cases(self, group: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """What is not known is each run's own, or shared within a group alone (then nothing cancels
+        and nothing averages), or shared by all."""
+        grouped = np.where(group[:, None] == group, self.most, self.least)
+        return self.least, grouped, self.most
+
+
+class _Case(NamedTuple):
+    """One way in which what is not known could be."""
+
+    lines: tuple[DifferenceLine, ...]
+    expected: float | None
+
+    @property
+    def sigma(self) -> float:
+        return math.hypot(*(line.left for line in self.lines))
+
+
+class _Groups(NamedTuple):
+    """All runs with their group and their weight in the difference, (N,) each."""
+
+    runs: tuple[Measured, ...]
+    group: IntArray
+    weight: FloatArray
+    scatter: Scatter | None
+    level: float
+
+    def sigma(self, source: str) -> FloatArray:
+        return np.array([run.lines.get(source, 0.0) for run in self.runs])
+
+
+def difference(
+    first: Sequence[Measured],
+    second: Sequence[Measured],
+    *,
+    tolerance: float,
+    comparisons: int = 1,
+) -> Difference:
+    """Compare two groups of runs.
+
+    Args:
+        first, second: the runs of both groups, one quantity between the same two forces.
+        tolerance: the relative difference that matters.
+        comparisons: how many such comparisons the verdict is taken from; the significance is
+            shared out among them (Bonferroni).
+
+    Raises:
+        DomainError: a group is empty, quantities or forces differ, or a number is impossible.
+    """
+    _check(first, second, tolerance)
+    runs = (*first, *second)
+    group = np.array([0] * len(first) + [1] * len(second))
+    value = np.array([run.ln_value for run in runs])
+    weight = np.where(group == 0, -1.0 / len(first), 1.0 / len(second))
+    level = 1.0 - SIGNIFICANCE / (2.0 * comparisons)
+    groups = _Groups(runs, group, weight, scatter_of(value, group), level)
+    known = _correlations(runs)
+    cases = [
+        _case(groups, dict(zip(known, case, strict=True)), known)
+        for case in zip(*(each.cases(group) for each in known.values()), strict=True)
+    ]
+    change, factor = float(weight @ value), normal(level)
+    widest = max(cases, key=lambda case: case.sigma)
+    half = factor * widest.sigma
+    smallest = math.expm1((factor + normal(POWER)) * widest.sigma)
+    undecided = tuple(s for s, c in known.items() if c.open and np.any(groups.sigma(s) > 0.0))
+    verdict, why = _judge(change, [factor * case.sigma for case in cases], smallest, tolerance)
+    if undecided and verdict is Agreement.CANNOT_TELL:
+        why += f"; the records do not tell whether the runs share {', '.join(undecided)}"
+    return Difference(
+        quantity=runs[0].quantity,
+        from_n=runs[0].from_n,
+        to_n=runs[0].to_n,
+        first=tuple(run.run for run in first),
+        second=tuple(run.run for run in second),
+        relative=math.expm1(change),
+        interval=(math.expm1(change - half), math.expm1(change + half)),
+        half_width=half,
+        smallest_detectable=smallest,
+        tolerance=tolerance,
+        verdict=verdict,
+        why=why,
+        lines=widest.lines,
+        scatter=groups.scatter.sigma if groups.scatter else None,
+        scatter_degrees=groups.scatter.degrees if groups.scatter else 0,
+        scatter_expected=widest.expected,
+        open_sources=undecided,
+    )
+
+
+def _check(first: Sequence[Measured], second: Sequence[Measured], tolerance: float) -> None:
+    runs = (*first, *second)
+    if not first or not second:
+        raise DomainError("a group without a run cannot be compared")
+    if not 0.0 < tolerance < math.inf:
+        raise DomainError(f"tolerance is {tolerance:g}; it must be positive and finite")
+    kinds = {(run.quantity, run.from_n, run.to_n) for run in runs}
+    if len(kinds) > 1:
+        told = "; ".join(f"{what}, {low:g} to {top:g} N" for what, low, top in sorted(kinds))
+        raise DomainError(
+            f"what differs by definition is not compared: {told}",
+            hint="evaluate the runs by one quantity between the same two forces",
+        )
+    for run in runs:
+        if not math.isfinite(run.ln_value):
+            raise DomainError(f"{run.run}: the stiffness is no number")
+        if not run.lines:
+            raise DomainError(f"{run.run}: a stiffness without a budget cannot be compared")
+        for source, sigma in run.lines.items():
+            if not 0.0 <= sigma < math.inf:
+                raise DomainError(f"{run.run}: {source} is {sigma:g}; it must be 0 or more")
+
+
+def _correlations(runs: Sequence[Measured]) -> dict[str, _Correlation]:
+    found = {}
+    for source in dict.fromkeys(source for run in runs for source in run.lines):
+        least, most = np.eye(len(runs)), np.eye(len(runs))
+        for (i, one), (j, other) in combinations(enumerate(runs), 2):
+            apart_m = 0.5 * abs(one.deformation_m - other.deformation_m)
+            both = common(source, one.origin, other.origin, apart_m)
+            least[i, j] = least[j, i] = both.least
+            most[i, j] = most[j, i] = both.most
+        found[source] = _Correlation(least, most)
+    return found
+
+
+def _case(
+    groups: _Groups, correlation: Mapping[str, FloatArray], known: Mapping[str, _Correlation]
+) -> _Case:
+    """The lines of the difference where the correlations are these."""
+    lines, expected = [], 0.0
+    scatter, average = groups.scatter, float(groups.weight @ groups.weight)
+    projection = within(groups.group)
+    for source, matrix in correlation.items():
+        line = _line(source, groups, matrix)
+        sigma = groups.sigma(source)
+        spread = float(np.trace(projection @ (np.outer(sigma, sigma) * matrix)))
+        if scatter is not None and source == SMOOTH and not _shared(known[source].most):
+            measured = scatter.instead_of(spread / scatter.degrees, groups.level)
+            if measured is not None:
+                spread, left = measured * scatter.degrees, math.sqrt(measured * average)
+                told = "no; its size is taken from the scatter"
+                line = DifferenceLine(source, line.first, line.second, left, 0.0, left, told)
+        expected += spread
+        lines.append(line)
+    if scatter is None:
+        return _Case(tuple(lines), None)
+    expected /= scatter.degrees
+    beyond = scatter.beyond(expected, groups.level)
+    if beyond > 0.0:
+        each, left = math.sqrt(beyond), math.sqrt(beyond * average)
+        told = f"no; widened for {scatter.degrees} degrees of freedom"
+        lines.append(DifferenceLine(REPEATABILITY, each, each, left, 0.0, left, told))
+    return _Case(tuple(lines), math.sqrt(expected))
+
+
+def _line(source: str, groups: _Groups, matrix: FloatArray) -> DifferenceLine:
+    sigma = groups.sigma(source)
+    parts = groups.weight * sigma
+    left = math.sqrt(max(float(parts @ matrix @ parts), 0.0))
+    partner = np.max(matrix - np.eye(parts.size), axis=1)
+    own = min(math.sqrt(float(np.sum(parts**2 * (1.0 - partner)))), left)
+    if not _shared(matrix):
+        own = left
+    return DifferenceLine(
+        source=source,
+        first=_rms(sigma[groups.group == 0]),
+        second=_rms(sigma[groups.group == 1]),
+        own=own,
+        shared=math.sqrt(max(left**2 - own**2, 0.0)),
+        left=left,
+        common=_told(matrix, groups.group),
+    )
+
+
+def _rms(values: FloatArray) -> float:
+    return math.sqrt(float(np.mean(values**2)))
+
+
+def _shared(matrix: FloatArray) -> bool:
+    return bool(np.any(matrix - np.eye(len(matrix))))
+
+
+def _told(matrix: FloatArray, group: IntArray) -> str:
+    """In words, which runs share a source."""
+    pairs = matrix[~np.eye(group.size, dtype=bool)]
+    if not np.any(pairs):
+        return "no"
+    if not np.any(matrix[group[:, None] != group]):
+        return "within a group only"
+    if np.all(pairs >= 1.0):
+        return "by all"
+    return f"by all, {np.min(pairs):.0%} of it" if np.all(pairs > 0.0) else "by some"
+
+
+def _judge(
+    change: float, halves: Sequence[float], smallest: float, tolerance: float
+) -> tuple[Agreement, str]:
+    """The verdict: where something is not known, every case must come to the same."""
+    half = max(halves)
+    said = f"{math.expm1(change):+.1%} ± {math.expm1(half):.1%}"
+    seen = f"smallest difference that these runs could have shown: {smallest:.1%}"
+    if all(abs(change) > each for each in halves):
+        return Agreement.DIFFER, f"{said}; {seen}"
+    if any(abs(change) > each for each in halves):
+        return Agreement.CANNOT_TELL, f"{said}, a difference only if they share more; {seen}"
+    if smallest > tolerance:
+        return Agreement.CANNOT_TELL, f"{said}; {seen}, asked for is {tolerance:.1%}"
+    if math.expm1(abs(change) + half) > tolerance:
+        return Agreement.CANNOT_TELL, (
+            f"{said}: the interval reaches beyond the {tolerance:.1%} asked for; {seen}"
+        )
+    return Agreement.AGREE, f"{said}, within the {tolerance:.1%} asked for; {seen}"

@@ -1,0 +1,136 @@
+"""Every estimator on the same samples of one run."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from stepload.errors import DomainError
+from stepload.estimators.finish import finish, force_rms_n
+from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray
+from stepload.estimators.inverse_law import inverse_ls, joint
+from stepload.estimators.ls import log_ls, log_tls, mixed_ls_tls, rs_btls, smallest_direction
+from stepload.estimators.odr import odr
+from stepload.estimators.points import positive
+from stepload.estimators.recursive import RsRtls
+from stepload.estimators.selection import Selected
+from stepload.estimators.weighted import ew_tls
+
+RECURSIVE_FORGETTING = 0.999
+
+
+def fit_all(
+    selected: Selected,
+    *,
+    secant_force_n: float,
+    elastic_limit_n: float | None = None,
+    sigma_m: float | None = None,
+    sigma_n: float | None = None,
+) -> dict[str, Fit]:
+    """All fits of one loading by name; what to make of them says `stepload.estimators.decide`.
+
+    Args:
+        selected: the samples.
+        secant_force_n: where the secants (28) are taken, in N.
+        elastic_limit_n: F_c; fits of data above it are flagged.
+        sigma_m: standard deviation of the deformation in m.
+        sigma_n: standard deviation of the force in N; "ew_tls" and "odr" need both.
+
+    Returns:
+        "log_ls", "log_tls", "rs_btls", "mixed_ls_tls", "inverse_ls", "joint", "rs_rtls", and where
+        their inputs are given "ew_tls", "odr". An estimator that refuses the data (too few points
+        with positive deformation, say) is missing.
+
+    Raises:
+        DomainError: every estimator refuses, or an argument is outside its domain.
+    """
+    batch, at = selected.samples(selected.batch), secant_force_n
+    x, y = batch.deformation_m, batch.force_n
+    attempts: list[Callable[[], Fit]] = [
+        partial(estimator, x, y, secant_force_n=at)
+        for estimator in (log_ls, log_tls, rs_btls, mixed_ls_tls)
+    ]
+    if sigma_m is not None and sigma_n is not None:
+        attempts += [
+            partial(estimator, x, y, sigma_m=sigma_m, sigma_n=sigma_n, secant_force_n=at)
+            for estimator in (ew_tls, odr)
+        ]
+    attempts += [
+        partial(inverse_ls, x, y, secant_force_n=at, sigma_m=sigma_m),
+        partial(joint, x, y, secant_force_n=at, sigma_m=sigma_m),
+        partial(recursive_fit, selected, at),
+    ]
+    fits = _possible(attempts)
+    peak_n = float(selected.force_n.max(initial=0.0))
+    doubts = above_elastic_limit(peak_n, elastic_limit_n)
+    return {fit.estimator: dataclasses.replace(fit, doubts=fit.doubts + doubts) for fit in fits}
+
+
+def above_elastic_limit(peak_force_n: float, elastic_limit_n: float | None) -> tuple[Doubt, ...]:
+    """A doubt where the data go beyond F_c; none where no limit is given."""
+    if elastic_limit_n is None or peak_force_n <= elastic_limit_n:
+        return ()
+    message = (
+        f"forces up to {peak_force_n:.4g} N, above the elastic limit of {elastic_limit_n:.4g} N: "
+        "the payload may have yielded"
+    )
+    return (Doubt(Flag.ABOVE_ELASTIC_LIMIT, message),)
+
+
+def _possible(attempts: list[Callable[[], Fit]]) -> list[Fit]:
+    """The fits that can be had; the first refusal where there is none.
+
+    One estimator that fails on numbers it cannot work with does not take the others with it.
+    """
+    fits, refusals = [], []
+    for attempt in attempts:
+        try:
+            with np.errstate(all="ignore"):
+                fits.append(attempt())
+        except DomainError as refusal:
+            refusals.append(refusal)
+        except (np.linalg.LinAlgError, ArithmeticError) as error:
+            refusals.append(
+                DomainError(
+                    f"these points determine no law ({error})",
+                    hint="is K_s right? A system stiffer than believed leaves no deformation",
+                )
+            )
+    if not fits:
+        raise refusals[0]
+    return fits
+
+
+def recursive_fit(selected: Selected, secant_force_n: float) -> Fit:
+    """The fit "rs_rtls" with its force residual over the samples used.
+
+    Raises:
+        DomainError: fewer than three samples that differ.
+    """
+    fit = RsRtls(RECURSIVE_FORGETTING, secant_force_n, rest_band_n=selected.rest_band_n)
+    given = selected.samples(selected.recursive)
+    for x, y in zip(given.deformation_m.tolist(), given.force_n.tolist(), strict=True):
+        fit.update(x, y)
+    result = fit.fit()
+    if not 0.0 < result.k < math.inf:
+        return result
+    used = selected.samples(selected.recursive_used)
+    residual = force_rms_n(used.deformation_m, used.force_n, math.log(result.k), result.n, 0.0)
+    return dataclasses.replace(result, force_rms=residual)
+
+
+def recursive_as_batch(deformation: FloatArray, force: FloatArray, secant_force_n: float) -> Fit:
+    """`recursive_fit` of samples that all enter it, as one decomposition.
+
+    For the many calls that a sensitivity takes.
+    """
+    points = positive(deformation, force, at_least=3)
+    x, y = points.deformation_m, points.force_n
+    age = np.arange(x.size - 1, -1, -1)
+    rows = np.stack([np.ones_like(x), np.log(x), np.log(y)]) * x * RECURSIVE_FORGETTING ** (age / 2)
+    log_k, n, _ = smallest_direction(np.asarray(np.linalg.qr(rows.T, mode="r")))
+    return finish("rs_rtls", points, log_k, n, secant_force_n=secant_force_n)

@@ -1,0 +1,137 @@
+"""One system stiffness from several runs: weighted K_s, and the smooth error better known.
+
+A single K_s run knows the size of its smooth error from two or three degrees of freedom, which
+nearly doubles every interval that rests on it. Runs with errors of their own (the contact found
+anew, another day) add up their degrees of freedom. Runs that repeat one and the same error do not,
+however well they agree: the misfits of the runs are therefore correlated with each other, and
+n runs of mean correlation r count as n/(1 + (n − 1) r) runs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from stepload.errors import DomainError
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.smooth import few_degrees
+from stepload.estimators.system import SystemStiffnessFit
+
+_GRID = 60
+
+
+@dataclass(frozen=True, slots=True)
+class PooledStiffness:
+    """K_s of several runs of one rig in one pose.
+
+    Attributes:
+        stiffness_n_per_m: mean, weighted with what each run's range of force tells at the pooled
+            size of the smooth error.
+        sigma_n_per_m: its standard uncertainty, such that ± 1.96 σ covers 95 %.
+        msde_m, smooth_error_m: rms over the runs of their misfit and smooth error.
+        smooth_degrees: degrees of freedom of the smooth error; None where no run estimated it.
+        damping_lower_bound_n_s_per_m: the lowest of the runs' bounds.
+        force_range_n: lowest and highest force common to all runs.
+        runs: number of runs.
+        independent_runs: for how many they count.
+        misfit_correlation: mean correlation of the misfits of two runs; 0 for one run.
+        scatter: rms deviation of the runs over what their own uncertainties say; 0 for one run.
+    """
+
+    stiffness_n_per_m: float
+    sigma_n_per_m: float
+    msde_m: float
+    smooth_error_m: float
+    smooth_degrees: float | None
+    damping_lower_bound_n_s_per_m: float
+    force_range_n: tuple[float, float]
+    runs: int
+    independent_runs: float
+    misfit_correlation: float
+    scatter: float
+
+
+def pool(fits: Sequence[SystemStiffnessFit]) -> PooledStiffness:
+    """Pool K_s runs of one rig, pose and direction.
+
+    The uncertainty of the series contact is common to all runs and does not shrink. Runs that
+    scatter more than their uncertainties allow widen the result by that factor.
+
+    Raises:
+        DomainError: no run, or runs without a common range of force.
+    """
+    if not fits:
+        raise DomainError("there is no run to pool")
+    low_n = max(fit.force_range_n[0] for fit in fits)
+    high_n = min(fit.force_range_n[1] for fit in fits)
+    if not high_n > low_n:
+        raise DomainError(
+            f"the runs have no force in common: the highest of one is {high_n:.4g} N, the lowest "
+            f"of another {low_n:.4g} N",
+            hint="pool runs with the same load steps",
+        )
+    count = len(fits)
+    correlation = _correlation([_misfit(fit, low_n, high_n) for fit in fits])
+    shared = 1.0 + (count - 1) * max(correlation, 0.0)
+    estimated = [fit.smooth_degrees for fit in fits if fit.smooth_degrees is not None]
+    degrees = sum(estimated) / shared if estimated else None
+
+    stiffness = np.array([fit.stiffness_n_per_m for fit in fits])
+    size_m = _rms([_smooth_size(fit) for fit in fits]) * _widening(degrees)
+    own = np.array([math.hypot(f.error_gain_n_per_m2 * size_m, f.bend_sigma_n_per_m) for f in fits])
+    weight = 1.0 / own**2
+    mean = float(weight @ stiffness / weight.sum())
+    scatter = math.sqrt(float(weight @ (stiffness - mean) ** 2) / (count - 1)) if count > 1 else 0.0
+    sigma = math.sqrt(shared / float(weight.sum())) * max(1.0, scatter)
+    contact = max(fit.contact_sigma_n_per_m for fit in fits)
+    return PooledStiffness(
+        stiffness_n_per_m=mean,
+        sigma_n_per_m=math.hypot(sigma, contact),
+        msde_m=_rms([fit.msde_m for fit in fits]),
+        smooth_error_m=_rms([fit.smooth_error_m for fit in fits]),
+        smooth_degrees=degrees,
+        damping_lower_bound_n_s_per_m=min(fit.damping_lower_bound_n_s_per_m for fit in fits),
+        force_range_n=(low_n, high_n),
+        runs=count,
+        independent_runs=count / shared,
+        misfit_correlation=correlation,
+        scatter=scatter,
+    )
+
+
+def _rms(values: Sequence[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _widening(degrees: float | None) -> float:
+    return 1.0 if degrees is None else few_degrees(degrees)
+
+
+def _smooth_size(fit: SystemStiffnessFit) -> float:
+    """Size in m of the smooth error that the uncertainty of a run was made from."""
+    known = fit.contact_sigma_n_per_m**2 + fit.bend_sigma_n_per_m**2
+    smooth = math.sqrt(max(fit.sigma_n_per_m**2 - known, 0.0))
+    return smooth / (fit.error_gain_n_per_m2 * _widening(fit.smooth_degrees))
+
+
+def _misfit(fit: SystemStiffnessFit, low_n: float, high_n: float) -> FloatArray:
+    """Misfit of a run (60,) over the common forces, mean and slope taken out."""
+    grid = np.linspace(low_n, high_n, _GRID)
+    force, where = np.unique(fit.misfit_force_n, return_inverse=True)
+    mean = np.bincount(where, fit.misfit_m) / np.bincount(where)
+    values = np.interp(grid, force, mean)
+    return np.asarray(values - np.polyval(np.polyfit(grid, values, 1), grid))
+
+
+def _correlation(misfits: Sequence[FloatArray]) -> float:
+    """Mean correlation of two misfits; 0 where there are none or they vanish."""
+    found = [
+        float(one @ other) / scale
+        for one, other in combinations(misfits, 2)
+        if (scale := math.sqrt(float(one @ one) * float(other @ other))) > 0.0
+    ]
+    return float(np.mean(found)) if found else 0.0

@@ -1,0 +1,81 @@
+"""What runs that were repeated say of their own errors, against what their budget says."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepload.estimators.fit import FloatArray
+
+IntArray = NDArray[np.intp]
+
+LEAST_DEGREES = 2
+"""Degrees of freedom from which on a scatter may take the place of a budget: that of one repeat is
+so badly known that its interval would be six times as wide."""
+_TOO_SMALL, _TOO_LARGE = 0.1, 0.05
+"""A scatter speaks against a budget where chance gives one like it less often than this."""
+
+
+class Scatter(NamedTuple):
+    """Standard deviation of a value between the runs of a group, pooled over the groups."""
+
+    sigma: float
+    degrees: int
+
+    def widened(self, level: float) -> float:
+        """Such that the factor of the normal distribution covers as Student's does (GUM G.3)."""
+        from scipy.special import stdtrit
+
+        return self.sigma * float(stdtrit(self.degrees, level)) / normal(level)
+
+    def beyond(self, expected: float, level: float) -> float:
+        """Variance of a run that the scatter asks for beyond the `expected` one of its budget.
+
+        The larger of both counts. A single repeat counts only where chance does not explain it.
+        """
+        if self.degrees < LEAST_DEGREES and not self._too_large(expected):
+            return 0.0
+        return max(self.widened(level) ** 2 - expected, 0.0)
+
+    def instead_of(self, stated: float, level: float) -> float | None:
+        """Variance that takes the place of a stated one that is too large for this scatter."""
+        from scipy.special import chdtr
+
+        if self.degrees < LEAST_DEGREES or not stated > 0.0:
+            return None
+        share = self.degrees * self.sigma**2 / stated
+        measured = self.widened(level) ** 2
+        if float(chdtr(self.degrees, share)) >= _TOO_SMALL or measured >= stated:
+            return None
+        return measured
+
+    def _too_large(self, expected: float) -> bool:
+        from scipy.special import chdtrc
+
+        if not expected > 0.0:
+            return self.sigma > 0.0
+        share = self.degrees * self.sigma**2 / expected
+        return float(chdtrc(self.degrees, share)) < _TOO_LARGE
+
+
+def within(group: IntArray) -> FloatArray:
+    """(N, N) projection onto what differs within groups; `group` (N,) names each run's."""
+    alike = (group[:, None] == group).astype(np.float64)
+    return np.asarray(np.eye(group.size) - alike / alike.sum(axis=1))
+
+
+def scatter_of(value: FloatArray, group: IntArray) -> Scatter | None:
+    """Scatter of `value` (N,) in its groups; None where no run was repeated."""
+    left = within(group) @ value
+    degrees = value.size - np.unique(group).size
+    return None if degrees < 1 else Scatter(math.sqrt(float(left @ left) / degrees), degrees)
+
+
+def normal(level: float) -> float:
+    """Quantile of the standard normal distribution."""
+    from scipy.special import ndtri
+
+    return float(ndtri(level))

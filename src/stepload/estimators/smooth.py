@@ -1,0 +1,195 @@
+"""Errors that vary slowly with force: what a fit absorbs and no residual shows.
+
+The position error of an arm (kinematics, gear ripple, an unmodelled bend of K_s) changes smoothly
+along the stroke. Taken as a stationary random function of force with the squared-exponential
+correlation exp(−½ (ΔF/length)²), it has a covariance, and a linear estimator a sensitivity to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepload.errors import DomainError
+from stepload.estimators.finite import finite
+from stepload.estimators.fit import FloatArray
+
+SHORTEST, LONGEST = 1.0 / 12.0, 1.0 / 1.5
+"""Shares of the peak force between which a length that nobody has measured may lie. A shorter error
+averages out, a longer one is a slope that K_s and its uncertainty hold."""
+_LENGTHS = 5
+
+NORMAL_95 = 1.959964
+"""Half width of the central 95 % of a normal distribution, in standard deviations."""
+
+IntArray = NDArray[np.intp]
+
+_CELLS_PER_LENGTH = 20.0
+_RANK = 1e-10
+
+
+def smooth_correlation(force_n: FloatArray, length_n: float) -> FloatArray:
+    """Return the (N, N) correlation of a smooth error at forces (N,) in N."""
+    if not (np.isfinite(length_n) and length_n > 0):
+        raise DomainError(f"correlation length is {length_n} N; it must be positive and finite")
+    distance = np.subtract.outer(force_n, force_n) / length_n
+    return np.asarray(np.exp(-0.5 * distance**2))
+
+
+def smooth_lengths(length_n: float | None, peak_force_n: float) -> tuple[float, ...]:
+    """Correlation lengths in N to be carried through: the known one, or a range (5,) of the peak.
+
+    Raises:
+        DomainError: a length, or the peak that stands in for it, that is not positive and finite.
+    """
+    size = peak_force_n if length_n is None else length_n
+    if not (np.isfinite(size) and size > 0):
+        what = "peak force" if length_n is None else "correlation length"
+        raise DomainError(f"{what} is {size} N; it must be positive and finite")
+    if length_n is not None:
+        return (length_n,)
+    return tuple(float(x) for x in np.geomspace(SHORTEST, LONGEST, _LENGTHS) * peak_force_n)
+
+
+def worst_of(covariances: Sequence[FloatArray]) -> FloatArray:
+    """A covariance (P, P) that is at least each of these in every direction.
+
+    Which length is the worst differs from parameter to parameter and for what is made of them. Two
+    matrices are diagonal together in the basis that makes their sum a unit matrix; the larger of
+    both stands there (an upper bound in the Loewner order).
+    """
+    worst = covariances[0]
+    for other in covariances[1:]:
+        both = worst + other
+        scale = np.sqrt(np.diag(both))
+        used = scale > 0.0
+        if not used.any():
+            continue
+        unit = scale[used]
+        value, vector = np.linalg.eigh(both[np.ix_(used, used)] / np.outer(unit, unit))
+        kept = value > _RANK * value[-1]
+        root = vector[:, kept] * np.sqrt(value[kept])
+        whiten = vector[:, kept] / np.sqrt(value[kept])
+        share, basis = np.linalg.eigh(
+            whiten.T @ (worst[np.ix_(used, used)] / np.outer(unit, unit)) @ whiten
+        )
+        corner = unit[:, None] * (root @ basis)
+        worst = np.zeros_like(both)
+        worst[np.ix_(used, used)] = (corner * np.maximum(share, 1.0 - share)) @ corner.T
+    return worst
+
+
+class ForceCells(NamedTuple):
+    """Points gathered into narrow cells of force within which a smooth error is one number.
+
+    `cell` (N,) gives each point's cell, `force_n` (M,) the cell centres.
+    """
+
+    cell: IntArray
+    force_n: FloatArray
+
+
+def force_cells(force_n: FloatArray, length_n: float) -> ForceCells:
+    """Gather points into cells of a twentieth of `length_n` (at most a few hundred cells)."""
+    width = max(length_n / _CELLS_PER_LENGTH, float(np.ptp(force_n)) / 400.0)
+    keys, index = np.unique(np.round(force_n / width), return_inverse=True)
+    return ForceCells(index, keys * width)
+
+
+def propagate_smooth(sensitivity: FloatArray, force_n: FloatArray, length_n: float) -> FloatArray:
+    """Return (P, P): covariance of P estimates for a smooth error of unit variance.
+
+    `sensitivity` (P, N) holds the derivatives of the estimates with respect to each point.
+    Cost is linear in N.
+    """
+    cells = force_cells(force_n, length_n)
+    gathered = np.stack(
+        [np.bincount(cells.cell, row, minlength=cells.force_n.size) for row in sensitivity]
+    )
+    return np.asarray(gathered @ smooth_correlation(cells.force_n, length_n) @ gathered.T)
+
+
+class LinearFit(NamedTuple):
+    """Least squares with a smooth error in `y`.
+
+    `theta` (P,), `unit_covariance` (P, P) for a smooth error of unit variance, `rms` the plain rms
+    residual, `smooth_sd` the size of the error that leaves such a residual once the part that
+    the fit absorbs is counted, `degrees` its effective degrees of freedom (Satterthwaite),
+    `sensitivity` (P, N).
+    """
+
+    theta: FloatArray
+    unit_covariance: FloatArray
+    rms: float
+    smooth_sd: float
+    degrees: float
+    sensitivity: FloatArray
+
+    def sigma(self, parameter: int, smooth_sd: float | None = None) -> float:
+        """Standard uncertainty of a parameter for a smooth error of `smooth_sd` (None: its own)."""
+        size = self.smooth_sd if smooth_sd is None else smooth_sd
+        return size * float(np.sqrt(max(self.unit_covariance[parameter, parameter], 0.0)))
+
+
+def fit_with_smooth_error(
+    columns: FloatArray,
+    y: FloatArray,
+    force_n: FloatArray,
+    length_n: float,
+    *,
+    run: IntArray | None = None,
+    white_sd: float = 0.0,
+) -> LinearFit:
+    """Fit y = columns @ theta where y carries an error that is smooth in force.
+
+    `columns` is (N, P), `y`, `force_n` and `run` (N,), a few hundred points at most: the cost is
+    N³. Points of different `run` have independent realisations of the error. `white_sd` is the
+    known error of a point that is not smooth; its part of the misfit is not counted as smooth, but
+    never more than three quarters of it.
+
+    Raises:
+        DomainError: columns that do not span P dimensions, or fewer than P + 2 points.
+    """
+    count, parameters = columns.shape
+    if count < parameters + 2:
+        raise DomainError(
+            f"{count} points for {parameters} parameters; at least {parameters + 2} are needed",
+            hint="use more of the stroke or finer load steps",
+        )
+    scale = np.linalg.norm(columns, axis=0)
+    if not np.all(np.isfinite(scale)) or np.any(scale == 0):
+        raise DomainError("a regressor is zero or not finite everywhere")
+    sensitivity = np.linalg.pinv(finite(columns / scale)) / scale[:, None]
+    if np.linalg.matrix_rank(columns / scale, tol=1e-8) < parameters:
+        raise DomainError(
+            "the data cannot tell the parameters apart",
+            hint="cover more force range; for damping, hold and move at the same forces",
+        )
+    theta = sensitivity @ y
+    residual = y - columns @ theta
+    correlation = smooth_correlation(force_n, length_n)
+    if run is not None:
+        correlation = np.where(run[:, None] == run, correlation, 0.0)
+    visible = correlation - columns @ (sensitivity @ correlation)
+    trace = float(np.trace(visible))
+    square = float(residual @ residual)
+    white = min(white_sd**2 * (count - parameters), 0.75 * square)
+    variance = (square - white) / trace
+    return LinearFit(
+        theta=theta,
+        unit_covariance=sensitivity @ correlation @ sensitivity.T,
+        rms=float(np.sqrt(np.mean(residual**2))),
+        smooth_sd=float(np.sqrt(variance)),
+        degrees=trace**2 / float(np.sum(visible * visible.T)),
+        sensitivity=sensitivity,
+    )
+
+
+def few_degrees(degrees: float) -> float:
+    """Factor on σ by which ± 1.96 σ covers 95 % when σ itself is estimated (GUM G.4)."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(max(degrees, 1.0), 0.975)) / NORMAL_95

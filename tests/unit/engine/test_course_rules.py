@@ -1,0 +1,469 @@
+"""The parts of a run's order at their bounds: approach, touch, retract, steps, start."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from course_feed import PERIOD_S, PLAN, PLANNED, Stage
+
+from stepload.record.rows import Phase
+from stepload.engine.approach import RING_TIMEOUT_S, Approach
+from stepload.engine.follow import LEAD_FILTER_S, Lead
+from stepload.engine.operator import StopLevel
+from stepload.engine.order import START_REST_S, RunOrder
+from stepload.engine.retract import Retract
+from stepload.engine.settle import BLOCK_S, BLOCKS, RingTest, SettleTest
+from stepload.engine.steps import LoadSteps
+
+NEAR_M = PLAN.surface_distance_m - PLAN.surface_uncertainty_m
+RUN_OUT_M = 2.0 * PLANNED.fast_speed_m_s * PLANNED.reaction_s
+WIDE = {"leash_free_m": 1.0, "ahead_m": 1.0}
+
+
+def approach(
+    limits: dict[str, Any] | None = None, touches: int = 1, **procedure: Any
+) -> tuple[Stage, Approach]:
+    stage = Stage(limits, procedure)
+    part = Approach(stage.course, stage.stopped.append)
+    part.begin(stage.now_s, "first", touches, stage.then.append)
+    return stage, part
+
+
+def guarded(limits: dict[str, Any] | None = None, **options: Any) -> Stage:
+    """An approach that has just become a guarded one, at rest."""
+    stage, part = approach(limits, **options)
+    stage.sup.arm.position_m = stage.course.target_m = stage.course.goal_m
+    part._begin_guarded(stage.now_s)
+    return stage
+
+
+def test_the_fast_approach_ends_short_of_where_the_surface_may_be() -> None:
+    stage, _ = approach()
+    assert stage.course.phase == Phase.FAST_APPROACH
+    assert stage.course.goal_m == pytest.approx(NEAR_M - RUN_OUT_M)
+    while stage.course.phase == Phase.FAST_APPROACH:
+        stage.ticks()
+        assert stage.course.speed_m_s <= PLANNED.fast_speed_m_s
+    assert stage.course.phase == Phase.GUARDED_APPROACH
+    assert stage.course.target_m == pytest.approx(NEAR_M - RUN_OUT_M)
+
+
+def test_a_known_surface_is_approached_to_a_gap_and_half_as_fast() -> None:
+    stage = Stage(WIDE)
+    stage.course.surface_m = 2e-3
+    Approach(stage.course, stage.stopped.append).begin(stage.now_s, "cycle", 1, stage.then.append)
+    gap_m = max(20.0 * PLANNED.position_resolution_m, 0.3 * PLANNED.guarded_speed_m_s)
+    assert stage.course.goal_m == pytest.approx(2e-3 - min(gap_m, PLAN.retract_m) - RUN_OUT_M)
+    while stage.course.phase == Phase.FAST_APPROACH:
+        stage.ticks()
+    stage.ticks(200)
+    assert stage.course.speed_m_s == pytest.approx(0.5 * PLANNED.guarded_speed_m_s)
+
+
+def test_the_guarded_approach_keeps_its_speed_and_its_acceleration() -> None:
+    stage = guarded(WIDE)
+    stage.ticks(1)
+    assert stage.course.speed_m_s == pytest.approx(
+        min(PLANNED.acceleration_m_s2 * PERIOD_S, PLANNED.guarded_speed_m_s)
+    )
+    begin_m = stage.course.target_m
+    stage.ticks(100)
+    assert stage.course.speed_m_s == PLANNED.guarded_speed_m_s
+    way_m = stage.course.target_m - begin_m
+    assert way_m == pytest.approx(100.0 * PERIOD_S * PLANNED.guarded_speed_m_s, rel=1e-9)
+
+
+@pytest.mark.parametrize("fast", [True, False])
+def test_in_free_air_the_target_stays_within_the_leash_of_the_arm(fast: bool) -> None:
+    """An arm that does not follow, with nothing else to hold the target back."""
+    if fast:
+        stage, _ = approach({"ahead_m": 1.0})
+        stage.position_m = 0.0
+    else:
+        stage = guarded({"ahead_m": 1.0})
+        stage.position_m = stage.course.target_m
+    at_m = stage.position_m
+    assert at_m is not None
+    for _ in range(5000):
+        stage.ticks()
+        assert stage.course.target_m <= at_m + PLANNED.leash_free_m + 1e-12
+    assert stage.course.target_m == pytest.approx(at_m + PLANNED.leash_free_m)
+
+
+def test_the_target_does_not_run_ahead_of_an_arm_that_does_not_follow() -> None:
+    ahead_m = 2e-5
+    stage = guarded({"ahead_m": ahead_m, "leash_free_m": 1.0})
+    stage.position_m = stage.course.target_m
+    stage.ticks(3000)
+    ahead = stage.course.target_m - stage.position_m
+    assert 0.99 * ahead_m < ahead < 1.2 * ahead_m
+
+
+def test_lead_of_the_fast_approach_is_not_taken_for_one_of_the_arm() -> None:
+    stage, part = approach({"ahead_m": 1e-6, "leash_free_m": 1.0})
+    stage.sup.arm.position_m, stage.course.target_m = 0.0, 1.0
+    part._begin_guarded(stage.now_s)
+    most_m = PLANNED.fast_speed_m_s * PLANNED.reaction_s + 1e-6
+    assert part._lead._lead_m == pytest.approx(most_m)
+
+
+@pytest.mark.parametrize("phase", [Phase.FAST_APPROACH, Phase.GUARDED_APPROACH])
+def test_two_fresh_samples_above_the_touch_force_are_a_touch(phase: Phase) -> None:
+    touch_n = PLANNED.touch_force_n
+    stage = approach()[0] if phase is Phase.FAST_APPROACH else guarded()
+    course = stage.course
+    stage.ticks(5, 0.99 * touch_n)
+    stage.ticks(1, 1.01 * touch_n)
+    stage.ticks(1, 0.0)
+    stage.ticks(1, 1.01 * touch_n)
+    stage.sup.force.fresh = False
+    stage.ticks(3, 1.01 * touch_n)
+    assert course.phase == phase
+    stage.sup.force.fresh = True
+    stage.position_m = at_m = course.target_m - 5e-6
+    stage.ticks(1, 1.01 * touch_n)
+    assert course.phase == Phase.DWELL
+    assert course.surface_m == course.target_m == at_m
+    (touch,) = course.touches
+    assert (touch.position_m, touch.purpose, touch.cycle) == (at_m, "first", 1)
+
+
+def test_a_touch_never_moves_the_target_on() -> None:
+    stage = guarded()
+    stage.position_m = stage.course.target_m + 5e-5
+    before_m = stage.course.target_m
+    stage.ticks(1, 2.0 * PLANNED.touch_force_n)
+    moved_m = stage.course.target_m
+    stage.ticks(1, 2.0 * PLANNED.touch_force_n)
+    assert stage.course.phase == Phase.DWELL
+    assert stage.course.target_m == moved_m < before_m + 1e-6
+
+
+def touched(touches: int, **options: Any) -> Stage:
+    stage = guarded(touches=touches, **options)
+    stage.ticks(2, 1.5 * PLANNED.touch_force_n)
+    assert stage.course.phase == Phase.DWELL
+    return stage
+
+
+def test_the_dwell_lasts_until_ringing_has_died_out_or_its_time_is_over() -> None:
+    stage = touched(1)
+    begin_s = stage.now_s
+    stage.ticks(1000)
+    assert stage.then[0] - begin_s < 0.2
+    ringing = touched(1)
+    begin_s = ringing.now_s
+    for tick in range(5000):
+        ringing.ticks(1, 1.5 * PLANNED.touch_force_n + 10.0 * (tick % 2))
+    assert ringing.then[0] - begin_s == pytest.approx(RING_TIMEOUT_S, abs=2.0 * PERIOD_S)
+
+
+def test_it_touches_as_often_as_it_was_asked_to() -> None:
+    stage = touched(2)
+    course = stage.course
+    stage.ticks(300)
+    assert course.phase == Phase.TOUCH_RETRACT
+    gap_m = max(20.0 * PLANNED.position_resolution_m, 0.3 * PLANNED.guarded_speed_m_s)
+    assert course.goal_m == pytest.approx(course.surface_m - min(gap_m, PLAN.retract_m))
+    stage.ticks(1000, 0.49 * PLANNED.touch_force_n)
+    assert course.phase == Phase.GUARDED_APPROACH
+    stage.ticks(2, 1.5 * PLANNED.touch_force_n)
+    stage.ticks(300)
+    assert stage.then
+    assert [touch.purpose for touch in course.touches] == ["first", "again"]
+
+
+def test_a_stop_in_contact_leaves_before_the_next_touch() -> None:
+    stage = touched(3)
+    stage.operator.request_stop(StopLevel.AFTER_STEP)
+    stage.ticks(300)
+    assert stage.then
+
+
+def test_a_stop_during_an_approach_leaves() -> None:
+    for stage in (approach()[0], guarded()):
+        stage.operator.request_stop(StopLevel.AFTER_STEP)
+        stage.ticks()
+        assert stage.stopped
+
+
+def test_force_that_stays_between_touches_leads_back_by_the_retract_and_no_further() -> None:
+    stage = touched(2, retract_m=1e-4)
+    course = stage.course
+    stage.ticks(20_000, 0.51 * PLANNED.touch_force_n + 3.0 * PLANNED.touch_force_n)
+    assert course.failure is not None
+    assert course.failure.reason == "not_open"
+    assert course.failure.limit == 0.5 * PLANNED.touch_force_n
+    assert course.goal_m == pytest.approx(course.surface_m - 1e-4)
+
+
+def test_half_the_touch_force_is_free_again() -> None:
+    for share, free in ((0.49, True), (0.51, False)):
+        stage = touched(2)
+        stage.ticks(300)
+        stage.ticks(800, share * PLANNED.touch_force_n)
+        assert (stage.course.phase == Phase.GUARDED_APPROACH) == free
+
+
+def test_the_gap_between_touches_covers_lost_motion_and_resolution() -> None:
+    for change, gap_m in (
+        ({"lost_motion_m": 1e-4}, 4e-4),
+        ({"position_resolution_m": 3e-5}, 6e-4),
+        ({"lost_motion_m": 1e-2}, PLAN.retract_m),
+    ):
+        assert approach(change)[1]._gap_m() == pytest.approx(gap_m)
+
+
+@pytest.mark.parametrize(("share", "is_open"), [(0.99, True), (1.01, False)])
+def test_a_retract_proves_that_the_contact_is_open(share: float, is_open: bool) -> None:
+    stage = Stage()
+    stage.course.surface_m = stage.course.target_m = 1e-3
+    stage.sup.arm.position_m = 1e-3
+    Retract(stage.course).begin(stage.now_s, stage.then.append)
+    assert stage.course.goal_m == pytest.approx(1e-3 - PLAN.retract_m)
+    begin_s = stage.now_s
+    stage.ticks(3000, share * PLANNED.touch_force_n)
+    assert bool(stage.then) == is_open
+    failure = stage.course.failure
+    assert (failure is None) == is_open
+    assert failure is None or failure[:3] == (
+        "not_open", share * PLANNED.touch_force_n, PLANNED.touch_force_n
+    )  # fmt: skip
+    rest_s = 0.2 + 4.0 * PLANNED.loop_s
+    assert stage.now_s - begin_s > rest_s + PLAN.retract_m / PLANNED.retract_speed_m_s
+    assert stage.course.level_n == 0.0
+
+
+def test_where_the_arm_is_believed_to_be_is_within_a_retract_of_its_target() -> None:
+    course = Stage().course
+    for position_m, believed_m in ((0.3e-3, 0.3e-3), (5e-3, 1e-3), (-5e-3, -1e-3)):
+        course.sup.arm.position_m = position_m
+        assert course.believed_m == pytest.approx(believed_m)
+    course.target_m = math.nan
+    assert course.believed_m == -5e-3
+
+
+def test_the_contact_is_open_a_retract_behind_all_that_is_known() -> None:
+    course = Stage().course
+    course.sup.arm.position_m, course.target_m = 0.5e-3, 0.2e-3
+    assert course.release_m == pytest.approx(0.2e-3 - PLAN.retract_m)
+    course.surface_m = 0.1e-3
+    assert course.release_m == pytest.approx(0.1e-3 - PLAN.retract_m)
+    course.surface_m, course.sup.arm.position_m = 0.7e-3, -0.3e-3
+    assert course.release_m == pytest.approx(-0.3e-3 - PLAN.retract_m)
+
+
+def test_motion_to_a_goal_has_bounded_speed_and_acceleration_and_comes_to_rest_there() -> None:
+    for goal_m in (2e-3, -2e-3):
+        stage = Stage()
+        course = stage.course
+        course.aim(goal_m)
+        speeds, before_m = [0.0], 0.0
+        while not course.move(0.01, PERIOD_S):
+            speeds.append(abs(course.target_m - before_m) / PERIOD_S)
+            before_m = course.target_m
+            assert abs(course.target_m) <= abs(goal_m)
+        assert course.target_m == goal_m
+        assert max(speeds) == pytest.approx(0.01)
+        fastest = 1.001 * PLANNED.acceleration_m_s2 * PERIOD_S
+        assert all(b - a <= fastest for a, b in pairwise(speeds))
+        assert speeds[-1] < 3.0 * fastest
+        assert course.speed_m_s == 0.0
+
+
+def test_rest_is_counted_from_the_arrival_and_anew_for_a_new_goal() -> None:
+    course = Stage().course
+    course.aim(0.0)
+    assert not course.rest_at_goal(1.0, PERIOD_S, 0.5)
+    assert not course.rest_at_goal(1.4, PERIOD_S, 0.5)
+    assert course.rest_at_goal(1.5, PERIOD_S, 0.5)
+    course.aim(0.0)
+    assert not course.rest_at_goal(1.6, PERIOD_S, 0.5)
+    course.enter(Phase.HOLD, 2.0, course._stand)
+    assert not course.rest_at_goal(9.0, PERIOD_S, 0.5)
+
+
+def test_a_lead_is_learned_slowly_and_not_from_an_arm_that_does_not_follow() -> None:
+    lead = Lead(PERIOD_S)
+    lead.begin(1e-4)
+    assert lead.excess(1e-4, 0.0, 1e-5) == 0.0
+    assert lead.excess(1.3e-4, 0.0, 1e-5) == pytest.approx(2e-5)
+    assert lead._lead_m == 1e-4
+    assert lead.excess(1.1e-4, 0.0, 1.5e-5) == 0.0
+    assert lead._lead_m == pytest.approx(1e-4 + 1e-5 * PERIOD_S / LEAD_FILTER_S)
+
+
+class Controller:
+    """Takes the target up by a micrometre a tick until it is told that the level is reached."""
+
+    def __init__(self, _limits: object) -> None:
+        self.reached = False
+        self.begun: list[tuple[Any, ...]] = []
+        self.step_m = 1e-6
+
+    def begin(self, *arguments: Any) -> None:
+        self.begun.append(arguments)
+        self.reached = False
+
+    def step(self, *arguments: Any) -> float:
+        target_m: float = arguments[3]
+        return target_m + self.step_m
+
+
+def steps(**procedure: Any) -> tuple[Stage, LoadSteps, Any]:
+    stage = Stage(procedure=procedure)
+    stage.course.surface_m = 0.0
+    made: Any = LoadSteps(stage.course, Controller)  # type: ignore[arg-type]
+    return stage, made, made.controller
+
+
+def test_a_step_that_does_not_come_to_its_level_is_given_up_after_its_time() -> None:
+    stage, part, _ = steps(settle_timeout_s=0.125)
+    begin_s = stage.now_s
+    part.load(begin_s, 1, 50.0, stage.then.append)
+    while stage.course.phase == Phase.LOAD:
+        stage.ticks(1, 20.0)
+    assert stage.now_s - begin_s == 20.0 * 0.125
+    assert stage.find("level_missed") == {"level_n": 50.0, "force_n": 20.0}
+    assert stage.course.phase == Phase.HOLD
+
+
+def test_unloading_that_does_not_open_the_contact_goes_back_by_a_retract_and_no_further() -> None:
+    stage, part, controller = steps()
+    controller.step_m = -1e-6
+    part.unload(stage.now_s, 1, 50.0, stage.then.append)
+    stage.ticks(2000, 100.0)
+    assert stage.course.failure is not None
+    assert stage.course.failure.reason == "not_open"
+    assert stage.course.failure.limit == 50.0
+    assert stage.course.target_m == pytest.approx(-PLAN.retract_m, abs=2e-6)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_phases_and_signs_of_loading_and_unloading(sign: float) -> None:
+    stage, part, controller = steps()
+    begin = part.load if sign > 0.0 else part.unload
+    stage.sup.smooth_n, stage.sup.arm.position_m = 12.0, 3e-6
+    begin(stage.now_s, 4, 50.0, stage.then.append)
+    assert stage.course.phase == (Phase.LOAD if sign > 0.0 else Phase.UNLOAD)
+    assert (stage.course.step_number, stage.course.level_n) == (4, 50.0)
+    assert controller.begun == [(50.0, 12.0, 3e-6, sign, False)]
+    controller.reached = True
+    stage.ticks()
+    assert stage.course.phase == (Phase.HOLD if sign > 0.0 else Phase.UNLOAD_HOLD)
+    begin(stage.now_s, 5, 60.0, stage.then.append)
+    assert controller.begun[-1][-1] is True
+    part.new_contact()
+    begin(stage.now_s, 6, 70.0, stage.then.append)
+    assert controller.begun[-1][-1] is False
+
+
+def hold(forces: Any, **procedure: Any) -> tuple[float, dict[str, Any]]:
+    """How long a hold of 0.5 s lasts, and what is said of it."""
+    stage, part, controller = steps(hold_s=0.5, settle_timeout_s=3.0, **procedure)
+    part.load(stage.now_s, 1, 50.0, stage.then.append)
+    controller.reached = True
+    stage.ticks(1, 50.0)
+    begin_s = stage.now_s
+    for tick in range(10_000):
+        stage.ticks(1, forces(tick * PERIOD_S))
+        if stage.then:
+            break
+    return stage.then[0] - begin_s, stage.find("held")
+
+
+def test_a_hold_lasts_until_the_force_has_settled_and_at_most_its_time_and_the_timeout() -> None:
+    held_s, data = hold(lambda s: 50.0)
+    assert data["settled"] is True
+    assert held_s == pytest.approx(4.0 / PLANNED.step_rate_per_s + 1.1, abs=0.03)
+    held_s, data = hold(lambda s: 50.0 - 5.0 * s)
+    assert data["settled"] is False
+    assert held_s == pytest.approx(3.5, abs=2.0 * PERIOD_S)
+
+
+def test_creep_is_rest_below_half_a_percent_of_the_level_or_the_band_over_the_hold() -> None:
+    eps_n = max(PLANNED.band_n, 0.005 * 50.0)
+    for share, settled in ((0.9, True), (1.1, False)):
+        assert hold(lambda s, rate=share * eps_n / 0.5: 50.0 + rate * s)[1]["settled"] is settled
+
+
+def settled_at(slope: float, hold_s: float = 2.0, eps_n: float = 1.0) -> float:
+    test = SettleTest()
+    test.begin(0.0, hold_s, eps_n)
+    for tick in range(4000):
+        test.add(tick * PERIOD_S, slope * tick * PERIOD_S)
+        if test.settled:
+            return tick * PERIOD_S
+    return math.inf
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_settled_is_a_slope_that_creeps_by_less_than_eps_over_the_hold(sign: float) -> None:
+    assert settled_at(sign * 0.98 * 0.5) == pytest.approx(BLOCK_S * (BLOCKS + 1), abs=0.01)
+    assert settled_at(sign * 1.02 * 0.5) == math.inf
+
+
+def test_noise_that_hides_the_slope_is_not_rest() -> None:
+    def settles(swing_n: float) -> bool:
+        test = SettleTest()
+        test.begin(0.0, 2.0, 1.0)
+        for tick in range(3000):
+            block = int(tick * PERIOD_S / BLOCK_S)
+            test.add(tick * PERIOD_S, swing_n * (1.0 if block % 4 < 2 else -1.0))
+        return test.settled
+
+    # Slope error of +-a in ten blocks: a sqrt(10/8/82.5); twice that over the hold of 2 s.
+    edge_n = 1.0 / (2.0 * math.sqrt(10.0 / 8.0 / 82.5) / BLOCK_S * 2.0)
+    assert settles(0.6 * edge_n)
+    assert not settles(1.1 * edge_n)
+
+
+def test_ringing_has_died_out_after_two_quiet_blocks() -> None:
+    for width, quiet in ((6.9, True), (7.1, False)):
+        ring = RingTest(1.0)
+        ring.begin(0.0, 0.0)
+        told = []
+        for tick in range(1, 100):
+            ring.add(tick * PERIOD_S, 0.5 * width * (1.0 if tick % 2 else -1.0))
+            told.append(ring.quiet)
+        assert told[-1] is quiet
+        if quiet:
+            assert told.index(True) * PERIOD_S == pytest.approx(2 * 0.025, abs=0.003)
+
+
+def order(position_m: float) -> tuple[Stage, RunOrder]:
+    stage = Stage()
+    stage.course.target_m = math.nan
+    stage.position_m = position_m
+    run = RunOrder(stage.course, lambda measured: None, 0, Controller, None)  # type: ignore[arg-type]
+    return stage, run
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_arm_that_moves_before_the_first_command_is_not_taken_over(sign: float) -> None:
+    for share, taken in ((0.99, True), (1.01, False)):
+        stage, _ = order(0.0)
+        stage.ticks(3)
+        stage.position_m = sign * share * PLANNED.model_tolerance_m
+        stage.ticks(1)
+        assert (stage.course.failure is None) == taken
+        assert math.isnan(stage.course.target_m)
+
+
+def test_an_arm_that_stands_is_taken_over_where_it_stands() -> None:
+    stage, _ = order(7e-3)
+    rest = round(START_REST_S / PERIOD_S)
+    stage.ticks(rest)
+    assert math.isnan(stage.course.target_m)
+    stage.ticks(2)
+    assert stage.course.target_m == 7e-3
+    assert stage.course.phase == Phase.WARM_UP
+
+
+def test_a_controller_is_made_anew_for_new_limits() -> None:
+    stage, part, controller = steps()
+    part.adopt(stage.course.limits)
+    assert part.controller is not controller

@@ -1,0 +1,105 @@
+"""The gap between what two force channels have read over their skew."""
+
+from __future__ import annotations
+
+import random
+import statistics
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stepload.engine.cross_check import CrossCheck
+
+PERIOD_S, SKEW_S = 0.002, 0.010
+
+
+def check() -> CrossCheck:
+    return CrossCheck(PERIOD_S, SKEW_S, filter_s=PERIOD_S, noise_n=(0.0, 0.0))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    force_n=st.lists(st.floats(0.0, 500.0), min_size=20, max_size=60),
+    main_late=st.integers(0, 5),
+    second_late=st.integers(0, 5),
+)
+def test_a_delay_within_the_skew_is_no_difference(
+    force_n: list[float], main_late: int, second_late: int
+) -> None:
+    cross = check()
+    for at in range(len(force_n)):
+        cross.add(force_n[max(0, at - main_late)], force_n[max(0, at - second_late)])
+        assert cross.difference_n == 0.0
+
+
+@pytest.mark.parametrize(("main", "second"), [(1.0, 0.5), (0.5, 1.0), (1.0, 0.0), (0.0, 1.0)])
+def test_a_wrong_gain_is_the_difference_once_the_skew_has_passed(
+    main: float, second: float
+) -> None:
+    cross = check()
+    for _ in range(20):
+        cross.add(main * 100.0, second * 100.0)
+    assert cross.difference_n == pytest.approx((second - main) * 100.0)
+
+
+@pytest.mark.parametrize("late_ticks", [6, 8])
+def test_a_delay_beyond_the_skew_is_a_difference_while_the_force_moves(late_ticks: int) -> None:
+    cross = check()
+    for at in range(40):
+        cross.add(1.0 * at, 1.0 * max(0, at - late_ticks))
+    assert cross.difference_n == pytest.approx(-(late_ticks - 5.0))
+
+
+def test_a_channel_that_stands_falls_behind_by_all_but_the_skew() -> None:
+    cross = check()
+    for at in range(100):
+        cross.add(0.5 * at, 0.0)
+    assert cross.difference_n == pytest.approx(-0.5 * (99 - 5))
+
+
+def test_a_new_zero_forgets_what_was_read() -> None:
+    cross = check()
+    cross.add(0.0, 50.0)
+    assert cross.difference_n == 50.0
+    cross.restart()
+    assert cross.difference_n == 0.0
+    cross.add(0.0, 0.5)
+    assert cross.difference_n == 0.5
+
+
+def test_each_channel_is_filtered() -> None:
+    cross = CrossCheck(PERIOD_S, PERIOD_S, filter_s=4 * PERIOD_S, noise_n=(0.0, 0.0))
+    cross.add(0.0, 0.0)
+    cross.add(0.0, 10.0)
+    assert cross.difference_n == 0.0  # the reading before it is in the range
+    cross.add(0.0, 10.0)
+    assert cross.difference_n == pytest.approx(2.5)
+
+
+def test_noise_hides_no_error() -> None:
+    """The range that noise makes is taken out: an error just above a limit is seen as that."""
+    chance, cross = random.Random(1), CrossCheck(PERIOD_S, SKEW_S, 0.005, noise_n=(0.3, 1.5))
+    found = []
+    for _ in range(5000):
+        cross.add(100.0 + chance.gauss(0.0, 0.3), 110.0 + chance.gauss(0.0, 1.5))
+        found.append(cross.difference_n)
+    assert statistics.mean(found[100:]) == pytest.approx(10.0, abs=0.5)
+
+
+def test_noise_is_no_difference() -> None:
+    chance, cross = random.Random(2), CrossCheck(PERIOD_S, SKEW_S, 0.005, noise_n=(0.3, 1.5))
+    found = []
+    for _ in range(5000):
+        cross.add(chance.gauss(0.0, 0.3), chance.gauss(0.0, 1.5))
+        found.append(abs(cross.difference_n))
+    assert statistics.mean(found) < 0.5
+    assert max(found) < 4.0
+
+
+def test_a_range_is_narrowed_by_the_filtered_noise() -> None:
+    """A filter of 0.4 a tick leaves half of white noise."""
+    cross = CrossCheck(PERIOD_S, SKEW_S, 0.005, noise_n=(0.0, 1.5))
+    cross.add(0.0, 0.0)
+    cross.add(0.0, 100.0)
+    assert cross.difference_n == pytest.approx(0.5 * 1.5)

@@ -1,0 +1,397 @@
+"""R1, R2, R5, R6, R9 and the speed cap at their edges, with samples made by hand."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from rule_feed import PERIOD_S, PLANNED, Feed, arm_sample, force_sample
+
+from stepload.record.rows import Phase
+from stepload.engine.supervisor import LEASH_SHARE, Supervisor
+from stepload.engine.watch import Breach
+
+K = PLANNED.stiffness_n_per_m
+LIMIT_N, NOISE_N, REACTION_S = PLANNED.force_limit_n, PLANNED.noise_n, PLANNED.reaction_s
+CALM = {"jump_n": 1e9, "cross_tolerance_n": 1e9}
+"""Limits under which forces may jump and channels differ."""
+ALPHA, TAU_S = PERIOD_S / (0.25 * REACTION_S), 0.25 * REACTION_S
+SLOPE_NOISE = 1.5 * NOISE_N * math.sqrt(ALPHA) / (TAU_S * (1.0 - ALPHA))
+
+
+def test_r1_trips_above_the_limit_and_not_at_it() -> None:
+    for force_n, found in ((LIMIT_N, False), (LIMIT_N + 0.01, True)):
+        feed = Feed(**CALM, at_n=300.0, reaction_s=1e-9)
+        cause = feed.tick(force_n)
+        assert (cause is not None) == found
+        assert cause is None or cause[:5] == ("R1", force_n, LIMIT_N, "N", 0.0)
+
+
+def test_r1_judges_the_tared_force() -> None:
+    feed = Feed(**CALM)
+    feed.supervisor.tare(-10.0, 0.0)
+    assert feed.supervisor.force_n == 0.0
+    feed.tick(5.0)
+    assert feed.supervisor.force_n == 15.0
+
+
+def test_nothing_is_judged_by_force_before_the_zero_is_taken() -> None:
+    supervisor = Supervisor(PLANNED, "-fz")
+    for index in range(100):
+        cause = supervisor.check(
+            index * PERIOD_S, [force_sample(index, 900.0)], [arm_sample(index, 0.0)], (), 0.0, 0.0,
+            Phase.HOLD,
+        )  # fmt: skip
+        assert cause is None
+    supervisor.tare(0.0, 0.0)
+    cause = supervisor.check(
+        0.1, [force_sample(100, 900.0)], [arm_sample(100, 0.0)], (), 0.0, 0.0, Phase.HOLD
+    )
+    assert cause is not None
+    assert cause.rule == "R1"
+
+
+def test_r2_a_rising_force_is_followed_to_where_it_is_when_the_arm_gives_way() -> None:
+    feed, rate = Feed(**CALM), 5000.0
+    for tick in range(1, 51):
+        feed.tick(rate * PERIOD_S * tick)
+    sup = feed.supervisor
+    assert sup.cause is None
+    assert sup.slope_n_per_s == pytest.approx(rate, rel=1e-6)
+    rise_n = (rate - SLOPE_NOISE) * REACTION_S
+    assert sup.predicted_n == pytest.approx(sup.smooth_n + 4.0 * NOISE_N + rise_n)
+    while sup.cause is None:
+        feed.tick(sup.force_n + rate * PERIOD_S)
+    assert (sup.cause.rule, sup.cause.unit) == ("R2", "N")
+    assert sup.cause.value == sup.predicted_n > LIMIT_N
+    assert sup.force_n < LIMIT_N - 4.0 * NOISE_N - 0.5 * rise_n
+
+
+def test_r2_a_falling_force_predicts_no_lower_peak_and_noise_no_rise() -> None:
+    feed = Feed(**CALM, at_n=200.0)
+    feed.tick(200.0)
+    assert feed.supervisor.predicted_n == pytest.approx(200.0 + 4.0 * NOISE_N)
+    feed.ticks(5, 150.0)
+    assert feed.supervisor.slope_n_per_s < 0.0
+    assert feed.supervisor.predicted_n == feed.supervisor.smooth_n + 4.0 * NOISE_N
+
+
+@pytest.mark.parametrize(("c_share", "stiffness"), [(0.0, K), (0.5, K), (2.0, K / 2.0)])
+def test_r2_the_motion_that_was_commanded_is_a_rise_to_come(
+    c_share: float, stiffness: float
+) -> None:
+    """A payload as soft as its compliance says, at the stiffest the arm alone."""
+    feed, speed = Feed(**CALM, at_n=100.0), 1e-4
+    feed.moving(5, speed, 100.0, phase=Phase.LOAD, c_m_per_n=c_share / K)
+    expected_n = 100.0 + 4.0 * NOISE_N + stiffness * speed * REACTION_S
+    assert feed.supervisor.predicted_n == pytest.approx(expected_n, rel=1e-6)
+    feed.moving(1, -speed, 100.0, phase=Phase.LOAD)
+    assert feed.supervisor.predicted_n == pytest.approx(100.0 + 4.0 * NOISE_N)
+    feed.moving(1, speed, 100.0, phase=Phase.UNLOAD)
+    assert feed.supervisor.predicted_n == pytest.approx(100.0 + 4.0 * NOISE_N)
+
+
+def test_r2_trips_while_the_force_is_still_below_the_limit() -> None:
+    speed = 1e-4
+    edge_n = LIMIT_N - 4.0 * NOISE_N - K * speed * REACTION_S
+    for force_n, found in ((edge_n - 0.1, False), (edge_n + 0.1, True)):
+        feed = Feed(**CALM, at_n=force_n, contact_n_s_per_m=1.0)
+        feed.moving(3, speed, force_n, phase=Phase.LOAD)
+        cause = feed.supervisor.cause
+        assert (cause is not None) == found
+        assert cause is None or cause.rule == "R2"
+
+
+def test_the_filters_follow_the_reaction_time() -> None:
+    sup = Feed().supervisor
+    assert sup.smooth_tau_s == pytest.approx(TAU_S)
+    assert sup.smooth_alpha == pytest.approx(ALPHA)
+    assert Feed(reaction_s=0.004).supervisor.smooth_tau_s == pytest.approx(2.0 * PERIOD_S)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_r5_both_signs_count_and_only_after_their_time(sign: float) -> None:
+    tolerance_n, time_s = PLANNED.cross_tolerance_n, PLANNED.cross_time_s
+    feed = Feed(at_n=20.0)
+    feed.ticks(500, 20.0, second_n=20.0 + sign * (tolerance_n + 0.95))
+    assert feed.supervisor.cause is None
+    passed_s = feed.until("R5", 0.2, 20.0, second_n=20.0 + sign * (tolerance_n + 2.0))
+    cause = feed.supervisor.cause
+    assert cause is not None
+    assert math.copysign(1.0, cause.value) == sign
+    assert cause.limit == pytest.approx(tolerance_n + 0.05 * 20.0)
+    assert cause.unit == "N"
+    late_s = PLANNED.channel_skew_s + 4.0 * PLANNED.cross_filter_s
+    assert time_s < passed_s < time_s + late_s
+
+
+def test_r5_waits_exactly_its_time_and_forgets_it_when_the_channels_agree() -> None:
+    feed = Feed(jump_n=1e9)
+    allowed = round(PLANNED.cross_time_s / PERIOD_S)
+    sup = feed.supervisor
+    for _ in range(3):
+        sup._cross_s = 0.0
+        while sup._cross_s == 0.0:
+            feed.tick(0.0, second_n=40.0)
+        feed.ticks(allowed // 3, 0.0, second_n=40.0)
+        feed.ticks(100, 0.0)
+        assert sup.cause is None
+        assert sup._cross_s == 0.0
+    while sup._cross_s == 0.0:
+        feed.tick(0.0, second_n=40.0)
+    passed_s = PERIOD_S + feed.until("R5", 0.1, 0.0, second_n=40.0)
+    assert passed_s == pytest.approx(PLANNED.cross_time_s + PERIOD_S, abs=1.01 * PERIOD_S)
+
+
+def test_r5_sees_a_step_of_one_channel_when_the_skew_has_passed() -> None:
+    """A filtered step of 30 N is above 11 N + 5 % after 3 ticks."""
+    feed = Feed(at_n=20.0, second_noise_n=0.0)
+    feed.tick(20.0)
+    passed_s = feed.until("R5", 0.2, 20.0, second_n=50.0)
+    expected_s = 3.0 * PERIOD_S + PLANNED.channel_skew_s + PLANNED.cross_time_s
+    assert passed_s == pytest.approx(expected_s, abs=2.0 * PERIOD_S)
+
+
+def test_r5_the_tolerance_grows_with_the_force() -> None:
+    feed = Feed(at_n=300.0)
+    feed.ticks(500, 300.0, second_n=300.0 + PLANNED.cross_tolerance_n + 0.9 * 0.05 * 300.0)
+    assert feed.supervisor.cause is None
+    feed = Feed(at_n=-200.0)
+    feed.ticks(500, -200.0, second_n=-200.0 - PLANNED.cross_tolerance_n - 0.9 * 0.05 * 200.0)
+    assert feed.supervisor.cause is None
+
+
+def test_r5_counts_nothing_while_the_target_moves_away() -> None:
+    feed = Feed(jump_n=1e9)
+    feed.moving(200, -1e-4, 0.0, second_n=60.0)
+    assert feed.supervisor.cause is None
+    feed.until("R5", 0.1, 0.0, second_n=60.0)
+
+
+def test_r5_judges_the_second_channel_tared() -> None:
+    feed = Feed(jump_n=1e9)
+    feed.supervisor.tare(0.0, 60.0)
+    feed.ticks(300, 0.0, second_n=60.0)
+    assert feed.supervisor.cause is None
+    assert feed.supervisor.second_n == pytest.approx(0.0, abs=1e-3)
+    feed.until("R5", 0.2, 0.0, second_n=0.0)
+
+
+def test_r5_is_judged_by_a_second_sensor_where_there_is_one() -> None:
+    feed = Feed(second_axis="-fz", cross_check="sensor", jump_n=1e9)
+    assert feed.supervisor.second is not None
+    feed.until("R5", 0.2, 0.0, second_n=60.0)
+    assert feed.supervisor.second_raw_n == 60.0
+    alone = Feed(cross_check="", jump_n=1e9)
+    alone.ticks(300, 0.0, second_n=60.0)
+    assert alone.supervisor.cause is None
+    assert math.isnan(alone.supervisor.second_raw_n)
+    assert Feed().supervisor.second_raw_n == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_new_zero_restarts_the_cross_check() -> None:
+    feed = Feed(jump_n=1e9)
+    feed.ticks(30, 0.0, second_n=60.0)
+    feed.supervisor.cause = None
+    assert feed.supervisor._cross_s > 0.0
+    feed.supervisor.tare(0.0, 60.0)
+    assert feed.supervisor._cross_s == 0.0
+    feed.tick(0.0, second_n=60.0)
+    assert feed.supervisor._cross.difference_n == pytest.approx(0.0, abs=1e-6)
+
+
+def test_streams_of_a_second_sensor_are_watched_too() -> None:
+    feed = Feed(second_axis="+fz", cross_check="sensor", cross_tolerance_n=1e9)
+    for tick in range(2, 20):
+        cause = feed.supervisor.check(
+            tick * PERIOD_S, [force_sample(tick, 0.0)], [arm_sample(tick, 0.0)], (), 0.0, 0.0,
+            Phase.HOLD,
+        )  # fmt: skip
+    assert cause is not None
+    assert cause.rule == "R3"
+    assert "second force sensor" in cause.message
+    assert cause.sample_age_s == pytest.approx(cause.value)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_r9_a_jump_without_motion(sign: float) -> None:
+    for jump_n, found in ((0.99 * PLANNED.jump_n, False), (1.01 * PLANNED.jump_n, True)):
+        feed = Feed()
+        feed.ticks(10, 50.0 - 50.0)
+        cause = feed.tick(sign * jump_n)
+        assert (cause is not None) == found
+        assert cause is None or cause[:4] == ("R9", sign * jump_n, PLANNED.jump_n, "N")
+
+
+def test_r9_each_jump_is_judged_from_the_sample_before_it() -> None:
+    feed = Feed()
+    for tick in range(60):
+        feed.tick(0.9 * PLANNED.jump_n * tick)
+    assert feed.supervisor.cause is None
+
+
+def test_r9_motion_excuses_a_jump_while_it_is_recent_and_a_late_tick_by_its_periods() -> None:
+    speed = 1e-4
+    room_n = PLANNED.contact_n_s_per_m * speed
+    for direction in (1.0, -1.0):
+        feed = Feed()
+        feed.moving(3, direction * speed, 0.0)
+        assert feed.tick(PLANNED.jump_n + 0.9 * room_n) is None
+    feed = Feed()
+    feed.moving(3, speed, 0.0)
+    feed.ticks(150)
+    cause = feed.tick(PLANNED.jump_n + 0.45 * room_n)
+    assert cause is not None
+    assert cause.limit == pytest.approx(PLANNED.jump_n + math.exp(-151.0 / 150.0) * room_n)
+    assert Feed().tick(2.9 * PLANNED.jump_n, skip=2) is None
+    assert Feed().tick(3.1 * PLANNED.jump_n, skip=2) is not None
+
+
+def test_r9_stands_still_where_no_sample_came() -> None:
+    feed = Feed()
+    sup = feed.supervisor
+    for tick in range(2, 6):
+        sup.check(tick * PERIOD_S, (), [arm_sample(tick, 0.0)], (), 0.0, 0.0, Phase.HOLD)
+    assert sup.cause is None
+    assert sup.force_n == 0.0
+
+
+def test_the_speed_cap_leaves_what_a_hidden_hard_stop_would_add() -> None:
+    force_n = 100.0
+    cap_n = 1.25 * (LIMIT_N - force_n - 6.0 * NOISE_N) + 2.0 * NOISE_N
+    cap = cap_n / PLANNED.contact_n_s_per_m
+    for speed, found in ((0.99 * cap, False), (1.01 * cap, True)):
+        feed = Feed(**CALM, at_n=force_n, reaction_s=1e-9)
+        feed.moving(1, speed, force_n, phase=Phase.LOAD, c_m_per_n=0.0)
+        cause = feed.supervisor.cause
+        assert (cause is not None) == found
+        if cause is not None:
+            assert (cause.rule, cause.unit) == ("CAP", "m/s")
+            assert cause[1:3] == (pytest.approx(speed), pytest.approx(cap, rel=1e-6))
+
+
+def test_the_speed_cap_is_one_of_loading_only() -> None:
+    for phase, speed in ((Phase.LOAD, -1.0), (Phase.UNLOAD, 1.0), (Phase.GUARDED_APPROACH, 1.0)):
+        feed = Feed(**CALM, model_tolerance_m=1.0, still_m=1.0)
+        feed.moving(2, speed, 100.0, phase=phase)
+        assert feed.supervisor.cause is None
+
+
+LEASH_N = LIMIT_N - 6.0 * NOISE_N
+
+
+def test_r6_trips_after_its_time_at_the_end_of_the_leash_and_not_short_of_it() -> None:
+    for share, found in ((0.99, False), (1.01, True)):
+        feed = Feed(**CALM)
+        feed.tick()
+        travel_m = share * LEASH_SHARE * LEASH_N / K
+        feed.moving(1000, travel_m / 1.0, 0.0, phase=Phase.LOAD)
+        assert feed.supervisor.cause is None
+        if not found:
+            feed.ticks(3000, phase=Phase.LOAD)
+            assert feed.supervisor.cause is None
+            continue
+        passed_s = feed.until("R6", 2.0, phase=Phase.LOAD)
+        assert passed_s == pytest.approx(PLANNED.leash_time_s, abs=0.02)
+        cause = feed.supervisor.cause
+        assert cause is not None
+        assert cause.unit == "m"
+        assert cause.value == pytest.approx(travel_m, rel=2e-3)
+        assert cause.limit == pytest.approx(LEASH_SHARE * LEASH_N / K, rel=2e-3)
+
+
+def test_r6_an_answer_in_force_starts_the_leash_anew() -> None:
+    feed = Feed(**CALM)
+    feed.tick()
+    force_n, step_n = 0.0, 4.0 * NOISE_N
+    for _ in range(6):
+        feed.moving(1000, 0.5 * LEASH_N / K, force_n, phase=Phase.LOAD)
+        force_n += step_n
+        feed.ticks(1000, force_n, phase=Phase.LOAD)
+    assert feed.supervisor.cause is None
+    feed.moving(1000, 0.5 * LEASH_N / K, force_n, phase=Phase.LOAD)
+    feed.moving(1000, 0.5 * LEASH_N / K, force_n, phase=Phase.LOAD)
+    feed.until("R6", 3.0, force_n, phase=Phase.LOAD)
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.9995, False), (1.0005, True)])
+def test_r6_the_leash_is_shorter_by_what_is_pressed_already(share: float, found: bool) -> None:
+    feed = Feed(**CALM, at_n=100.0)
+    feed.tick(100.0)
+    room_n = LIMIT_N - 100.0 - 6.0 * NOISE_N
+    feed.moving(1000, share * LEASH_SHARE * room_n / K, 100.0, phase=Phase.LOAD)
+    cause = feed.ticks(1600, 100.0, phase=Phase.LOAD)
+    assert (cause is not None) == found
+    assert cause is None or cause.rule == "R6"
+
+
+def test_r6_waits_its_whole_time_after_an_answer() -> None:
+    feed = Feed(**CALM)
+    feed.tick()
+    feed.ticks(2000, 4.0 * NOISE_N, phase=Phase.LOAD)
+    feed.moving(200, 5.0 * LEASH_N / K, 4.0 * NOISE_N, phase=Phase.LOAD)
+    assert feed.until("R6", 3.0, 4.0 * NOISE_N, phase=Phase.LOAD) > 0.9 * PLANNED.leash_time_s
+
+
+def test_r6_noise_is_no_answer() -> None:
+    """Six standard deviations of the average, and no less, are an answer."""
+    rise_n = 6.0 * NOISE_N * math.sqrt(0.5 * PERIOD_S / 0.3)
+    assert Feed().supervisor._answer_rise_n == pytest.approx(rise_n)
+    for share, answered in ((0.9, False), (1.5, True)):
+        feed = Feed(**CALM)
+        feed.tick()
+        feed.moving(1000, LEASH_N / K, share * rise_n, phase=Phase.LOAD)
+        feed.ticks(1600, share * rise_n, phase=Phase.LOAD)
+        assert (feed.supervisor.cause is None) == answered
+
+
+def test_r6_begins_anew_where_loading_does() -> None:
+    feed = Feed(**CALM)
+    for _ in range(3):
+        feed.moving(500, 4.0 * LEASH_SHARE * LEASH_N / K, phase=Phase.LOAD)
+        feed.ticks(1000, phase=Phase.LOAD)
+        feed.tick(phase=Phase.HOLD)
+    assert feed.supervisor.cause is None
+
+
+def test_the_first_rule_of_a_tick_is_told_by_the_stream_that_broke_it() -> None:
+    feed = Feed()
+    sup = feed.supervisor
+    late = arm_sample(2, 1.0)._replace(receive_time_s=0.0005)
+    cause = sup.check(0.002, [force_sample(2, 0.0)], [late], (), 0.0, 0.0, Phase.HOLD)
+    assert cause is not None
+    assert cause.rule == "R7"
+    assert cause.sample_age_s == pytest.approx(0.0015)
+
+
+def test_what_finds_a_breach_can_be_handed_in() -> None:
+    told: list[str] = []
+
+    def found(rule: str, *_: object) -> Breach | None:
+        told.append(rule)
+        return None
+
+    supervisor = Supervisor(PLANNED, "-fz", "", found)
+    supervisor.check(0.0, [force_sample(0, 0.0)], [arm_sample(0, 0.0)], (), 0.0, 0.0, Phase.HOLD)
+    supervisor.tare(0.0, 0.0)
+    sample = force_sample(1, math.nan, status=4)
+    for phase in (Phase.HOLD, Phase.FAST_APPROACH):
+        arm = arm_sample(1, 1.0)
+        assert supervisor.check(0.001, [sample], [arm], (), 0.0, 0.0, phase) is None
+    assert {"R4", "R7", "R10"} <= set(told)
+    assert supervisor.cause is None
+
+
+def test_new_limits_of_the_same_plan_are_taken_over() -> None:
+    feed = Feed(**CALM)
+    sup = feed.supervisor
+    noisy = feed.limits.__class__(
+        **{name: getattr(feed.limits, name) for name in feed.limits.__slots__}
+        | {"noise_n": 2.0 * NOISE_N, "force_limit_n": 200.0, "identical_counts": 77}
+    )
+    sup.adopt(noisy)
+    assert sup.force.identical_counts == 77
+    assert sup._slope_noise_n_per_s == pytest.approx(2.0 * SLOPE_NOISE)
+    cause = feed.tick(201.0)
+    assert cause is not None
+    assert cause.limit == 200.0

@@ -1,0 +1,28 @@
+"""Thresholds as a record keeps them, also a record from before F_c had an uncertainty."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+from run_plans import limits_for, stvf_plan
+
+from stepload.errors import BadInputError
+from stepload.engine.replayed import FILE, limits_from, limits_to_bytes
+
+LIMITS = limits_for(stvf_plan())
+
+
+def test_limits_come_back_as_they_were() -> None:
+    counted = replace(LIMITS, counted_limit_n=500.0)
+    assert limits_from({FILE: limits_to_bytes(counted)}) == counted
+
+
+def test_an_old_record_counted_on_all_of_f_c() -> None:
+    data = json.loads(limits_to_bytes(LIMITS))
+    del data["counted_limit_n"]
+    assert limits_from({FILE: json.dumps(data).encode()}) == LIMITS
+    del data["elastic_limit_n"]
+    with pytest.raises(BadInputError, match="damaged"):
+        limits_from({FILE: json.dumps(data).encode()})

@@ -1,0 +1,43 @@
+"""Devices of a plan are what the plan says, or are closed again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from stepload.envelope.envelope import envelope_of
+from stepload.errors import DeviceError
+from stepload.plan.load import load_plan
+from stepload.plan.model import DriverChoice, Plan
+from stepload.engine.open_rig import opened
+
+PLAN = Path(__file__).resolve().parents[3] / "procedures" / "plastic-sphere.yaml"
+
+
+def _with_rates(arm_hz: float, force_hz: float) -> Plan:
+    plan = load_plan(PLAN)
+    world = f"rates {arm_hz:g} {force_hz:g}"
+    arm = replace(plan.rig.arm, driver=DriverChoice("sim", {"world": world, "rate": arm_hz}))
+    force = replace(plan.rig.force, driver=DriverChoice("sim", {"world": world, "rate": force_hz}))
+    return replace(plan, rig=replace(plan.rig, arm=arm, force=force))
+
+
+@pytest.mark.parametrize(
+    ("arm_hz", "force_hz", "named"),
+    [(500.0, 1000.0, "rig.arm"), (2000.0, 1000.0, "rig.arm"), (1000.0, 500.0, "rig.force")],
+)
+def test_a_device_with_another_rate_than_planned_is_refused(
+    arm_hz: float, force_hz: float, named: str
+) -> None:
+    with (
+        pytest.raises(DeviceError, match=f"{named} runs at [0-9e+.]+ Hz, the plan says 1000 Hz"),
+        opened(envelope_of(_with_rates(arm_hz, force_hz)), dry_run=False),
+    ):
+        pass
+
+
+def test_a_faster_sensor_is_welcome() -> None:
+    with opened(envelope_of(_with_rates(1000.0, 2000.0)), dry_run=False) as rig:
+        assert rig.rates_hz == {"arm": 1000.0, "tick": 1000.0, "force": 2000.0}

@@ -1,0 +1,126 @@
+"""The controller on payloads of four decades and both arm classes, with an ideal plant."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import deque
+
+import pytest
+from run_plans import limits_for, stvf_plan, ur_plan
+
+from stepload.envelope.limits import RunLimits
+from stepload.engine.controller import StepController
+
+LIMITS = {
+    "stvf": limits_for(stvf_plan(), 727.0),
+    "ur": limits_for(ur_plan(), 727.0),
+}
+
+
+class Spring:
+    """Arm with delay and lag against K_s in series with F = K δ^n; force comes late and noisy."""
+
+    def __init__(self, limits: RunLimits, k: float, n: float, start_n: float) -> None:
+        self.limits, self.k, self.n = limits, k, n
+        self.chance = random.Random(3)
+        self.x = self.position(start_n)
+        self.true_n = self.peak_n = start_n
+        period_s = limits.period_s
+        self.commands = deque([self.x] * (1 + round(limits.command_delay_s / period_s)))
+        self.forces = deque([start_n] * (1 + round(limits.force_delay_s / period_s)))
+        self.share = 1.0 - math.exp(-period_s / limits.arm_lag_s)
+        self.smooth_n = start_n
+
+    def position(self, force_n: float) -> float:
+        return force_n / self.limits.stiffness_n_per_m + (force_n / self.k) ** (1.0 / self.n)
+
+    def tick(self, target_m: float) -> None:
+        self.commands.append(target_m)
+        self.x += self.share * (self.commands.popleft() - self.x)
+        low, high = 0.0, 2000.0
+        for _ in range(50):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self.position(middle) < self.x else (low, middle)
+        self.true_n = low
+        self.peak_n = max(self.peak_n, low)
+        self.forces.append(low + self.chance.gauss(0.0, 0.3))
+
+    def reading(self) -> float:
+        force_n = self.forces.popleft()
+        alpha = self.limits.period_s / max(0.25 * self.limits.reaction_s, 2 * self.limits.period_s)
+        self.smooth_n += alpha * (force_n - self.smooth_n)
+        return force_n
+
+
+def press(plant: Spring, controller: StepController, target_m: float, seconds: float) -> float:
+    for _ in range(round(seconds / plant.limits.period_s)):
+        target_m = controller.step(
+            plant.reading(), plant.smooth_n, plant.x, target_m, plant.limits.period_s
+        )
+        plant.tick(target_m)
+    return target_m
+
+
+@pytest.mark.parametrize("arm", ["ur", "stvf"])
+@pytest.mark.parametrize("n", [1.0, 1.5, 3.0])
+@pytest.mark.parametrize("secant", [1e5, 1e6, 1e8])
+def test_steps_are_reached_without_overshoot(arm: str, n: float, secant: float) -> None:
+    limits = LIMITS[arm]
+    plant = Spring(limits, 300.0 / (300.0 / secant) ** n, n, 3.0)
+    controller = StepController(limits)
+    target_m = plant.x
+    for level in (50.0, 100.0):
+        plant.peak_n = 0.0
+        controller.begin(level, plant.smooth_n, plant.x, 1.0, level > 50.0)
+        target_m = press(plant, controller, target_m, 6.0)
+        assert controller.reached
+        assert plant.peak_n - level <= 0.25
+        assert abs(plant.true_n - level) <= limits.band_n + 0.5
+
+
+def test_a_softest_payload_is_reached_slowly() -> None:
+    limits = LIMITS["ur"]
+    plant = Spring(limits, 1e4, 1.0, 3.0)
+    controller = StepController(limits)
+    controller.begin(50.0, 3.0, plant.x, 1.0, False)
+    press(plant, controller, plant.x, 8.0)
+    assert controller.reached
+    assert plant.peak_n < 50.25
+
+
+def test_unloading_comes_down_to_the_level() -> None:
+    limits = LIMITS["ur"]
+    plant = Spring(limits, 1e6, 1.0, 200.0)
+    controller = StepController(limits)
+    controller.begin(150.0, 200.0, plant.x, -1.0, True)
+    press(plant, controller, plant.x, 4.0)
+    assert controller.reached
+    assert plant.true_n == pytest.approx(150.0, abs=1.5)
+
+
+def test_loading_never_moves_back() -> None:
+    limits = LIMITS["stvf"]
+    controller = StepController(limits)
+    controller.begin(50.0, 0.0, 0.0, 1.0, False)
+    chance = random.Random(1)
+    target_m = 0.0
+    for _ in range(500):
+        after = controller.step(chance.gauss(30, 20), 30.0, target_m, target_m, 0.001)
+        assert after >= target_m
+        target_m = after
+
+
+@pytest.mark.parametrize("arm", ["ur", "stvf"])
+@pytest.mark.parametrize("stuck", [0.0, 120.0, 240.0])
+def test_a_stuck_force_cannot_pull_the_target_past_the_leash(arm: str, stuck: float) -> None:
+    limits = LIMITS[arm]
+    controller = StepController(limits)
+    controller.begin(stuck + 50.0, stuck, 0.0, 1.0, False)
+    chance = random.Random(7)
+    target_m = 0.0
+    for _ in range(20_000):
+        force_n = stuck + chance.gauss(0.0, limits.noise_n)
+        target_m = controller.step(force_n, stuck, target_m, target_m, limits.period_s)
+    true_n = stuck + limits.stiffness_n_per_m * target_m
+    assert stuck + 1.0 < true_n < limits.force_limit_n

@@ -1,0 +1,296 @@
+"""What is asked of a zero: free air, noise, drift, of both channels; at the edge of each bound."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from course_feed import PERIOD_S, PLAN, PLANNED, Stage, swing
+
+from stepload.envelope.bounds import Measured
+from stepload.errors import RefusedError
+from stepload.record.rows import Phase
+from stepload.engine.free_air import FREE_SIGMAS, LOOK_S, FreeAir
+from stepload.engine.operator import StopLevel
+from stepload.engine.tare import TareWindow
+from stepload.engine.zeroing import DRIFT_CHECK_S, NOISE_FACTOR, STEP_RATES, Zeroing
+
+NOISE_N, DRIFT_N, TOLERANCE_N = PLANNED.noise_n, PLAN.max_drift_n, PLANNED.cross_tolerance_n
+LOOK = round(LOOK_S / PERIOD_S)
+
+
+def free_air(stage: Stage) -> None:
+    FreeAir(stage.course, stage.stopped.append).prove(stage.now_s, stage.then.append)
+
+
+def back_off(stage: Stage) -> None:
+    for _ in range(5000):
+        if stage.course.act.__name__ == "_look_again":
+            return
+        stage.ticks()
+    raise AssertionError("did not back off")
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("second", [False, True])
+def test_force_that_changes_by_backing_off_was_contact(sign: float, second: bool) -> None:
+    limit_n = 0.5 * (TOLERANCE_N if second else DRIFT_N)
+    for share, free in ((0.99, True), (1.01, False)):
+        stage = Stage()
+        free_air(stage)
+        stage.readings([0.0] * (LOOK + 1), [0.0] * (LOOK + 1))
+        back_off(stage)
+        change = [sign * share * limit_n] * (LOOK + 1)
+        still = [0.0] * (LOOK + 1)
+        stage.readings(still if second else change, change if second else still)
+        failure = stage.course.failure
+        assert (failure is None) == free == bool(stage.then)
+        if failure is not None:
+            assert failure.reason == "not_free"
+            assert failure.value == pytest.approx(sign * share * limit_n)
+            assert failure.limit == pytest.approx(limit_n)
+
+
+def test_a_change_that_noise_explains_is_none() -> None:
+    """Six standard errors of the difference of the two looks."""
+    noise_n, count = 3.0, LOOK + 1
+    error_n = FREE_SIGMAS * noise_n * math.sqrt(2.0 / count)
+    assert error_n > 0.5 * DRIFT_N
+    for share, free in ((0.95, True), (1.05, False)):
+        stage = Stage()
+        free_air(stage)
+        stage.readings(swing(0.0, noise_n, count))
+        back_off(stage)
+        stage.readings(swing(share * error_n, noise_n, count))
+        assert (stage.course.failure is None) == free
+
+
+def test_the_second_channel_is_looked_at_only_where_there_is_one() -> None:
+    stage = Stage({"cross_check": ""})
+    free_air(stage)
+    stage.readings([0.0] * (LOOK + 1), [0.0] * (LOOK + 1))
+    back_off(stage)
+    stage.readings([0.0] * (LOOK + 1), [100.0] * (LOOK + 1))
+    assert stage.then
+
+
+def test_the_arm_backs_off_by_the_whole_retract_and_comes_to_rest_before_the_second_look() -> None:
+    stage = Stage()
+    free_air(stage)
+    stage.ticks(LOOK + 2)
+    back_off(stage)
+    assert stage.course.target_m == pytest.approx(-PLAN.retract_m)
+    rest_s = 0.2 + 4.0 * PLANNED.loop_s
+    moving_s = PLAN.retract_m / PLANNED.retract_speed_m_s
+    assert stage.now_s - 10.0 > LOOK_S + moving_s + rest_s
+
+
+def test_a_stop_while_free_air_is_looked_for_is_honoured() -> None:
+    stage = Stage()
+    free_air(stage)
+    stage.operator.request_stop(StopLevel.AFTER_STEP)
+    stage.ticks()
+    assert stage.stopped
+
+
+class Zero:
+    """A zeroing that has come to its tare."""
+
+    def __init__(self, limits: dict[str, object] | None = None, **procedure: object) -> None:
+        self.stage = stage = Stage(limits, procedure)
+        self.adopted: list[Measured] = []
+        self.refusal: RefusedError | None = None
+        self.zeroing = Zeroing(stage.course, stage.stopped.append, self._adopt)
+        self.zeroing._then = stage.then.append
+        self.count = round(stage.course.plan.tare_s / PERIOD_S) + 1
+        self.look = round(DRIFT_CHECK_S / PERIOD_S) + 1
+
+    def _adopt(self, measured: Measured) -> RefusedError | None:
+        self.adopted.append(measured)
+        return self.refusal
+
+    def tare(self, readings: list[float], second: list[float] | None = None) -> None:
+        self.zeroing._begin_tare(self.stage.now_s)
+        self.stage.readings(readings, second)
+
+
+def test_the_zero_is_the_mean_of_both_channels() -> None:
+    zero = Zero()
+    zero.tare(swing(5.0, NOISE_N, zero.count), swing(-7.0, NOISE_N, zero.count))
+    assert zero.stage.zeros == [(pytest.approx(5.0, abs=2e-3), pytest.approx(-7.0, abs=2e-3))]
+    assert zero.stage.course.phase == Phase.DRIFT_CHECK
+    assert zero.adopted == []
+    assert len(zero.stage.course.tares) == 1
+
+
+def test_noise_of_three_times_what_was_planned_is_accepted_and_no_more() -> None:
+    for share, taken in ((0.99, True), (1.01, False)):
+        zero = Zero()
+        zero.tare(swing(0.0, share * NOISE_FACTOR * NOISE_N, zero.count))
+        failure = zero.stage.course.failure
+        assert (failure is None) == taken == bool(zero.stage.zeros)
+        if failure is not None:
+            assert failure.reason == "noise"
+            assert failure.limit == pytest.approx(3.0 * NOISE_N)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_force_that_drifts_during_the_tare_is_no_zero(sign: float) -> None:
+    for share, taken in ((0.99, True), (1.02, False)):
+        zero = Zero(tare_s=2.0)
+        ramp = [sign * share * DRIFT_N * i / (zero.count - 1) for i in range(zero.count)]
+        zero.tare(ramp)
+        failure = zero.stage.course.failure
+        assert (failure is None) == taken
+        assert failure is None or (failure.reason, failure.limit) == ("drift", DRIFT_N)
+
+
+def test_a_tare_that_is_not_a_number_is_no_zero() -> None:
+    zero = Zero()
+    zero.tare([math.nan] * zero.count)
+    assert zero.stage.course.failure is not None
+    assert zero.stage.zeros == []
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("second", [False, True])
+def test_a_zero_must_stay_on_both_channels(sign: float, second: bool) -> None:
+    limit_n = 0.5 * TOLERANCE_N if second else DRIFT_N
+    for share, stays in ((0.99, True), (1.01, False)):
+        zero = Zero()
+        zero.tare([0.0] * zero.count, [0.0] * zero.count)
+        moved, still = [sign * share * limit_n] * zero.look, [0.0] * zero.look
+        zero.stage.readings(still if second else moved, moved if second else still)
+        failure = zero.stage.course.failure
+        assert (failure is None) == stays == bool(zero.stage.then)
+        if failure is not None:
+            assert failure.reason == "drift"
+            assert failure.value == pytest.approx(sign * share * limit_n)
+            assert failure.limit == pytest.approx(limit_n)
+            assert ("second" in failure.message) == second
+
+
+def test_the_drift_of_a_channel_that_is_not_there_is_not_asked_for() -> None:
+    zero = Zero({"cross_check": ""})
+    zero.tare([0.0] * zero.count)
+    zero.stage.readings([0.0] * zero.look, [50.0] * zero.look)
+    assert zero.stage.then
+
+
+def test_noise_worse_than_planned_is_taken_over_once_it_is_sure() -> None:
+    sure = 1.0 - 3.0 / math.sqrt(2.0 * Zero().count)
+    for share, adopted in ((0.98, False), (1.02, True)):
+        zero = Zero()
+        noise_n = share * NOISE_N / sure
+        zero.tare(swing(0.0, noise_n, zero.count))
+        assert bool(zero.adopted) == adopted
+        if adopted:
+            assert zero.adopted[0].noise_n == pytest.approx(noise_n, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("change", "steps"),
+    [({}, 12), ({"unload": False}, 6), ({"cycles": 3}, 12), ({"cycles": 3, "lift_off": False}, 36)],
+)
+def test_drift_counts_until_the_zero_is_looked_at_again(
+    change: dict[str, object], steps: int
+) -> None:
+    step_s = PLAN.step_n / PLAN.load_rate_n_per_s + PLAN.hold_s
+    under_load_s = steps * (step_s + STEP_RATES / PLANNED.step_rate_per_s)
+    slope = 1.05 * DRIFT_N / under_load_s
+    for sign in (1.0, -1.0):
+        zero = Zero(**change)
+        zero.tare([sign * slope * i * PERIOD_S for i in range(zero.count)])
+        assert [m.bias_n for m in zero.adopted] == [pytest.approx(1.05 * DRIFT_N, rel=1e-3)]
+        assert zero.adopted[0].noise_n == 0.0
+    zero = Zero(**change)
+    zero.tare([0.95 / 1.05 * slope * i * PERIOD_S for i in range(zero.count)])
+    assert zero.adopted == []
+
+
+def test_a_plan_that_does_not_fit_what_was_measured_ends_there() -> None:
+    zero = Zero()
+    zero.refusal = RefusedError("no room", hint="press less")
+    zero.tare(swing(0.0, 2.0 * NOISE_N, zero.count))
+    failure = zero.stage.course.failure
+    assert failure is not None
+    assert failure.reason == "no_room"
+    assert zero.stage.zeros == []
+
+
+def look_back(cycle: int, cycles: int, shift_n: float) -> Zero:
+    zero = Zero(cycles=cycles, tare_s=2.0)
+    zero.tare([0.0] * zero.count, [0.0] * zero.count)
+    zero.stage.course.cycle = cycle
+    zero.zeroing.look_back(zero.stage.now_s, zero.stage.then.append)
+    zero.stage.readings([shift_n] * zero.count)
+    return zero
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_zero_that_moves_within_a_cycle_ends_the_run_there_only(sign: float) -> None:
+    kept = look_back(1, 2, sign * 0.99 * DRIFT_N)
+    assert kept.stage.then
+    assert kept.stage.zeros[-1][0] == pytest.approx(sign * 0.99 * DRIFT_N)
+    moved = look_back(1, 2, sign * 1.01 * DRIFT_N)
+    assert moved.stage.course.failure is not None
+    assert moved.stage.course.failure.reason == "drift"
+    for share, flagged in ((0.99, False), (1.01, True)):
+        last = look_back(2, 2, sign * share * DRIFT_N)
+        assert last.stage.then
+        assert last.stage.find("zero_shift")["flagged"] == flagged
+        assert last.stage.course.zero_shift_n == pytest.approx(sign * share * DRIFT_N)
+        assert len(last.stage.zeros) == 1
+
+
+def test_between_cycles_a_second_is_long_enough_and_at_the_end_the_plans_time() -> None:
+    for cycle, expected_s in ((1, 1.0), (2, 2.0)):
+        zero = Zero(cycles=2, tare_s=2.0)
+        zero.tare([0.0] * zero.count)
+        zero.stage.course.cycle = cycle
+        begin_s = zero.stage.now_s
+        zero.zeroing.look_back(begin_s, zero.stage.then.append)
+        zero.stage.readings([0.0] * zero.count)
+        assert zero.stage.then[0] - begin_s == pytest.approx(expected_s, abs=2.0 * PERIOD_S)
+
+
+def test_the_warm_up_is_waited_for() -> None:
+    zero = Zero(warm_up_s=0.25)
+    zero.zeroing.warm_up(zero.stage.now_s, zero.stage.then.append)
+    zero.stage.ticks(255)
+    assert zero.stage.course.phase == Phase.WARM_UP
+    zero.stage.ticks(1)
+    assert zero.stage.course.phase == Phase.FREE_AIR
+
+
+@pytest.mark.parametrize("phase", ["warm_up", "tare"])
+def test_a_stop_before_the_approach_is_honoured(phase: str) -> None:
+    zero = Zero()
+    if phase == "warm_up":
+        zero.zeroing.warm_up(zero.stage.now_s, zero.stage.then.append)
+    else:
+        zero.zeroing._begin_tare(zero.stage.now_s)
+    zero.stage.operator.request_stop(StopLevel.AFTER_STEP)
+    zero.stage.ticks()
+    assert zero.stage.stopped
+    assert zero.stage.course.interrupted
+
+
+def test_a_tare_covers_its_time_with_fresh_readings_only() -> None:
+    stage, window = Stage(), TareWindow()
+    sup = stage.sup
+    for tick in range(100):
+        sup.force.fresh = tick % 10 == 0
+        found = window.offer(tick * PERIOD_S, sup, 50.0 * PERIOD_S)  # type: ignore[arg-type]
+        assert (found is not None) == (tick >= 50)
+        if found is not None:
+            assert found.samples == 6
+            assert found.duration_s == 50.0 * PERIOD_S
+            break
+    with pytest.raises(ValueError, match="3 readings"):
+        TareWindow().result()
+    short = TareWindow()
+    sup.force.fresh = True
+    assert short.offer(0.0, sup, 0.001) is None  # type: ignore[arg-type]
+    assert short.offer(1.0, sup, 0.001) is None  # type: ignore[arg-type]
+    assert short.offer(2.0, sup, 0.001) is not None  # type: ignore[arg-type]

@@ -1,0 +1,175 @@
+"""The table δ_s(F) in place of F/K_s: interpolation, its uncertainty in the budget, its limits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pressed_runs import there_and_back
+
+from stepload.errors import DomainError
+from stepload.evidence.identification import identify
+from stepload.estimators.budget import budget
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.deflection import DeflectionTable, least_sigma
+from stepload.estimators.fit import Fit
+from stepload.estimators.inverse_law import joint
+from stepload.estimators.judge import ResultVerdict
+from stepload.estimators.selection import compensated, select
+from stepload.estimators.smooth import smooth_lengths, worst_of
+from stepload.estimators.sources import Sources
+
+KS, K, N = 3.49e6, 6.57e8, 1.5
+FORCE = np.linspace(3.0, 300.0, 400)
+ROWS_N = (25.0, 50.0, 75.0, 100.0, 150.0, 200.0, 250.0, 300.0)
+
+
+def soft_m(force_n: np.ndarray) -> np.ndarray:
+    """A load path twice as soft near 0 N as at 300 N."""
+    return force_n / KS + 8e-6 * (1.0 - np.exp(-force_n / 60.0))
+
+
+TABLE = DeflectionTable(
+    ROWS_N, tuple(soft_m(np.array(ROWS_N)).tolist()), tuple([2e-7] * len(ROWS_N))
+)
+FIT = Fit("joint", K, N, 0.0, 5.06e6, 300.0, None, 0.0, 400)
+
+
+def test_between_the_rows_it_is_monotone_and_close_to_the_curve() -> None:
+    assert TABLE.at(np.array(ROWS_N)) == pytest.approx(TABLE.deflection_m)
+    assert TABLE.at(FORCE) == pytest.approx(soft_m(FORCE), abs=3e-7)
+    assert (np.diff(TABLE.at(np.linspace(-50.0, 500.0, 2000))) > 0.0).all()
+    assert TABLE.at(np.zeros(1))[0] == 0.0
+    assert TABLE.at(-FORCE) == pytest.approx(-TABLE.at(FORCE))
+
+
+def test_beyond_its_rows_it_goes_straight_on_and_that_is_a_doubt() -> None:
+    last = (TABLE.deflection_m[-1] - TABLE.deflection_m[-2]) / 50.0
+    assert TABLE.at(np.array([400.0]))[0] == pytest.approx(TABLE.deflection_m[-1] + 100.0 * last)
+    assert TABLE.beyond(310.0) == ""
+    assert "ends at 300 N, the data reach 320 N" in TABLE.beyond(320.0)
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (((100.0, 100.0), (1e-5, 2e-5), (1e-7, 1e-7)), "a force of 100 after 100"),
+        (((100.0, 200.0), (2e-5, 1e-5), (1e-7, 1e-7)), "a deflection of 1e-05 after 2e-05"),
+        (((100.0, np.nan), (1e-5, 2e-5), (1e-7, 1e-7)), "a force of nan"),
+        (((0.0, 100.0), (1e-5, 2e-5), (1e-7, 1e-7)), "a force of 0 after 0"),
+        (((100.0, 200.0), (1e-5, 2e-5), (1e-7, -1e-7)), "an uncertainty of -1e-07"),
+        (((100.0, 200.0), (1e-5, 2e-5), (1e-7,)), "every row needs all three"),
+        (((), (), ()), "0 rows"),
+    ],
+)
+def test_what_is_no_table_is_refused(rows: tuple[tuple[float, ...], ...], said: str) -> None:
+    with pytest.raises(DomainError, match=said):
+        DeflectionTable(*rows)
+
+
+def test_a_load_path_that_is_no_line_biases_k_s_and_not_the_table() -> None:
+    deep = (FORCE / K) ** (1.0 / N)
+    travel = deep + soft_m(FORCE)
+    taken = select(travel, FORCE, system_stiffness_n_per_m=KS, deflection=TABLE)
+    assert taken.deformation_m == pytest.approx(deep, abs=3e-7)
+    by_table = joint(taken.deformation_m, FORCE, secant_force_n=300.0)
+    assert by_table.secant_n_per_m == pytest.approx(FIT.secant_n_per_m, rel=0.02)
+    line = joint(
+        compensated(travel, FORCE, system_stiffness_n_per_m=KS), FORCE, secant_force_n=300.0
+    )
+    assert abs(line.secant_n_per_m / FIT.secant_n_per_m - 1.0) > 0.05
+    assert compensated(travel, FORCE, system_stiffness_n_per_m=None) is travel
+
+
+def sources(**more: object) -> Sources:
+    stated = Sources(KS, smooth_length_n=50.0, **more)  # type: ignore[arg-type]
+    return replace(
+        stated, deflection_force_n=TABLE.force_n, deflection_m=TABLE.deflection_m,
+        deflection_sigma_m=TABLE.sigma_m,
+    )  # fmt: skip
+
+
+def line_of(stated: Sources) -> tuple[float, str]:
+    found = budget(FIT, (FORCE / K) ** (1.0 / N), FORCE, stated)
+    line = next(each for each in found.lines if each.source == "system stiffness K_s")
+    return line.secant_relative, line.size
+
+
+def test_the_rows_err_like_a_smooth_error_and_all_of_them_in_common() -> None:
+    rows, size = line_of(sources())
+    assert "table of this pose, rows 0.2 µm, common 0 %" in size
+    as_smooth = budget(
+        FIT, (FORCE / K) ** (1.0 / N), FORCE,
+        Sources(KS, smooth_error_m=2e-7, smooth_length_n=50.0),
+    )  # fmt: skip
+    smooth = next(x for x in as_smooth.lines if x.source == "smooth deformation error")
+    assert rows == pytest.approx(smooth.secant_relative, rel=1e-6)
+    common, _ = line_of(Sources(KS, system_stiffness_sigma_n_per_m=0.01 * KS))
+    both, _ = line_of(sources(system_stiffness_sigma_n_per_m=0.01 * KS))
+    assert both == pytest.approx(np.hypot(rows, common), rel=1e-6)
+
+
+def test_k_s_without_a_table_is_known_to_five_percent_at_the_best() -> None:
+    assert least_sigma(4e6, 4e4) == (
+        2e5, "K_s stated without a table of this pose: at least 5 %"
+    )  # fmt: skip
+    assert least_sigma(4e6, 3e5) == (3e5, "")
+    sigma, note = least_sigma(KS, 0.01 * KS)
+    stated = Sources(KS, system_stiffness_sigma_n_per_m=sigma, system_stiffness_note=note)
+    assert line_of(stated)[1] == "5 %, K_s stated without a table of this pose: at least 5 %"
+
+
+def test_data_beyond_the_table_are_marginal() -> None:
+    deep = (FORCE / K) ** (1.0 / N)
+    given = Conditions(sources(), 300.0, 0.0, 2e-6)
+    selected = select(deep, FORCE, system_stiffness_n_per_m=None)
+    travel = deep + TABLE.at(FORCE)
+    whole = identify(selected, given, there_and_back(FORCE, travel, given))
+    assert whole.judgement.verdict is ResultVerdict.IDENTIFIED, whole.judgement.reasons
+    cut = replace(
+        given.sources, deflection_force_n=TABLE.force_n[:-2], deflection_m=TABLE.deflection_m[:-2],
+        deflection_sigma_m=TABLE.sigma_m[:-2],
+    )  # fmt: skip
+    less = replace(given, sources=cut)
+    short = identify(selected, less, there_and_back(FORCE, travel, less))
+    assert short.judgement.verdict is ResultVerdict.MARGINAL
+    assert any("ends at 200 N" in reason for reason in short.judgement.reasons)
+    assert replace(given, sources=cut).deflection_force_n == TABLE.force_n[:-2]
+
+
+def test_a_length_that_is_not_known_is_carried_as_a_range() -> None:
+    assert smooth_lengths(40.0, 300.0) == (40.0,)
+    lengths = smooth_lengths(None, 300.0)
+    assert (lengths[0], lengths[-1]) == pytest.approx((25.0, 200.0))
+    for bad in (np.nan, 0.0, -1.0):
+        with pytest.raises(DomainError, match="must be positive"):
+            smooth_lengths(bad, 300.0)
+        with pytest.raises(DomainError, match="peak force"):
+            smooth_lengths(None, bad)
+
+    def of(length: float | None) -> tuple[float, float, str]:
+        stated = Sources(KS, smooth_error_m=5e-7, smooth_length_n=length)
+        found = budget(FIT, (FORCE / K) ** (1.0 / N), FORCE, stated)
+        line = next(x for x in found.lines if x.source == "smooth deformation error")
+        return line.secant_relative, line.n, line.size
+
+    single = [of(length) for length in lengths]
+    carried = of(None)
+    assert carried[0] >= max(each[0] for each in single) * (1.0 - 1e-9)
+    assert carried[1] >= max(each[1] for each in single) * (1.0 - 1e-9)
+    assert carried[0] < 1.5 * max(each[0] for each in single)
+    assert carried[2] == "0.5 µm over 25 N to 200 N (length not known)"
+
+
+def test_the_worst_of_covariances_is_at_least_each_in_every_direction() -> None:
+    rng = np.random.default_rng(1)
+    scale = np.diag([1.0, 0.1, 1e-6])
+    each = [scale @ (a := rng.normal(size=(3, 2))) @ a.T @ scale for _ in range(5)]
+    worst = worst_of(each)
+    undo = np.linalg.inv(scale)
+    for one in each:
+        assert np.linalg.eigvalsh(undo @ (worst - one) @ undo).min() > -1e-9
+    assert worst_of(each[:1]) is each[0]
+    dead = [np.diag([1.0, 4.0, 0.0]), np.diag([2.0, 1.0, 0.0])]
+    assert worst_of(dead) == pytest.approx(np.diag([2.0, 4.0, 0.0]))
