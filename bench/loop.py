@@ -18,17 +18,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from stepload.engine.loop import run_loop
+from stepload.engine.operator import Operator
+from stepload.engine.rehearse import world_for
+from stepload.engine.tick import Engine
+from stepload.engine.undisturbed import undisturbed
 from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.record.recorder import Recorder
 from stepload.rig.clock import MonotonicClock
 from stepload.rig.world import load_world
-from stepload.engine.loop import run_loop
-from stepload.engine.operator import Operator
-from stepload.engine.rehearse import world_for
-from stepload.engine.tick import Engine
-from stepload.engine.undisturbed import undisturbed
 
 PLAN = Path(__file__).parents[1] / "procedures" / "ur5e-silicone-sphere.yaml"
 ROUNDS = 3

@@ -10,13 +10,13 @@ import time
 from pathlib import Path
 from typing import Any
 
+from stepload.engine.operator import Operator
+from stepload.engine.rehearse import world_for
+from stepload.engine.tick import Engine
 from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.rig.world import load_world
-from stepload.engine.operator import Operator
-from stepload.engine.rehearse import world_for
-from stepload.engine.tick import Engine
 
 PLANS = ("plastic-sphere", "ur5e-silicone-sphere")
 REPEATS = 5

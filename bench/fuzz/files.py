@@ -17,12 +17,12 @@ from pathlib import Path
 import atheris  # type: ignore[import-not-found, unused-ignore]
 
 with atheris.instrument_imports(include=["stepload"]):
+    from stepload.engine.replayed import replay_file
     from stepload.errors import SteploadError
     from stepload.plan.load import load_plan
     from stepload.record.curves import read_curve
     from stepload.record.reader import read_recording
     from stepload.record.recovery import recover
-    from stepload.engine.replayed import replay_file
 
 import forge
 

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from scipy.signal import lfilter
 
-from stepload.evidence.lawfit import Roughness
-from stepload.evidence.path import Track
-from stepload.evidence.pressed import Pressed, Touch
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
+from stepload.evidence.lawfit import Roughness
+from stepload.evidence.path import Track
+from stepload.evidence.pressed import Pressed, Touch
 
 Law = Callable[[FloatArray], FloatArray]
 HERTZ_K = 6.57e8

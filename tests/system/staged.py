@@ -22,13 +22,13 @@ from collections.abc import Callable
 from typing import Any
 
 from stepload.cli.main import main
+from stepload.engine import controller, open_rig, safe_end, supervisor, tick
 from stepload.errors import BadInputError
 from stepload.record import recorder
 from stepload.record.recorder import Recorder
 from stepload.record.rows import Phase
 from stepload.results import analyse
 from stepload.rig.world import WorldFault
-from stepload.engine import controller, open_rig, safe_end, supervisor, tick
 from stepload.session import experiment
 from stepload_drivers.sim.arm import WorldArm
 from stepload_drivers.sim.sensors import WorldForceSensor

@@ -11,15 +11,15 @@ import pytest
 from real_runs import Staged, results
 from staged import PARTS, leave_out_judgement
 
+from stepload.engine import safe_end
+from stepload.engine.open_rig import OpenRig, opened
+from stepload.engine.tick import Engine
 from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload.record.reader import read_recording
 from stepload.record.recorder import RecordingFailedError
 from stepload.record.recovery import recover
 from stepload.record.rows import Phase
-from stepload.engine import safe_end
-from stepload.engine.open_rig import OpenRig, opened
-from stepload.engine.tick import Engine
 from stepload.session.experiment import Finished, run_plan
 
 OPEN_N = 1.0

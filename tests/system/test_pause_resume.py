@@ -18,14 +18,14 @@ from pathlib import Path
 import pytest
 from real_runs import ENVIRONMENT, HERE, PATIENCE_S, Staged, in_process, leave_out_figures, results
 
+from stepload.engine.operator import Operator, StopLevel
+from stepload.engine.tick import Engine
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.record.reader import Recording, read_recording
 from stepload.record.recovery import is_being_written
 from stepload.record.rows import Phase
-from stepload.engine.operator import Operator, StopLevel
-from stepload.engine.tick import Engine
 from stepload.session import control
 from stepload.session.experiment import run_plan
 from stepload.session.files import run_directory

@@ -15,11 +15,11 @@ import pytest
 from real_runs import ROOT, in_process
 
 from stepload.cli.main import main
+from stepload.engine.first_loading import true_chord, true_secant
+from stepload.engine.rehearse import payload_truth
 from stepload.envelope.theory import theory_of
 from stepload.plan.load import load_plan
 from stepload.record.reader import read_recording
-from stepload.engine.first_loading import true_chord, true_secant
-from stepload.engine.rehearse import payload_truth
 from stepload.session import experiment
 from stepload.units import format_quantity
 

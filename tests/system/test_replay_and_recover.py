@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from real_runs import in_process, stepload
 
+from stepload.engine import replayed
 from stepload.errors import BadInputError
 from stepload.record.reader import read_recording
-from stepload.engine import replayed
 
 
 @pytest.fixture

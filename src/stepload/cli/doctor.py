@@ -39,9 +39,9 @@ def doctor(
     --against-spring it also runs the plan's approach and presses up to 40 % of its top force.
     """
     from stepload.doctor.checkup import examine
+    from stepload.engine.operator import Operator
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.load import load_plan
-    from stepload.engine.operator import Operator
     from stepload.session.experiment import refuse_simulated
     from stepload.session.hazards import refuse_unread
 

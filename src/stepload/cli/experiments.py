@@ -14,8 +14,8 @@ from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
-    from stepload.envelope.envelope import Envelope
     from stepload.engine.operator import Operator
+    from stepload.envelope.envelope import Envelope
     from stepload.session.experiment import Finished
 
 DryRun = Annotated[
@@ -134,9 +134,9 @@ def run(
 
     Ctrl+C finishes the step and unloads, twice retracts now; `p` pauses and goes on.
     """
+    from stepload.engine.operator import Operator
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.load import load_plan
-    from stepload.engine.operator import Operator
 
     output, operator = Output(as_json=as_json), Operator()
     envelope = envelope_of(load_plan(plan, payload=payload))

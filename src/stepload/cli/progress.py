@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from stepload.record.rows import Phase
 
 if TYPE_CHECKING:
-    from stepload.envelope.envelope import Envelope
     from stepload.engine.tick import Engine
+    from stepload.envelope.envelope import Envelope
 
 Progress = Callable[["Engine", "Envelope"], None]
 

@@ -54,13 +54,13 @@ def calibrate(
     """
     from datetime import date
 
+    from stepload.engine.operator import Operator
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.calibration import write_calibration
     from stepload.plan.load import load_plan
     from stepload.results.calibration import from_system_runs, from_two_spheres
     from stepload.results.calibration_document import calibration_data, calibration_document
     from stepload.results.saved import saved_run
-    from stepload.engine.operator import Operator
     from stepload.setup.calibrated import put_record, state_to_take_it
 
     output, operator = Output(as_json=as_json), Operator()

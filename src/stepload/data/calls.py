@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stepload.data.opened import Run, open_run
+from stepload.engine.operator import Operator
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.errors import BadInputError
 from stepload.evidence.identification import Identification
@@ -21,7 +22,6 @@ from stepload.plan.model import Plan
 from stepload.record.curves import MIN_ROWS, Curve
 from stepload.results.from_file import identify_curve
 from stepload.results.wishes import Wishes
-from stepload.engine.operator import Operator
 from stepload.session.experiment import run_plan
 
 

@@ -179,7 +179,7 @@ def _row(record: Path) -> RunRow:
         with untrusted(record):
             return _told(read_summary(record))
     except BadInputError as error:
-        nothing = dict.fromkeys(COLUMNS, "") | dict.fromkeys(_NUMBERS, math.nan)
+        nothing: dict[str, Any] = dict.fromkeys(COLUMNS, "") | dict.fromkeys(_NUMBERS, math.nan)
         told = error.message.removeprefix(f"{record}: ")
         return RunRow(**nothing | {"simulated": False, "path": str(record), "problem": told})
 

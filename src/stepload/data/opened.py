@@ -195,7 +195,7 @@ class Run:
         """
         if not end_s > start_s:
             raise BadInputError(f"from {start_s} s to {end_s} s is no time")
-        tables = {
+        tables: dict[str, Any] = {
             name: None if (table := getattr(self, name)) is None else table.between(start_s, end_s)
             for name in ("force", "second_force", "arm", "displacement", "ticks")
         }

@@ -103,7 +103,8 @@ class Table(Mapping[str, Column]):
         columns: dict[str, Any] = dict(self._columns)
         if PHASE in columns:
             columns[PHASE] = pd.Categorical.from_codes(columns[PHASE], _PHASES)
-        return pd.DataFrame(columns)
+        frame: pandas.DataFrame = pd.DataFrame(columns)
+        return frame
 
     def to_polars(self) -> polars.DataFrame:
         """The same as a polars DataFrame; phases are a categorical.
@@ -112,7 +113,9 @@ class Table(Mapping[str, Column]):
             BadInputError: polars is not installed.
         """
         pl = library("polars", "a polars DataFrame")
-        frame = pl.DataFrame({name: np.ascontiguousarray(c) for name, c in self._columns.items()})
+        frame: polars.DataFrame = pl.DataFrame(
+            {name: np.ascontiguousarray(c) for name, c in self._columns.items()}
+        )
         if PHASE in self._columns:
             named = frame[PHASE].replace_strict(
                 list(range(len(_PHASES))), _PHASES, return_dtype=pl.Categorical

@@ -9,13 +9,13 @@ from pathlib import Path
 from stepload.doctor import host, motion, spring, streams
 from stepload.doctor.line import Line, Mark, graded, skipped
 from stepload.doctor.watch import Watched, devices, watch
+from stepload.engine.open_rig import OpenRig, opened
+from stepload.engine.operator import Operator
+from stepload.engine.undisturbed import undisturbed
 from stepload.envelope.envelope import Envelope
 from stepload.errors import DeviceError
 from stepload.plan.model import ArmSpec, DisplacementSpec, DriverChoice, ForceSpec, Plan
 from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
-from stepload.engine.open_rig import OpenRig, opened
-from stepload.engine.operator import Operator
-from stepload.engine.undisturbed import undisturbed
 from stepload.units import format_quantity
 
 Tell = Callable[[Line], None]

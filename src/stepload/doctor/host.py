@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from stepload.doctor.line import Line, Mark, graded
-from stepload.plan.model import Plan
 from stepload.engine.undisturbed import REALTIME_PRIORITY
+from stepload.plan.model import Plan
 
 BLOCK_BYTES = 1 << 18
 BLOCKS = 24

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.doctor.line import Line, Mark, graded, skipped
+from stepload.engine.open_rig import OpenRig
 from stepload.errors import DeviceError
 from stepload.plan.model import ArmSpec, Plan
 from stepload.record.lag import Lag, measure_lag
 from stepload.rig.samples import ArmSample
-from stepload.engine.open_rig import OpenRig
 
 FloatArray = NDArray[np.float64]
 

@@ -9,6 +9,11 @@ from dataclasses import replace
 import numpy as np
 
 from stepload.doctor.line import Line, Mark, graded
+from stepload.engine.loop import run_loop
+from stepload.engine.open_rig import OpenRig
+from stepload.engine.operator import Operator
+from stepload.engine.tick import Engine
+from stepload.engine.watch import wrench_axis
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.envelope.reason import PlanVerdict
 from stepload.plan.model import Plan
@@ -16,11 +21,6 @@ from stepload.record.lag import Lag, measure_lag
 from stepload.record.outcome import RunStatus
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
-from stepload.engine.loop import run_loop
-from stepload.engine.open_rig import OpenRig
-from stepload.engine.operator import Operator
-from stepload.engine.tick import Engine
-from stepload.engine.watch import wrench_axis
 
 TOP_SHARE = 0.4
 """Of the plan's top force."""

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from stepload.doctor.line import Line, Mark, graded
 from stepload.doctor.watch import Watched
+from stepload.engine.watch import wrench_axis
 from stepload.envelope.bounds import age_limit_s
 from stepload.errors import DomainError
 from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan, SecondForceSource
 from stepload.rig.clockmap import fit_clock
-from stepload.engine.watch import wrench_axis
 
 FloatArray = NDArray[np.float64]
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from stepload.envelope.schedule import SLOW_SHARE, touch_gap_m
-from stepload.record.outcome import Touch
-from stepload.record.rows import Phase
 from stepload.engine.course import Course, Then
 from stepload.engine.follow import Lead
 from stepload.engine.retract import REST_S, not_open
 from stepload.engine.settle import RingTest
+from stepload.envelope.schedule import SLOW_SHARE, touch_gap_m
+from stepload.record.outcome import Touch
+from stepload.record.rows import Phase
 
 RING_TIMEOUT_S = 2.0
 TOUCH_SAMPLES = 2

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from stepload.record.outcome import Cause, Lateness
 from stepload.engine.device_faults import DeviceFaults
 from stepload.engine.interfaces import RecordSink, RigDevices
 from stepload.engine.operator import StopLevel
 from stepload.engine.tick import Engine
+from stepload.record.outcome import Cause, Lateness
 
 FAULT_POLL_TICKS = 16
 PROGRESS_S = 0.1

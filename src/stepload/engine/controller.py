@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import math
 
+from stepload.engine.compliance import TangentCompliance
+from stepload.engine.follow import Lead
 from stepload.envelope.catch_up import sudden_step
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.pressing import LONGEST_STALL_S
-from stepload.engine.compliance import TangentCompliance
-from stepload.engine.follow import Lead
 
 STIFFENING = 0.75
 """(n − 1)/n for the largest exponent that is looked ahead for, n = 4."""

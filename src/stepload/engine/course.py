@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+from stepload.engine.operator import Operator
+from stepload.engine.supervisor import Supervisor
 from stepload.envelope.limits import RunLimits
 from stepload.plan.model import Procedure
 from stepload.record.outcome import Tare, Touch
 from stepload.record.rows import Phase
-from stepload.engine.operator import Operator
-from stepload.engine.supervisor import Supervisor
 
 Act = Callable[[float, float], None]
 """What is done in each tick of a phase: (now_s, step_s)."""

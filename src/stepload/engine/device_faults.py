@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from stepload.record.outcome import Cause
-from stepload.rig.device import Device, Identity
 from stepload.engine.interfaces import RigDevices, by_role
 from stepload.engine.tick import Engine
+from stepload.record.outcome import Cause
+from stepload.rig.device import Device, Identity
 
 
 class DeviceFaults:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.envelope.shake import HALF_WIDTH, Shake, ShakenChannel
 from stepload.engine.lock_in import ComplexArray
+from stepload.envelope.shake import HALF_WIDTH, Shake, ShakenChannel
 
 ROUGH_GAIN = 0.3
 """The felt mass may differ by so much from the stated one, as a share of it."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import threading
 
+from stepload.engine.tick import Engine
 from stepload.rig.clock import Clock
 from stepload.rig.device import ForceSensor
-from stepload.engine.tick import Engine
 
 WINDOW_S = 0.05
 LOOK_S = 0.1

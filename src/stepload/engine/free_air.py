@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 from dataclasses import asdict
 
-from stepload.record.outcome import Tare
-from stepload.record.rows import Phase
 from stepload.engine.course import Course, Then
 from stepload.engine.retract import REST_S
 from stepload.engine.tare import TareWindow
+from stepload.record.outcome import Tare
+from stepload.record.rows import Phase
 
 LOOK_S = 0.2
 """Each look at the force, before and after backing off: ten periods of 50 Hz mains."""

@@ -6,8 +6,6 @@ import threading
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext, suppress
 
-from stepload.record.outcome import ActionResult, Cause, RunOutcome, RunStatus
-from stepload.rig.device import Identity
 from stepload.engine.cadence import Cadence
 from stepload.engine.device_faults import DeviceFaults
 from stepload.engine.hang import LOOK_S, LOOKS, LoopHungError, hang_watch
@@ -17,6 +15,8 @@ from stepload.engine.safe_end import make_rig_safe
 from stepload.engine.safing import Action, make_safe, stop_notice, why_it_stopped
 from stepload.engine.tick import Engine
 from stepload.engine.undisturbed import undisturbed
+from stepload.record.outcome import ActionResult, Cause, RunOutcome, RunStatus
+from stepload.rig.device import Identity
 
 EXPLAIN_DEADLINE_S = 1.0
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from stepload.engine.watch import Breach, Found
 from stepload.envelope.limits import RunLimits
 from stepload.record.rows import Phase
-from stepload.engine.watch import Breach, Found
 
 SPEED_MEMORY_S = 0.15
 """How long a past speed excuses a position error or a force jump."""

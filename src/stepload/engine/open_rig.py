@@ -8,6 +8,9 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from typing import cast
 
+from stepload.engine.operator import Operator
+from stepload.engine.rehearse import world_for
+from stepload.engine.safing import Action, make_safe
 from stepload.envelope.envelope import Envelope
 from stepload.errors import DeviceError
 from stepload.plan.model import DriverChoice, Plan, SecondForceSource
@@ -23,9 +26,6 @@ from stepload.rig.device import (
 from stepload.rig.faults import FaultCode
 from stepload.rig.plugins import load_driver
 from stepload.rig.world import WorldView, load_world
-from stepload.engine.operator import Operator
-from stepload.engine.rehearse import world_for
-from stepload.engine.safing import Action, make_safe
 
 OPEN_TIMEOUT_S = 15.0
 CLOSE_DEADLINE_S = 10.0

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 
-from stepload.envelope.shake import Shake
-from stepload.record.rows import Phase
 from stepload.engine.approach import Approach
 from stepload.engine.course import Course, Then
 from stepload.engine.proof_of_life import ProofOfLife
 from stepload.engine.retract import Retract
 from stepload.engine.steps import Control, LoadSteps
 from stepload.engine.zeroing import Adopt, Zeroing
+from stepload.envelope.shake import Shake
+from stepload.record.rows import Phase
 
 START_REST_S = 0.05
 

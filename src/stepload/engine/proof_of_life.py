@@ -10,12 +10,12 @@ import math
 
 import numpy as np
 
-from stepload.envelope.shake import SETTLING_CYCLES, Shake, ShakenChannel
-from stepload.record.rows import Phase
 from stepload.engine.course import Course, Then
 from stepload.engine.felt_mass import FeltMass, felt_mass
 from stepload.engine.lock_in import LockIn
 from stepload.engine.watch import ForceWatch
+from stepload.envelope.shake import SETTLING_CYCLES, Shake, ShakenChannel
+from stepload.record.rows import Phase
 
 LEAST_FOLLOWED = 0.3
 """Of the swing that the arm's lag leaves, the arm must be seen to go."""

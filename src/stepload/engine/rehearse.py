@@ -11,12 +11,12 @@ from stepload.contact import power_law
 from stepload.contact.elastic import equivalent_modulus, equivalent_radius
 from stepload.contact.limit import softer_body
 from stepload.contact.rough import HARDNESS_OVER_YIELD, roughness_number
+from stepload.engine.first_loading import true_deformation
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.theory import Theory
 from stepload.errors import BadInputError
 from stepload.plan.model import Payload, SecondForceSource, Simulation
 from stepload.rig.world import PayloadTruth, WorldFault, WorldSpec
-from stepload.engine.first_loading import true_deformation
 
 LEAST_DAMPING_RATIO = 0.05
 """A plan's C_s is a lower bound and may be 0; no machine rings for ever."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from stepload.engine.supervisor import Supervisor
 from stepload.envelope.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, ForceSample
-from stepload.engine.supervisor import Supervisor
 
 LATE_TICKS = 3
 """A sample may reach a tick before the tick's own time stamp: look this far past the trip."""

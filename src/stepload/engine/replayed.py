@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from stepload.engine.replay import Replayed, group_by_tick, replay
 from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError, DomainError
 from stepload.record.reader import Recording, read_recording
 from stepload.record.rows import Phase, TickRow, rows_of
 from stepload.record.untrusted import untrusted
 from stepload.rig.samples import ArmSample, ForceSample
-from stepload.engine.replay import Replayed, group_by_tick, replay
 from stepload.units import parse_quantity
 
 FILE = "limits.json"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from stepload.record.rows import Phase
 from stepload.engine.course import Course, Then
+from stepload.record.rows import Phase
 
 REST_S = 0.2
 

@@ -15,8 +15,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from signal import Signals
 
-from stepload.record.outcome import ActionResult, Cause
 from stepload.engine.operator import Operator, StopLevel
+from stepload.record.outcome import ActionResult, Cause
 
 POLL_S = 0.02
 

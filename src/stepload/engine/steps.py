@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from stepload.envelope.bounds import step_patience_s
-from stepload.envelope.limits import RunLimits
-from stepload.record.rows import Phase
 from stepload.engine.controller import StepController
 from stepload.engine.course import Course, Then
 from stepload.engine.retract import not_open
 from stepload.engine.settle import SettleTest
+from stepload.envelope.bounds import step_patience_s
+from stepload.envelope.limits import RunLimits
+from stepload.record.rows import Phase
 
 SETTLE_SHARE = 0.005
 """Creep over a hold, as a share of the level, that still counts as rest."""

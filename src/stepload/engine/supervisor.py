@@ -20,13 +20,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from stepload.engine.cross_check import CrossCheck, Standing
+from stepload.engine.motion import SEARCHING, MotionWatch
+from stepload.engine.watch import ArmWatch, Breach, ForceWatch, Found
 from stepload.envelope.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample
-from stepload.engine.cross_check import CrossCheck, Standing
-from stepload.engine.motion import SEARCHING, MotionWatch
-from stepload.engine.watch import ArmWatch, Breach, ForceWatch, Found
 
 LEASH_SHARE = 0.9
 WRONG_WAY_SAMPLES = 2

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from stepload.record.outcome import Tare
 from stepload.engine.supervisor import Supervisor
+from stepload.record.outcome import Tare
 
 LEAST_READINGS = 3
 

@@ -5,13 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from stepload.envelope.bounds import Measured
-from stepload.envelope.envelope import Envelope, envelope_of
-from stepload.errors import DomainError, RefusedError
-from stepload.plan.model import SecondForceSource
-from stepload.record.outcome import Cause
-from stepload.record.rows import Phase, TickRow
-from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 from stepload.engine.controller import StepController
 from stepload.engine.course import Course
 from stepload.engine.operator import Operator, StopLevel
@@ -19,6 +12,13 @@ from stepload.engine.order import RunOrder
 from stepload.engine.steps import Control
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.watch import Breach, Found
+from stepload.envelope.bounds import Measured
+from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.errors import DomainError, RefusedError
+from stepload.plan.model import SecondForceSource
+from stepload.record.outcome import Cause
+from stepload.record.rows import Phase, TickRow
+from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 
 SAFING_EXTRA_S = 2.0
 """Longer than the retract should take; after that safing acts without the loop."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-from stepload.errors import DeviceError
-from stepload.rig.device import Arm
-from stepload.rig.faults import NO_ANSWER, FaultCode
 from stepload.engine.force_left import ForceLeft
 from stepload.engine.notices import Say
 from stepload.engine.operator import Operator
+from stepload.errors import DeviceError
+from stepload.rig.device import Arm
+from stepload.rig.faults import NO_ANSWER, FaultCode
 
 AGAIN_S = 0.2
 REMIND_S = 5.0

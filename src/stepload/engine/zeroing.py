@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict
 
+from stepload.engine.course import Act, Course, Then
+from stepload.engine.free_air import ALLOWED_SHARE, FreeAir
+from stepload.engine.tare import TareWindow
 from stepload.envelope.bounds import Measured
 from stepload.envelope.schedule import BETWEEN_CYCLES_TARE_S
 from stepload.errors import DomainError, RefusedError
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
-from stepload.engine.course import Act, Course, Then
-from stepload.engine.free_air import ALLOWED_SHARE, FreeAir
-from stepload.engine.tare import TareWindow
 
 DRIFT_CHECK_S = 0.5
 NOISE_FACTOR = 3.0

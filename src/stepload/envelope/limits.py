@@ -47,10 +47,10 @@ def _limit(unit: str, source: str, rule: str = "", *, zero: bool = False) -> Any
 class RunLimits:
     """Thresholds of a run in SI units; all are finite, and positive unless 0 has a meaning.
 
-    The rules are those of `stepload.engine.supervisor`. `identical_counts` 0 switches the frozen-value
-    rule off: the sensor's noise is so far below its resolution that a sound sensor repeats itself
-    as well; the same for the second channel. `cross_check` names the second force channel: "arm",
-    "sensor", or "" where there is none.
+    The rules are those of `stepload.engine.supervisor`. `identical_counts` 0 switches the
+    frozen-value rule off: the sensor's noise is so far below its resolution that a sound sensor
+    repeats itself as well; the same for the second channel. `cross_check` names the second force
+    channel: "arm", "sensor", or "" where there is none.
 
     Raises:
         DomainError: a threshold that would never trip.

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 from stepload.contact.law_names import LAW_NAMES
 from stepload.errors import DomainError
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.smooth import smooth_lengths
 from stepload.evidence import figures
 from stepload.evidence.chord import Chord, chord
 from stepload.evidence.contact_gates import contact_signs
@@ -30,8 +32,6 @@ from stepload.evidence.quantity import Exponent, Quantity
 from stepload.evidence.rehearse import draws
 from stepload.evidence.shape import shape_of
 from stepload.evidence.signs import branches_of
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.smooth import smooth_lengths
 from stepload.units import format_quantity
 
 UPPER_SHARE = 0.7

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stepload.estimators.fit import FloatArray
 from stepload.evidence.loops import Branch
 from stepload.evidence.path import Path
 from stepload.evidence.site import Site, site, top_site
-from stepload.estimators.fit import FloatArray
 
 REFERENCE_SHARE = 0.1
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stepload.estimators.fit import FloatArray
 from stepload.evidence.chord import Chord
 from stepload.evidence.drift import Drift
 from stepload.evidence.elastic import Elastic
@@ -25,7 +26,6 @@ from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.rate import rate_sign
 from stepload.evidence.rehearse import TO_SIGMA, creep_threshold, thresholds
 from stepload.evidence.signs import branches_of, hold_creep, signs_of
-from stepload.estimators.fit import FloatArray
 
 OF_TWO_CYCLES = ("gap_change", "set", "reload")
 UNSEEN = 0.02

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stepload.estimators.sources import Sources
 from stepload.evidence.loops import BETWEEN, Branch, Loop
 from stepload.evidence.signs import Compliance, signs_of
-from stepload.estimators.sources import Sources
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stepload.estimators.fit import FloatArray
 from stepload.evidence.chord import Chord
 from stepload.evidence.lawfit import Whitened, fit_law
 from stepload.evidence.laws import POWER
 from stepload.evidence.loops import Branch, Deflection
-from stepload.estimators.fit import FloatArray
 
 _SIGMA = 0.005
 """Errors of this share of the deformation, alike everywhere, are good enough for slopes."""

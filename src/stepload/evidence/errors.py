@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stepload.evidence.path import Path
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.linearity import linearity_errors
 from stepload.estimators.smooth import few_degrees, smooth_correlation
 from stepload.estimators.sources import Sources
+from stepload.evidence.path import Path
 
 ALIKE_SHARE = 0.1
 """The error of a quantum is forgotten over about so much of a quantum."""

@@ -9,6 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.judge import ResultVerdict
+from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence.chord import Chord
 from stepload.evidence.errors import Component, middle
 from stepload.evidence.gates import Gate, fired
@@ -18,9 +21,6 @@ from stepload.evidence.path import Path
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Exponent, Line, Quantity, log_interval
 from stepload.evidence.union import Read, at_point, union
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.judge import ResultVerdict
-from stepload.estimators.smooth import NORMAL_95
 
 CROSS_COMPLIANCE = 0.3
 """C_xz/C_zz of an arm of which nothing is known."""

@@ -11,10 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError, DomainError
-from stepload.evidence.answer import Evidence, weigh
-from stepload.evidence.loops import LEAST_STRETCHES
-from stepload.evidence.pressed import Pressed
-from stepload.evidence.quantity import Quantity
 from stepload.estimators.budget import Budget, budget
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.decide import decide
@@ -24,6 +20,10 @@ from stepload.estimators.identifiability import identifiability
 from stepload.estimators.judge import Judgement, ResultVerdict
 from stepload.estimators.selection import Selected
 from stepload.estimators.sources import white_sigmas
+from stepload.evidence.answer import Evidence, weigh
+from stepload.evidence.loops import LEAST_STRETCHES
+from stepload.evidence.pressed import Pressed
+from stepload.evidence.quantity import Quantity
 from stepload.units import format_quantity
 
 FloatArray = NDArray[np.float64]

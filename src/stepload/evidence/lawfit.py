@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stepload.estimators.fit import FloatArray
 from stepload.evidence.laws import (
     ADHESIVE,
     BILINEAR,
@@ -19,7 +20,6 @@ from stepload.evidence.laws import (
     STIFFENING,
     Law,
 )
-from stepload.estimators.fit import FloatArray
 
 CHI2_95 = 3.841459
 CANNOT_TELL = 4.0

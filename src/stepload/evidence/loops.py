@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.evidence.path import Path, Track, path_of
 from stepload.estimators.fit import FloatArray
+from stepload.evidence.path import Path, Track, path_of
 
 LEAST_STRETCHES = 6
 """A loading of fewer stretches has no local stiffness."""

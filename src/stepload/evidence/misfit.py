@@ -16,13 +16,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stepload.estimators.fit import FloatArray
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.gates import HARMLESS, Gate, misfit_gate
 from stepload.evidence.lawfit import LawFit
 from stepload.evidence.loops import Branch
 from stepload.evidence.path import Path
 from stepload.evidence.rehearse import QUANTILE
-from stepload.estimators.fit import FloatArray
 
 TRUSTED = 0.02
 """Stated errors are trusted, without any spread, for a misfit of this share of the deformation."""

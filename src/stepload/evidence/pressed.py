@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stepload.estimators.sources import Sources
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.loops import Deflection
 from stepload.evidence.path import Track
-from stepload.estimators.sources import Sources
 
 
 class Touch(NamedTuple):

@@ -11,11 +11,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from stepload.estimators.fit import FloatArray
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.loops import Branch, Loop
 from stepload.evidence.path import IntArray, Path
 from stepload.evidence.signs import Sign
-from stepload.estimators.fit import FloatArray
 
 REACH = 0.1
 """Stretches of a ramp within this share of a hold's force are held against it."""

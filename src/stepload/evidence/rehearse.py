@@ -12,14 +12,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stepload.evidence.elastic import Elastic
-from stepload.evidence.loops import Branch
-from stepload.evidence.pressed import Pressed
-from stepload.evidence.signs import Sign
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.linearity import linearity_errors
 from stepload.estimators.smooth import smooth_correlation
 from stepload.estimators.sources import Sources
+from stepload.evidence.elastic import Elastic
+from stepload.evidence.loops import Branch
+from stepload.evidence.pressed import Pressed
+from stepload.evidence.signs import Sign
 
 REHEARSALS = 400
 QUANTILE = 0.99

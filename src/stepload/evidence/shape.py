@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stepload.estimators.fit import FloatArray
 from stepload.evidence.chord import Chord
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.gates import Gate, fit_gate, shape_gates
@@ -15,7 +16,6 @@ from stepload.evidence.lawfit import LawFit, Roughness, Whitened
 from stepload.evidence.laws import POWER, ROUGH
 from stepload.evidence.loops import Branch
 from stepload.evidence.rehearse import QUANTILE
-from stepload.estimators.fit import FloatArray
 
 ANOTHER_LAW = 5.0
 """A law whose χ² is lower by more than this describes the data better than the power law."""

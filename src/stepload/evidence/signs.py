@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stepload.estimators.fit import FloatArray
 from stepload.evidence.chord import chord
 from stepload.evidence.loops import BETWEEN, Branch, Deflection, Loop
 from stepload.evidence.site import Site, hold_site, site, top_site
-from stepload.estimators.fit import FloatArray
 
 LOWEST_SHARE = 0.15
 """Without holds on the way down the gap is taken at this share of the top force."""

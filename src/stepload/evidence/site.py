@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.evidence.path import Path
 from stepload.estimators.fit import FloatArray
+from stepload.evidence.path import Path
 
 REACH = 0.2
 """Samples within this share of the force about it are used."""

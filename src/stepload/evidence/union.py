@@ -10,8 +10,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from stepload.evidence.lawfit import CHI2_95, LawFit, Point, alike
 from stepload.estimators.fit import FloatArray
+from stepload.evidence.lawfit import CHI2_95, LawFit, Point, alike
 
 Read = Callable[[LawFit, float], FloatArray]
 """From a law and its shape parameter to the gradient of a length over the coefficients."""

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from stepload.envelope.domains import payload_doubts
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
-from stepload.evidence.identification import Identification, identify
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.runin import STEADY_CYCLES, RunIn, run_in
 from stepload.estimators.selection import compensated, select
 from stepload.estimators.system import SeriesContact, SystemStiffnessFit, fit_system_stiffness
+from stepload.evidence.identification import Identification, identify
 from stepload.plan.model import Plan
 from stepload.record.outcome import RunOutcome
 from stepload.record.reader import Event, Recording

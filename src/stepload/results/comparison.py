@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
-from stepload.evidence.identification import REPORTED, Identification
 from stepload.estimators.budget import secant_gradient
 from stepload.estimators.compare import (
     Band,
@@ -29,6 +28,7 @@ from stepload.estimators.fit_all import fit_all
 from stepload.estimators.repeats import normal
 from stepload.estimators.selection import select
 from stepload.estimators.smooth import NORMAL_95
+from stepload.evidence.identification import REPORTED, Identification
 from stepload.record.curves import Curve
 from stepload.results.analyse import identify_payload
 from stepload.results.comparison_groups import differences, grouped, pair_half_width

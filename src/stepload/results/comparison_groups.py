@@ -9,10 +9,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from stepload.errors import BadInputError, DomainError
-from stepload.evidence.identification import REPORTED
 from stepload.estimators.difference import Agreement, Difference, difference
 from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.measured import at_common_forces
+from stepload.evidence.identification import REPORTED
 from stepload.results.comparison_quantity import chord_of, secant_of
 from stepload.results.saved import SavedRun
 

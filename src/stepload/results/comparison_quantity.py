@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from stepload.errors import DomainError
-from stepload.evidence.answer import weigh
 from stepload.estimators.measured import Measured
+from stepload.evidence.answer import weigh
 from stepload.results.origins import origin_of
 from stepload.results.saved import SavedRun
 

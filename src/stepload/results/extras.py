@@ -16,7 +16,6 @@ import numpy as np
 from stepload.contact.elastic import equivalent_radius
 from stepload.contact.materials import Geometry, Sphere
 from stepload.errors import DomainError
-from stepload.evidence.identification import Identification
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.hunt_crossley import HuntCrossley, hunt_crossley
 from stepload.estimators.loss import CycleLoss, Loss, loss
@@ -24,6 +23,7 @@ from stepload.estimators.missing import Missing
 from stepload.estimators.relaxation import HoldChange, HoldSamples, Relaxation, relaxation
 from stepload.estimators.selection import compensated
 from stepload.estimators.unloading import OPINION, Unloading, unloading
+from stepload.evidence.identification import Identification
 from stepload.record.rows import Phase
 from stepload.results.model import NOTHING, Field, Table, interval, named, number, quantity, table
 from stepload.results.press_data import LOADING, UNLOADING, PressData

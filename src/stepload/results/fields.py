@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 from stepload.envelope.press import Term
 from stepload.envelope.schedule import Stage
-from stepload.evidence.answer import LawRow
-from stepload.evidence.gates import Gate
-from stepload.evidence.identification import REPORTED, Identification
-from stepload.evidence.quantity import Line, Quantity
 from stepload.estimators.budget import Budget, BudgetLine
 from stepload.estimators.fit import Fit
 from stepload.estimators.runin import Cycle
 from stepload.estimators.system import SystemStiffnessFit
+from stepload.evidence.answer import LawRow
+from stepload.evidence.gates import Gate
+from stepload.evidence.identification import REPORTED, Identification
+from stepload.evidence.quantity import Line, Quantity
 from stepload.record.align import ChannelClock
 from stepload.record.outcome import ActionResult
 from stepload.results.model import NOTHING, Field, data, interval, named, number, quantity

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stepload.errors import BadInputError
-from stepload.evidence.identification import Identification, identify
-from stepload.evidence.quantity import without_interval
 from stepload.estimators.curve_parts import quantum
 from stepload.estimators.runin import RunIn
 from stepload.estimators.system import SystemStiffnessFit, fit_system_stiffness
+from stepload.evidence.identification import Identification, identify
+from stepload.evidence.quantity import without_interval
 from stepload.record.curves import Curve, read_curve
 from stepload.record.untrusted import untrusted
 from stepload.results.analyse import (

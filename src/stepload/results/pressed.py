@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
+from stepload.estimators.conditions import Conditions
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
-from stepload.estimators.conditions import Conditions
 from stepload.record.rows import Phase
 from stepload.results.adhesion import pulls
 from stepload.results.curve_zero import SAME_PEAK, Branch

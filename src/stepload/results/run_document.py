@@ -8,11 +8,11 @@ from collections.abc import Sequence
 
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.envelope import Envelope
-from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import Quantity
 from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.runin import STEADY_CYCLES, RunIn
 from stepload.estimators.system import SystemStiffnessFit
+from stepload.evidence.identification import Identification
+from stepload.evidence.quantity import Quantity
 from stepload.record.outcome import RunOutcome, RunStatus
 from stepload.record.reader import Recording
 from stepload.results import fields

@@ -8,8 +8,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.evidence.identification import REPORTED
 from stepload.estimators.fit import Fit
+from stepload.evidence.identification import REPORTED
 from stepload.results import figures
 from stepload.results.analyse import Evaluation
 from stepload.results.model import Figure

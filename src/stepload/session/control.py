@@ -18,8 +18,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from stepload.errors import BadInputError
 from stepload.engine.operator import Operator
+from stepload.errors import BadInputError
 
 NAME = "control"
 CLIENT_TIMEOUT_S = 2.0

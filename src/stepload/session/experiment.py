@@ -14,6 +14,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from stepload.engine.cadence import PROGRESS_S
+from stepload.engine.loop import run_loop
+from stepload.engine.notices import Notices, Say, nothing
+from stepload.engine.open_rig import OpenRig, opened
+from stepload.engine.operator import Operator
+from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope, envelope_of, refusal_of
 from stepload.envelope.pose import plan_where_it_stands
 from stepload.envelope.proof import unproven
@@ -32,12 +38,6 @@ from stepload.results.page import render
 from stepload.results.run_document import run_document
 from stepload.rig import pose
 from stepload.rig.device import ArmConfiguration
-from stepload.engine.cadence import PROGRESS_S
-from stepload.engine.loop import run_loop
-from stepload.engine.notices import Notices, Say, nothing
-from stepload.engine.open_rig import OpenRig, opened
-from stepload.engine.operator import Operator
-from stepload.engine.tick import Engine
 from stepload.session import control, files, hazards
 from stepload.session.resume import Resumed, resumable
 

@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import stepload
+from stepload.engine import replayed
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
 from stepload.plan.model import Plan, Provenance, SecondForceSource
@@ -21,7 +22,6 @@ from stepload.record.recorder import NAME
 from stepload.record.recovery import PART_SUFFIX
 from stepload.results import conditions
 from stepload.rig.device import Identity
-from stepload.engine import replayed
 
 REPORT, RESULTS, RECORD, PART = "report.html", "results.json", NAME, NAME + PART_SUFFIX
 

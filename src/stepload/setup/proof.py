@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from stepload.doctor import checkup
 from stepload.doctor.line import Mark
+from stepload.engine.operator import Operator
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.reason import Severity
 from stepload.errors import RefusedError
 from stepload.plan.load import load_plan
 from stepload.record.outcome import RunStatus
-from stepload.engine.operator import Operator
 from stepload.session import experiment
 from stepload.setup.context import Setup
 from stepload.setup.first_plan import first_plan, touch_plan, write_plan

@@ -8,14 +8,14 @@ from typing import Any
 
 from run_plans import envelope_for
 
+from stepload.engine.operator import Operator
+from stepload.engine.rehearse import world_for
+from stepload.engine.tick import Engine
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.limits import RunLimits
 from stepload.plan.model import Plan
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import SimulatedRig, WorldFault, WorldSpec, load_world
-from stepload.engine.operator import Operator
-from stepload.engine.rehearse import world_for
-from stepload.engine.tick import Engine
 
 
 @dataclass

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from run_plans import limits_for, stvf_plan
 
+from stepload.engine.controller import ANCHOR_SIGMAS, LOOK_AHEAD, STIFFENING, StepController
 from stepload.envelope.catch_up import sudden_step
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.pressing import LONGEST_STALL_S
-from stepload.engine.controller import ANCHOR_SIGMAS, LOOK_AHEAD, STIFFENING, StepController
 
 PLANNED = limits_for(stvf_plan())
 DT = PLANNED.period_s

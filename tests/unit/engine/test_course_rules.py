@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 from course_feed import PERIOD_S, PLAN, PLANNED, Stage
 
-from stepload.record.rows import Phase
 from stepload.engine.approach import RING_TIMEOUT_S, Approach
 from stepload.engine.follow import LEAD_FILTER_S, Lead
 from stepload.engine.operator import StopLevel
@@ -17,6 +16,7 @@ from stepload.engine.order import START_REST_S, RunOrder
 from stepload.engine.retract import Retract
 from stepload.engine.settle import BLOCK_S, BLOCKS, RingTest, SettleTest
 from stepload.engine.steps import LoadSteps
+from stepload.record.rows import Phase
 
 NEAR_M = PLAN.surface_distance_m - PLAN.surface_uncertainty_m
 RUN_OUT_M = 2.0 * PLANNED.fast_speed_m_s * PLANNED.reaction_s

@@ -12,12 +12,12 @@ import pytest
 from rule_feed import PERIOD_S, arm_sample, force_sample
 from run_plans import envelope_for, stvf_plan
 
-from stepload.envelope.bounds import Measured
-from stepload.record.outcome import ActionResult, Cause
-from stepload.record.rows import Phase
 from stepload.engine.operator import Operator, StopLevel
 from stepload.engine.safing import Action, make_safe, why_it_stopped
 from stepload.engine.tick import SAFING_EXTRA_S, Engine
+from stepload.envelope.bounds import Measured
+from stepload.record.outcome import ActionResult, Cause
+from stepload.record.rows import Phase
 
 ENVELOPE = envelope_for(stvf_plan())
 PLANNED = ENVELOPE.run_limits

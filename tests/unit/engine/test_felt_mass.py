@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from stepload.envelope.shake import Shake, ShakenChannel
 from stepload.engine.felt_mass import FeltMass, felt_mass
 from stepload.engine.lock_in import LEAST_READINGS, LockIn
+from stepload.envelope.shake import Shake, ShakenChannel
 
 CHANNEL = ShakenChannel("force sensor", "rig.force", False, 2.0, 0.1, 0.05, True, 500.0, 0.002)
 SHAKE = Shake(1e-3, 30.0, 1.0, 8, 3.5, (CHANNEL,), (0.05,))

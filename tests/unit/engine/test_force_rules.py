@@ -7,9 +7,9 @@ import math
 import pytest
 from rule_feed import PERIOD_S, PLANNED, Feed, arm_sample, force_sample
 
-from stepload.record.rows import Phase
 from stepload.engine.supervisor import LEASH_SHARE, Supervisor
 from stepload.engine.watch import Breach
+from stepload.record.rows import Phase
 
 K = PLANNED.stiffness_n_per_m
 LIMIT_N, NOISE_N, REACTION_S = PLANNED.force_limit_n, PLANNED.noise_n, PLANNED.reaction_s

@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 from run_plans import limits_for, stvf_plan
 
-from stepload.errors import BadInputError
 from stepload.engine.replayed import FILE, limits_from, limits_to_bytes
+from stepload.errors import BadInputError
 
 LIMITS = limits_for(stvf_plan())
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 import pytest
 from rule_feed import PERIOD_S, PLANNED, Feed, arm_sample, force_sample
 
-from stepload.record.rows import Phase
 from stepload.engine.motion import PROGRESS_SHARE, REST_S, SPEED_MEMORY_S, STILL_SHARE
 from stepload.engine.supervisor import Supervisor
+from stepload.record.rows import Phase
 
 TOLERANCE_M, STILL_M = PLANNED.model_tolerance_m, PLANNED.still_m
 CALM = {"jump_n": 1e9, "cross_tolerance_n": 1e9, "force_limit_n": 1e9}

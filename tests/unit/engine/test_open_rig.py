@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from stepload.engine.open_rig import opened
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import DeviceError
 from stepload.plan.load import load_plan
 from stepload.plan.model import DriverChoice, Plan
-from stepload.engine.open_rig import opened
 
 PLAN = Path(__file__).resolve().parents[3] / "procedures" / "plastic-sphere.yaml"
 

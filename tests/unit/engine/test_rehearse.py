@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 
 from stepload.contact.materials import FlatPunch, Material, Sphere
+from stepload.engine.first_loading import true_deformation, true_secant
+from stepload.engine.rehearse import payload_truth, world_for
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.theory import theory_of
 from stepload.errors import BadInputError
@@ -31,8 +33,6 @@ from stepload.plan.model import (
     SystemStiffness,
 )
 from stepload.rig.world import PayloadTruth, WorldFault, WorldSpec, load_world
-from stepload.engine.first_loading import true_deformation, true_secant
-from stepload.engine.rehearse import payload_truth, world_for
 
 SIM = DriverChoice("sim", {})
 FORCE = ForceSpec(

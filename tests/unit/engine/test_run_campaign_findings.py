@@ -11,16 +11,16 @@ from hypothesis import strategies as st
 from run_bench import bench_for, run, spec_for
 from run_plans import STEEL, envelope_for, limits_for, stvf_plan, ur_plan
 
+from stepload.engine.follow import Lead
+from stepload.engine.loop import run_loop
+from stepload.engine.supervisor import Supervisor
+from stepload.engine.tick import Engine
 from stepload.envelope.limits import SECOND_IDENTICAL_COUNTS
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
 from stepload.record.outcome import RunStatus
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.rig.world import WorldFault
-from stepload.engine.follow import Lead
-from stepload.engine.loop import run_loop
-from stepload.engine.supervisor import Supervisor
-from stepload.engine.tick import Engine
 
 QUICK = {"touches": 1, "tare_s": 0.2, "hold_s": 0.2, "settle_timeout_s": 0.3, "top_force_n": 100.0}
 

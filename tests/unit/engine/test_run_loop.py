@@ -15,17 +15,17 @@ import pytest
 from run_bench import Bench, bench_for, spec_for
 from run_plans import stvf_plan
 
+from stepload.engine import loop
+from stepload.engine.loop import run_loop
+from stepload.engine.operator import Operator, StopLevel
+from stepload.engine.replay import group_by_tick, replay
+from stepload.engine.safing import Action, make_safe
 from stepload.record.outcome import Cause, RunOutcome, RunStatus
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.device import Identity
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 from stepload.rig.world import WorldFault
-from stepload.engine import loop
-from stepload.engine.loop import run_loop
-from stepload.engine.operator import Operator, StopLevel
-from stepload.engine.replay import group_by_tick, replay
-from stepload.engine.safing import Action, make_safe
 
 QUICK = {"touches": 2, "tare_s": 0.2, "hold_s": 0.2, "settle_timeout_s": 0.3, "top_force_n": 100.0}
 

@@ -10,12 +10,12 @@ import pytest
 from run_bench import Bench, bench_for, run, run_to, spec_for
 from run_plans import limits_for, stvf_plan, ur_plan
 
+from stepload.engine.loop import run_loop
+from stepload.engine.supervisor import Supervisor
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.rig.world import WorldFault
-from stepload.engine.loop import run_loop
-from stepload.engine.supervisor import Supervisor
 from stepload_verify.campaign.incidents import NullRecorder
 
 F_C = 727.0

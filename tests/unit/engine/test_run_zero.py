@@ -13,11 +13,11 @@ import pytest
 from run_bench import Bench, bench_for, run, spec_for
 from run_plans import stvf_plan, ur_plan
 
-from stepload.plan.model import Plan
-from stepload.record.rows import Phase, TickRow
 from stepload.engine.operator import StopLevel
 from stepload.engine.tare import TareWindow
 from stepload.engine.tick import Engine
+from stepload.plan.model import Plan
+from stepload.record.rows import Phase, TickRow
 
 F_C = 727.0
 QUICK = {"touches": 1, "tare_s": 0.3, "hold_s": 0.2, "settle_timeout_s": 0.3, "top_force_n": 100.0}

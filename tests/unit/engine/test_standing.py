@@ -11,14 +11,14 @@ from run_bench import bench_for, run, run_to, spec_for
 from run_plans import SIM, limits_for, ur_plan
 
 from stepload.contact.materials import FlatPunch, Material
+from stepload.engine.cross_check import Standing
+from stepload.engine.supervisor import Supervisor
+from stepload.engine.watch import Breach, Found
 from stepload.envelope.limits import RunLimits, identical_counts, second_stands_n
 from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
 from stepload.record.rows import Phase
 from stepload.rig.samples import ForceSample
 from stepload.rig.world import WorldFault
-from stepload.engine.cross_check import Standing
-from stepload.engine.supervisor import Supervisor
-from stepload.engine.watch import Breach, Found
 
 F_C = 23.89
 

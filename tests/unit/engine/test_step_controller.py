@@ -9,8 +9,8 @@ from collections import deque
 import pytest
 from run_plans import limits_for, stvf_plan, ur_plan
 
-from stepload.envelope.limits import RunLimits
 from stepload.engine.controller import StepController
+from stepload.envelope.limits import RunLimits
 
 LIMITS = {
     "stvf": limits_for(stvf_plan(), 727.0),

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 from rule_feed import PERIOD_S, arm_sample, force_sample
 
-from stepload.rig.samples import ArmSample, ForceSample
 from stepload.engine.watch import (
     AHEAD_S,
     LATE_CLOCK_TICKS,
@@ -17,6 +16,7 @@ from stepload.engine.watch import (
     ForceWatch,
     wrench_axis,
 )
+from stepload.rig.samples import ArmSample, ForceSample
 
 STALE_S, CLOCK_S, COUNTS, FULL_N = 0.012, 0.015, 5, 100.0
 

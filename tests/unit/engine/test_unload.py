@@ -7,13 +7,13 @@ from types import SimpleNamespace
 
 import pytest
 
-from stepload.errors import DeviceError
-from stepload.rig.faults import Fault, FaultCode
 from stepload.engine import unload as unload_module
 from stepload.engine.force_left import ForceLeft
 from stepload.engine.notices import Notices
 from stepload.engine.operator import Operator
 from stepload.engine.unload import Way, unload
+from stepload.errors import DeviceError
+from stepload.rig.faults import Fault, FaultCode
 
 PATIENT, HASTY = Way(2e-3, 0.01, 2.4, 60.0), Way(2e-3, 0.01, 2.4, 0.0)
 

@@ -11,6 +11,8 @@ from typing import Any
 
 import pytest
 
+from stepload.engine.open_rig import OpenRig, opened
+from stepload.engine.operator import Operator, StopLevel
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.errors import RefusedError
 from stepload.plan.load import load_plan
@@ -19,8 +21,6 @@ from stepload.record.reader import read_recording
 from stepload.results.conditions import FILE
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.pose import from_texts
-from stepload.engine.open_rig import OpenRig, opened
-from stepload.engine.operator import Operator, StopLevel
 from stepload.session.experiment import run_plan
 
 PLAN = Path(__file__).resolve().parents[3] / "procedures" / "plastic-sphere.yaml"

@@ -12,13 +12,13 @@ import pytest
 from run_bench import Bench, bench_for, run, run_to, spec_for
 from run_plans import limits_for, stvf_plan, ur_plan
 
+from stepload.engine.loop import run_loop
+from stepload.engine.supervisor import Supervisor
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase
 from stepload.rig.samples import ForceSample
 from stepload.rig.world import WorldFault
-from stepload.engine.loop import run_loop
-from stepload.engine.supervisor import Supervisor
 from stepload_verify.campaign.incidents import NullRecorder
 
 F_C = 727.0

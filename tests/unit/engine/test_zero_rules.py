@@ -7,13 +7,13 @@ import math
 import pytest
 from course_feed import PERIOD_S, PLAN, PLANNED, Stage, swing
 
-from stepload.envelope.bounds import Measured
-from stepload.errors import RefusedError
-from stepload.record.rows import Phase
 from stepload.engine.free_air import FREE_SIGMAS, LOOK_S, FreeAir
 from stepload.engine.operator import StopLevel
 from stepload.engine.tare import TareWindow
 from stepload.engine.zeroing import DRIFT_CHECK_S, NOISE_FACTOR, STEP_RATES, Zeroing
+from stepload.envelope.bounds import Measured
+from stepload.errors import RefusedError
+from stepload.record.rows import Phase
 
 NOISE_N, DRIFT_N, TOLERANCE_N = PLANNED.noise_n, PLAN.max_drift_n, PLANNED.cross_tolerance_n
 LOOK = round(LOOK_S / PERIOD_S)

@@ -9,7 +9,6 @@ import pytest
 from pressed_runs import there_and_back
 
 from stepload.errors import DomainError
-from stepload.evidence.identification import identify
 from stepload.estimators.budget import budget
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.deflection import DeflectionTable, least_sigma
@@ -19,6 +18,7 @@ from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.selection import compensated, select
 from stepload.estimators.smooth import smooth_lengths, worst_of
 from stepload.estimators.sources import Sources
+from stepload.evidence.identification import identify
 
 KS, K, N = 3.49e6, 6.57e8, 1.5
 FORCE = np.linspace(3.0, 300.0, 400)

@@ -11,7 +11,6 @@ import pytest
 from pressed_runs import there_and_back
 
 from stepload.errors import BadInputError, DomainError
-from stepload.evidence.identification import _zero_sigma, identify
 from stepload.estimators.budget import budget, secant_gradient
 from stepload.estimators.compare import compare_curve, compare_fits, confidence_band
 from stepload.estimators.conditions import Conditions
@@ -36,6 +35,7 @@ from stepload.estimators.smooth import (
 )
 from stepload.estimators.sources import Part, Sources, parts, white_sigmas
 from stepload.estimators.system import fit_system_stiffness
+from stepload.evidence.identification import _zero_sigma, identify
 from stepload.units import format_quantity
 
 K, N = 6e8, 1.5

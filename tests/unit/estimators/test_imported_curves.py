@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from stepload.errors import BadInputError
-from stepload.evidence.identification import Identification
 from stepload.estimators.curve_parts import (
     first_touch,
     free_air,
@@ -19,6 +18,7 @@ from stepload.estimators.curve_parts import (
 )
 from stepload.estimators.fit import Flag, FloatArray
 from stepload.estimators.identifiability import identifiability
+from stepload.evidence.identification import Identification
 from stepload.record.curves import Curve
 from stepload.results.from_curve import PreparedCurve, deformation_curve, prepare
 from stepload.results.from_file import identify_file, system_of_file

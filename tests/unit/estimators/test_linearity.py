@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stepload.evidence.errors import Context, components
-from stepload.evidence.path import Path
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY, linearity_errors
 from stepload.estimators.sources import Sources
+from stepload.evidence.errors import Context, components
+from stepload.evidence.path import Path
 
 FORCE = np.linspace(0.0, 300.0, 301)
 

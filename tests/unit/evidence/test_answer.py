@@ -10,12 +10,12 @@ import pytest
 from pressed_runs import World, hertz, press
 
 from stepload.errors import DomainError
+from stepload.estimators.fit import FloatArray
 from stepload.evidence import contact_gates
 from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.loops import Hold
 from stepload.evidence.path import Track
-from stepload.estimators.fit import FloatArray
 
 RUNS = 4
 

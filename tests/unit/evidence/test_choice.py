@@ -10,13 +10,13 @@ import pytest
 from pressed_runs import World, press
 
 from stepload.contact.law_names import LAW_NAMES
+from stepload.estimators.fit import FloatArray
+from stepload.estimators.smooth import smooth_lengths
 from stepload.evidence import answer
 from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.errors import middle
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.laws import LAWS
-from stepload.estimators.fit import FloatArray
-from stepload.estimators.smooth import smooth_lengths
 
 TOUCH = "secant_from_touch"
 

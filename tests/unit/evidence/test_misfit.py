@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pressed_runs import World, hertz, press
 
+from stepload.estimators.fit import FloatArray
 from stepload.evidence.answer import weigh
 from stepload.evidence.gates import HARMLESS, Gate
 from stepload.evidence.pressed import Pressed
-from stepload.estimators.fit import FloatArray
 
 TOUCH = "secant_from_touch"
 FINE = World(quantum_m=0.0, position_noise_m=1e-9, force_noise_n=0.01, smooth_m=2e-8, loop=0.0)

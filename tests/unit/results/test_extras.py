@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from stepload.contact.materials import FlatPunch, Sphere
-from stepload.evidence.identification import Identification
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.missing import Missing
 from stepload.estimators.sources import Sources
+from stepload.evidence.identification import Identification
 from stepload.record.lag import Lag
 from stepload.record.plain import json_text
 from stepload.record.rows import Phase

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stepload.engine.first_loading import true_chord, true_deformation, true_secant
 from stepload.errors import DomainError
 from stepload.rig.world import PayloadTruth
-from stepload.engine.first_loading import true_chord, true_deformation, true_secant
 from stepload_drivers.sim.contact import contact_law, contact_of
 from stepload_drivers.sim.laws import ContactLaw
 from stepload_drivers.sim.live import DEFAULT_SPEC

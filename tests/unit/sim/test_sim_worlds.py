@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
+from stepload.engine.first_loading import true_deformation
 from stepload.rig.samples import ForceSample
 from stepload.rig.world import PayloadTruth, WorldSpec
-from stepload.engine.first_loading import true_deformation
 from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_drivers.sim.plant import Plant
 from stepload_drivers.sim.simulation import World

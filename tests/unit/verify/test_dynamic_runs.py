@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from stepload.contact.rough import RoughSphere
+from stepload.engine.rehearse import world_for
 from stepload.envelope.envelope import derive
 from stepload.plan.load import load_plan
 from stepload.rig.world import PayloadTruth
-from stepload.engine.rehearse import world_for
 from stepload.session.experiment import run_plan
 from stepload_drivers.sim.contact import path_give
 from stepload_verify.trials.dynamic.plans import draw

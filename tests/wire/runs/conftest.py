@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 
+from stepload.engine.rehearse import world_for
 from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import DriverChoice, Plan, SecondForce
-from stepload.engine.rehearse import world_for
 from stepload_verify.emulators.rig_process import RigProcess
 
 sys.path.insert(0, str(Path(__file__).parent))  # for fault_table

@@ -18,13 +18,13 @@ import pytest
 from fault_table import BOTA, HELD, REFUSED, RETRACTED, ROWS, UNHARMED
 
 from stepload.cli.experiments import exit_code
+from stepload.engine import open_rig, safe_end
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import DeviceError
 from stepload.record.outcome import RunStatus
 from stepload.record.reader import read_recording
 from stepload.record.rows import Phase
 from stepload.rig.faults import FaultCode
-from stepload.engine import open_rig, safe_end
 from stepload.session import experiment
 from stepload_drivers.ur.arm import UrArm
 

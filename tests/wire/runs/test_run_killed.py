@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from stepload.engine.rehearse import world_for
 from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
-from stepload.engine.rehearse import world_for
 from stepload_verify.emulators.rig_process import RigProcess
 
 DEMO = Path(__file__).parents[3] / "procedures" / "demo-wire.yaml"

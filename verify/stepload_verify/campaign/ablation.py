@@ -9,12 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from stepload.envelope.limits import RunLimits
-from stepload.errors import BadInputError
 from stepload.engine.controller import ANCHOR_SIGMAS, StepController
 from stepload.engine.operator import StopLevel
 from stepload.engine.tick import Engine
 from stepload.engine.watch import Breach
+from stepload.envelope.limits import RunLimits
+from stepload.errors import BadInputError
 
 RULES = tuple(f"R{number}" for number in range(1, 12))
 LAYERS = {

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from stepload.engine.operator import Operator, StopLevel
+from stepload.engine.tick import Engine
 from stepload.record.rows import TickRow
 from stepload.rig.clock import Clock
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 from stepload.rig.world import SimulatedRig
-from stepload.engine.operator import Operator, StopLevel
-from stepload.engine.tick import Engine
 from stepload_verify.campaign.mishaps import ERRORS, Incident
 
 

@@ -7,13 +7,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
+from stepload.engine.loop import run_loop
+from stepload.engine.operator import Operator
+from stepload.engine.tick import Engine
 from stepload.errors import DeviceError
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import SimulatedRig, load_world
-from stepload.engine.loop import run_loop
-from stepload.engine.operator import Operator
-from stepload.engine.tick import Engine
 from stepload_verify.campaign.ablation import Ablation, ends_in_time
 from stepload_verify.campaign.incidents import Killed, NullRecorder, install
 from stepload_verify.campaign.result import KILLED, NOT_OPENED, Result

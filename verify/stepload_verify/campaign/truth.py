@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass, replace
 from random import Random
 
+from stepload.engine.rehearse import world_for
 from stepload.envelope.envelope import Envelope
 from stepload.plan.model import Plan
 from stepload.rig.world import WorldSpec
-from stepload.engine.rehearse import world_for
 from stepload_verify.campaign.plants import log_uniform
 
 ANOMALIES = ("K x 10", "K / 10", "surface too near", "hidden hard stop", "K_s wrong by 30 %")

@@ -15,11 +15,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+from stepload.engine.rehearse import world_for
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import SteploadError
 from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
-from stepload.engine.rehearse import world_for
 from stepload_verify.emulators.rig_process import RigProcess
 from stepload_verify.emulators.ur_faults import HELP
 

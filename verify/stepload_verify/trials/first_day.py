@@ -16,11 +16,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TextIO
 
+from stepload.engine.rehearse import world_for
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import DeviceError, RefusedError, SteploadError
 from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
-from stepload.engine.rehearse import world_for
 from stepload.setup.answers import Answers
 from stepload.setup.questions import Question
 from stepload.setup.state import read_state

@@ -12,14 +12,14 @@ from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
-from stepload.envelope.envelope import envelope_of
-from stepload.plan.load import load_plan
-from stepload.plan.shipped import plan_path
-from stepload.rig.world import load_world
 from stepload.engine.loop import run_loop
 from stepload.engine.operator import Operator
 from stepload.engine.rehearse import world_for
 from stepload.engine.tick import Engine
+from stepload.envelope.envelope import envelope_of
+from stepload.plan.load import load_plan
+from stepload.plan.shipped import plan_path
+from stepload.rig.world import load_world
 from stepload_verify.campaign.incidents import NullRecorder
 
 PLANS = ("plastic-sphere", "ur5e-silicone-sphere", "ur16e-polyurethane-sphere")

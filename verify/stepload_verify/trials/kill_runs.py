@@ -36,13 +36,13 @@ from typing import Any
 import numpy as np
 from ruamel.yaml import YAML
 
+from stepload.engine.rehearse import world_for
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
 from stepload.record.reader import read_recording
 from stepload.record.recovery import is_being_written
-from stepload.engine.rehearse import world_for
 from stepload.session.unfinished import repair_all
 from stepload_verify.emulators.rig_process import RigProcess
 

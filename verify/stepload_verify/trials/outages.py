@@ -20,6 +20,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from stepload.engine.loop import run_loop
+from stepload.engine.open_rig import opened
+from stepload.engine.operator import Operator
+from stepload.engine.rehearse import world_for
+from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.errors import DeviceError
 from stepload.plan.load import load_plan
@@ -27,11 +32,6 @@ from stepload.plan.model import DriverChoice, Plan
 from stepload.plan.shipped import plan_path
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase
-from stepload.engine.loop import run_loop
-from stepload.engine.open_rig import opened
-from stepload.engine.operator import Operator
-from stepload.engine.rehearse import world_for
-from stepload.engine.tick import Engine
 from stepload_verify.campaign.incidents import NullRecorder
 from stepload_verify.emulators.rig_process import RigProcess
 

@@ -44,12 +44,12 @@ class Seeded:
 
 def run_seed(seed: int, plan_file: Path = PLAN, law: str = "smooth") -> Seeded:
     """One whole dry run, from plan to report."""
-    from stepload.envelope.envelope import envelope_of
-    from stepload.envelope.theory import theory_of
-    from stepload.plan.load import load_plan
     from stepload.engine.first_loading import true_secant
     from stepload.engine.open_rig import OpenRig, opened
     from stepload.engine.rehearse import payload_truth
+    from stepload.envelope.envelope import envelope_of
+    from stepload.envelope.theory import theory_of
+    from stepload.plan.load import load_plan
     from stepload.session.experiment import run_plan
 
     plan = load_plan(plan_file)

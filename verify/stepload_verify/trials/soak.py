@@ -17,12 +17,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from stepload.engine.undisturbed import undisturbed
 from stepload.rig.clock import MonotonicClock
 from stepload.rig.clockmap import fit_clock
 from stepload.rig.device import Arm, ForceSensor, Health
 from stepload.rig.plugins import load_driver
 from stepload.rig.samples import ArmSample, ForceSample
-from stepload.engine.undisturbed import undisturbed
 from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_verify.emulators.rig_process import RigProcess
 

@@ -18,16 +18,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 
+from stepload.engine.loop import run_loop
+from stepload.engine.operator import Operator
+from stepload.engine.rehearse import world_for
+from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.plan.changed import rederived
 from stepload.plan.load import load_plan
 from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
 from stepload.plan.shipped import plan_path
 from stepload.rig.world import WorldFault, load_world
-from stepload.engine.loop import run_loop
-from stepload.engine.operator import Operator
-from stepload.engine.rehearse import world_for
-from stepload.engine.tick import Engine
 from stepload_verify.campaign.incidents import NullRecorder
 
 MACHINES = {"stiff": "plastic-sphere", "soft": "ur5e-silicone-sphere"}

@@ -11,6 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
+from stepload.engine.first_loading import true_deformation
+from stepload.engine.loop import run_loop
+from stepload.engine.open_rig import opened
+from stepload.engine.operator import Operator
+from stepload.engine.rehearse import world_for
+from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import SteploadError
@@ -22,12 +28,6 @@ from stepload.results.pressed import pressed
 from stepload.results.saved import saved_run
 from stepload.results.wishes import Wishes
 from stepload.rig.world import PayloadTruth
-from stepload.engine.first_loading import true_deformation
-from stepload.engine.loop import run_loop
-from stepload.engine.open_rig import opened
-from stepload.engine.operator import Operator
-from stepload.engine.rehearse import world_for
-from stepload.engine.tick import Engine
 from stepload.session import files
 from stepload_verify.trials.dynamic.plans import Draft, draw, envelope_in
 from stepload_verify.trials.dynamic.worlds import ALL

@@ -8,10 +8,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from stepload.errors import SteploadError
-from stepload.evidence.answer import weigh
-from stepload.evidence.quantity import Quantity
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.judge import ResultVerdict
+from stepload.evidence.answer import weigh
+from stepload.evidence.quantity import Quantity
 from stepload.results.analyse import identify_payload
 from stepload.results.press_data import PressData
 from stepload.results.pressed import pressed
