@@ -7,7 +7,9 @@ from typing import Any
 
 from driver_time import Clock
 
+from stepload.errors import DeviceError
 from stepload.rig.device import ArmConfiguration
+from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import wire
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, UrState, travel_m
 from stepload_drivers.ur.told import RATE_HZ
@@ -15,6 +17,9 @@ from stepload_drivers.ur.told import RATE_HZ
 APPROACH = (0.0, 0.0, -1.0)
 HOME = (0.4, -0.1, 0.3, 0.0, 3.14, 0.0)
 PERIOD_S = 0.002
+
+
+PACKAGE_S = 0.008
 
 
 class Died(BaseException):
@@ -145,3 +150,34 @@ class FakeLink:
     def told(self, kind: bytes) -> list[dict[str, Any]]:
         """The rare messages of one kind that went to the run."""
         return [wire.unpack_json(message) for message in self.sent if message[:1] == kind]
+
+
+def rtde_of(controller: Any, clock: Clock) -> type:
+    """Stands in for `RtdeClient`: a package of `controller.state()` every 8 ms, unless `silent`."""
+
+    class Rtde:
+        def __init__(self, host: str, deadline_s: float) -> None:
+            self._deadline_s = deadline_s
+
+        def __enter__(self) -> Rtde:
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            pass
+
+        def version(self) -> None:
+            pass
+
+        def start(self, rate_hz: float) -> None:
+            pass
+
+        def read(self) -> UrState:
+            if controller.silent:
+                clock.sleep(self._deadline_s - clock.now_s)
+            clock.sleep(PACKAGE_S)
+            if clock.now_s > self._deadline_s:
+                raise DeviceError("no answer in time", code=FaultCode.NOT_CONNECTED)
+            controller.tick()
+            return controller.state()
+
+    return Rtde

@@ -68,3 +68,35 @@ def test_an_empty_name_is_no(plan, monkeypatch):
 def test_a_rehearsal_asks_nobody(plan):
     said = in_process("doctor", plan, "--dry-run", "--seconds", "0.2", cwd=plan.parent)
     assert "hazards" not in said.stderr
+
+
+MOVE = ("drivers", "test", "ur", "--options", "host=127.0.10.77", "--move", "1 mm")
+
+
+def test_the_contract_moves_no_arm_before_somebody_has_read_them(tmp_path, monkeypatch):
+    said = in_process(*MOVE, cwd=tmp_path)
+    assert said.returncode == 3, said.stderr
+    assert "--move: nobody has confirmed to have read the hazards of the arm" in said.stderr
+    assert "--yes in scripts" in said.stderr
+    _at_a_terminal(monkeypatch, "\n")
+    said = in_process(*MOVE, cwd=tmp_path)
+    assert said.returncode == 3
+    assert "can crush a hand" in said.stderr
+
+
+@pytest.mark.parametrize("how", ["--yes", "name"])
+def test_the_contract_goes_on_with_consent(tmp_path, monkeypatch, how):
+    begun = []
+    monkeypatch.setattr("stepload.rig.contract.run_trial", lambda trial: begun.append(trial) or [])
+    if how == "name":
+        _at_a_terminal(monkeypatch, "Anna\n")
+    said = in_process(*MOVE, *([how] if how == "--yes" else []), cwd=tmp_path)
+    assert said.returncode == 0, said.stderr
+    assert begun[0].move_m == pytest.approx(1e-3)
+
+
+def test_the_contract_asks_nobody_where_nothing_moves(tmp_path, monkeypatch):
+    begun = []
+    monkeypatch.setattr("stepload.rig.contract.run_trial", lambda trial: begun.append(trial) or [])
+    assert in_process(*MOVE[:-2], cwd=tmp_path).returncode == 0
+    assert begun[0].move_m == 0.0

@@ -70,6 +70,30 @@ def test_init_writes_nothing_that_preflight_refuses(rig_file, tmp_path):
         stepload("init", tmp_path / "none.yaml", "--plan", plan, *BALL)
 
 
+def test_init_calls_the_plan_by_the_name_that_it_was_given(rig_file, tmp_path):
+    plan = tmp_path / "mine.yaml"
+    with pytest.raises(BadInputError) as wrong:
+        stepload("init", rig_file, "--plan", plan, *BALL, "--procedure", "hold=3 kg")
+    assert f"{plan}, as the answers make it:" in wrong.value.message
+    assert ".mine." not in wrong.value.message
+    with pytest.raises(BadInputError, match=r"cannot write .*nowhere/mine\.yaml: No such"):
+        stepload("init", rig_file, "--plan", tmp_path / "nowhere" / "mine.yaml", *BALL)
+
+
+def test_a_consent_is_asked_without_a_mark_behind_its_mark(monkeypatch):
+    from stepload.cli.setup import Terminal
+    from stepload.results.terminal import Output
+    from stepload.setup.questions import QUESTIONS
+
+    asked = []
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    monkeypatch.setattr("typer.prompt", lambda text, **how: asked.append(text) or "yes")
+    person = Terminal(Output(as_json=False))
+    assert [person.ask(question) for question in QUESTIONS.values()] == ["yes"] * len(QUESTIONS)
+    assert [text for text in asked if text.endswith("?")] == []
+
+
 def test_setup_without_a_terminal_names_the_missing_flag(tmp_path):
     with pytest.raises(BadInputError, match="no terminal") as missing:
         stepload("setup", tmp_path / "rig.yaml")
@@ -89,3 +113,16 @@ def test_the_page_lists_every_question_as_it_is():
     for question in QUESTIONS.values():
         assert f"| `{question.name}` | `{question.flag}` |" in page
         assert question.text in page
+
+
+def test_calibrate_says_before_it_presses_that_a_rig_file_cannot_name_the_record(tmp_path):
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("name: bench\n")
+    plan = ["calibrate", tmp_path / "not-even-read.yaml", "--into", mine]
+    with pytest.raises(BadInputError, match="somebody else wrote or changed it"):
+        stepload(*plan)
+    with pytest.raises(BadInputError, match="--into goes with no dry run"):
+        stepload(*plan, "--dry-run")
+    with pytest.raises(BadInputError, match="was not written by `stepload setup`"):
+        stepload(*plan[:-1], tmp_path / "none.yaml")
+    assert mine.read_text() == "name: bench\n"

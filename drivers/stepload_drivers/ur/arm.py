@@ -12,7 +12,8 @@ from stepload.rig.faults import TAKEN_OVER, Fault, FaultCode
 from stepload.rig.options import Option
 from stepload.rig.samples import ArmSample, Status
 from stepload_drivers.motion import require_finite_target, require_positive
-from stepload_drivers.ur import rescue, state, wire
+from stepload_drivers.ur import lookout, rescue, state, wire
+from stepload_drivers.ur.last_seen import LastSeen, Reach
 from stepload_drivers.ur.preflight import preflight
 from stepload_drivers.ur.process import ChildProcess
 from stepload_drivers.ur.settings import OPTIONS, settings_from
@@ -74,6 +75,8 @@ class UrArm(Arm):
         self._configuration: ArmConfiguration | None = None
         self._fault: Fault | None = None
         self._unloading: Unloading | None = None
+        self._reach = Reach(self._settings)
+        self._loaded = ""
         self._stage = ""
         self._replies: dict[int, dict[str, Any]] = {}
         self._number = 0
@@ -87,7 +90,7 @@ class UrArm(Arm):
         self._tally = Tally(self.period_s)
         self._samples, self._last, self._start, self._fault = [], None, None, None
         self._replies, self._target_m, self._stage = {}, 0.0, ""
-        self._unloading = None
+        self._unloading, self._reach = None, Reach(self._settings)
         self._configuration = None
         left_s = max(0.1, deadline_s - time.monotonic())
         self._child = ChildProcess(self._settings, self.period_s, left_s)
@@ -96,6 +99,7 @@ class UrArm(Arm):
         except BaseException:  # an interrupt too must not leave a child behind
             self._kill()
             raise
+        self._loaded = lookout.loaded_program(self._settings.host)
         return Identity(
             driver="ur",
             model=controller.model or "unknown",
@@ -140,6 +144,7 @@ class UrArm(Arm):
             self._pump()
             raise self._gone()
         self._target_m = position_m
+        self._reach.sent(position_m, self._sent_s)
 
     def configuration(self) -> ArmConfiguration | None:
         """As the controller last told it, at most a tenth of a second before the newest sample."""
@@ -182,14 +187,21 @@ class UrArm(Arm):
         self._refuse_if_taken_over()
         if self._child is not None:
             limit_s = max(0.5 * timeout_s, timeout_s - RESCUE_S)
+            self._reach.asked_back(distance_m)
             reply = self._request("retract", limit_s, distance_m=distance_m, speed_m_s=speed_m_s)
             if reply is not None and reply["ok"]:
+                self._reach.arrived()
                 return
             self._hear_who_stopped_it()
             self._refuse_if_taken_over()
             self._kill()
-        self._unloading = self._unloading or Unloading(self._settings, self._last)
+        self._unloading = self._unloading or Unloading(self._settings, self._last_seen())
         self._unloading.retract(distance_m, speed_m_s, deadline_s)
+
+    def _last_seen(self) -> LastSeen:
+        last = self._last
+        band = self._reach.after(last) if last else (0.0, 0.0)
+        return LastSeen(self._settings, last, band, self._configuration, self._loaded)
 
     def _hear_who_stopped_it(self) -> None:
         """Give the child time to ask why the program does not run: a person may have ended it."""
@@ -219,6 +231,7 @@ class UrArm(Arm):
         require_positive(
             "prove_stop", distance_m=distance_m, speed_m_s=speed_m_s, timeout_s=timeout_s
         )
+        self._reach.asked_back(distance_m)
         reply = self._request("prove", timeout_s, distance_m=distance_m, speed_m_s=speed_m_s)
         if reply is None or not reply["ok"]:
             why = reply["message"] if reply else f"no answer within {timeout_s:g} s"
@@ -229,12 +242,15 @@ class UrArm(Arm):
                 code=FaultCode.REFUSED_COMMAND,
                 hint="do not run; see the pendant's log",
             )
+        self._reach.arrived()
         return StopProof(reply["stop_s"], reply["still_s"], reply["travel_m"])
 
     def close(self) -> None:
         if self._child is not None:
             self._child.quit()
             self._child = None
+        if self._unloading is not None:
+            self._unloading.close()
 
     # the child's messages
 

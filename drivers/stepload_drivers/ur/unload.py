@@ -2,8 +2,9 @@
 
 A program handed over to a controller that does not answer may still be carried out when it wakes,
 so it is not sent again, and no stop is sent after it, before it was seen to have ended. Before
-every sending the controller is asked who has the arm: after a person or a safety system took over
-nothing is sent any more.
+every sending the controller is asked who has the arm, and its dashboard is watched for as long as a
+retract is tried: after one sign of a person or a safety system nothing is sent any more. Nothing is
+sent to a controller that answers neither, for nobody knows when it would be carried out.
 """
 
 from __future__ import annotations
@@ -12,10 +13,11 @@ import math
 import time
 
 from stepload.errors import DeviceError
+from stepload.rig.device import ArmConfiguration
 from stepload.rig.faults import FaultCode
-from stepload.rig.samples import ArmSample
 from stepload_drivers.ur.client import RtdeClient, dashboard, send_script
-from stepload_drivers.ur.preflight import in_remote_control, not_remote
+from stepload_drivers.ur.last_seen import LastSeen
+from stepload_drivers.ur.lookout import Lookout, require_nobody
 from stepload_drivers.ur.rescue import ASK_LIMIT_S, IDLE_LIMIT_S, retract_script
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import (
@@ -27,6 +29,7 @@ from stepload_drivers.ur.state import (
     safety_problem,
     travel_m,
 )
+from stepload_drivers.ur.told import told
 
 SENDINGS = 2
 """A program that was lost on its way is sent once more."""
@@ -34,9 +37,9 @@ SAME_S = 0.3
 """One and the same package for so long is no news of the controller."""
 OWN_PROGRAM_S = 1.0
 """Our program ends by its watchdog at most so long after the watchdog's own time."""
-MOVED_M = 2e-3
-"""Beside the lead of its last target the arm goes no further by itself."""
 ASK_AGAIN_S = 0.1
+LEAST_SPEED = 0.01
+"""Of the full speed: a slider below it holds the arm where it is."""
 BEGUN_SHARE = 0.2
 """Of the way: a retract that got this far was carried out, and ended by somebody if it is short."""
 
@@ -44,17 +47,25 @@ BEGUN_SHARE = 0.2
 class Unloading:
     """Retracts the arm without ur_rtde from where it was `last` seen.
 
-    `under_way` says that a retract was handed over and not seen to have ended.
+    `under_way` says that a retract was handed over and not seen to have ended. From its making to
+    `close` the dashboard is watched.
     """
 
-    def __init__(self, settings: Settings, last: ArmSample | None) -> None:
+    def __init__(self, settings: Settings, last: LastSeen) -> None:
         self._settings = settings
-        self._seen: Vector6 | None = last.pose if last else None
+        self._last = last
         self._from: Vector6 | None = None
         self._back_m = 0.0
         self._alone_s = time.monotonic()
         self._handed_over_s = math.nan
         self._refused: DeviceError | None = None
+        self._own_s = 1.0 / settings.watchdog_hz + OWN_PROGRAM_S
+        self._lookout = Lookout(settings.host, self._own_s, lambda: self.under_way, last.loaded)
+        self._lookout.start()
+
+    def close(self) -> None:
+        """Watch the dashboard no longer."""
+        self._lookout.close()
 
     @property
     def under_way(self) -> bool:
@@ -72,8 +83,7 @@ class Unloading:
             DeviceError: not seen done by `deadline_s`. NOT_CONNECTED and STALE: no answer, call
                 again; else the controller says why nothing moves the arm any more.
         """
-        if self._refused is not None:
-            raise self._refused
+        self._refuse_after_a_sign()
         for _ in range(SENDINGS):
             if not self.under_way:
                 self._ask_who_has_the_arm(deadline_s)
@@ -81,6 +91,7 @@ class Unloading:
                 script = retract_script(self._settings.approach, left_m, speed_m_s)
                 send_script(self._settings.host, script, deadline_s)
                 self._handed_over_s = time.monotonic()
+                self._last.sent_back(left_m)
             carried_out = self._watch(distance_m, deadline_s)
             if self._back_m >= arrived_m(distance_m):
                 self._from, self._back_m = None, 0.0
@@ -95,8 +106,15 @@ class Unloading:
         )
 
     def ended(self, deadline_s: float) -> bool:
-        """Whether nothing that was handed over can still move the arm, by the dashboard's word."""
+        """Whether a stop takes nothing away: nothing that was handed over can still move the arm.
+
+        By the dashboard's word; or the speed slider holds the arm, so that a retract left in the
+        controller would begin whenever somebody raises it.
+        """
         if not self.under_way:
+            return True
+        if self._held_by_slider(self._configuration(_soon(deadline_s))):
+            self._handed_over_s = math.nan
             return True
         idle_since_s = math.inf
         while (now_s := time.monotonic()) < deadline_s:
@@ -118,12 +136,18 @@ class Unloading:
         self._refused = DeviceError(message, code=code, hint=hint)
         raise self._refused
 
+    def _refuse_after_a_sign(self) -> None:
+        """One sign of a person, at any time, is enough."""
+        if self._refused is None and (sign := self._lookout.sign):
+            told = f"while the arm did not answer, {sign.message}: no retract is sent"
+            self._refuse(sign.code, told, sign.hint)
+        if self._refused is not None:
+            raise self._refused
+
     def _ask_who_has_the_arm(self, deadline_s: float) -> None:
-        """Raises where somebody else has it; a controller that tells nothing passes, once."""
-        settings = self._settings
-        own_s = 1.0 / settings.watchdog_hz + OWN_PROGRAM_S
-        if time.monotonic() - self._alone_s < own_s:
-            own_s = math.inf  # our own program still runs: ours replaces it
+        """Raises where somebody else has it, or where nobody says that nobody has."""
+        begun_s = time.monotonic()
+        own_s = self._own_s if begun_s - self._alone_s >= self._own_s else math.inf
         package = self._sight(_soon(deadline_s), own_s)
         if package is not None:
             self._check_stopped_by_nobody(package)
@@ -133,34 +157,58 @@ class Unloading:
                     "another program runs on the controller: no retract is sent",
                     "stop it on the pendant and move the arm clear by hand",
                 )
-            if self._seen is not None:
-                went_m = math.dist(package.pose[:3], self._seen[:3])
-                if went_m > MOVED_M + settings.max_lead_m:
-                    self._refuse(
-                        FaultCode.PROGRAM_STOPPED,
-                        f"the arm stands {went_m * 1e3:.1f} mm from where it was last seen: "
-                        "somebody has moved it, no retract is sent",
-                        "move it clear by hand on the pendant",
-                    )
+            now = self._configuration(_soon(deadline_s))
+            if self._held_by_slider(now):
+                self._refuse(
+                    FaultCode.SETTING_CHANGED,
+                    "the speed slider holds the arm: no retract is sent, for it would begin "
+                    "whenever somebody raises it",
+                    "move the arm clear by hand on the pendant",
+                )
+            if moved := self._last.moved(package, now):
+                self._refuse(
+                    FaultCode.PROGRAM_STOPPED,
+                    f"{moved}: somebody had the arm while it did not answer, no retract is sent",
+                    "move it clear by hand on the pendant",
+                )
             self._keep(package)
-        if in_remote_control(settings.host, ASK_LIMIT_S) is False:
-            error = not_remote(settings.host)
-            self._refuse(FaultCode(error.code), error.message, error.hint)
-        self._from = self._from or self._seen
+        answers = self._lookout.ask()
+        until_s = min(deadline_s, begun_s + self._own_s)
+        while package is None and answers and answers.program == "PLAYING":
+            if time.monotonic() >= until_s:
+                break
+            time.sleep(ASK_AGAIN_S)  # until our own program has ended by its watchdog
+            answers = self._lookout.ask()
+        self._refuse_after_a_sign()
+        if package is None:
+            require_nobody(self._settings.host, answers)
+        self._from = self._from or self._last.pose
+
+    @staticmethod
+    def _held_by_slider(now: ArmConfiguration | None) -> bool:
+        speed = None if now is None else now.speed_fraction
+        return speed is not None and speed < LEAST_SPEED
+
+    def _configuration(self, deadline_s: float) -> ArmConfiguration | None:
+        try:
+            return told(self._settings.host, deadline_s)
+        except DeviceError:
+            return None
 
     def _sight(self, deadline_s: float, own_s: float) -> UrState | None:
-        """The newest package, None without an answer.
+        """The newest package, None without an answer, and where data stand still.
 
         A program of ours that slept with the controller is given `own_s` to end by its watchdog.
         """
         wait_s = 0.0 if own_s == math.inf else own_s
         try:
             with RtdeClient(self._settings.host, deadline_s + wait_s) as rtde:
-                package = _started(rtde)
+                first = _started(rtde)
+                package = rtde.read()
                 until_s = time.monotonic() + wait_s
                 while package.runtime_state == PLAYING and time.monotonic() < until_s:
                     package = rtde.read()
-                return package
+                return package if package.timestamp_s > first.timestamp_s else None
         except DeviceError:
             return None
 
@@ -175,7 +223,7 @@ class Unloading:
             )
 
     def _keep(self, package: UrState) -> None:
-        self._seen = package.pose
+        self._last.take(package)
         self._from = self._from or package.pose
         self._back_m = -travel_m(package.pose, self._from, self._settings.approach)
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from stepload.cli.hazards import HazardsRead, refuse_unread_driver
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
@@ -88,18 +89,21 @@ def try_driver(
         str, typer.Option("--resolution", help='Smallest step between readings, "0.05 N".')
     ] = "",
     seconds: Annotated[float, typer.Option("--seconds", help="How long to watch the data.")] = 1.0,
+    hazards_read: HazardsRead = False,
     open_timeout: Annotated[float, typer.Option(help="Deadline of `open`, in s.")] = 15.0,
     as_json: AsJson = False,
 ) -> None:
     """Run the contract on a driver and its device. Exit 0: kept; 4: broken.
 
     Works for any installed driver, one of your own package too. The device is opened several times.
-    Nothing is moved without --move; do that in free air only, with twice that way free behind the
-    arm. Let sensors be unloaded: `bias` is tried. What was not tried is listed with the reason.
+    Nothing is moved without --move, nor before somebody has read the hazards; do that in free air
+    only, with twice that way free behind the arm. Let sensors be unloaded: `bias` is tried. What
+    was not tried is listed with the reason.
     """
     from stepload.plan.option_text import options_from_words
     from stepload.rig.contract import CheckStatus, Trial, run_trial, trial_of
     from stepload.rig.plugins import load_driver
+    from stepload.session.experiment import SIMULATED
     from stepload.units import parse_quantity
 
     group = _group(name, kind)
@@ -119,6 +123,8 @@ def try_driver(
         resolution=parse_quantity(resolution, unit) if resolution else 0.0,
         move_m=parse_quantity(move, "m") if move else 0.0,
     )
+    if move and group == "stepload.arms" and name != SIMULATED:
+        refuse_unread_driver(name, hazards_read)
     results = run_trial(trial)
     out = Output(as_json=as_json)
     _show(name, results, out)

@@ -16,6 +16,38 @@ HazardsRead = Annotated[
 ]
 
 
+def refuse_unread_driver(driver: str, read_now: bool) -> None:
+    """Ask, and refuse to move the arm of a driver without an answer: no rig file keeps one.
+
+    Raises:
+        RefusedError: nobody confirms to have read the hazards.
+    """
+    from stepload.errors import RefusedError
+    from stepload.session.hazards import PAGE
+
+    if read_now or (_at_a_terminal() and _name(f"Before the arm of the driver {driver!r} moves:")):
+        return
+    raise RefusedError(
+        f"--move: nobody has confirmed to have read the hazards of the arm that {driver!r} moves",
+        hint=f"read {PAGE}; in a terminal the command asks; --yes in scripts",
+    )
+
+
+def _name(before: str) -> str:
+    """Who has read the hazards, which are said first; empty: nobody."""
+    from stepload.session.hazards import HAZARDS, PAGE
+
+    typer.echo(before, err=True)
+    for hazard in HAZARDS:
+        typer.echo(f"  - {hazard}", err=True)
+    typer.echo(f"More, with what to do about each: {PAGE}", err=True)
+    name: str = typer.prompt(
+        "Your name, if you have read this and answer for the rig (empty: no)",
+        default="", show_default=False, err=True,
+    )  # fmt: skip
+    return name.strip()
+
+
 def ask_hazards(envelope: Envelope) -> bool:
     """Whether somebody at this terminal confirms now; the rig file keeps who and when.
 
@@ -25,21 +57,13 @@ def ask_hazards(envelope: Envelope) -> bool:
 
     from stepload.envelope.reason import PlanVerdict
     from stepload.plan.hazards import hazards_read, keep, keys_of
-    from stepload.session.hazards import HAZARDS, PAGE
 
     plan = envelope.plan
     if hazards_read(plan) or envelope.verdict is PlanVerdict.REFUSED:
         return False
     if not _at_a_terminal():
         return False
-    typer.echo(f"Before the rig {plan.rig.name!r} moves for the first time:", err=True)
-    for hazard in HAZARDS:
-        typer.echo(f"  - {hazard}", err=True)
-    typer.echo(f"More, with what to do about each: {PAGE}", err=True)
-    name = typer.prompt(
-        "Your name, if you have read this and answer for the rig (empty: no)",
-        default="", show_default=False, err=True,
-    ).strip()  # fmt: skip
+    name = _name(f"Before the rig {plan.rig.name!r} moves for the first time:")
     if not name:
         return False
     today = date.today()

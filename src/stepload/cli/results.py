@@ -34,6 +34,10 @@ def calibrate(
         Path | None,
         typer.Option("--record", help=f"File for the record; the run's {CALIBRATION} if none."),
     ] = None,
+    into: Annotated[
+        Path | None,
+        typer.Option("--into", help="Rig file of `stepload setup` that names the record then."),
+    ] = None,
     valid_days: Annotated[
         int, typer.Option("--valid-days", help="How long the record may be used.", min=1)
     ] = 180,
@@ -48,6 +52,8 @@ def calibrate(
 
     Runs a plan against a stiff flat contact, or takes runs that are there already.
     """
+    from datetime import date
+
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.calibration import write_calibration
     from stepload.plan.load import load_plan
@@ -55,10 +61,18 @@ def calibrate(
     from stepload.results.calibration_document import calibration_data, calibration_document
     from stepload.results.saved import saved_run
     from stepload.run.operator import Operator
+    from stepload.setup.calibrated import put_record, state_to_take_it
 
     output, operator = Output(as_json=as_json), Operator()
     given, made = list(files or ()), list(from_runs or ())
     code = ExitCode.OK
+    if into is not None:
+        if dry_run:
+            raise BadInputError(
+                "--into goes with no dry run: its record is good for dry runs only",
+                hint="leave one of the two out",
+            )
+        state_to_take_it(into)  # said before anything is pressed
     if two_spheres is not None and (given or made):
         raise BadInputError("--two-spheres takes its two runs and nothing else")
     if two_spheres is None and not made:
@@ -103,6 +117,9 @@ def calibrate(
     except OSError as error:
         raise BadInputError(f"cannot write {record}: {error.strerror}") from error
     output.show(calibration_document(found, record))
+    if into is not None:
+        put_record(into, record, found.record, date.today())
+        output.line(f"{into} names it now")
     output.result({"record": record, **calibration_data(found)})
     raise typer.Exit(code)
 

@@ -37,8 +37,9 @@ class Terminal:
         """The answer typed in; None without a terminal."""
         if not self._asks:
             return None
+        form = " yes or no" if question.consent else ""
         shown: str = typer.prompt(
-            question.text + (" (KEY=VALUE, comma between)" if question.many else ""),
+            question.text + (" (KEY=VALUE, comma between)" if question.many else form),
             default=question.default, show_default=bool(question.default), err=True,
         )  # fmt: skip
         return shown
@@ -56,7 +57,10 @@ def setup(
     rig: Annotated[Path, typer.Argument(help="Rig file to write.", show_default=False)],
     answers: AnswerFile = None,
     redo: Annotated[
-        str, typer.Option("--redo", help="Do this step again, and all that rest on it.")
+        str,
+        typer.Option(
+            "--redo", help="Do this step again; where it finds something else, those after it too."
+        ),
     ] = "",
     until: Annotated[str, typer.Option("--until", help=STEP_HELP)] = "",
     yes: Annotated[
@@ -66,8 +70,8 @@ def setup(
 ) -> None:
     """Write a rig file step by step. It can be left at any time; the next start goes on.
 
-    Every question is also a flag: `--host 192.168.1.10`, `--material acetal`; docs/setup.md has
-    them all. Nothing moves without consent. Exit 0: all done; 3: a step was refused.
+    Every question is also a flag: `--host 192.168.1.10`, `--material acetal`; a flag that is none
+    lists them all. Nothing moves without consent. Exit 0: all done; 3: a step was refused.
     """
     from stepload.setup.story import STEPS, set_up
 
@@ -76,8 +80,8 @@ def setup(
     out.line(f"\nwritten: {rig}" + (f"; to come: {', '.join(left)}" if left else ""))
     if not left:
         out.line(
-            "next: stepload calibrate for the system stiffness (docs/calibrate.md), then stepload"
-            " run with the plan of the first payload"
+            f"next: stepload calibrate PLAN --record FILE --into {rig} for the system stiffness,"
+            " then stepload run with the plan of the first payload"
         )
     out.result({"rig": rig, "done": [name for name in STEPS if name not in left], "left": left})
 

@@ -15,6 +15,7 @@ from stepload.plan.model import ArmSpec, DisplacementSpec, DriverChoice, ForceSp
 from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
 from stepload.run.open_rig import OpenRig, opened
 from stepload.run.operator import Operator
+from stepload.run.undisturbed import undisturbed
 from stepload.units import format_quantity
 
 Tell = Callable[[Line], None]
@@ -134,6 +135,14 @@ def _data(exam: _Examination, seen: Watched, seconds: float) -> None:
                        remark=f"upper bound from {seconds:g} s")  # fmt: skip
 
 
+def _at_rest(exam: _Examination, rig: OpenRig, seconds: float) -> None:
+    seen = watch(rig, seconds)
+    if not rig.clock.virtual:
+        exam.add(*host.check_lateness(seen.late_s, rig.arm.period_s))
+        exam.add(host.check_wall_clock(seen.wall_step_s))
+    _data(exam, seen, seconds)
+
+
 def _spring(exam: _Examination, rig: OpenRig, operator: Operator) -> None:
     if exam.failed():
         exam.add(skipped("loop delay against a spring", "not pressed: something failed before"))
@@ -224,14 +233,11 @@ def examine(
                               f"{identity.driver}: {identity.model} {identity.serial_number}, "
                               f"firmware {identity.firmware}"))  # fmt: skip
             stage = "examination"
-            seen = watch(rig, seconds)
-            if not rig.clock.virtual:
-                exam.add(*host.check_lateness(seen.late_s, rig.arm.period_s))
-                exam.add(host.check_wall_clock(seen.wall_step_s))
-            _data(exam, seen, seconds)
             try:
-                if not still:
-                    _motion(exam, rig)
+                with undisturbed(rig.clock.virtual):
+                    _at_rest(exam, rig, seconds)
+                    if not still:
+                        _motion(exam, rig)
                 if against_spring:
                     _spring(exam, rig, operator or Operator())
             finally:

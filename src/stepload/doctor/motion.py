@@ -15,7 +15,6 @@ from stepload.plan.model import ArmSpec, Plan
 from stepload.record.lag import Lag, measure_lag
 from stepload.rig.samples import ArmSample
 from stepload.run.open_rig import OpenRig
-from stepload.run.undisturbed import undisturbed
 
 FloatArray = NDArray[np.float64]
 
@@ -42,21 +41,20 @@ class Driven(NamedTuple):
 
 
 def drive(rig: OpenRig, target_at: Callable[[float], float], seconds: float) -> Driven:
-    """Follow `target_at` (s since now → m) in the arm's own period."""
+    """Follow `target_at` (s since now → m) in the arm's own period, from within `undisturbed`."""
     clock, arm = rig.clock, rig.arm
     times_s, targets_m = [], []
     samples = arm.drain()
-    with undisturbed(clock.virtual):
-        start_s = deadline_s = clock.now_s()
-        while deadline_s < start_s + seconds:
-            now_s = clock.now_s()
-            samples += arm.drain()
-            target_m = target_at(now_s - start_s)
-            arm.command(target_m)
-            times_s.append(now_s)
-            targets_m.append(target_m)
-            deadline_s = max(deadline_s + arm.period_s, now_s)
-            clock.sleep_until(deadline_s)
+    start_s = deadline_s = clock.now_s()
+    while deadline_s < start_s + seconds:
+        now_s = clock.now_s()
+        samples += arm.drain()
+        target_m = target_at(now_s - start_s)
+        arm.command(target_m)
+        times_s.append(now_s)
+        targets_m.append(target_m)
+        deadline_s = max(deadline_s + arm.period_s, now_s)
+        clock.sleep_until(deadline_s)
     return Driven(np.array(times_s), np.array(targets_m), samples + arm.drain())
 
 

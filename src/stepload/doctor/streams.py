@@ -70,19 +70,23 @@ def check_stream(
         remedy=f"set the device's rate, or rig.{name}.rate",
     )  # fmt: skip
     lost = seen.lost[name]
+    share = lost / (len(samples) + lost)
+    host_late, remedy = _host(seen, share > LOST_WARN, "cable, bit rate and network")
     yield graded(
-        f"{name}: lost", lost / (len(samples) + lost), "%", warn=LOST_WARN, fail=LOST_FAIL,
-        message=f"{lost} of {len(samples) + lost} samples never arrived",
-        remedy="check cable, bit rate, network and the load of this computer",
+        f"{name}: lost", share, "%", warn=LOST_WARN, fail=LOST_FAIL,
+        message=f"{lost} of {len(samples) + lost} samples never arrived{host_late}",
+        remedy=remedy,
     )  # fmt: skip
     ages_s = np.array(seen.ages_s[name])
     limit_s = math.inf if isinstance(spec, DisplacementSpec) else age_limit_s(spec)
     p99_s = float(np.percentile(ages_s, 99))
+    aged = float(ages_s.max()) > 0.5 * limit_s
+    host_late, remedy = _host(seen, aged, "network and USB latency timer")
     yield graded(
         f"{name}: longest age", _to_ns(ages_s.max()), "s", warn=0.5 * limit_s, fail=limit_s,
         message=f"of the newest sample at a tick, 99 % below {p99_s * 1e3:.2f} ms; a run stops "
-        f"above {limit_s * 1e3:g} ms (R3)",
-        remedy="check network, USB latency timer and the load of this computer",
+        f"above {limit_s * 1e3:g} ms (R3){host_late}",
+        remedy=remedy,
     )  # fmt: skip
     yield from _check_clock(name, samples, receive_s)
     counted = {key: count for key, count in seen.errors[name].items() if count}
@@ -91,6 +95,21 @@ def check_stream(
         listed = ", ".join(f"{key} {count}" for key, count in counted.items())
         yield Line(f"{name}: driver's counters", Mark.WARN, float(sum(counted.values())), 0.0, "",
                    listed, "see the device's page in docs/devices")  # fmt: skip
+
+
+def _host(seen: Watched, wrong: bool, device: str) -> tuple[str, str]:
+    """What this computer's own lateness says of a stream that is `wrong`, and where to look first.
+
+    A reader that gets its turn late finds several samples at once, and may find the newest only.
+    """
+    if not (wrong and seen.late_ticks):
+        return "", f"check {device}: this computer began every tick in time meanwhile"
+    return (
+        f"; this computer itself was late by a period in {seen.late_ticks} of"
+        f" {len(seen.late_s)} ticks meanwhile",
+        "this computer first: let nothing else work on it, give the loop real-time priority, and"
+        f" look again; then check {device}",
+    )
 
 
 def _check_clock(name: str, samples: list[Any], receive_s: FloatArray) -> Iterator[Line]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, field
 from typing import Any
 
 from stepload.run.open_rig import OpenRig
-from stepload.run.undisturbed import undisturbed
+
+SETTLE_S = 0.2
+"""Readers were held up while the loop was prepared: what they lost then is not counted."""
 
 
 @dataclass(slots=True)
@@ -20,6 +23,12 @@ class Watched:
     errors: dict[str, dict[str, int]] = field(default_factory=dict)
     late_s: list[float] = field(default_factory=list)
     wall_step_s: float = 0.0
+    period_s: float = math.inf
+
+    @property
+    def late_ticks(self) -> int:
+        """Ticks that this computer began a period late or more."""
+        return sum(late_s > self.period_s for late_s in self.late_s)
 
 
 def devices(rig: OpenRig) -> dict[str, Any]:
@@ -34,31 +43,32 @@ def devices(rig: OpenRig) -> dict[str, Any]:
 
 
 def watch(rig: OpenRig, seconds: float) -> Watched:
-    """Drain every device each tick for so long; nothing moves."""
+    """Drain every device each tick for so long, from within `undisturbed`; nothing moves."""
     open_devices = devices(rig)
-    seen = Watched()
+    seen = Watched(period_s=rig.arm.period_s)
+    if not rig.clock.virtual:
+        rig.clock.sleep_until(rig.clock.now_s() + SETTLE_S)
     for name, device in open_devices.items():
         device.drain()
         seen.samples[name], seen.ages_s[name] = [], []
         seen.lost[name] = -device.health().lost
     clock, period_s = rig.clock, rig.arm.period_s
     wall_s = time.time() - time.monotonic()
-    with undisturbed(clock.virtual):
-        deadline_s = clock.now_s()
-        end_s = deadline_s + seconds
-        newest_s = dict.fromkeys(open_devices, deadline_s)
-        while deadline_s < end_s:
-            deadline_s += period_s
-            clock.sleep_until(deadline_s)
-            now_s = clock.now_s()
-            seen.late_s.append(now_s - deadline_s)
-            for name, device in open_devices.items():
-                if batch := device.drain():
-                    seen.samples[name] += batch
-                    newest_s[name] = batch[-1].receive_time_s
-                seen.ages_s[name].append(now_s - newest_s[name])
-            if now_s - deadline_s > period_s:
-                deadline_s = now_s
+    deadline_s = clock.now_s()
+    end_s = deadline_s + seconds
+    newest_s = dict.fromkeys(open_devices, deadline_s)
+    while deadline_s < end_s:
+        deadline_s += period_s
+        clock.sleep_until(deadline_s)
+        now_s = clock.now_s()
+        seen.late_s.append(now_s - deadline_s)
+        for name, device in open_devices.items():
+            if batch := device.drain():
+                seen.samples[name] += batch
+                newest_s[name] = batch[-1].receive_time_s
+            seen.ages_s[name].append(now_s - newest_s[name])
+        if now_s - deadline_s > period_s:
+            deadline_s = now_s
     seen.wall_step_s = time.time() - time.monotonic() - wall_s
     for name, device in open_devices.items():
         health = device.health()

@@ -7,7 +7,6 @@ A small JSON file with units, written by `stepload calibrate` and read (as JSON 
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -42,6 +41,7 @@ from stepload.plan.reader import read_section
 from stepload.plan.sections import Entry, Key, entries
 from stepload.plan.source import Source, read_source
 from stepload.plan.tree import Place, parse_tree
+from stepload.plan.whole_file import replace_file
 from stepload.rig.samples import SixFloats
 
 TEMPERATURE_BAND_K = 5.0
@@ -116,13 +116,7 @@ def write_calibration(record: CalibrationRecord, path: Path) -> None:
         OSError: the directory cannot be written to.
     """
     content = {entry.name: _text(entry, record) for entry in entries(CalibrationRecord)}
-    partial = path.with_name(path.name + ".part")
-    with open(partial, "w", encoding="utf-8") as file:
-        json.dump(content, file, indent=2, ensure_ascii=False)
-        file.write("\n")
-        file.flush()
-        os.fsync(file.fileno())
-    partial.replace(path)
+    replace_file(path, (json.dumps(content, indent=2, ensure_ascii=False) + "\n").encode())
 
 
 def _text(entry: Entry, record: CalibrationRecord) -> Any:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-import shutil
 from codecs import BOM_UTF8
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -20,6 +19,7 @@ from stepload.plan.problems import PlanError
 from stepload.plan.references import names_a_file
 from stepload.plan.source import Source, read_source
 from stepload.plan.tree import Mapping, Node, Scalar, parse_tree
+from stepload.plan.whole_file import replace_file
 
 BY, ON = "hazards_read_by", "hazards_read_on"
 
@@ -117,15 +117,7 @@ def _tree(path: Path) -> Node | None:
 
 def _write(path: Path, data: bytes) -> None:
     """Replace a file's content; it is there whole, old or new, whatever happens."""
-    part = path.with_name(f".{path.name}.part")
     try:
-        with open(part, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        shutil.copymode(path, part)
-        os.replace(part, path)
+        replace_file(path, data)
     except OSError as error:
-        with suppress(OSError):
-            part.unlink()
         raise BadInputError(f"cannot write {path}: {error.strerror}") from error

@@ -59,3 +59,4 @@ class PlanError(BadInputError):
         count = f"{len(problems)} problem{'s' if len(problems) != 1 else ''}"
         super().__init__("\n\n".join([*shown, count]))
         self.problems = problems
+        self.problems = problems

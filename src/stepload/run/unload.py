@@ -97,7 +97,8 @@ class _Trying:
         self._say(
             f"safing: the arm does not answer; trying until {until}; {self._force.words}; "
             "USE THE EMERGENCY STOP if it presses on; when it answers it goes back by "
-            f"{self._distance_m * 1e3:.2f} mm: keep clear of it; Ctrl+C ends the trying"
+            f"{self._distance_m * 1e3:.2f} mm: keep clear of it, or press the emergency stop first "
+            "and leave it pressed; Ctrl+C ends the trying"
         )
 
     def over(self) -> str:

@@ -6,7 +6,7 @@ from stepload.errors import RefusedError
 from stepload.plan.hazards import hazards_read
 from stepload.plan.model import Plan
 
-PAGE = "docs/risk-assessment.md"
+PAGE = "docs/risk-assessment.md among the sources of stepload"
 
 HAZARDS = (
     "stepload is no safety function: it runs on a computer without guarantees, and what it"

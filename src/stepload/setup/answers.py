@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Protocol
@@ -20,6 +20,10 @@ from stepload.units import parse_quantity
 
 SEPARATOR = "\n"
 """Between the words KEY=VALUE of one answer."""
+
+
+class DeclinedError(RefusedError):
+    """A consent was not given: nothing was done, nothing was found (exit code 3)."""
 
 
 class Person(Protocol):
@@ -41,12 +45,14 @@ class Answers:
     Args:
         given: from flags and files.
         kept: from an earlier start; new ones are added.
+        doubted: those of them that a person is asked for again, with the kept one as default.
         yes: consents are given beforehand.
     """
 
     given: Mapping[str, str]
     person: Person
     kept: dict[str, str] = field(default_factory=dict)
+    doubted: set[str] = field(default_factory=set)
     yes: bool = False
 
     def text(self, name: str) -> str:
@@ -59,7 +65,7 @@ class Answers:
         if name in self.given:
             answer = self.given[name]
         elif name in self.kept and not question.consent:
-            answer = self.kept[name]
+            answer = self._again(question) if name in self.doubted else self.kept[name]
         elif (told := self._asked(question)) is not None:
             answer = told
         elif question.default is not None:
@@ -71,7 +77,14 @@ class Answers:
             )
         if not question.consent:
             self.kept[name] = answer
+            self.doubted.discard(name)
         return answer
+
+    def _again(self, question: Question) -> str:
+        """The answer to a question whose kept one may be what made its step fail."""
+        kept = self.kept[question.name]
+        told = self._asked(replace(question, default=kept.replace(SEPARATOR, ", ")))
+        return kept if told is None else told
 
     def words(self, name: str) -> dict[str, str]:
         """An answer of words KEY=VALUE as a mapping."""
@@ -86,14 +99,14 @@ class Answers:
         """Go on only with the consent that `name` asks for.
 
         Raises:
-            RefusedError: it was not given.
+            DeclinedError: it was not given.
         """
         question = QUESTIONS[name]
         if self.yes and name not in self.given:
             self.person.tell(f"{question.text} yes (--yes)")
             return
         if self.text(name).lower() not in YES:
-            raise RefusedError(
+            raise DeclinedError(
                 f"{question.text} The answer was no",
                 hint=f"nothing was moved; start again when it may, {question.flag} yes in scripts",
             )

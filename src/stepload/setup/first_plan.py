@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from stepload.envelope.envelope import Envelope, envelope_of
@@ -14,6 +15,7 @@ from stepload.plan.problems import PlanError
 from stepload.plan.references import names_a_file
 from stepload.plan.shipped import payload_folder
 from stepload.plan.source import read_source
+from stepload.plan.whole_file import replace_file
 from stepload.setup.answers import Answers
 from stepload.setup.flat import Value, below, flat, quoted, written
 from stepload.units import format_quantity
@@ -93,8 +95,19 @@ def envelope_here(values: Mapping[str, Value], path: Path) -> Envelope:
     try:
         tried.write_text(written(values), encoding="utf-8")
         return envelope_of(load_plan(tried))
+    except OSError as error:
+        raise BadInputError(f"cannot write {path}: {error.strerror}") from error
+    except PlanError as error:
+        raise _called(error, str(tried), f"{path}, as the answers make it") from None
     finally:
         tried.unlink(missing_ok=True)
+
+
+def _called(error: PlanError, name: str, called: str) -> PlanError:
+    """The same problems, with the file `name` by the name that its user knows."""
+    return PlanError(
+        tuple(replace(p, file=called) if p.file == name else p for p in error.problems)
+    )
 
 
 def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
@@ -179,10 +192,13 @@ def write_plan(path: Path, text: str, force: bool) -> None:
     """Write a plan; a file that is there is kept.
 
     Raises:
-        BadInputError: there is one and `force` is not given.
+        BadInputError: there is one and `force` is not given, or it cannot be written.
     """
     if path.exists() and not force and path.read_text(encoding="utf-8") != text:
         raise BadInputError(
             f"{path} is there already", hint="name another with --plan, or move it away"
         )
-    path.write_text(text, encoding="utf-8")
+    try:
+        replace_file(path, text.encode())
+    except OSError as error:
+        raise BadInputError(f"cannot write {path}: {error.strerror}") from error

@@ -139,3 +139,19 @@ OF_THE_PLAN = (
     "surface_distance", "surface_uncertainty", "procedure",
 )  # fmt: skip
 """Those that `stepload init` asks."""
+
+ASKED_IN: dict[str, tuple[str, ...]] = {
+    "arm": ("name", "arm", "host", "approach", "arm_options", "arm_profile", "limits_set"),
+    "sensor": ("sensor", "sensor_options", "second", "second_sensor", "second_options", "keys"),
+    "push": ("may_push",),
+    "weigh": ("tool_mass", "led_down", "led_aside"),
+    "start": ("led_to_start", "towards_plate"),
+    "way": ("hazards_read_by", "may_back", "back"),
+    "plan": ("plan", *OF_THE_PLAN),
+    "doctor": ("may_move",),
+    "touch": ("may_touch",),
+}
+"""The questions of each step of a set-up."""
+
+STEP_OF = {name: step for step, names in ASKED_IN.items() for name in names}
+"""The step that asks a question."""

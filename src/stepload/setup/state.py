@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from stepload.errors import BadInputError
+from stepload.plan.whole_file import replace_file
 from stepload.setup.flat import Value, written
 
 VERSION = 1
@@ -41,6 +41,7 @@ class Done:
 class State:
     """Answers and finished steps.
 
+    `doubted` names the answers of a step that failed: a person is asked for them again.
     `rig_sha256` are of the rig file as it was written last and before: whoever is killed between
     the two files of a step leaves the older one.
     """
@@ -48,6 +49,7 @@ class State:
     answers: dict[str, str] = field(default_factory=dict)
     done: dict[str, Done] = field(default_factory=dict)
     rig_sha256: list[str] = field(default_factory=list)
+    doubted: set[str] = field(default_factory=set)
 
     @property
     def values(self) -> dict[str, Value]:
@@ -100,13 +102,14 @@ def write_state(rig: Path, state: State, left: Sequence[str]) -> None:
     state.rig_sha256 = [*state.rig_sha256[-1:], _sha256(text)]
     data = {
         "stepload_setup": VERSION, "answers": state.answers, "rig_sha256": state.rig_sha256,
+        "doubted": sorted(state.doubted),
         "done": {name: _done_data(step) for name, step in state.done.items()},
     }  # fmt: skip
     kept = json.dumps(data, indent=1, ensure_ascii=False).encode()
     part = [(state_path(rig), kept)] + ([(rig, text)] if state.done else [])
     try:
         for path, content in part:
-            _replace(path, content)
+            replace_file(path, content)
     except OSError as error:
         raise BadInputError(f"cannot write {rig}: {error.strerror}") from error
 
@@ -118,16 +121,6 @@ def _head(state: State, left: Sequence[str]) -> tuple[str, ...]:
         for note in step.found.notes
     ]  # fmt: skip
     return (f"Written by `stepload setup`; {rest}. Behind each value: where it is from.", *notes)
-
-
-def _replace(path: Path, data: bytes) -> None:
-    """Whole or not at all."""
-    part = path.with_name(f".{path.name}.part")
-    with open(part, "wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(part, path)
 
 
 def _sha256(data: bytes) -> str:
@@ -147,4 +140,6 @@ def _from_data(data: Any) -> State:
                                      step["notes"], step["facts"]))
         for name, step in data["done"].items()
     }  # fmt: skip
-    return State(dict(data["answers"]), done, list(data["rig_sha256"]))
+    return State(
+        dict(data["answers"]), done, list(data["rig_sha256"]), set(data.get("doubted", ()))
+    )

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from datetime import date
 from pathlib import Path
 
-from stepload.errors import BadInputError
+from stepload.errors import BadInputError, RefusedError, SteploadError
 from stepload.setup import devices, hand, proof, way
-from stepload.setup.answers import Answers
+from stepload.setup.answers import Answers, DeclinedError
 from stepload.setup.bench import Opener, opened
 from stepload.setup.context import Setup
-from stepload.setup.state import Done, Found, read_state, state_path, write_state
+from stepload.setup.questions import ASKED_IN, QUESTIONS, STEP_OF
+from stepload.setup.state import Done, Found, State, read_state, state_path, write_state
 
 Step = Callable[[Setup], Found]
 
@@ -43,13 +44,13 @@ def set_up(
     Args:
         rig: the rig file, written anew after each step.
         answers: what is answered beforehand, and who is asked for the rest.
-        redo: a step to be done again, with all that rest on it.
+        redo: a step to be done again; those after it as well, unless it finds what it found.
         until: the last step of this start.
         today: the day that measurements are dated with; None: today.
         open_devices: opens devices, in place of real drivers.
 
     Raises:
-        BadInputError: an answer is missing or cannot be used, or a file cannot.
+        BadInputError: an answer is missing, cannot be used or comes too late, or a file cannot.
         RefusedError: a step found what must not be gone on with; those before it are kept.
         DeviceError: a device failed; the steps before are kept.
     """
@@ -58,10 +59,10 @@ def set_up(
         if name and name not in STEPS:
             raise BadInputError(f"{name!r} is no step", hint=f"one of {', '.join(names)}")
     state = read_state(rig)
-    if redo:
-        for name in names[names.index(redo) :]:
-            state.done.pop(name, None)
-    answers.kept = state.answers
+    again = names[names.index(redo) :] if redo in state.done else ()
+    former = {name: state.done.pop(name) for name in again if name in state.done}
+    answers.kept, answers.doubted = state.answers, state.doubted
+    _refuse_too_late(state, answers.given)
     setup = Setup(rig, state, answers, open_devices, today or date.today())
     if state.done or state.answers:
         done = ", ".join(f"{name} ({step.on})" for name, step in state.done.items()) or "no step"
@@ -71,18 +72,61 @@ def set_up(
         )
     for number, (name, (about, step)) in enumerate(STEPS.items(), start=1):
         if name in state.done:
+            if name == until:
+                break
             continue
         setup.tell(f"\n{number} of {len(names)}, {name}: {about}")
         try:
             found = step(setup)
-        except BaseException:
+        except BaseException as error:
+            if not isinstance(error, RefusedError) or isinstance(error, DeclinedError):
+                state.done |= former  # nothing was found against them
+            if isinstance(error, SteploadError) and not isinstance(error, DeclinedError):
+                state.doubted |= {asked for asked in ASKED_IN[name] if asked in state.answers}
             write_state(rig, state, _left(state.done))
             raise
         state.done[name] = Done(setup.today.isoformat(), found)
+        for asked in ASKED_IN[name]:
+            if asked in answers.given and not QUESTIONS[asked].consent:
+                state.answers[asked] = answers.given[asked]
+        state.doubted -= set(ASKED_IN[name])
+        if former:
+            if _alike(former.pop(name).found, found):
+                setup.tell(f"{name} found what it had found before: the later steps stay done")
+                state.done |= former
+            former = {}
         write_state(rig, state, _left(state.done))
         if name == until:
             break
     return _left(state.done)
+
+
+def _refuse_too_late(state: State, given: Mapping[str, str]) -> None:
+    """A flag changes nothing that is done.
+
+    Raises:
+        BadInputError: an answer is given to a step that is done, and it is another one.
+    """
+    for name, answer in given.items():
+        question, step = QUESTIONS[name], STEP_OF[name]
+        if question.consent or step not in state.done or state.answers.get(name) == answer:
+            continue
+        was = f"with {state.answers[name]!r}" if name in state.answers else "without it"
+        raise BadInputError(
+            f"{question.flag} {answer!r} comes too late: the step `{step}` was done on"
+            f" {state.done[step].on} {was}",
+            hint=f"add --redo {step}, which does it again, and the steps after it where it finds"
+            " something else",
+        )
+
+
+def _alike(old: Found, new: Found) -> bool:
+    """Whether later steps may rest on the new as they did on the old: all but the days."""
+    texts = [
+        {key: value.text for key, value in found.values.items() if not key.endswith("_on")}
+        for found in (old, new)
+    ]
+    return texts[0] == texts[1] and old.facts == new.facts
 
 
 def _left(done: dict[str, Done]) -> list[str]:

@@ -73,6 +73,7 @@ def test_a_silent_arm_is_asked_until_it_confirms_and_the_operator_is_told_at_onc
     told = lines[1]
     assert "trying until 62; 8.1 N, 2.3 s old; USE THE EMERGENCY STOP" in told
     assert "when it answers it goes back by 2.00 mm: keep clear of it" in told
+    assert "or press the emergency stop first and leave it pressed" in told
     assert "Ctrl+C ends the trying" in told
     assert "confirmed by the arm" in lines[-1]
 

@@ -10,7 +10,7 @@ from driver_time import Clock
 from ur_fakes import APPROACH, PERIOD_S, Died, FakeLink, FakeTold, FakeUr
 
 from stepload_drivers.ur import arm as arm_module
-from stepload_drivers.ur import client, procedures, remote, rescue, unload
+from stepload_drivers.ur import client, lookout, procedures, remote, rescue, unload
 from stepload_drivers.ur import loop as loop_module
 from stepload_drivers.ur import told as told_module
 from stepload_drivers.ur import watch as watch_module
@@ -26,6 +26,7 @@ def clock(monkeypatch) -> Clock:
         rescue,
         unload,
         client,
+        lookout,
         remote,
         told_module,
         watch_module,

@@ -14,6 +14,7 @@ from stepload.rig.faults import TAKEN_OVER, FaultCode
 from stepload.rig.samples import Status
 from stepload_drivers.ur import arm as arm_module
 from stepload_drivers.ur import wire
+from stepload_drivers.ur.last_seen import LastSeen
 from stepload_drivers.ur.preflight import Controller
 from stepload_drivers.ur.state import PAUSED, PLAYING, ROBOT_RUNNING, UrState, target_pose
 
@@ -103,6 +104,15 @@ class Rescue:
         self.error: DeviceError | None = None
         self.has_ended = True
         self.age_s = 0.0
+        self.last: LastSeen | None = None
+        self.closed = False
+
+    def made(self, last: LastSeen) -> Rescue:
+        self.last = last
+        return self
+
+    def close(self) -> None:
+        self.closed = True
 
     def ended(self, deadline_s: float) -> bool:
         return self.has_ended
@@ -120,7 +130,8 @@ class Rescue:
 def rescue(monkeypatch) -> Rescue:
     rescue = Rescue()
     monkeypatch.setattr(arm_module, "rescue", rescue)
-    monkeypatch.setattr(arm_module, "Unloading", lambda settings, last: rescue)
+    monkeypatch.setattr(arm_module, "Unloading", lambda settings, last: rescue.made(last))
+    monkeypatch.setattr(arm_module.lookout, "loaded_program", lambda host: "Loaded program: a.urp")
     return rescue
 
 
@@ -503,6 +514,47 @@ def test_a_retract_that_is_not_confirmed_is_followed_by_no_stop_of_its_own(make_
     with pytest.raises(DeviceError, match="no way"):
         make_arm().retract(2e-3, 0.01, 1.0)
     assert rescue.done == ["retract 0.002 0.01"]
+
+
+def unseen(rescue, clock, position_m: float) -> str:
+    """What the retract past ur_rtde thinks of an arm that stands there now."""
+    pose = tuple(target_pose(HOME, APPROACH, position_m))
+    package = UrState(clock.now_s, pose, (0.0,) * 6, ROBOT_RUNNING, 1, 1, 1)
+    return rescue.last.moved(package, None)
+
+
+def test_the_targets_that_were_sent_tell_how_far_the_arm_can_be(opened, rescue, clock):
+    arm, child = opened()
+    arm.command(1e-3)
+    arm.command(-1e-3)
+    child.deaf = True
+    arm.retract(2e-3, 0.01, 3.0)
+    assert rescue.last.loaded == "Loaded program: a.urp"
+    for position_m, explained in ((1e-3, True), (1.5e-3, False), (-3e-3, True), (-3.5e-3, False)):
+        assert (unseen(rescue, clock, position_m) == "") is explained
+
+
+def test_an_arm_that_was_back_can_be_no_further_back(opened, rescue, clock):
+    arm, child = opened()
+    arm.command(1e-3)
+    child.answers["retract"] = {"ok": True}
+    arm.retract(2e-3, 0.01, 3.0)
+    child.arrives(lambda clock: sample(clock, -1e-3))
+    arm.drain()
+    child.answers["retract"] = None
+    arm.retract(1e-3, 0.01, 3.0)
+    assert unseen(rescue, clock, -2e-3) == ""
+    assert "0.50 mm" in unseen(rescue, clock, -2.5e-3)
+    assert "1.00 mm" in unseen(rescue, clock, 0.0)
+
+
+def test_a_closed_arm_watches_no_dashboard(opened, rescue):
+    arm, child = opened()
+    child.deaf = True
+    arm.retract(2e-3, 0.01, 3.0)
+    assert not rescue.closed
+    arm.close()
+    assert rescue.closed
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 0.0, -1.0])

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import pytest
-from ur_fakes import APPROACH, HOME
+from ur_fakes import APPROACH, HOME, rtde_of
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import rescue
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, UrState, target_pose
 
-PERIOD_S = 0.008
-
 
 class Controller:
     """Takes scripts and dashboard lines; tells `position_m` and whether a program runs."""
+
+    silent = False
 
     def __init__(self, clock) -> None:
         self.clock = clock
@@ -38,6 +38,9 @@ class Controller:
         self.scripts.append(script)
         self.begun_s = self.clock.now_s
 
+    def tick(self) -> None:
+        pass
+
     def state(self) -> UrState:
         gone_m, playing = 0.0, self.begun_s is None
         if self.begun_s is not None:
@@ -56,30 +59,7 @@ class Controller:
 @pytest.fixture
 def controller(clock, monkeypatch) -> Controller:
     controller = Controller(clock)
-
-    class Rtde:
-        def __init__(self, host, deadline_s) -> None:
-            self.deadline_s = deadline_s
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_) -> None:
-            pass
-
-        def version(self) -> None:
-            pass
-
-        def start(self, rate_hz) -> None:
-            pass
-
-        def read(self) -> UrState:
-            clock.sleep(PERIOD_S)
-            if clock.now_s > self.deadline_s:
-                raise DeviceError("no answer in time", code=FaultCode.NOT_CONNECTED)
-            return controller.state()
-
-    monkeypatch.setattr(rescue, "RtdeClient", Rtde)
+    monkeypatch.setattr(rescue, "RtdeClient", rtde_of(controller, clock))
     monkeypatch.setattr(rescue, "dashboard", controller.dashboard)
     monkeypatch.setattr(rescue, "send_script", controller.send_script)
     return controller

@@ -2,35 +2,48 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
-from ur_fakes import APPROACH, HOME
+from ur_fakes import APPROACH, HOME, PACKAGE_S, rtde_of
 
 from stepload.errors import DeviceError
+from stepload.rig.device import ArmConfiguration
 from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ArmSample
-from stepload_drivers.ur import unload
+from stepload_drivers.ur import lookout, unload
+from stepload_drivers.ur.last_seen import LastSeen
 from stepload_drivers.ur.rescue import retract_script
 from stepload_drivers.ur.settings import settings_from
 from stepload_drivers.ur.state import PAUSED, PLAYING, ROBOT_RUNNING, STOPPED, UrState, target_pose
 
 SETTINGS = settings_from({"host": "10.0.0.2", "approach": APPROACH})
+NORMAL = {"safety_mode": 1, "safety_bits": 1}
+TOLD = ArmConfiguration((0.0,) * 6, (0.0,) * 6, 1.2, (0.0, 0.0, 0.05), 1.0)
 WAY_M, SPEED_M_S = 2e-3, 0.01
 WHOLE = retract_script(APPROACH, WAY_M, SPEED_M_S)
-PERIOD_S = 0.008
 
 
 class Controller:
-    """Carries out retracts; `awake`: it answers, `reachable`: its script port takes programs."""
+    """Carries out retracts; `awake`: it answers, `reachable`: its script port takes programs.
+
+    `silent`: it sends no data, `deaf`: its dashboard does not answer.
+    """
 
     def __init__(self, clock) -> None:
         self.clock = clock
         self.scripts: list[str] = []
         self.queue: list[str] = []
-        self.awake = self.reachable = self.carries_out = True
+        self.reachable = self.carries_out = True
+        self.silent = self.deaf = False
+        self.loaded = "Loaded program: a.urp"
+        self.configuration: ArmConfiguration | None = TOLD
         self.remote: bool | None = True
+        self.mode = "RUNNING"
         self.position_m = 5e-3
         self.runtime_state = STOPPED
-        self.words = {"safety_mode": 1, "safety_bits": 1}
+        self.words = dict(NORMAL)
+        self.clock_ahead_s = 0.0
         self.repeats = False
         self.stop_at_m: float | None = None
         self._goal_m = self.position_m
@@ -49,18 +62,50 @@ class Controller:
                 z_m = float(script.split("p[")[1].split(",")[2])
                 self._goal_m, self.runtime_state = self.position_m - z_m, PLAYING
         if self.runtime_state == PLAYING and self._goal_m < self.position_m:
-            self.position_m = max(self._goal_m, self.position_m - SPEED_M_S * PERIOD_S)
+            speed = SPEED_M_S * (self.configuration.speed_fraction if self.configuration else 1.0)
+            self.position_m = max(self._goal_m, self.position_m - speed * PACKAGE_S)
             if self.position_m <= (self._goal_m if self.stop_at_m is None else self.stop_at_m):
                 self.runtime_state = STOPPED
 
     def dashboard(self, host, commands, deadline_s):
-        if not self.awake:
+        return [self.ask(command, deadline_s) for command in commands]
+
+    def ask(self, command, deadline_s) -> str:
+        if self.deaf:
+            self.clock.sleep(deadline_s - self.clock.now_s)
             raise DeviceError("silent", code=FaultCode.NOT_CONNECTED)
-        return [f"Program running: {str(self.runtime_state == PLAYING).lower()}"]
+        safety = {1: "NORMAL", 3: "PROTECTIVE_STOP", 5: "SAFEGUARD_STOP", 7: "ROBOT_EMERGENCY_STOP"}
+        program = {STOPPED: "STOPPED", PLAYING: "PLAYING", PAUSED: "PAUSED"}[self.runtime_state]
+        return {
+            "running": f"Program running: {str(self.runtime_state == PLAYING).lower()}",
+            "is in remote control": str(self.remote).lower(),
+            "safetystatus": f"Safetystatus: {safety[self.words['safety_mode']]}",
+            "robotmode": f"Robotmode: {self.mode}",
+            "programState": f"{program} a.urp",
+            "get loaded program": self.loaded,
+        }.get(command, f'could not understand: "{command}"')
+
+    def close(self) -> None:
+        pass
+
+    @property
+    def awake(self) -> bool:
+        return not (self.silent or self.deaf)
+
+    @awake.setter
+    def awake(self, awake: bool) -> None:
+        self.silent = self.deaf = not awake
+
+    def told(self, host, deadline_s) -> ArmConfiguration:
+        if self.configuration is None:
+            raise DeviceError("not told", code=FaultCode.NOT_CONNECTED)
+        return self.configuration
 
     def state(self) -> UrState:
         pose = tuple(target_pose(HOME, APPROACH, self.position_m))
-        stamp_s = 1.0 if self.repeats else self.clock.now_s
+        stamp_s = self.clock.now_s + self.clock_ahead_s
+        if self.repeats:
+            stamp_s = 1.0
         return UrState(
             stamp_s, pose, (0.0,) * 6, robot_mode=ROBOT_RUNNING,
             runtime_state=self.runtime_state, **self.words,
@@ -70,47 +115,21 @@ class Controller:
 @pytest.fixture
 def controller(clock, monkeypatch) -> Controller:
     controller = Controller(clock)
-
-    class Rtde:
-        def __init__(self, host, deadline_s) -> None:
-            self.deadline_s = deadline_s
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_) -> None:
-            pass
-
-        def version(self) -> None:
-            pass
-
-        def start(self, rate_hz) -> None:
-            pass
-
-        def read(self) -> UrState:
-            if not controller.awake:
-                clock.sleep(self.deadline_s - clock.now_s)
-            clock.sleep(PERIOD_S)
-            if clock.now_s > self.deadline_s:
-                raise DeviceError("no answer in time", code=FaultCode.NOT_CONNECTED)
-            controller.tick()
-            return controller.state()
-
-    monkeypatch.setattr(unload, "RtdeClient", Rtde)
+    monkeypatch.setattr(unload, "RtdeClient", rtde_of(controller, clock))
     monkeypatch.setattr(unload, "dashboard", controller.dashboard)
     monkeypatch.setattr(unload, "send_script", controller.send_script)
-    monkeypatch.setattr(
-        unload,
-        "in_remote_control",
-        lambda host, limit_s: controller.remote if controller.awake else None,
-    )
+    monkeypatch.setattr(unload, "told", controller.told)
+    monkeypatch.setattr(lookout, "Dashboard", lambda host, deadline_s: controller)
+    monkeypatch.setattr(lookout.Lookout, "start", lambda self: None)
     return controller
 
 
 @pytest.fixture
 def unloading(controller, clock) -> unload.Unloading:
     pose = tuple(target_pose(HOME, APPROACH, controller.position_m))
-    return unload.Unloading(SETTINGS, ArmSample(1, 0.0, clock.now_s, 0, 5e-3, 8.1, pose))
+    sample = ArmSample(1, clock.now_s, clock.now_s, 0, 5e-3, 8.1, pose)
+    last = LastSeen(SETTINGS, sample, (0.0, 0.0), TOLD, controller.loaded)
+    return unload.Unloading(SETTINGS, last)
 
 
 def retract(unloading, clock, timeout_s: float = 4.0) -> None:
@@ -122,8 +141,8 @@ def refused(unloading, clock, controller) -> DeviceError:
     sent = len(controller.scripts)
     with pytest.raises(DeviceError) as caught:
         retract(unloading, clock)
-    controller.words = {"safety_mode": 1, "safety_bits": 1}
-    controller.runtime_state, controller.remote = STOPPED, True
+    controller.words = dict(NORMAL)
+    controller.runtime_state, controller.remote, controller.mode = STOPPED, True, "RUNNING"
     with pytest.raises(DeviceError) as again:
         retract(unloading, clock)
     assert again.value.code == caught.value.code
@@ -156,8 +175,29 @@ def test_what_no_port_took_is_sent_when_one_does(unloading, controller, clock):
     assert controller.position_m == pytest.approx(3e-3)
 
 
-def test_what_waits_in_a_controller_that_sleeps_is_not_sent_again(unloading, controller, clock):
+def test_nothing_waits_in_a_controller_that_sleeps(unloading, controller, clock):
     controller.awake = False
+    for _ in range(3):
+        with pytest.raises(DeviceError) as caught:
+            retract(unloading, clock)
+        assert caught.value.code == FaultCode.NOT_CONNECTED
+    assert controller.scripts == []
+    controller.awake = True
+    retract(unloading, clock)
+    assert controller.scripts == [WHOLE]
+    assert controller.position_m == pytest.approx(3e-3)
+
+
+def test_what_was_handed_over_to_a_controller_that_fell_asleep_is_not_sent_again(
+    unloading, controller, clock, monkeypatch
+):
+    sent = controller.send_script
+
+    def fall_asleep(*arguments) -> None:
+        sent(*arguments)
+        controller.awake = False
+
+    monkeypatch.setattr(unload, "send_script", fall_asleep)
     for _ in range(3):
         with pytest.raises(DeviceError) as caught:
             retract(unloading, clock)
@@ -187,8 +227,13 @@ def test_a_retract_that_somebody_stopped_is_not_sent_again(unloading, controller
     assert controller.scripts == [WHOLE]
 
 
-def test_data_that_stand_still_confirm_nothing(unloading, controller, clock):
-    controller.repeats, controller.carries_out, controller.runtime_state = True, False, PLAYING
+def test_data_that_stand_still_confirm_nothing(unloading, controller, clock, monkeypatch):
+    controller.repeats, controller.carries_out = True, False
+
+    def start(*_: object) -> None:
+        controller.runtime_state = PLAYING
+
+    monkeypatch.setattr(unload, "send_script", start)
     with pytest.raises(DeviceError) as caught:
         retract(unloading, clock)
     assert caught.value.code == FaultCode.STALE
@@ -236,7 +281,7 @@ def test_an_arm_that_somebody_has_moved_is_left_alone(unloading, controller, clo
     controller.position_m -= 0.01
     error = refused(unloading, clock, controller)
     assert error.code == FaultCode.PROGRAM_STOPPED
-    assert "10.0 mm from where it was last seen" in error.message
+    assert "10.00 mm from where it can have come by itself" in error.message
 
 
 def test_a_retract_paused_under_way_is_over(unloading, controller, clock):
@@ -252,4 +297,187 @@ def test_a_retract_paused_under_way_is_over(unloading, controller, clock):
         retract(unloading, clock)
     assert caught.value.code == FaultCode.PROGRAM_STOPPED
     assert len(controller.scripts) == 1
+    assert not unloading.under_way
+
+
+# what is sent without data, and what was seen while nothing could be
+
+
+def no_answer(unloading, clock) -> DeviceError:
+    with pytest.raises(DeviceError) as caught:
+        retract(unloading, clock)
+    assert caught.value.code == FaultCode.NOT_CONNECTED
+    return caught.value
+
+
+def test_an_arm_without_data_goes_back_on_the_dashboards_word(unloading, controller, clock):
+    controller.silent = True
+    no_answer(unloading, clock)  # nobody sees it done
+    assert controller.scripts == [WHOLE]
+    assert unloading.under_way
+    controller.silent = False
+    retract(unloading, clock)
+    assert controller.scripts == [WHOLE]
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("deaf", True), ("mode", "DISCONNECTED"), ("runtime_state", PLAYING)]
+)
+def test_without_data_and_without_that_word_nothing_is_sent(
+    unloading, controller, clock, name, value
+):
+    usual = getattr(controller, name)
+    controller.silent = True
+    setattr(controller, name, value)
+    no_answer(unloading, clock)
+    assert controller.scripts == []
+    setattr(controller, name, usual)
+    controller.silent = False
+    retract(unloading, clock)
+    assert controller.scripts == [WHOLE]
+
+
+def test_data_without_a_dashboard_are_enough(unloading, controller, clock):
+    controller.deaf = True
+    retract(unloading, clock)
+    assert controller.position_m == pytest.approx(3e-3)
+
+
+def test_data_that_stand_still_are_none(unloading, controller, clock):
+    controller.repeats = controller.deaf = True
+    no_answer(unloading, clock)
+    assert controller.scripts == []
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "code"),
+    [
+        ("words", {"safety_mode": 3, "safety_bits": 1}, FaultCode.PROTECTIVE_STOP),
+        ("words", {"safety_mode": 5, "safety_bits": 1}, FaultCode.SAFEGUARD_STOP),
+        ("remote", False, FaultCode.NOT_REMOTE),
+        ("runtime_state", PAUSED, FaultCode.PROGRAM_STOPPED),
+        ("mode", "BACKDRIVE", FaultCode.DEVICE_REPORTS),
+        ("loaded", "Loaded program: b.urp", FaultCode.PROGRAM_STOPPED),
+    ],
+)
+def test_who_was_seen_once_while_no_data_came_has_the_arm_for_good(
+    unloading, controller, clock, name, value, code
+):
+    usual = getattr(controller, name)
+    controller.silent = True
+    setattr(controller, name, value)
+    unloading._lookout.ask()  # as its thread does, between two attempts
+    setattr(controller, name, usual)
+    controller.silent = False
+    error = refused(unloading, clock, controller)
+    assert error.code == code
+    assert "while the arm did not answer" in error.message
+    assert controller.scripts == []
+
+
+def test_a_sign_right_before_the_sending_is_not_too_late(unloading, controller, clock, monkeypatch):
+    def told(host: str, deadline_s: float) -> ArmConfiguration:
+        controller.remote = False
+        return TOLD
+
+    monkeypatch.setattr(unload, "told", told)
+    assert refused(unloading, clock, controller).code == FaultCode.NOT_REMOTE
+    assert controller.scripts == []
+
+
+def test_a_sign_ends_a_retract_that_nobody_saw_begin(unloading, controller, clock):
+    controller.silent, controller.carries_out = True, False
+    no_answer(unloading, clock)
+    controller.words = {"safety_mode": 3, "safety_bits": 1}
+    unloading._lookout.ask()
+    assert refused(unloading, clock, controller).code == FaultCode.PROTECTIVE_STOP
+    assert not unloading.under_way  # so that a stop may be sent now
+
+
+@pytest.mark.parametrize(
+    ("configuration", "words"),
+    [
+        (replace(TOLD, speed_fraction=0.5), "speed slider"),
+        (replace(TOLD, joints_rad=(0.0, 0.5, 0.0, 0.0, 0.0, 0.0)), "a joint is turned"),
+    ],
+)
+def test_what_somebody_did_in_the_dark_is_seen_afterwards(
+    unloading, controller, clock, configuration, words
+):
+    controller.configuration = configuration
+    error = refused(unloading, clock, controller)
+    assert error.code == FaultCode.PROGRAM_STOPPED
+    assert words in error.message
+
+
+def test_a_controller_that_was_switched_on_again_is_left_alone(unloading, controller, clock):
+    controller.clock_ahead_s = -100.0
+    assert "started anew" in refused(unloading, clock, controller).message
+
+
+def test_settings_that_are_not_told_keep_nothing_from_being_sent(unloading, controller, clock):
+    controller.configuration = None
+    retract(unloading, clock)
+    assert controller.scripts == [WHOLE]
+
+
+def test_an_arm_that_a_retract_took_back_is_where_it_should_be(unloading, controller, clock):
+    """The link is lost again under way; the way that is left is sent afterwards."""
+    tick = controller.tick
+
+    def lose_it_half_way() -> None:
+        tick()
+        if controller.position_m < 4.2e-3 and controller.runtime_state == PLAYING:
+            controller.silent, controller.tick = True, tick
+
+    controller.tick = lose_it_half_way
+    no_answer(unloading, clock)
+    controller.position_m, controller.runtime_state = 3.5e-3, STOPPED  # it went on in the dark
+    controller._goal_m = controller.position_m
+    assert unloading.ended(clock.now_s + 3.0)
+    controller.silent = False
+    retract(unloading, clock)
+    assert controller.position_m == pytest.approx(3e-3, abs=1e-5)
+
+
+def test_an_arm_that_was_brought_forward_again_after_its_retract(unloading, controller, clock):
+    retract(unloading, clock)
+    controller.position_m = 4.5e-3
+    assert "1.50 mm from where" in refused(unloading, clock, controller).message
+
+
+def test_without_data_our_own_program_is_waited_for(unloading, controller, clock):
+    controller.runtime_state, controller.silent = PLAYING, True
+    clock.at(clock.now_s + 0.8, lambda: setattr(controller, "runtime_state", STOPPED))
+    no_answer(unloading, clock)  # one attempt
+    assert controller.scripts == [WHOLE]
+
+
+HELD = replace(TOLD, speed_fraction=0.0)
+
+
+def test_nothing_waits_for_whoever_raises_the_slider(controller, clock):
+    """The slider was at 0 when the arm was seen last, and is still: nothing has changed."""
+    controller.configuration = HELD
+    pose = tuple(target_pose(HOME, APPROACH, controller.position_m))
+    sample = ArmSample(1, clock.now_s, clock.now_s, 0, 5e-3, 8.1, pose)
+    last = LastSeen(SETTINGS, sample, (0.0, 0.0), HELD, controller.loaded)
+    error = refused(unload.Unloading(SETTINGS, last), clock, controller)
+    assert error.code is FaultCode.SETTING_CHANGED
+    assert "whenever somebody raises it" in error.message
+    assert controller.scripts == []
+
+
+def test_a_retract_that_the_slider_holds_may_be_stopped(unloading, controller, clock, monkeypatch):
+    send = controller.send_script
+
+    def slider_down(host, script, deadline_s):
+        send(host, script, deadline_s)
+        controller.configuration = HELD
+
+    monkeypatch.setattr(unload, "send_script", slider_down)
+    with pytest.raises(DeviceError):
+        retract(unloading, clock)
+    assert unloading.under_way
+    assert unloading.ended(clock.now_s + 3.0)
     assert not unloading.under_way

@@ -132,7 +132,7 @@ ARM = (
     _arm("kill-program", end=HELD, says=_flagged("program_stopped")),
     _arm("ignore-inputs on", end=HELD, says=_flagged("program_stopped")),
     _arm("local on", "kill-program", end=HELD, says=_flagged("not_remote")),
-    _arm("local on", says="device .*not_remote: somebody at the pendant"),
+    _arm("local on", end=HELD, says="(device|R4|loop) .*(not_remote: somebody|target not sent)"),
     _arm("slider 0.5", says="device .*setting_changed: .*speed slider from 100% to 50%"),
     _arm("slider 0", end=HELD, says="device .*setting_changed: .*speed slider from 100% to 0%"),
     _arm("payload 2", says="setting_changed: .*payload mass from 0.000 kg to 2.000 kg"),
@@ -170,6 +170,8 @@ _SILENT = r"(R3 force sensor: no new|device .*stale: .* newest sample)"
 _GONE = "device .*not_connected"
 _OVER = r"(R1|R2|R4 force sensor|R9 force jumped|device .*overload)"
 _DISAGREES = "R5 the second channel"
+_ZEROED = r"(R4 force sensor: \d+ identical|R9 force jumped|R2 force -)"
+"""Exact zeros: what was tared away appears as a pull, which R2 sees grow."""
 _WRONG_FORCE = "(R1|R2|R5|R9) "
 _CLOCK = r"(R10 force sensor|device .*clock: )"
 _BY_DEVICE = "(R4 force sensor: the device flags|device .*device_reports)"
@@ -192,7 +194,7 @@ SENSORS = (
     _sensor(BOTA, "status:3", says=_BY_DEVICE),
     _sensor(BOTA, "silent", says=_SILENT),
     _sensor(BOTA, "freeze", says=_SAME),
-    _sensor(BOTA, "zero", says=r"(R4 force sensor: \d+ identical|R9 force jumped)"),
+    _sensor(BOTA, "zero", says=_ZEROED),
     _sensor(BOTA, "nan", says="(R4 force sensor|device .*not_finite)"),
     _sensor(BOTA, "unplug", says=f"{_GONE}: serial port"),
     _sensor(BOTA, "second_reader:0.3", says=f"({_CORRUPT}|{_GONE}: serial port)"),
@@ -222,7 +224,7 @@ SENSORS = (
     _sensor(UART, "overrange:2", says=_OVER),
     _sensor(UART, "silent", says=_SILENT),
     _sensor(UART, "freeze", says=_SAME),
-    _sensor(UART, "zero", says=r"(R4 force sensor: \d+ identical|R9 force jumped)"),
+    _sensor(UART, "zero", says=_ZEROED),
     _sensor(UART, "unplug", says=f"{_GONE}: serial port", always=True),
     _sensor(UART, "second_reader:0.3", says=f"({_CORRUPT}|{_GONE}: serial port)"),
     _sensor(UART, "restart", says=_SILENT),
@@ -251,7 +253,7 @@ SENSORS = (
     _sensor(ATI, "late:0.03", UNHARMED, counted="resyncs"),
     _sensor(ATI, "drop", says=_SILENT),
     _sensor(ATI, "freeze", says=_SAME),
-    _sensor(ATI, "zero", says=r"(R4 force sensor: \d+ identical|R9 force jumped)"),
+    _sensor(ATI, "zero", says=_ZEROED),
     _sensor(ATI, "wrong_model", says=_DISAGREES, at_start=True, rig=_FAR),
     _sensor(ATI, "lag:0.8", says=f"({_DISAGREES}|{_SILENT})"),
     _sensor(ATI, "unplug", says=f"{_GONE}: CAN bus"),
@@ -266,7 +268,7 @@ SENSORS = (
     _sensor(NET, "restart", says=_SILENT),
     _sensor(NET, "unplug", says=f"({_SILENT}|{_GONE}: UDP)"),
     _sensor(NET, "freeze", says=_SAME),
-    _sensor(NET, "zero", says=r"(R4 force sensor: \d+ identical|R9 force jumped)"),
+    _sensor(NET, "zero", says=_ZEROED),
     _sensor(NET, "overrange:2", says=_OVER),
     _sensor(NET, "status:17", says=_OVER),
     _sensor(NET, "status:28", says=_BY_DEVICE),

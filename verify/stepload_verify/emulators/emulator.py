@@ -193,7 +193,10 @@ class Emulator:
         due = []
         while self._held and self._held[0][0] <= now_s:
             due.append(self._held.popleft()[1])
-        if due:
+        if isinstance(self._wire, RdtWire):  # each datagram stays one
+            for data in due:
+                self._put(data)
+        elif due:
             self._put(b"".join(due))
 
     def _put(self, data: bytes) -> None:

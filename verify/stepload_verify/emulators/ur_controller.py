@@ -49,6 +49,7 @@ class UrController:
         self.version = version
         self.serial_number = serial_number
         self.model = model
+        self.loaded = ""
         self.rate_hz = 1.0 / robot.period_s
         self.faults = Faults()
         self.registers = Registers()
@@ -169,6 +170,8 @@ class UrController:
                     self.robot.runtime_state = PLAYING
             case ["kill-program"]:
                 self.stop_program()
+            case ["load", name]:
+                self.loaded = name
             case ["push", x, y, z]:
                 self.robot.tool.hand_n = (float(x), float(y), float(z))
             case ["lead", rx, ry, rz]:

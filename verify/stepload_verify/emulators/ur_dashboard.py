@@ -6,6 +6,7 @@ from typing import Protocol
 
 from stepload_verify.emulators.ur_robot import (
     NORMAL,
+    PAUSED,
     PLAYING,
     PROTECTIVE,
     ROBOT_EMERGENCY,
@@ -21,6 +22,7 @@ _SAFETY = {
     SAFEGUARD: "SAFEGUARD_STOP",
     ROBOT_EMERGENCY: "ROBOT_EMERGENCY_STOP",
 }
+_PROGRAM = {STOPPED: "STOPPED", PLAYING: "PLAYING", PAUSED: "PAUSED"}
 _MODES = {3: "POWER_OFF", 5: "IDLE", 7: "RUNNING"}
 
 
@@ -30,6 +32,7 @@ class Panel(Protocol):
     version: tuple[int, int, int, int]
     serial_number: str
     model: str
+    loaded: str
 
     @property
     def remote(self) -> bool: ...
@@ -66,9 +69,13 @@ def answer(panel: Panel, line: str) -> str:
         case "running":
             return f"Program running: {str(panel.runtime_state == PLAYING).lower()}"
         case "programstate":
-            return "STOPPED" if panel.runtime_state == STOPPED else "PLAYING"
+            return f"{_PROGRAM[panel.runtime_state]} {panel.loaded or '<unnamed>'}"
+        case "get loaded program":
+            return f"Loaded program: {panel.loaded}" if panel.loaded else "No program loaded"
         case "robotmode":
             return f"Robotmode: {_MODES[panel.robot_mode]}"
+        case "safetymode":
+            return f"Safetymode: {_SAFETY[panel.safety_mode]}"
         case "safetystatus":
             return f"Safetystatus: {_SAFETY[panel.safety_mode]}"
         case "unlock protective stop":

@@ -14,6 +14,7 @@ protective-stop       as after a collision; `unlock` releases it
 emergency-stop        `release` lets go, the arm stays powered off
 safeguard on|off      safeguard stop; releasing resumes the program
 kill-program          stop the program as from the pendant
+load NAME             another program is loaded at the pendant
 ignore-inputs on|off  what clients write gets lost, so that the watchdog trips
 local on|off          local control: scripts are ignored
 slider FRACTION       speed slider of the pendant, 0 to 1

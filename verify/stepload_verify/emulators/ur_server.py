@@ -15,6 +15,7 @@ from collections.abc import Callable, Mapping
 
 from stepload_drivers.ur.frames import FrameError
 from stepload_verify.emulators import ur_dashboard
+from stepload_verify.emulators.pace import Pace
 from stepload_verify.emulators.ur_controller import UrController
 from stepload_verify.emulators.ur_faults import HELP
 from stepload_verify.emulators.ur_session import Session
@@ -23,8 +24,6 @@ DASHBOARD, RTDE = 29999, 30004
 SCRIPT_PORTS = (30001, 30002, 30003)
 POLYSCOPE_X_PORTS = (30001, 30002, RTDE)
 
-CATCH_UP_PERIODS = 10
-"""After a stall of the host at most so many periods are made up for; the rest is skipped."""
 OUTBOX_LIMIT = 1 << 20
 
 
@@ -65,6 +64,7 @@ class UrServer:
         self._stop = False
         self._commands = ""
         self._cycle = 0
+        self._pace = Pace(controller.robot.period_s, time.monotonic())
 
     def run(self, ready: Callable[[], None]) -> None:
         """Serve; calls `ready` once the ports are open.
@@ -83,23 +83,18 @@ class UrServer:
             self._selector.close()
 
     def _loop(self) -> None:
-        period_s = self._controller.robot.period_s
-        next_s = time.monotonic() + period_s
+        robot = self._controller.robot
+        pace = self._pace = Pace(robot.period_s, time.monotonic())
         while not self._stop:
-            wake_s = min([next_s, *(link.delayed[0][0] for link in self._links if link.delayed)])
+            soon = (link.delayed[0][0] for link in self._links if link.delayed)
+            wake_s = min([pace.due_s, *soon])
             for key, _ in self._selector.select(max(0.0, wake_s - time.monotonic())):
                 key.data(key.fileobj)
             now_s = time.monotonic()
-            behind = int((now_s - next_s) / period_s) + 1 if now_s >= next_s else 0
-            if behind > CATCH_UP_PERIODS:
-                skipped = behind - CATCH_UP_PERIODS
-                self._controller.robot.time_s += skipped * period_s
-                next_s += skipped * period_s
-                behind = CATCH_UP_PERIODS
-            for _ in range(behind):
+            if now_s >= pace.due_s:
+                robot.time_s += pace.begin(now_s) * robot.period_s
                 self._controller.tick()
                 self._publish(now_s)
-                next_s += period_s
             self._flush(now_s)
 
     def _publish(self, now_s: float) -> None:
@@ -260,7 +255,8 @@ class UrServer:
             case ["quit"]:
                 self._stop = True
             case ["state"]:
-                return json.dumps(self._controller.truth())
+                host = {"periods_late": self._pace.late, "periods_skipped": self._pace.skipped}
+                return json.dumps(self._controller.truth() | host)
             case ["drop"]:
                 self._drop(rst=False)
             case ["drop", "rst"]:

@@ -3,9 +3,9 @@
     python -m stepload_verify.trials.outages [--kind KIND ...] [--seconds S ...]
 
 Whole runs in real time, the real UR driver against the emulated rig. While the arm presses, its
-controller goes away in one way for some time, or a person takes over. Prints a line a run: force at
-the outage and at the end (the emulator's truth), how far the arm moved after somebody had taken
-over, and what safing said.
+controller goes away in one way for some time, or a person takes over, or both. Prints a line a run:
+force at the outage and at the end (the emulator's truth), how far the arm moved after somebody had
+taken over, and what safing said.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.errors import DeviceError
 from stepload.plan.load import load_plan
 from stepload.plan.model import DriverChoice, Plan
 from stepload.plan.shipped import plan_path
@@ -37,6 +38,8 @@ from stepload_verify.emulators.rig_process import RigProcess
 HOST = "127.31.0.1"
 PRESSING_N = 6.0
 SECONDS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
+PERSON_S = 1.5
+"""After each act of a person inside an outage; the first comes with the outage."""
 WAIT_S = 3.0
 """After the run; whatever still moves shows itself."""
 
@@ -67,6 +70,37 @@ PERSONS: dict[str, tuple[Act, Act]] = {
 """How a person takes over, and gives the arm back without consent to a motion."""
 
 
+def _inside(outage: str, *lines: str) -> tuple[Act, Act]:
+    """A person does `lines` inside an outage, and the controller answers again afterwards."""
+    lost, back = OUTAGES[outage]
+
+    def begin(rig: RigProcess) -> None:
+        lost(rig)
+        for line in lines:
+            rig.command(line)
+            time.sleep(PERSON_S)
+
+    return begin, back
+
+
+_INSIDE = {
+    "protective stop": ("protective-stop", "unlock"),
+    "safeguard": ("safeguard on", "safeguard off"),
+    "emergency stop": ("emergency-stop", "release"),
+    "local control": ("local on", "local off"),
+    "program loaded": ("load other.urp",),
+    "slider": ("slider 0.5",),
+    "tool turned": ("kill-program", "lead 0 3.0916 0"),
+    "stop button": ("kill-program",),
+}
+INSIDE = {
+    f"{person} in {outage}": _inside(outage, *lines)
+    for outage in ("freeze", "drop")
+    for person, lines in _INSIDE.items()
+}
+"""The same inside an outage: in a freeze the dashboard answers, in a drop nothing does."""
+
+
 @dataclass(frozen=True)
 class Told:
     """One run with an outage; forces are the emulator's truth."""
@@ -89,7 +123,7 @@ class Told:
     def row(self) -> str:
         said = "; ".join(text.removeprefix("safing: ") for _, text in self.lines[1:])
         return (
-            f"{self.kind:24} {self.seconds:5.1f} s  {self.before_n:5.1f} N {self.left_n:6.2f} N "
+            f"{self.kind:26} {self.seconds:5.1f} s  {self.before_n:5.1f} N {self.left_n:6.2f} N "
             f"{self.moved_m * 1e3:7.3f} mm  {self.outcome.end_s - self.outcome.start_s:5.1f} s "
             f"{self.words_after_s * 1e3:5.1f} ms  {said}"
         )
@@ -118,8 +152,11 @@ def pressing_plan(host: str, options: dict[str, dict[str, Any]]) -> Plan:
 
 
 def run_with_outage(kind: str, seconds: float, host: str = HOST) -> Told:
-    """Press, lose the controller for `seconds` (`kind` of OUTAGES or PERSONS), end the run."""
-    begin, end = (OUTAGES | PERSONS)[kind]
+    """Press, lose the controller for `seconds`, end the run.
+
+    `kind` is one of OUTAGES, PERSONS or INSIDE.
+    """
+    begin, end = (OUTAGES | PERSONS | INSIDE)[kind]
     bare = pressing_plan(host, {})
     spec = replace(world_for(envelope_of(bare)), surface_m=bare.procedure.surface_distance_m)
     with RigProcess(spec, ur=host, sensors=(bare.rig.force.driver.name,)) as rig:
@@ -164,17 +201,17 @@ def _spoiled(
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--kind", nargs="*", choices=[*OUTAGES, *PERSONS])
+    parser.add_argument("--kind", nargs="*", choices=[*OUTAGES, *PERSONS, *INSIDE])
     parser.add_argument("--seconds", nargs="*", type=float, default=list(SECONDS))
     options = parser.parse_args()
-    print("kind                     outage   before   left    moved      run      words  said")
+    print("kind                       outage   before   left    moved      run      words  said")
     left = []
-    for kind in options.kind or [*OUTAGES, *PERSONS]:
+    for kind in options.kind or [*OUTAGES, *PERSONS, *INSIDE]:
         for seconds in options.seconds if kind in OUTAGES else [1.0]:
             try:
                 told = run_with_outage(kind, seconds)
-            except RuntimeError as error:
-                print(f"{kind:24} {seconds:5.1f} s  {error}", flush=True)
+            except (RuntimeError, DeviceError) as error:
+                print(f"{kind:26} {seconds:5.1f} s  {error}", flush=True)
                 continue
             left.append(told)
             print(told.row, flush=True)
