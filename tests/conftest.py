@@ -23,15 +23,6 @@ settings.register_profile("explore", deadline=None)
 settings.load_profile("repeatable")
 
 
-def pytest_collection_finish() -> None:
-    """Take the modules and the collected tests, which stay, out of every later garbage collection.
-
-    They are several hundred thousand objects, and a full collection walks all of them.
-    """
-    gc.collect()
-    gc.freeze()
-
-
 def _children() -> set[int]:
     """Pids of this process's children that are not multiprocessing's own resource tracker."""
     found = set()
@@ -61,6 +52,17 @@ def _endpoints() -> set[str]:
         if target.startswith(("socket:", "/dev/pts/", "/dev/ptmx")):
             found.add(f"{entry.name} {target}")
     return found
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _only_new_garbage() -> None:
+    """Take what there is at the start of a file out of the garbage collections of its tests.
+
+    Modules and collected tests stay and are several hundred thousand objects. A full collection
+    walks all that is not frozen, and each run begins with one.
+    """
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True)

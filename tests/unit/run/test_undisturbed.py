@@ -12,7 +12,7 @@ from stepload.run.undisturbed import undisturbed
 
 @pytest.fixture(autouse=True)
 def _frozen_afterwards() -> Iterator[None]:
-    """The session has frozen what it collected (conftest.py), and goes on so."""
+    """The session has frozen what there was (conftest.py), and goes on so."""
     gc.unfreeze()
     yield
     gc.freeze()
