@@ -38,6 +38,8 @@ SAME_S = 0.3
 OWN_PROGRAM_S = 1.0
 """Our program ends by its watchdog at most so long after the watchdog's own time."""
 ASK_AGAIN_S = 0.1
+LEAST_SPEED = 0.01
+"""Of the full speed: a slider below it holds the arm where it is."""
 BEGUN_SHARE = 0.2
 """Of the way: a retract that got this far was carried out, and ended by somebody if it is short."""
 
@@ -104,8 +106,15 @@ class Unloading:
         )
 
     def ended(self, deadline_s: float) -> bool:
-        """Whether nothing that was handed over can still move the arm, by the dashboard's word."""
+        """Whether a stop takes nothing away: nothing that was handed over can still move the arm.
+
+        By the dashboard's word; or the speed slider holds the arm, so that a retract left in the
+        controller would begin whenever somebody raises it.
+        """
         if not self.under_way:
+            return True
+        if self._held_by_slider(self._configuration(_soon(deadline_s))):
+            self._handed_over_s = math.nan
             return True
         idle_since_s = math.inf
         while (now_s := time.monotonic()) < deadline_s:
@@ -148,7 +157,15 @@ class Unloading:
                     "another program runs on the controller: no retract is sent",
                     "stop it on the pendant and move the arm clear by hand",
                 )
-            if moved := self._last.moved(package, self._configuration(_soon(deadline_s))):
+            now = self._configuration(_soon(deadline_s))
+            if self._held_by_slider(now):
+                self._refuse(
+                    FaultCode.SETTING_CHANGED,
+                    "the speed slider holds the arm: no retract is sent, for it would begin "
+                    "whenever somebody raises it",
+                    "move the arm clear by hand on the pendant",
+                )
+            if moved := self._last.moved(package, now):
                 self._refuse(
                     FaultCode.PROGRAM_STOPPED,
                     f"{moved}: somebody had the arm while it did not answer, no retract is sent",
@@ -167,9 +184,12 @@ class Unloading:
             require_nobody(self._settings.host, answers)
         self._from = self._from or self._last.pose
 
+    @staticmethod
+    def _held_by_slider(now: ArmConfiguration | None) -> bool:
+        speed = None if now is None else now.speed_fraction
+        return speed is not None and speed < LEAST_SPEED
+
     def _configuration(self, deadline_s: float) -> ArmConfiguration | None:
-        if self._last.configuration is None:
-            return None
         try:
             return told(self._settings.host, deadline_s)
         except DeviceError:

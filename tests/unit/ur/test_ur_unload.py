@@ -62,7 +62,8 @@ class Controller:
                 z_m = float(script.split("p[")[1].split(",")[2])
                 self._goal_m, self.runtime_state = self.position_m - z_m, PLAYING
         if self.runtime_state == PLAYING and self._goal_m < self.position_m:
-            self.position_m = max(self._goal_m, self.position_m - SPEED_M_S * PACKAGE_S)
+            speed = SPEED_M_S * (self.configuration.speed_fraction if self.configuration else 1.0)
+            self.position_m = max(self._goal_m, self.position_m - speed * PACKAGE_S)
             if self.position_m <= (self._goal_m if self.stop_at_m is None else self.stop_at_m):
                 self.runtime_state = STOPPED
 
@@ -450,3 +451,33 @@ def test_without_data_our_own_program_is_waited_for(unloading, controller, clock
     clock.at(clock.now_s + 0.8, lambda: setattr(controller, "runtime_state", STOPPED))
     no_answer(unloading, clock)  # one attempt
     assert controller.scripts == [WHOLE]
+
+
+HELD = replace(TOLD, speed_fraction=0.0)
+
+
+def test_nothing_waits_for_whoever_raises_the_slider(controller, clock):
+    """The slider was at 0 when the arm was seen last, and is still: nothing has changed."""
+    controller.configuration = HELD
+    pose = tuple(target_pose(HOME, APPROACH, controller.position_m))
+    sample = ArmSample(1, clock.now_s, clock.now_s, 0, 5e-3, 8.1, pose)
+    last = LastSeen(SETTINGS, sample, (0.0, 0.0), HELD, controller.loaded)
+    error = refused(unload.Unloading(SETTINGS, last), clock, controller)
+    assert error.code is FaultCode.SETTING_CHANGED
+    assert "whenever somebody raises it" in error.message
+    assert controller.scripts == []
+
+
+def test_a_retract_that_the_slider_holds_may_be_stopped(unloading, controller, clock, monkeypatch):
+    send = controller.send_script
+
+    def slider_down(host, script, deadline_s):
+        send(host, script, deadline_s)
+        controller.configuration = HELD
+
+    monkeypatch.setattr(unload, "send_script", slider_down)
+    with pytest.raises(DeviceError):
+        retract(unloading, clock)
+    assert unloading.under_way
+    assert unloading.ended(clock.now_s + 3.0)
+    assert not unloading.under_way
