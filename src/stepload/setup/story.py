@@ -61,6 +61,7 @@ def set_up(
     state = read_state(rig)
     again = names[names.index(redo) :] if redo in state.done else ()
     former = {name: state.done.pop(name) for name in again if name in state.done}
+    before = dict(state.answers)
     answers.kept, answers.doubted = state.answers, state.doubted
     _refuse_too_late(state, answers.given)
     setup = Setup(rig, state, answers, open_devices, today or date.today())
@@ -81,6 +82,9 @@ def set_up(
         except BaseException as error:
             if not isinstance(error, RefusedError) or isinstance(error, DeclinedError):
                 state.done |= former  # nothing was found against them
+                if former:  # what is done rests on the answers that it was done with
+                    state.answers.clear()
+                    state.answers |= before
             if isinstance(error, SteploadError) and not isinstance(error, DeclinedError):
                 state.doubted |= {asked for asked in ASKED_IN[name] if asked in state.answers}
             write_state(rig, state, _left(state.done))

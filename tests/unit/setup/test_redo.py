@@ -72,6 +72,15 @@ def test_a_redo_that_nobody_answers_leaves_all_as_it_was(rig_file, rig):
     assert rig_file.read_text() == before
 
 
+def test_a_redo_that_nobody_answers_leaves_the_answers_too(rig_file, rig):
+    given = {"host": "127.0.0.2"}
+    with pytest.raises(DeviceError):
+        go(rig_file, rig, given, redo="arm", open_devices=failing)
+    assert read_state(rig_file).answers["host"] == GIVEN["host"]
+    with pytest.raises(BadInputError, match=r"--host '127\.0\.0\.2' comes too late"):
+        go(rig_file, rig, given)
+
+
 def test_a_redo_that_is_refused_leaves_nothing_to_rest_on(rig_file, rig):
     rig.feel = lambda f: (0.0, 0.0, 0.0)
     with pytest.raises(RefusedError, match="force sensor"):
