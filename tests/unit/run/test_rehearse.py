@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from stepload.contact.materials import FlatPunch, Material, Sphere
-from stepload.envelope.envelope import envelope_of
+from stepload.envelope.envelope import derive
 from stepload.envelope.theory import theory_of
 from stepload.errors import BadInputError
 from stepload.plan.model import (
@@ -112,7 +112,7 @@ PLAN = Plan(
 
 
 def world(plan: Plan, **wanted: Any) -> WorldSpec:
-    return world_for(envelope_of(plan), **wanted)
+    return world_for(derive(plan), **wanted)
 
 
 def truth(payload: Payload, simulation: Simulation) -> PayloadTruth:
