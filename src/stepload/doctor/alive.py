@@ -1,0 +1,61 @@
+"""Does a sensor live: do its readings change, and does it call them good?"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from stepload.doctor.line import Line, Mark
+from stepload.doctor.watch import Watched
+from stepload.envelope.limits import identical_counts
+from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec
+from stepload.rig.samples import Status
+
+SILENT_S = 0.5
+"""Or ten periods: a gauge without a sample for longer has fallen silent."""
+
+
+def check_alive(
+    name: str, spec: ForceSpec | ArmSpec | DisplacementSpec, seen: Watched
+) -> Iterator[Line]:
+    """What is wrong with the readings themselves; nothing where they are as they should be."""
+    samples = seen.samples[name]
+    if flagged := [sample.status for sample in samples if sample.status]:
+        bits = Status(0)
+        for status in flagged:
+            bits |= Status(status)
+        yield Line(
+            f"{name}: status", Mark.FAIL, float(len(flagged)), 0.0, "",
+            f"{len(flagged)} of {len(samples)} samples are flagged by the device"
+            f" ({str(bits.name).replace('|', ', ').replace('_', ' ').lower()}): a run stops at the"
+            " first (R4)",
+            "see the device's own display and its page in docs/devices",
+        )  # fmt: skip
+    if isinstance(spec, ForceSpec):
+        yield from _standing(name, spec, samples)
+    if isinstance(spec, DisplacementSpec):
+        longest_s, limit_s = max(seen.ages_s[name]), max(SILENT_S, 10.0 / spec.rate_hz)
+        if longest_s > limit_s:
+            yield Line(
+                f"{name}: silence", Mark.FAIL, longest_s, limit_s, "s",
+                "no sample came for so long", "check cable and supply of the gauge",
+            )  # fmt: skip
+
+
+def _standing(name: str, spec: ForceSpec, samples: Sequence[Any]) -> Iterator[Line]:
+    """A live sensor has noise: equal readings in a row are a frozen one (R4)."""
+    same = max(
+        (sum(1 for _ in group) for _, group in itertools.groupby(s.wrench for s in samples)),
+        default=0,
+    )
+    limit = identical_counts(spec, spec.noise_n)
+    frozen = bool(limit) and same >= limit
+    if frozen or same == len(samples):
+        yield Line(
+            f"{name}: readings", Mark.FAIL if frozen or not spec.resolution_n else Mark.WARN,
+            float(same), float(limit or len(samples)), "",
+            f"{same} of {len(samples)} readings in a row were the same to the last bit; a live"
+            " sensor has noise",
+            "has it stopped measuring? Touch it and look whether its reading moves",
+        )  # fmt: skip
