@@ -114,7 +114,7 @@ def _data(exam: _Examination, seen: Watched, seconds: float) -> None:
         if spec is None or name not in seen.samples:
             continue
         exam.add(*streams.check_stream(name, spec, seen, seconds))
-        exam.add(*(dead := list(check_alive(name, spec, seen))))
+        exam.add(*(dead := list(check_alive(name, spec, seen, rig))))
         if dead or len(seen.samples[name]) < 3:
             continue  # what noise it shows is none of a live sensor
         if name == "arm":
