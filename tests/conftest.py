@@ -54,6 +54,17 @@ def _endpoints() -> set[str]:
     return found
 
 
+@pytest.fixture(autouse=True, scope="module")
+def _only_new_garbage() -> None:
+    """Take what there is at the start of a file out of the garbage collections of its tests.
+
+    Modules and collected tests stay and are several hundred thousand objects. A full collection
+    walks all that is not frozen, and each run begins with one.
+    """
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.fixture(autouse=True)
 def _no_leaks() -> Iterator[None]:
     threads, children, endpoints = set(threading.enumerate()), _children(), _endpoints()

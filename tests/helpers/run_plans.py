@@ -8,7 +8,7 @@ from typing import Any
 
 from stepload.contact.materials import Material, Sphere
 from stepload.envelope.bounds import Measured
-from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.envelope.envelope import Envelope, derive
 from stepload.envelope.limits import RunLimits
 from stepload.plan.model import (
     ArmSpec,
@@ -35,10 +35,13 @@ SIM = DriverChoice("sim", {})
 def envelope_for(
     plan: Plan, elastic_limit_n: float = 727.0, measured: Measured | None = None
 ) -> Envelope:
-    """The envelope of a plan whose payload has this elastic limit, whatever theory says."""
+    """The envelope of a plan whose payload has this elastic limit, whatever theory says.
+
+    Its remedies are not tried: that takes several envelopes more, of which a run uses none.
+    """
     material = replace(plan.payload.material, yield_strength_pa=None)
     payload = replace(plan.payload, material=material, declared_force_limit_n=elastic_limit_n)
-    return envelope_of(replace(plan, payload=payload), measured)
+    return derive(replace(plan, payload=payload), measured)
 
 
 def limits_for(

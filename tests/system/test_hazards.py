@@ -95,6 +95,16 @@ def test_the_contract_goes_on_with_consent(tmp_path, monkeypatch, how):
     assert begun[0].move_m == pytest.approx(1e-3)
 
 
+@pytest.mark.parametrize("way", ["-1 mm", "0 mm"])
+def test_the_contract_moves_no_arm_the_other_way(tmp_path, monkeypatch, way):
+    begun = []
+    monkeypatch.setattr("stepload.rig.contract.run_trial", lambda trial: begun.append(trial) or [])
+    said = in_process(*MOVE[:-1], way, "--yes", cwd=tmp_path)
+    assert said.returncode == 2, said.stderr
+    assert f"--move '{way}' is not above 0" in said.stderr
+    assert not begun
+
+
 def test_the_contract_asks_nobody_where_nothing_moves(tmp_path, monkeypatch):
     begun = []
     monkeypatch.setattr("stepload.rig.contract.run_trial", lambda trial: begun.append(trial) or [])

@@ -16,7 +16,9 @@ Vector3 = tuple[float, float, float]
 OPTIONS: Mapping[str, Option] = {
     "host": Option("text", "address of the controller, a number rather than a name", required=True),
     "approach": Option(
-        "vector", "approach direction in the base frame, any length", default=(0.0, 0.0, -1.0)
+        "vector",
+        "approach direction in the base frame, any length, as in [0, 0, -1]",
+        default=(0.0, 0.0, -1.0),
     ),
     "serial_number": Option("text", "refuse any other controller; empty: take any", default=""),
     "upper_registers": Option(

@@ -139,8 +139,15 @@ class Unloading:
     def _refuse_after_a_sign(self) -> None:
         """One sign of a person, at any time, is enough."""
         if self._refused is None and (sign := self._lookout.sign):
-            told = f"while the arm did not answer, {sign.message}: no retract is sent"
-            self._refuse(sign.code, told, sign.hint)
+            told = f"while the arm did not answer, {sign.message}: "
+            if self.under_way:
+                told += (
+                    f"the retract that was handed over {self.age_s:.1f} s ago may still begin, no "
+                    "other is sent"
+                )
+                hint = f"keep clear of the arm until its program is stopped; {sign.hint}"
+                self._refuse(sign.code, told, hint)
+            self._refuse(sign.code, f"{told}no retract is sent", sign.hint)
         if self._refused is not None:
             raise self._refused
 

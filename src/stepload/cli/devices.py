@@ -111,6 +111,9 @@ def try_driver(
     unit = "m" if group == "stepload.displacement_sensors" else "N"
     make, make_with = trial_of(load_driver(group, name), given)
     ask = _Operator(as_json)
+    move_m = parse_quantity(move, "m") if move else 0.0
+    if move and not move_m > 0.0:
+        raise BadInputError(f"--move {move!r} is not above 0", hint="how far towards the plate")
     trial = Trial(
         make,
         make_with,
@@ -121,7 +124,7 @@ def try_driver(
         load=ask.load_of(load, parse_quantity(load, unit)) if load else None,
         noise=parse_quantity(noise, unit) if noise else None,
         resolution=parse_quantity(resolution, unit) if resolution else 0.0,
-        move_m=parse_quantity(move, "m") if move else 0.0,
+        move_m=move_m,
     )
     if move and group == "stepload.arms" and name != SIMULATED:
         refuse_unread_driver(name, hazards_read)

@@ -57,12 +57,14 @@ def ask_hazards(envelope: Envelope) -> bool:
 
     from stepload.envelope.reason import PlanVerdict
     from stepload.plan.hazards import hazards_read, keep, keys_of
+    from stepload.session.experiment import refuse_simulated
 
     plan = envelope.plan
     if hazards_read(plan) or envelope.verdict is PlanVerdict.REFUSED:
         return False
     if not _at_a_terminal():
         return False
+    refuse_simulated(plan)  # before anybody is asked about a rig that there is not
     name = _name(f"Before the rig {plan.rig.name!r} moves for the first time:")
     if not name:
         return False

@@ -6,6 +6,7 @@ import io
 import os
 import sys
 import traceback
+from functools import cache
 from importlib.metadata import entry_points
 from typing import Annotated
 
@@ -53,8 +54,9 @@ def _root(
         raise typer.Exit
 
 
+@cache
 def _add_verbs() -> None:
-    """Verbs of other installed packages: entry points of the group `stepload.verbs`."""
+    """Verbs of other installed packages, once: entry points of the group `stepload.verbs`."""
     for point in entry_points(group=VERBS):
         point.load()(app)
 

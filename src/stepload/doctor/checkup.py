@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stepload.doctor import host, motion, spring, streams
+from stepload.doctor.alive import check_alive
 from stepload.doctor.line import Line, Mark, graded, skipped
 from stepload.doctor.watch import Watched, devices, watch
 from stepload.engine.open_rig import OpenRig, opened
@@ -113,8 +114,9 @@ def _data(exam: _Examination, seen: Watched, seconds: float) -> None:
         if spec is None or name not in seen.samples:
             continue
         exam.add(*streams.check_stream(name, spec, seen, seconds))
-        if len(seen.samples[name]) < 3:
-            continue
+        exam.add(*(dead := list(check_alive(name, spec, seen, rig))))
+        if dead or len(seen.samples[name]) < 3:
+            continue  # what noise it shows is none of a live sensor
         if name == "arm":
             lines, found = streams.check_arm(plan, seen)
             exam.add(*lines)
@@ -163,6 +165,8 @@ def _motion(exam: _Examination, rig: OpenRig) -> None:
                 exam.add(skipped("arm: motion", "not moved: the arm failed before"))
                 return
             exam.add(check(rig))
+            if not exam.failed(*NEEDED_TO_MOVE):
+                motion.return_to(rig, start_m)
         if exam.failed(*NEEDED_TO_MOVE):
             return
         line, response_s = motion.check_response(plan, rig)

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
-import os
 from codecs import BOM_UTF8
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import suppress
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
@@ -19,7 +16,7 @@ from stepload.plan.problems import PlanError
 from stepload.plan.references import names_a_file
 from stepload.plan.source import Source, read_source
 from stepload.plan.tree import Mapping, Node, Scalar, parse_tree
-from stepload.plan.whole_file import replace_file
+from stepload.plan.whole_file import alone_in, replace_file
 
 BY, ON = "hazards_read_by", "hazards_read_on"
 
@@ -45,7 +42,8 @@ def keep(plan: Plan, name: str, day: date) -> Path | None:
         BadInputError: the file cannot be written, or the name is no text for a plan; it is as it
             was.
     """
-    with _alone(plan.path):
+    files = plan.path, _rig_file(plan.path)
+    with alone_in(*(path.resolve().parent for path in files)):  # see `_keep`: what it takes back
         return _keep(plan, name, day)
 
 
@@ -73,18 +71,6 @@ def _keep(plan: Plan, name: str, day: date) -> Path | None:
             hint=f"write them below `rig:` yourself: {'; '.join(keys_of(name, day))}",
         )
     return path
-
-
-@contextmanager
-def _alone(plan_path: Path) -> Iterator[None]:
-    """No other run keeps a name meanwhile: one that takes its own back would take ours along."""
-    with ExitStack() as stack:
-        for folder in sorted({path.resolve().parent for path in (plan_path, _rig_file(plan_path))}):
-            with suppress(OSError):  # a file system without locks
-                descriptor = os.open(folder, os.O_RDONLY)
-                stack.callback(os.close, descriptor)
-                fcntl.flock(descriptor, fcntl.LOCK_EX)
-        yield
 
 
 def _rig_file(plan_path: Path) -> Path:

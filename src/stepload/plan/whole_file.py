@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import os
 import secrets
 import shutil
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 
 def replace_file(path: Path, data: bytes) -> None:
     """Write `data` to `path` by way of a file of its own name beside it; the mode is kept.
 
+    What a link of that name points to is replaced, not the link.
+
     Raises:
-        OSError: it could not be written; what was there before still is.
+        OSError: it could not be written, or is read-only; what was there before still is.
     """
+    path = path.resolve()
+    with suppress(FileNotFoundError):
+        if not path.stat().st_mode & 0o222:
+            raise PermissionError(errno.EACCES, "it is read-only", str(path))
     part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
     descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)
     try:
@@ -35,3 +44,15 @@ def replace_file(path: Path, data: bytes) -> None:
             os.fsync(folder)
         finally:
             os.close(folder)
+
+
+@contextmanager
+def alone_in(*folders: Path) -> Iterator[None]:
+    """Nobody else who asks for one of these folders as well goes on meanwhile."""
+    with ExitStack() as stack:
+        for folder in sorted({each.resolve() for each in folders}):
+            with suppress(OSError):  # a file system without locks
+                descriptor = os.open(folder, os.O_RDONLY)
+                stack.callback(os.close, descriptor)
+                fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield

@@ -100,13 +100,15 @@ class Answers:
 
         Raises:
             DeclinedError: it was not given.
+            RefusedError: what was asked for is no consent but a fact, and it is not so.
         """
         question = QUESTIONS[name]
         if self.yes and name not in self.given:
             self.person.tell(f"{question.text} yes (--yes)")
             return
         if self.text(name).lower() not in YES:
-            raise DeclinedError(
+            refused = RefusedError if question.fact else DeclinedError
+            raise refused(
                 f"{question.text} The answer was no",
                 hint=f"nothing was moved; start again when it may, {question.flag} yes in scripts",
             )

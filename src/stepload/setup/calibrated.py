@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from datetime import date
 from pathlib import Path
@@ -9,10 +10,8 @@ from pathlib import Path
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.calibration import CalibrationRecord
 from stepload.setup.flat import Value, quoted
-from stepload.setup.state import Done, Found, State, read_state, write_state
+from stepload.setup.state import CALIBRATION, Done, Found, State, read_state, write_state
 from stepload.setup.story import STEPS
-
-STEP = "calibration"
 
 
 def state_to_take_it(rig: Path) -> State:
@@ -38,7 +37,8 @@ def put_record(rig: Path, file: Path, record: CalibrationRecord, today: date) ->
         RefusedError: the record is of another rig, or simulated.
     """
     state = state_to_take_it(rig)
-    name = state.values["name"].text.strip('"')
+    text = state.values["name"].text
+    name = json.loads(text) if text.startswith('"') else text
     if record.simulated:
         raise RefusedError(
             f"{file} was made in a dry run: it does not go into a rig file",
@@ -53,5 +53,7 @@ def put_record(rig: Path, file: Path, record: CalibrationRecord, today: date) ->
     until = record.valid_until.isoformat()
     value = Value(quoted(path), f"measured {record.measured_on}, valid until {until}")
     note = f"system stiffness from {path}, valid until {until}"
-    state.done[STEP] = Done(today.isoformat(), Found({"system_stiffness.record": value}, (note,)))
+    state.done[CALIBRATION] = Done(
+        today.isoformat(), Found({"system_stiffness.record": value}, (note,))
+    )
     write_state(rig, state, [step for step in STEPS if step not in state.done])

@@ -64,14 +64,18 @@ def touch(setup: Setup) -> Found:
     text, top_n = touch_plan(setup.answers, setup.rig.name, path)
     shown = format_quantity(top_n, "N")
     setup.tell(f"the lightest touch that preflight lets through: one step of {shown}")
+    path.write_text(text, encoding="utf-8")
+    envelope = envelope_of(load_plan(path))
+    for reason in envelope.reasons:
+        if reason.code == "shake":
+            setup.tell(f"{reason.message}: {reason.remedy}")
     setup.answers.consent("may_touch")
     stands_at_start(setup)
-    path.write_text(text, encoding="utf-8")
     runs = setup.rig.parent / "runs" / f"touch-{setup.today.isoformat()}"
     number = 1
     while (directory := runs.with_name(f"{runs.name}-{number}")).exists():
         number += 1
-    operator, envelope = Operator(), envelope_of(load_plan(path))
+    operator = Operator()
     with operator.listening():
         finished = experiment.run_plan(envelope, dry_run=False, out=directory, operator=operator)
     outcome = finished.outcome

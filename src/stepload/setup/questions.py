@@ -22,7 +22,8 @@ class Question:
     """One question; `default` None: it must be answered, "" stands for nothing.
 
     `check` raises BadInputError for an answer that cannot be used; `consent`: an answer is good for
-    the step it is given in and is never kept, and `--yes` gives it; `many`: words KEY=VALUE.
+    the step it is given in and is never kept, and `--yes` gives it; `fact`: a "no" to it is found
+    against the rig, and is no mere wish to wait; `many`: words KEY=VALUE.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Question:
     default: str | None = None
     check: Check | None = None
     consent: bool = False
+    fact: bool = False
     many: bool = False
 
     @property
@@ -77,7 +79,7 @@ _ALL = (
     Question(
         "limits_set",
         "Are the robot's own safety limits (force, speed, planes) set and tested on its pendant?",
-        check=_yes_or_no, consent=True,
+        check=_yes_or_no, consent=True, fact=True,
     ),
     # the sensor
     Question("sensor", "Data sheet of the force sensor: a name, or a file with its keys"),
@@ -103,7 +105,7 @@ _ALL = (
     Question("led_to_start", "Is the arm led to its start pose, and in remote control?",
              check=_yes_or_no, consent=True),
     Question("towards_plate", "Does this direction lead from the tool to the plate?",
-             check=_yes_or_no, consent=True),
+             check=_yes_or_no, consent=True, fact=True),
     Question("hazards_read_by", "Who has read the hazards and answers for the rig: a name"),
     Question("may_back", "May the arm move back from the plate and to its start again?",
              check=_yes_or_no, consent=True),

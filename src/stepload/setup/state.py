@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from stepload.errors import BadInputError
-from stepload.plan.whole_file import replace_file
+from stepload.plan.whole_file import alone_in, replace_file
 from stepload.setup.flat import Value, written
 
 VERSION = 1
+CALIBRATION = "calibration"
+"""The step that no set-up does: `calibrate --into` adds it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,13 +45,17 @@ class State:
 
     `doubted` names the answers of a step that failed: a person is asked for them again.
     `rig_sha256` are of the rig file as it was written last and before: whoever is killed between
-    the two files of a step leaves the older one.
+    the two files of a step leaves the older one. `redoing` is a step that somebody wanted done
+    again and that has not been since: what it found before is doubtful. `read` is the file of the
+    state as it was read or written last.
     """
 
     answers: dict[str, str] = field(default_factory=dict)
     done: dict[str, Done] = field(default_factory=dict)
     rig_sha256: list[str] = field(default_factory=list)
     doubted: set[str] = field(default_factory=set)
+    redoing: str = ""
+    read: bytes | None = None
 
     @property
     def values(self) -> dict[str, Value]:
@@ -62,6 +68,7 @@ class State:
 
 def state_path(rig: Path) -> Path:
     """Where the state of a rig file's set-up is kept."""
+    rig = rig.resolve()  # whoever comes by a link finds it too
     return rig.with_name(f"{rig.stem}.setup.json")
 
 
@@ -74,7 +81,9 @@ def read_state(rig: Path) -> State:
     """
     path = state_path(rig)
     try:
-        state = _from_data(json.loads(path.read_text(encoding="utf-8")))
+        kept = path.read_bytes()
+        state = _from_data(json.loads(kept.decode()))
+        state.read = kept
     except FileNotFoundError:
         state = State()
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
@@ -82,6 +91,11 @@ def read_state(rig: Path) -> State:
             f"{path} does not tell where the set-up was left: {error}",
             hint="move it and the rig file away to begin anew",
         ) from error
+    _refuse_foreign(rig, state)
+    return state
+
+
+def _refuse_foreign(rig: Path, state: State) -> None:
     with suppress(FileNotFoundError):
         if _sha256(rig.read_bytes()) not in state.rig_sha256:
             raise BadInputError(
@@ -89,20 +103,41 @@ def read_state(rig: Path) -> State:
                 hint="move it away; give what was changed with --redo sensor --keys KEY=VALUE, and"
                 " `stepload setup` writes it",
             )
-    return state
+
+
+def _refuse_overtaken(rig: Path, state: State) -> None:
+    """Another process, or a person, has written meanwhile: that must not be lost.
+
+    Raises:
+        BadInputError: the state or the rig file is not as this process left it.
+    """
+    path = state_path(rig)
+    now = path.read_bytes() if path.exists() else None
+    if now != state.read:
+        raise BadInputError(
+            f"{path} was written by somebody else meanwhile",
+            hint="start again: what was kept there goes on, this step is to be done anew",
+        )
+    _refuse_foreign(rig, state)
 
 
 def write_state(rig: Path, state: State, left: Sequence[str]) -> None:
     """Write the rig file as far as it is known, and the state; `left` are the steps to come.
 
     Raises:
-        BadInputError: one of the two cannot be written.
+        BadInputError: one of the two cannot be written, or somebody else has written meanwhile.
     """
+    with alone_in(rig.resolve().parent):
+        _refuse_overtaken(rig, state)
+        _write(rig, state, left)
+
+
+def _write(rig: Path, state: State, left: Sequence[str]) -> None:
     text = written(state.values, head=_head(state, left)).encode()
     state.rig_sha256 = [*state.rig_sha256[-1:], _sha256(text)]
     data = {
         "stepload_setup": VERSION, "answers": state.answers, "rig_sha256": state.rig_sha256,
-        "doubted": sorted(state.doubted),
+        "doubted": sorted(state.doubted), "redoing": state.redoing,
         "done": {name: _done_data(step) for name, step in state.done.items()},
     }  # fmt: skip
     kept = json.dumps(data, indent=1, ensure_ascii=False).encode()
@@ -110,12 +145,15 @@ def write_state(rig: Path, state: State, left: Sequence[str]) -> None:
     try:
         for path, content in part:
             replace_file(path, content)
+        state.read = kept
     except OSError as error:
         raise BadInputError(f"cannot write {rig}: {error.strerror}") from error
 
 
 def _head(state: State, left: Sequence[str]) -> tuple[str, ...]:
     rest = f"UNFINISHED, to come: {', '.join(left)}" if left else "finished"
+    if state.redoing:
+        rest = f"UNFINISHED, to be done again: {state.redoing}; what it found before is below"
     notes = [
         f"{name}, {step.on}: {note}" for name, step in state.done.items()
         for note in step.found.notes
@@ -141,5 +179,6 @@ def _from_data(data: Any) -> State:
         for name, step in data["done"].items()
     }  # fmt: skip
     return State(
-        dict(data["answers"]), done, list(data["rig_sha256"]), set(data.get("doubted", ()))
-    )
+        dict(data["answers"]), done, list(data["rig_sha256"]), set(data.get("doubted", ())),
+        str(data.get("redoing", "")),
+    )  # fmt: skip

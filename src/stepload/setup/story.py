@@ -12,7 +12,15 @@ from stepload.setup.answers import Answers, DeclinedError
 from stepload.setup.bench import Opener, opened
 from stepload.setup.context import Setup
 from stepload.setup.questions import ASKED_IN, QUESTIONS, STEP_OF
-from stepload.setup.state import Done, Found, State, read_state, state_path, write_state
+from stepload.setup.state import (
+    CALIBRATION,
+    Done,
+    Found,
+    State,
+    read_state,
+    state_path,
+    write_state,
+)
 
 Step = Callable[[Setup], Found]
 
@@ -28,6 +36,8 @@ STEPS: dict[str, tuple[str, Step]] = {
     "touch": ("the first touch, at the lowest force", proof.touch),
 }
 """In this order: each rests on those before it."""
+CALIBRATED_WITH = ("arm", "sensor", "push", "start")
+"""A system stiffness was measured with what these found."""
 
 
 def set_up(
@@ -59,8 +69,13 @@ def set_up(
         if name and name not in STEPS:
             raise BadInputError(f"{name!r} is no step", hint=f"one of {', '.join(names)}")
     state = read_state(rig)
+    redo = min((name for name in (redo, state.redoing) if name), key=names.index, default="")
+    if redo in state.done and redo != state.redoing:
+        state.redoing = redo
+        write_state(rig, state, _left(state.done))
     again = names[names.index(redo) :] if redo in state.done else ()
     former = {name: state.done.pop(name) for name in again if name in state.done}
+    before = dict(state.answers)
     answers.kept, answers.doubted = state.answers, state.doubted
     _refuse_too_late(state, answers.given)
     setup = Setup(rig, state, answers, open_devices, today or date.today())
@@ -69,6 +84,10 @@ def set_up(
         setup.tell(
             f"taken up again from {state_path(rig)}; done: {done}; answers are kept, a flag gives"
             " another"
+        )
+    if former:
+        setup.tell(
+            f"{redo} is done again; until it is, the rig file says what it found before: do not run"
         )
     for number, (name, (about, step)) in enumerate(STEPS.items(), start=1):
         if name in state.done:
@@ -81,11 +100,15 @@ def set_up(
         except BaseException as error:
             if not isinstance(error, RefusedError) or isinstance(error, DeclinedError):
                 state.done |= former  # nothing was found against them
+                if former:  # what is done rests on the answers that it was done with
+                    state.answers.clear()
+                    state.answers |= before
             if isinstance(error, SteploadError) and not isinstance(error, DeclinedError):
                 state.doubted |= {asked for asked in ASKED_IN[name] if asked in state.answers}
             write_state(rig, state, _left(state.done))
             raise
         state.done[name] = Done(setup.today.isoformat(), found)
+        state.redoing = "" if name == state.redoing else state.redoing
         for asked in ASKED_IN[name]:
             if asked in answers.given and not QUESTIONS[asked].consent:
                 state.answers[asked] = answers.given[asked]
@@ -94,6 +117,12 @@ def set_up(
             if _alike(former.pop(name).found, found):
                 setup.tell(f"{name} found what it had found before: the later steps stay done")
                 state.done |= former
+            elif name in CALIBRATED_WITH and CALIBRATION in state.done:
+                del state.done[CALIBRATION]
+                setup.tell(
+                    "the system stiffness was measured before that: the rig file no more names its"
+                    " record; calibrate again"
+                )
             former = {}
         write_state(rig, state, _left(state.done))
         if name == until:

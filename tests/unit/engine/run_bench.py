@@ -11,7 +11,7 @@ from run_plans import envelope_for
 from stepload.engine.operator import Operator
 from stepload.engine.rehearse import world_for
 from stepload.engine.tick import Engine
-from stepload.envelope.envelope import envelope_of
+from stepload.envelope.envelope import derive
 from stepload.envelope.limits import RunLimits
 from stepload.plan.model import Plan
 from stepload.record.rows import Phase, TickRow
@@ -35,7 +35,7 @@ class Bench:
 def spec_for(
     plan: Plan, seed: int = 1, faults: Iterable[WorldFault] = (), **changes: Any
 ) -> WorldSpec:
-    return replace(world_for(envelope_of(plan), seed=seed, faults=faults), **changes)
+    return replace(world_for(derive(plan), seed=seed, faults=faults), **changes)
 
 
 def bench_for(

@@ -12,7 +12,7 @@ import pytest
 from stepload.contact.materials import FlatPunch, Material, Sphere
 from stepload.engine.first_loading import true_deformation, true_secant
 from stepload.engine.rehearse import payload_truth, world_for
-from stepload.envelope.envelope import envelope_of
+from stepload.envelope.envelope import derive
 from stepload.envelope.theory import theory_of
 from stepload.errors import BadInputError
 from stepload.plan.model import (
@@ -112,7 +112,7 @@ PLAN = Plan(
 
 
 def world(plan: Plan, **wanted: Any) -> WorldSpec:
-    return world_for(envelope_of(plan), **wanted)
+    return world_for(derive(plan), **wanted)
 
 
 def truth(payload: Payload, simulation: Simulation) -> PayloadTruth:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import NamedTuple
 
 import pytest
 from hypothesis import given
@@ -89,13 +90,29 @@ def heavy_plan() -> Plan:
     return replace(plan, payload=payload, rig=replace(plan.rig, arm=arm, second_force=second))
 
 
+class Healthy(NamedTuple):
+    """How the heavy machine presses where nothing fails: its first touch, all its ticks."""
+
+    touch_s: float
+    rows: list[TickRow]
+
+
+@pytest.fixture(scope="module")
+def healthy() -> Healthy:
+    plan = heavy_plan()
+    rows: list[TickRow] = []
+    engine = run(bench_for(plan, 95.0, spec_for(plan, 4)), 60.0, rows)
+    return Healthy(engine.course.touches[0].time_s, rows)
+
+
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
-def test_commands_held_back_and_delivered_at_once_do_not_ram_the_surface(share: float) -> None:
+def test_commands_held_back_and_delivered_at_once_do_not_ram_the_surface(
+    healthy: Healthy, share: float
+) -> None:
     plan = heavy_plan()
     elastic_limit_n = 95.0
     spec = spec_for(plan, 4)
-    bench = bench_for(plan, elastic_limit_n, spec)
-    touch_s = run(bench, 60.0).course.touches[0].time_s
+    touch_s = healthy.touch_s
     held_s = 0.2
     fault = WorldFault("command_latency", touch_s - share * held_s, 0.002, held_s)
     bench = bench_for(plan, elastic_limit_n, replace(spec, faults=(fault,)))
@@ -103,11 +120,10 @@ def test_commands_held_back_and_delivered_at_once_do_not_ram_the_surface(share: 
     assert bench.peak_n < elastic_limit_n
 
 
-def test_an_arm_that_does_not_follow_is_waited_for() -> None:
+def test_an_arm_that_does_not_follow_is_waited_for(healthy: Healthy) -> None:
     plan = heavy_plan()
     spec = spec_for(plan, 4)
-    bench = bench_for(plan, 95.0, spec)
-    touch_s = run(bench, 60.0).course.touches[0].time_s
+    touch_s = healthy.touch_s
     fault = WorldFault("command_latency", touch_s - 0.3, 0.002, 0.25)
     bench = bench_for(plan, 95.0, replace(spec, faults=(fault,)))
     rows: list[TickRow] = []
@@ -116,13 +132,12 @@ def test_an_arm_that_does_not_follow_is_waited_for() -> None:
     assert max(still) - min(still) < 2e-6  # 11 um at the guarded speed
 
 
-def test_commands_delivered_at_once_in_contact_stay_below_the_elastic_limit() -> None:
+def test_commands_delivered_at_once_in_contact_stay_below_the_elastic_limit(
+    healthy: Healthy,
+) -> None:
     plan = heavy_plan()
     spec = spec_for(plan, 4)
-    bench = bench_for(plan, 95.0, spec)
-    rows: list[TickRow] = []
-    run(bench, 60.0, rows)
-    loading = [row.time_s for row in rows if row.phase == Phase.LOAD]
+    loading = [row.time_s for row in healthy.rows if row.phase == Phase.LOAD]
     peaks = []
     for place in range(8):
         begin_s = loading[len(loading) * place // 8]

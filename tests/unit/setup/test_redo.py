@@ -9,8 +9,9 @@ from bench_fakes import DAY, Hands, Rig, failing, opener
 
 from stepload.errors import BadInputError, DeviceError, RefusedError
 from stepload.setup.answers import Answers
+from stepload.setup.flat import Value
 from stepload.setup.questions import ASKED_IN, QUESTIONS, STEP_OF
-from stepload.setup.state import read_state
+from stepload.setup.state import CALIBRATION, Done, Found, read_state, write_state
 from stepload.setup.story import STEPS, set_up
 
 GIVEN = {
@@ -62,13 +63,88 @@ def test_a_push_that_finds_another_axis_does_not(rig_file, rig):
     assert go(rig_file, rig, {}, redo="push", today=LATER, until="push")[0] == "weigh"
 
 
-def test_a_redo_that_nobody_answers_leaves_all_as_it_was(rig_file, rig):
-    before = rig_file.read_text()
+def below_the_head(path):
+    return path.read_text().split("\n", 1)[1]
+
+
+def test_a_redo_that_nobody_answers_leaves_the_values_and_is_not_forgotten(rig_file, rig):
+    before = below_the_head(rig_file)
     with pytest.raises(DeviceError):
         go(rig_file, rig, {}, redo="push", open_devices=failing)
-    assert rig_file.read_text() == before
+    assert below_the_head(rig_file) == before
     with pytest.raises(RefusedError, match="answer was no"):
-        go(rig_file, rig, {"may_push": "no"}, redo="push")
+        go(rig_file, rig, {"may_push": "no"})  # the next start goes on with the push
+    assert below_the_head(rig_file) == before
+    assert "to be done again: push" in rig_file.read_text()
+    rig.feel = lambda f: (f[0], f[1], -f[2])
+    assert go(rig_file, rig, {}, today=LATER, until="push")[0] == "weigh"
+    assert "to be done again" not in rig_file.read_text()
+
+
+def test_a_redo_that_nobody_answers_leaves_the_answers_too(rig_file, rig):
+    """They are those of what is done; the new one is good for the redo that is still to come."""
+    given = {"host": "127.0.0.2"}
+    with pytest.raises(DeviceError):
+        go(rig_file, rig, given, redo="arm", open_devices=failing)
+    assert read_state(rig_file).answers["host"] == GIVEN["host"]
+    go(rig_file, rig, given, until="arm")
+    assert read_state(rig_file).answers["host"] == given["host"]
+
+
+@pytest.mark.parametrize("fact", ["limits_set", "towards_plate"])
+def test_a_fact_that_is_not_so_is_not_believed_any_more(rig_file, rig, fact):
+    step = STEP_OF[fact]
+    with pytest.raises(RefusedError, match="answer was no"):
+        go(rig_file, rig, {fact: "no"}, redo=step)
+    assert step not in read_state(rig_file).done
+
+
+def with_a_calibration(rig_file):
+    state = read_state(rig_file)
+    value = Value("k.json", "measured")
+    state.done[CALIBRATION] = Done("2026-12-01", Found({"system_stiffness.record": value}))
+    write_state(rig_file, state, [])
+
+
+@pytest.mark.parametrize("axis", ["same", "other"])
+def test_a_calibration_does_not_outlive_what_it_was_made_with(rig_file, rig, axis):
+    with_a_calibration(rig_file)
+    if axis == "other":
+        rig.feel = lambda f: (f[0], f[1], -f[2])
+    go(rig_file, rig, {}, redo="push", today=LATER, until="push")
+    assert ("k.json" in rig_file.read_text()) == (axis == "same")
+
+
+@pytest.mark.parametrize("what", ["calibration", "edit"])
+def test_what_somebody_writes_during_a_step_is_not_lost(rig_file, rig, what, monkeypatch):
+    def meanwhile(setup):
+        if what == "edit":
+            rig_file.write_text(rig_file.read_text() + "# mine\n")
+        else:
+            with_a_calibration(rig_file)
+        return Found()
+
+    monkeypatch.setitem(STEPS, "plan", ("the plan", meanwhile))
+    with pytest.raises(BadInputError, match="somebody else"):
+        go(rig_file, rig, {}, until="plan")
+    assert ("# mine" if what == "edit" else "k.json") in rig_file.read_text()
+
+
+def test_a_rig_file_behind_a_link_is_written_in_its_place(rig_file, rig, tmp_path):
+    link = tmp_path / "link" / "rig.yaml"
+    link.parent.mkdir()
+    link.symlink_to(rig_file)
+    go(link, rig, {}, redo="push", today=LATER, until="push")
+    assert link.is_symlink()
+    assert f"pushed_on: {LATER}" in rig_file.read_text()
+    assert sorted(each.name for each in link.parent.iterdir()) == ["rig.yaml"]
+
+
+def test_a_read_only_rig_file_is_left_alone(rig_file, rig):
+    before = rig_file.read_text()
+    rig_file.chmod(0o444)
+    with pytest.raises(BadInputError, match="read-only"):
+        go(rig_file, rig, {}, redo="push", today=LATER, until="push")
     assert rig_file.read_text() == before
 
 

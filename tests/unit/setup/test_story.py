@@ -114,6 +114,16 @@ def test_a_step_that_fails_keeps_those_before_it(rig_file):
     assert json.loads(state_path(rig_file).read_text())["answers"]["sensor"] == GIVEN["sensor"]
 
 
+def test_a_sensor_that_does_not_feel_the_hand_ends_the_set_up(rig_file):
+    rig = Rig(feel=lambda f: tuple(1e-3 * part for part in f))
+    with pytest.raises(RefusedError, match="the force sensor: it read"):
+        go(rig_file, rig, until="push")
+    steps = list(STEPS)
+    assert list(read_state(rig_file).done) == steps[: steps.index("push")]
+    assert "axis" not in rig_file.read_text()
+    assert rig.targets == []
+
+
 def test_a_rig_file_changed_by_hand_is_not_overwritten(rig_file):
     rig = Rig()
     go(rig_file, rig, until="arm")

@@ -468,16 +468,38 @@ def test_nothing_waits_for_whoever_raises_the_slider(controller, clock):
     assert controller.scripts == []
 
 
-def test_a_retract_that_the_slider_holds_may_be_stopped(unloading, controller, clock, monkeypatch):
+def after_sending(controller, monkeypatch, **changes) -> None:
+    """The controller changes as soon as a program was handed over to it."""
     send = controller.send_script
 
-    def slider_down(host, script, deadline_s):
+    def sent(host, script, deadline_s):
         send(host, script, deadline_s)
-        controller.configuration = HELD
+        vars(controller).update(changes)
 
-    monkeypatch.setattr(unload, "send_script", slider_down)
+    monkeypatch.setattr(unload, "send_script", sent)
+
+
+def test_a_retract_that_the_slider_holds_may_be_stopped(unloading, controller, clock, monkeypatch):
+    after_sending(controller, monkeypatch, configuration=HELD)
     with pytest.raises(DeviceError):
         retract(unloading, clock)
     assert unloading.under_way
     assert unloading.ended(clock.now_s + 3.0)
     assert not unloading.under_way
+
+
+def test_what_was_sent_before_a_sign_is_not_denied(unloading, controller, clock, monkeypatch):
+    """It waits in a controller whose motion sleeps while its dashboard answers."""
+    after_sending(controller, monkeypatch, silent=True)
+    with pytest.raises(DeviceError):
+        retract(unloading, clock)
+    controller.remote = False
+    unloading._lookout.ask()
+    with pytest.raises(DeviceError) as caught:
+        retract(unloading, clock)
+    assert len(controller.scripts) == 1
+    assert caught.value.code is FaultCode.NOT_REMOTE
+    assert "may still begin, no other is sent" in caught.value.message
+    assert caught.value.hint.startswith("keep clear of the arm")
+    with pytest.raises(DeviceError, match="may still begin"):  # nor forgotten later
+        retract(unloading, clock)

@@ -28,6 +28,7 @@ def test_from_the_first_address_to_a_rig_file_and_a_plan(free_host, tmp_path):
     assert abs(truth["position_m"]) < 1e-4
 
 
+@pytest.mark.long
 @pytest.mark.realtime(tolerates_s=0.02)
 def test_a_sensor_that_does_not_feel_the_hand_ends_the_set_up(free_host, tmp_path):
     with emulated_rig(free_host) as rig:

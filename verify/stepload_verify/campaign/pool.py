@@ -43,6 +43,8 @@ def run_chunk(work: Work, jobs: Sequence[Job]) -> list[Result]:
     """Do these runs here, one after the other."""
     ablation = Ablation(work.ablation) if work.ablation else None
     results = []
+    if not gc.get_freeze_count():
+        gc.freeze()  # what is there now stays for all runs: no use looking through it in each
     for job in jobs:
         scenario = draw(work.template, work.seed, job.series, job.number, work.kinds)
         results.append(run_scenario(scenario, ablation)[0])

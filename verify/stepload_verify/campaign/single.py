@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -46,7 +45,6 @@ def run_scenario(
     course = engine.course
     recorder = NullRecorder(on_tick) if on_tick else NullRecorder()
     used = install(scenario.incidents, rig, engine, operator, recorder)
-    gc.freeze()  # what is there now will be there for the next run: no use looking through it
     outcome = run_loop(engine, rig, used, on_progress=on_progress)
     killed = any(error.startswith(Killed.__name__) for error in outcome.errors)
     clock.sleep_until(clock.now_s() + (KILLED_AFTERWARDS_S if killed else AFTERWARDS_S))
