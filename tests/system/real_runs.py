@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from stepload.cli.main import main
-from stepload.session import experiment
+from stepload.session import files
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -64,8 +64,8 @@ def stepload(*arguments: object, **options: Any) -> subprocess.CompletedProcess[
 
 def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
     """Reports of words only: drawing takes longer than a quick run."""
-    render = experiment.render
-    patch.setattr(experiment, "render", lambda document: render(replace(document, figures=())))
+    render = files.render
+    patch.setattr(files, "render", lambda document: render(replace(document, figures=())))
 
 
 class Said(NamedTuple):

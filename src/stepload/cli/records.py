@@ -7,15 +7,19 @@ from typing import Annotated
 
 import typer
 
+from stepload.cli.run_paths import RunPath, run_path
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
-
-RecordFile = Annotated[Path, typer.Argument(help="A record (run.mcap or run.mcap.part).")]
 
 
 def recover(
     file: Annotated[
-        Path, typer.Argument(help="A record, or a directory in which to look for unfinished ones.")
+        Path,
+        typer.Argument(
+            parser=run_path,
+            metavar="RUN",
+            help="A record or a run id, or a directory in which to look for unfinished ones.",
+        ),
     ] = Path("runs"),
     out: Annotated[Path | None, typer.Option("--out", help="Where the repaired file goes.")] = None,
     as_json: AsJson = False,
@@ -44,13 +48,16 @@ def recover(
             hint=f"what is left of it is {repaired.found.path}",
         )
     output.line(repaired.line)
+    output.line(
+        f"report: {repaired.report}" if repaired.report else f"no report: {repaired.unwritten}"
+    )
     for topic, count in sorted(repaired.found.counts.items()):
         output.line(f"  {topic}: {count} messages")
     output.result(repaired.data)
 
 
 def replay(
-    file: RecordFile,
+    file: RunPath,
     force_limit: Annotated[
         str | None, typer.Option("--force-limit", help='Another F_lim, such as "250 N".')
     ] = None,
