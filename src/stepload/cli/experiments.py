@@ -10,7 +10,7 @@ import typer
 
 from stepload.cli.hazards import HazardsRead, ask_hazards
 from stepload.cli.plans import PayloadFile, PlanFile
-from stepload.cli.run_paths import run_path
+from stepload.cli.run_paths import run_directory, run_path
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
@@ -37,7 +37,12 @@ Tags = Annotated[
 
 ResumeDirectory = Annotated[
     Path | None,
-    typer.Option("--resume", help="Directory of an interrupted run; goes on after its last step."),
+    typer.Option(
+        "--resume",
+        parser=run_directory,
+        metavar="RUN",
+        help="An interrupted run (directory, record or id); goes on after its last step.",
+    ),
 ]
 
 EXIT_OF_SIGNAL: dict[int, ExitCode] = {
@@ -164,7 +169,12 @@ def run(
 
 
 def pause(
-    directory: Annotated[Path, typer.Argument(help="Directory of a run that is going on.")],
+    directory: Annotated[
+        Path,
+        typer.Argument(
+            parser=run_directory, metavar="RUN", help="A run that is going on: directory or id."
+        ),
+    ],
     resume: Annotated[bool, typer.Option("--resume", help="Go on instead.")] = False,
     as_json: AsJson = False,
 ) -> None:

@@ -71,13 +71,14 @@ def replay(
 ) -> None:
     """Run the supervisor over a record: where would it have tripped? Exit 4 if it would have."""
     from stepload.engine.replayed import replay_file
+    from stepload.results.saved import record_in
 
     output = Output(as_json=as_json)
     wishes = {} if force_limit is None else {"force_limit_n": force_limit}
     for text in limit or ():
         name, _, value = text.partition("=")
         wishes[name.strip()] = value.strip()
-    judged = replay_file(file, wishes)
+    judged = replay_file(record_in(file), wishes)
     found = judged.replayed
     cause = found.cause
     for note in judged.notes:

@@ -30,6 +30,12 @@ def run_path(text: str) -> Path:
     return find_run(text, runs_directory())
 
 
+def run_directory(text: str) -> Path:
+    """The directory of the run that a text names; raises as `run_path`."""
+    path = run_path(text)
+    return path.parent if path.is_file() else path
+
+
 def _may_be_id(text: str) -> bool:
     return 6 <= len(text) <= 12 and all(letter in "0123456789abcdef" for letter in text.lower())
 
