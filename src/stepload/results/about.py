@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import platform
 from collections.abc import Mapping
+from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,11 @@ _TEXTS = (
     "run_id", "started", "plan", "payload", "rig", "specimen", "batch", "operator", "notes",
     "calibration", "arm", "force", "second_force", "displacement", "stepload",
 )  # fmt: skip
+
+
+def schema_text() -> str:
+    """The JSON Schema of results.json."""
+    return (resources.files("stepload.results") / "results.schema.json").read_text()
 
 
 def about(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from stepload.record.outcome import RunOutcome
 from stepload.record.reader import Event, Recording
 from stepload.results.conditions import measured, planned
 from stepload.results.extras import Extras, extras_of
+from stepload.results.levels import Level, levels_of
 from stepload.results.press_data import LOADING, UNLOADING, PressData, number, press_data
 from stepload.results.pressed import pressed
 
@@ -44,6 +45,7 @@ class Evaluation:
     system: SystemStiffnessFit | None = None
     run_in: RunIn | None = None
     extras: Extras | None = None
+    levels: tuple[Level, ...] = ()
     problem: str = ""
 
 
@@ -224,8 +226,8 @@ def evaluate(run: Evaluation, conditions: Conditions | None = None) -> Evaluatio
     plan = run.envelope.plan
     try:
         data = press_data(run.recording, plan.rig.force.axis)
-        run = replace(run, data=data)
         conditions = measured(conditions or planned(run.envelope), data)
+        run = replace(run, data=data, levels=levels_of(data, run.recording.events, conditions))
         if plan.identify.kind == "system":
             return replace(run, system=identify_system(data, conditions))
         found = identify_payload(data, conditions)

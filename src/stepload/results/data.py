@@ -124,6 +124,7 @@ def run_data(run: Evaluation) -> dict[str, Any]:
         **outcome_data(run.outcome, run.envelope),
     }
     if run.data is not None:
+        made["levels"] = run.levels
         made["measured"] = _measured_data(run.data)
     if run.identification is not None:
         made |= identification_data(run.identification)
