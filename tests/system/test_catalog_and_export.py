@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +41,18 @@ def test_a_summary_says_what_the_whole_record_says(cycles_run: Path) -> None:
     assert summary.outcome == whole.outcome
     assert summary.results == whole.results
     assert not summary.partial
+
+
+def test_a_summary_without_offsets_is_walked_through(cycles_run: Path, tmp_path: Path) -> None:
+    data = bytearray((cycles_run / "run.mcap").read_bytes())
+    data[-8 - 4 - 8 : -8 - 4] = bytes(8)  # where the offsets begin, in the footer
+    (path := tmp_path / "run.mcap").write_bytes(data)
+    assert replace(read_summary(path), path=cycles_run / "run.mcap") == read_summary(
+        cycles_run / "run.mcap"
+    )
+    data[-8 - 4 - 8 : -8 - 4] = (len(data) - 30).to_bytes(8, "little")  # inside the footer
+    path.write_bytes(data)
+    assert read_summary(path).metadata
 
 
 def test_every_run_has_a_row(place: Path) -> None:
