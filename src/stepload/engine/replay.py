@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -34,6 +35,50 @@ class Replayed:
     ticks: int
 
 
+class Replayer:
+    """The supervisor as it goes through a recording, or through one that is being made.
+
+    Args:
+        limits: the run's own, or others.
+        force_axis, second_axis: components of the wrenches, as in the plan.
+    """
+
+    def __init__(self, limits: RunLimits, force_axis: str, second_axis: str = "") -> None:
+        self.supervisor = Supervisor(limits, force_axis, second_axis)
+        self.limits = limits
+        self.phase = int(Phase.WARM_UP)
+        self._target_m = self._compliance = float("nan")
+        self._tares: deque[tuple[float, float, float]] = deque()
+        self._changes: deque[tuple[float, RunLimits]] = deque()
+
+    def tare(self, time_s: float, zero_n: float, second_zero_n: float) -> None:
+        """Take these readings for zero from a time on that no tick has come to yet."""
+        self._tares.append((time_s, zero_n, second_zero_n))
+
+    def adopt(self, time_s: float, limits: RunLimits) -> None:
+        """Judge by these thresholds from a time on that no tick has come to yet."""
+        self._changes.append((time_s, limits))
+
+    def judge(self, tick: ReplayTick) -> Cause | None:
+        """What the supervisor says of a tick, with what was in force until then."""
+        return self.supervisor.check(
+            tick.row.time_s, tick.force, tick.arm, tick.second, self._target_m, self._compliance,
+            self.phase,
+        )  # fmt: skip
+
+    def follow(self, row: TickRow) -> None:
+        """Take over what the tick has decided."""
+        while self._tares and self._tares[0][0] <= row.time_s:
+            _, zero_n, second_zero_n = self._tares.popleft()
+            self.supervisor.tare(zero_n, second_zero_n)
+        while self._changes and self._changes[0][0] <= row.time_s:
+            self.limits = self._changes.popleft()[1]
+            self.supervisor.adopt(self.limits)
+        self._target_m, self._compliance, self.phase = (
+            row.target_m, row.compliance_m_per_n, row.phase,
+        )  # fmt: skip
+
+
 def replay(
     ticks: Iterable[ReplayTick],
     tares: Sequence[tuple[float, float, float]],
@@ -52,30 +97,23 @@ def replay(
         force_axis, second_axis: components of the wrenches, as in the plan.
         changes: (time_s, limits) from when on others were in force, in order of time.
     """
-    supervisor = Supervisor(limits, force_axis, second_axis)
-    ahead, to_come = list(reversed(tares)), list(reversed(changes))
-    target_m = compliance = float("nan")
-    phase = int(Phase.WARM_UP)
+    replayer = Replayer(limits, force_axis, second_axis)
+    for tare in tares:
+        replayer.tare(*tare)
+    for change in changes:
+        replayer.adopt(*change)
     count = late = 0
     for tick in ticks:
-        row = tick.row
         count += 1
-        cause = supervisor.check(
-            row.time_s, tick.force, tick.arm, tick.second, target_m, compliance, phase
-        )
+        cause = replayer.judge(tick)
         if cause is not None:
-            return Replayed(cause, Phase(phase), count)
-        if row.phase == Phase.SAFING:
+            return Replayed(cause, Phase(replayer.phase), count)
+        if tick.row.phase == Phase.SAFING:
             late += 1
             if late > LATE_TICKS:
                 break
             continue
-        while ahead and ahead[-1][0] <= row.time_s:
-            _, zero_n, second_zero_n = ahead.pop()
-            supervisor.tare(zero_n, second_zero_n)
-        while to_come and to_come[-1][0] <= row.time_s:
-            supervisor.adopt(to_come.pop()[1])
-        target_m, compliance, phase = row.target_m, row.compliance_m_per_n, row.phase
+        replayer.follow(tick.row)
     return Replayed(None, None, count)
 
 

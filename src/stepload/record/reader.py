@@ -7,7 +7,6 @@ import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from mcap import records
@@ -17,10 +16,14 @@ from numpy.typing import NDArray
 from stepload.errors import BadInputError
 from stepload.record import layout
 from stepload.record.layout import MESSAGE_HEAD, MESSAGE_OPCODE, RECORD_HEAD, STREAMS, Topic
-from stepload.record.rows import ArmColumns, DisplacementColumns, ForceColumns, TickColumns
+from stepload.record.rows import (
+    ArmColumns,
+    Columns,
+    DisplacementColumns,
+    ForceColumns,
+    TickColumns,
+)
 from stepload.record.scan import DamageError, RawRecord, Run, Scan, open_scan, parse, runs
-
-Columns = TypeVar("Columns")
 
 BATCH_BYTES = 1 << 22
 """Message bytes gathered before they are turned into columns."""
@@ -122,7 +125,8 @@ class _Columns:
         return found
 
 
-def _events(texts: list[tuple[int, bytes]]) -> tuple[Event, ...]:
+def events_in(texts: list[tuple[int, bytes]]) -> tuple[Event, ...]:
+    """The events that texts of a record hold, each with its place for errors."""
     events = []
     for at, text in texts:
         try:
@@ -149,8 +153,8 @@ class Reading:
     def __init__(self, scan: Scan, mean_of: int = 1) -> None:
         self._scan = scan
         self._mean_of = mean_of
-        self._schemas: dict[int, tuple[str, bytes]] = {}
-        self._topics: dict[int, Topic] = {}
+        self.schemas: dict[int, tuple[str, bytes]] = {}
+        self.topics: dict[int, Topic] = {}
         self._columns: dict[str, _Columns] = {}
         self.texts: list[tuple[int, bytes]] = []
         self.metadata: dict[str, dict[str, str]] = {}
@@ -161,9 +165,9 @@ class Reading:
             raw = self._scan.chunk(record).raw
             for run in runs(record.at, raw):
                 if run.opcode == MESSAGE_OPCODE:
-                    self._take_run(record.at, raw, run)
+                    self.take_run(record.at, raw, run)
                 else:
-                    self._take_definition(
+                    self.define(
                         RawRecord(record.at, run.opcode, raw[run.at + RECORD_HEAD : run.end])
                     )
         elif record.opcode == Opcode.METADATA:
@@ -175,29 +179,31 @@ class Reading:
             attachment = parse(records.Attachment, record)
             self.attachments[attachment.name] = attachment.data
         else:
-            self._take_definition(record)
+            self.define(record)
 
-    def _take_definition(self, record: RawRecord) -> None:
+    def define(self, record: RawRecord) -> None:
+        """Take in a schema or a channel."""
         if record.opcode == Opcode.SCHEMA:
             schema = parse(records.Schema, record)
-            self._schemas[schema.id] = schema.name, schema.data
+            self.schemas[schema.id] = schema.name, schema.data
         elif record.opcode == Opcode.CHANNEL:
             channel = parse(records.Channel, record)
             if (known := layout.TOPICS.get(channel.topic)) is None:
                 return
-            name, definition = self._schemas.get(channel.schema_id, ("", b""))
+            name, definition = self.schemas.get(channel.schema_id, ("", b""))
             if name != known.schema or channel.message_encoding != "cdr":
                 raise DamageError(
                     record.at,
                     f"{channel.topic} is {name!r} in {channel.message_encoding!r}, "
                     f"not {known.schema!r} in 'cdr'",
                 )
-            topic = self._topics[channel.id] = _as_defined(record.at, known, definition)
+            topic = self.topics[channel.id] = _as_defined(record.at, known, definition)
             if topic.fields:
                 self._columns.setdefault(topic.name, _Columns(topic, self._mean_of))
 
-    def _take_run(self, at: int, raw: bytes, run: Run) -> None:
-        topic = self._topics.get(run.channel)
+    def take_run(self, at: int, raw: bytes, run: Run) -> None:
+        """Take in messages of one channel in a row."""
+        topic = self.topics.get(run.channel)
         if topic is None:
             return
         if topic is layout.EVENTS:
@@ -279,7 +285,7 @@ def read_recording(path: Path, mean_of: int = 1) -> Recording:
             else "`stepload run` writes such records; a CSV file must be named *.csv",
         )
     try:
-        events = _events(reading.texts)
+        events = events_in(reading.texts)
         results = results_in(reading.attachments)
     except DamageError as error:
         raise BadInputError(f"{path}: {error}") from error

@@ -89,6 +89,13 @@ class Run(NamedTuple):
         return self.at + self.stride * self.number
 
 
+class RecordHead(NamedTuple):
+    """What a record is, and where in the data at hand it ends."""
+
+    opcode: int
+    end: int
+
+
 def parse(kind: type[R], record: RawRecord) -> R:
     """The content of a small record.
 
@@ -100,6 +107,28 @@ def parse(kind: type[R], record: RawRecord) -> R:
     except (McapError, struct.error, ValueError, MemoryError, OverflowError) as error:
         raise DamageError(record.at, f"{kind.__name__} record: {error!r}") from error
     return parsed
+
+
+def record_head(data: bytes, at: int, base: int = 0, room: int = MAX_RECORD_BYTES) -> RecordHead:
+    """The head of the record at a place of `data`; opcode 0 where it is not whole yet.
+
+    Args:
+        base: where in the file `data` begins, for errors.
+        room: bytes that the file has behind the head.
+
+    Raises:
+        DamageError: no record begins so, or it is longer than the file or than any of ours.
+    """
+    if at + RECORD_HEAD > len(data):
+        return RecordHead(0, at + RECORD_HEAD)
+    opcode, length = _RECORD_HEAD.unpack_from(data, at)
+    if not 1 <= opcode <= 0x0F:
+        raise DamageError(base + at, f"no record begins with opcode {opcode}")
+    if length > room:
+        raise DamageError(base + at, f"a record of {length} bytes goes beyond the file's end")
+    if length > MAX_RECORD_BYTES:
+        raise DamageError(base + at, f"a record of {length} bytes, limit {MAX_RECORD_BYTES}")
+    return RecordHead(opcode, at + RECORD_HEAD + length)
 
 
 class Scan:
@@ -149,18 +178,8 @@ class Scan:
                 yield record
             at = end
 
-    def _head(self, data: bytes, at: int, base: int) -> tuple[int, int]:
-        """(opcode, end in `data`) of a record; opcode 0 where its head is not there yet."""
-        if at + RECORD_HEAD > len(data):
-            return 0, at + RECORD_HEAD
-        opcode, length = _RECORD_HEAD.unpack_from(data, at)
-        if not 1 <= opcode <= 0x0F:
-            raise DamageError(base + at, f"no record begins with opcode {opcode}")
-        if length > self._size - base - at - RECORD_HEAD:
-            raise DamageError(base + at, f"a record of {length} bytes goes beyond the file's end")
-        if length > MAX_RECORD_BYTES:
-            raise DamageError(base + at, f"a record of {length} bytes, limit {MAX_RECORD_BYTES}")
-        return opcode, at + RECORD_HEAD + length
+    def _head(self, data: bytes, at: int, base: int) -> RecordHead:
+        return record_head(data, at, base, self._size - base - at - RECORD_HEAD)
 
     def chunk(self, record: RawRecord) -> Chunk:
         """Decompress and check one chunk.
