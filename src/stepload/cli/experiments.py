@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stepload.cli.hazards import HazardsRead, ask_hazards
+from stepload.cli.live import DEFAULT_ADDRESS, shown_live
 from stepload.cli.plans import PayloadFile, PlanFile
 from stepload.cli.run_paths import run_directory, run_path
 from stepload.errors import BadInputError, ExitCode
@@ -33,6 +34,15 @@ Tags = Annotated[
         "--tag",
         help="A word to find the run by; specimen=…, batch=… and operator=… set those of the plan.",
     ),
+]
+
+Live = Annotated[
+    bool,
+    typer.Option("--live", help="Show the run to Foxglove or Lichtblick while it goes on."),
+]
+LiveAddress = Annotated[
+    str,
+    typer.Option("--live-address", help="Where viewers connect; loopback unless you say so."),
 ]
 
 ResumeDirectory = Annotated[
@@ -97,6 +107,7 @@ def press(
     verbose: bool = False,
     resume: Path | None = None,
     hazards_read: bool = False,
+    live: str = "",
 ) -> Finished:
     """Run a plan with its preflight, progress and result shown; `operator` listens already."""
     from stepload.cli.keys import keys
@@ -116,7 +127,11 @@ def press(
             show_preflight(envelope, output)
         else:
             show_verdict(envelope, output, details=False)
-    with keys(operator), progress(quiet=quiet) as display:
+    with (
+        keys(operator),
+        progress(quiet=quiet) as display,
+        shown_live(live, output) as on_record,
+    ):
         finished = run_plan(
             envelope,
             dry_run=dry_run,
@@ -127,6 +142,7 @@ def press(
             operator=operator,
             on_progress=display.show,
             on_notice=display.say,
+            on_record=on_record,
         )
     _show_run(finished, output, details=verbose)
     return finished
@@ -142,6 +158,8 @@ def run(
     tag: Tags = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     verbose: Verbose = False,
+    live: Live = False,
+    live_address: LiveAddress = DEFAULT_ADDRESS,
     hazards_read: HazardsRead = False,
     as_json: AsJson = False,
 ) -> None:
@@ -163,6 +181,7 @@ def run(
         finished = press(
             envelope, operator, output, dry_run=dry_run, out=out, seed=seed, resume=resume,
             quiet=quiet, verbose=verbose, hazards_read=hazards_read,
+            live=live_address if live else "",
         )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})
     raise typer.Exit(exit_code(finished))

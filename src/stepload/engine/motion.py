@@ -57,6 +57,16 @@ class MotionWatch:
         self.speed_m_s = self.recent_m_s = 0.0
         self.steps = 1
 
+    @property
+    def model_m(self) -> float:
+        """Where the arm should be by its commands; NaN before the first."""
+        return self._model_m
+
+    @property
+    def target_m(self) -> float:
+        """The target of the last tick."""
+        return self._last_target_m
+
     def adopt(self, limits: RunLimits) -> None:
         """Judge by these thresholds from now on."""
         self._limits = limits

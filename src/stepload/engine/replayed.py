@@ -13,7 +13,7 @@ import numpy as np
 from stepload.engine.replay import Replayed, group_by_tick, replay
 from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError, DomainError
-from stepload.record.reader import Recording, read_recording
+from stepload.record.reader import Event, Recording, read_recording
 from stepload.record.rows import Phase, TickRow, rows_of
 from stepload.record.untrusted import untrusted
 from stepload.rig.samples import ArmSample, ForceSample
@@ -66,10 +66,16 @@ def _tares(recording: Recording) -> list[tuple[float, float, float]]:
 def _changes(recording: Recording, limits: RunLimits) -> list[tuple[float, RunLimits]]:
     """Limits that the run went over to, after those it began with."""
     events = [event for event in recording.events if event.kind == "limits"]
-    return [
-        (event.time_s, replace(limits, **event.data))  # type: ignore[arg-type]
-        for event in events[1:]
-    ]
+    return [(event.time_s, changed_limits(limits, event)) for event in events[1:]]
+
+
+def changed_limits(limits: RunLimits, event: Event) -> RunLimits:
+    """The limits that an event says the run went over to.
+
+    Raises:
+        TypeError, ValueError, DomainError: it says no such thing.
+    """
+    return replace(limits, **event.data)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, slots=True)

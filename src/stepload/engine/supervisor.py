@@ -135,6 +135,26 @@ class Supervisor:
         return self.arm.force_n if self._second_is_arm else math.nan
 
     @property
+    def difference_n(self) -> float:
+        """By how much the channels differ, as R5 sees it."""
+        return self._cross.difference_n
+
+    @property
+    def standing_n(self) -> float:
+        """How far the main sensor has moved while the second one stood, as R4 sees it."""
+        return self._standing.moved_n
+
+    @property
+    def answer_n(self) -> float:
+        """The force that R6 waits to see grow."""
+        return self._answer_n
+
+    @property
+    def travel_m(self) -> float:
+        """Travel that was commanded since it last grew."""
+        return self.motion.target_m - self._answer_m
+
+    @property
     def tared(self) -> bool:
         """Whether a zero was taken."""
         return self._tared

@@ -179,6 +179,11 @@ class ForceWatch(_StreamWatch):
         self.raw_n = float("nan")
 
     @property
+    def same(self) -> int:
+        """How often the newest reading was repeated."""
+        return self._same
+
+    @property
     def across_n(self) -> float:
         """Newest force across the pressing axis, in N since `tare_across`."""
         if not self._wrench:

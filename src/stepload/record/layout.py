@@ -28,7 +28,7 @@ LOG_TIME_AT = RECORD_HEAD + 6
 """Byte of a message record where its log time stands."""
 
 _SEPARATOR = "=" * 80 + "\n"
-_HEADER = (
+HEADER = (
     _SEPARATOR
     + "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
     + _SEPARATOR
@@ -36,7 +36,7 @@ _HEADER = (
 )
 _WRENCH = (
     "std_msgs/Header header\ngeometry_msgs/Wrench wrench\n"
-    + _HEADER
+    + HEADER
     + _SEPARATOR
     + "MSG: geometry_msgs/Wrench\ngeometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque\n"
     + _SEPARATOR

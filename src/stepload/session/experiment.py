@@ -87,6 +87,7 @@ class _Session:
     on_progress: Progress | None
     say: Say
     open_rig: RigOpener
+    on_record: Callable[[Path], None]
 
     @property
     def metadata(self) -> dict[str, str]:
@@ -126,6 +127,7 @@ def run_plan(
     on_progress: Progress | None = None,
     on_notice: Say | None = None,
     open_rig: RigOpener | None = None,
+    on_record: Callable[[Path], None] | None = None,
 ) -> Finished:
     """Run a plan and keep everything that it leaves.
 
@@ -141,6 +143,7 @@ def run_plan(
         on_notice: takes a line for the operator in the moment of a stop and while the rig is made
             safe, in a thread of its own.
         open_rig: opens the devices, in place of `stepload.engine.open_rig.opened`.
+        on_record: called with the record's path once it is being written; must return at once.
 
     Raises:
         RefusedError: the plan may not run, or nothing proves axis and sign of its force channels;
@@ -166,6 +169,7 @@ def run_plan(
         on_progress=on_progress,
         say=notices.say if notices else nothing,
         open_rig=open_rig or opened,
+        on_record=on_record or (lambda path: None),
     )
     try:
         with _own_directory(session.directory):
@@ -298,6 +302,7 @@ def _recording(session: _Session, rig: OpenRig) -> Iterator[Recorder]:
         lossless=rig.clock.virtual,
     )
     try:
+        session.on_record(recorder.part_path)
         yield recorder
     except BaseException:
         recorder.abandon()

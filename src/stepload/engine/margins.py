@@ -1,0 +1,91 @@
+"""How near each rule is to stopping the run: a share of its limit, 1 where it trips.
+
+For people who watch; the supervisor alone judges.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stepload.engine.motion import SEARCHING
+from stepload.engine.supervisor import LEASH_SHARE, Supervisor
+from stepload.envelope.limits import RunLimits
+from stepload.record.rows import Phase
+
+RULES = ("R1", "R2", "R3", "R4", "R5", "R6", "R7", "R8", "R11", "CAP")
+"""Rules that have a margin. R9 and R10 judge single samples and have none."""
+
+MEANING = {
+    "R1": "force",
+    "R2": "predicted peak",
+    "R3": "age of samples",
+    "R4": "frozen readings",
+    "R5": "channels differ",
+    "R6": "no answer in force",
+    "R7": "arm off its model",
+    "R8": "search distance",
+    "R11": "wrong way",
+    "CAP": "speed in contact",
+}
+"""What each is about, in a word or three."""
+
+
+def margins(
+    supervisor: Supervisor, limits: RunLimits, now_s: float, phase: int
+) -> dict[str, float]:
+    """The share of its limit that each rule has used; those that do not judge now are left out.
+
+    R5 and R6 also wait for a time: they may stand at 1 for as long without a stop. R1 and R2 are
+    judged for the whole force where the plate pushes sideways too.
+
+    Args:
+        supervisor: after its look at the tick of `now_s`.
+        limits: in force.
+        phase: of the tick.
+    """
+    sup, motion = supervisor, supervisor.motion
+    found = {
+        "R3": _largest(
+            (now_s - sup.force.receive_s) / limits.stale_force_s,
+            (now_s - sup.arm.receive_s) / limits.stale_arm_s,
+            (now_s - sup.second.receive_s) / limits.stale_second_s if sup.second else 0.0,
+        ),
+        "R4": _largest(
+            _share(sup.force.same, limits.identical_counts),
+            _share(sup.second.same if sup.second else 0, limits.second_identical_counts),
+            _share(sup.standing_n, limits.second_stands_n) if sup.second else 0.0,
+        ),
+        "R7": _share(
+            abs(sup.arm.position_m - motion.model_m),
+            limits.model_tolerance_m + limits.model_lag_s * motion.recent_m_s,
+        ),
+    }
+    if phase in SEARCHING:
+        found["R8"] = _largest(sup.arm.position_m / limits.search_end_m)
+        found["R11"] = _largest(
+            -sup.force_n / limits.touch_force_n, sup.force.smooth_across_n / limits.touch_force_n
+        )
+    if not sup.tared:
+        return found
+    limit_n = limits.force_limit_n
+    found["R1"] = _largest(math.hypot(sup.force_n, sup.force.across_n) / limit_n)
+    found["R2"] = _largest(sup.predicted_n / limit_n)
+    if limits.cross_check:
+        tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(sup.smooth_n)
+        found["R5"] = _share(abs(sup.difference_n), tolerance_n)
+    if phase == Phase.LOAD:
+        room_n = limit_n - sup.smooth_n - 6.0 * limits.noise_n
+        cap_n = 1.25 * room_n + 2.0 * limits.noise_n
+        found["CAP"] = _share(motion.speed_m_s * limits.contact_n_s_per_m, cap_n)
+        leash_n = LEASH_SHARE * (limit_n - sup.answer_n - 6.0 * limits.noise_n)
+        found["R6"] = _share(sup.travel_m * limits.stiffness_n_per_m, leash_n)
+    return found
+
+
+def _share(value: float, limit: float) -> float:
+    return _largest(value / limit) if limit > 0.0 else 0.0
+
+
+def _largest(*shares: float) -> float:
+    """The largest share that is a number and positive, 0 where there is none."""
+    return max((share for share in shares if share > 0.0), default=0.0)

@@ -1,0 +1,164 @@
+"""What a viewer is told of a run beside its raw streams: forces, limits, deformation, margins."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from stepload.engine.margins import margins
+from stepload.engine.replay import Replayer, group_by_tick
+from stepload.engine.replayed import changed_limits, limits_from
+from stepload.engine.watch import wrench_axis
+from stepload.record.reader import Event
+from stepload.record.rows import ArmColumns, ForceColumns, Phase, TickColumns, TickRow, rows_of
+from stepload.results.conditions import from_attachments
+from stepload.results.press_data import LOADING, UNLOADING
+from stepload.rig.samples import ArmSample, ForceSample
+
+LONGEST_TARE_S = 60.0
+
+
+class State:
+    """Follows a run's rows and events; `told` is what there is to say after the newest tick.
+
+    Streams are written one after the other, so the samples of the newest ticks may come with the
+    next ones: ticks wait for that.
+
+    The supervisor looks at every tick again, for what it thinks of margins is in no row.
+
+    Args:
+        metadata, attachments: of the record.
+
+    Raises:
+        BadInputError: the record does not say what the limits are.
+    """
+
+    def __init__(self, metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> None:
+        limits = limits_from(attachments)
+        axis = metadata.get("force_axis", "+fz")
+        self._first_limits = limits
+        self._replayer = Replayer(limits, axis, metadata.get("second_force_axis", ""))
+        self._index, self._sign = wrench_axis(axis)
+        self._conditions = from_attachments(attachments)
+        self._force: deque[ForceSample] = deque()
+        self._arm: deque[ArmSample] = deque()
+        self._second: deque[ForceSample] = deque()
+        self._recent: deque[ForceSample] = deque()
+        self._zero = (0.0,) * 6
+        self._touch_m = math.nan
+        self._rows: list[TickRow] = []
+        self._limits_seen = 0
+        self._largest_n = 0.0
+        self._row: TickRow | None = None
+        self.arm: ArmSample | None = None
+        self.force: ForceSample | None = None
+        self.tared = False
+
+    def take(
+        self,
+        ticks: TickColumns,
+        force: ForceColumns,
+        arm: ArmColumns,
+        second: ForceColumns,
+        events: tuple[Event, ...],
+    ) -> None:
+        """Follow what has come since the last time."""
+        self._force += rows_of(ForceSample, force)
+        self._recent += rows_of(ForceSample, force)
+        self._arm += rows_of(ArmSample, arm)
+        self._second += rows_of(ForceSample, second)
+        while self._recent and (
+            self._recent[-1].receive_time_s - self._recent[0].receive_time_s > LONGEST_TARE_S
+        ):
+            self._recent.popleft()
+        for event in events:
+            self._hear(event)
+        rows, self._rows = self._rows, rows_of(TickRow, ticks) or self._rows
+        if rows is self._rows:
+            return
+        self._largest_n = max((row.force_n for row in rows), key=abs, default=self._largest_n)
+        force_, arm_, second_ = list(self._force), list(self._arm), list(self._second)
+        for tick in group_by_tick(rows, force_, arm_, second_):
+            self._replayer.judge(tick)
+            self._replayer.follow(tick.row)
+            self.force = tick.force[-1] if tick.force else self.force
+            self.arm = tick.arm[-1] if tick.arm else self.arm
+            self._row = tick.row
+            _drop(self._force, len(tick.force))
+            _drop(self._arm, len(tick.arm))
+            _drop(self._second, len(tick.second))
+
+    def _hear(self, event: Event) -> None:
+        told: Any = event.data
+        if event.kind == "tare":
+            zero_n, second_n = float(told["mean_n"]), float(told["second_mean_n"])
+            self._replayer.tare(event.time_s, zero_n, second_n)
+            self._take_zero(event.time_s - float(told["duration_s"]), event.time_s, zero_n)
+        elif event.kind == "limits":
+            self._limits_seen += 1
+            if self._limits_seen > 1:
+                limits = changed_limits(self._first_limits, event)
+                self._replayer.adopt(event.time_s, limits)
+        elif event.kind == "touch" and self._touch_m != self._touch_m:
+            self._touch_m = float(told["position_m"])
+
+    def _take_zero(self, start_s: float, end_s: float, zero_n: float) -> None:
+        """The mean wrench of a tare; along the pressing axis it is the one that the run took."""
+        wrenches = [s.wrench for s in self._recent if start_s <= s.receive_time_s <= end_s]
+        mean = np.mean(wrenches, axis=0).tolist() if wrenches else [0.0] * 6
+        mean[self._index] = self._sign * zero_n
+        self._zero = tuple(mean)
+        self.tared = True
+
+    @property
+    def tared_wrench(self) -> tuple[float, ...] | None:
+        """The newest wrench less that of the tare; None before the first tare."""
+        if self.force is None or not self.tared:
+            return None
+        return tuple(a - b for a, b in zip(self.force.wrench, self._zero, strict=True))
+
+    def told(self) -> dict[str, Any] | None:
+        """The newest tick for people; None before the first. Forces in N, lengths in µm."""
+        row = self._row
+        if row is None:
+            return None
+        limits = self._replayer.limits
+        largest_n, self._largest_n = self._largest_n, row.force_n
+        return {
+            "time_s": row.time_s,
+            "phase": Phase(row.phase).name.replace("_", " ").lower(),
+            "cycle": row.cycle,
+            "step": row.step,
+            "level_n": row.level_n,
+            "force_n": _number(row.force_n),
+            "largest_force_n": _number(largest_n),
+            "second_force_n": _number(row.second_force_n),
+            "predicted_peak_n": _number(row.predicted_peak_n),
+            "force_limit_n": _number(row.limit_n),
+            "elastic_limit_n": limits.elastic_limit_n,
+            "counted_limit_n": limits.counted_limit_n,
+            "target_um": _number(row.target_m * 1e6),
+            "deformation_um": self._deformation_um(row.force_n),
+            "margins": margins(self._replayer.supervisor, limits, row.time_s, row.phase),
+        }
+
+    def _deformation_um(self, force_n: float) -> float | None:
+        """Of the payload since the first touch; None before it and where nothing is pressed."""
+        pressing = self._row is not None and self._row.phase in (*LOADING, *UNLOADING)
+        if self.arm is None or not pressing or self._touch_m != self._touch_m:
+            return None
+        bent_m = float(self._conditions.bend(np.array([force_n]))[0])
+        return _number((self.arm.position_m - self._touch_m - bent_m) * 1e6)
+
+
+def _drop(samples: deque[Any], count: int) -> None:
+    for _ in range(count):
+        samples.popleft()
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,120 @@
+"""Starts and ends the process that shows a run to viewers."""
+
+from __future__ import annotations
+
+import contextlib
+import ipaddress
+import select
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+from stepload.errors import BadInputError
+
+START_TIMEOUT_S = 20.0
+END_TIMEOUT_S = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """Where viewers connect."""
+
+    host: str
+    port: int
+
+    @property
+    def url(self) -> str:
+        """As viewers want it."""
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"ws://{host}:{self.port}"
+
+    @property
+    def loopback(self) -> bool:
+        """Whether only programs of this machine reach it."""
+        return ipaddress.ip_address(self.host).is_loopback
+
+
+def address_of(text: str) -> Address:
+    """An address such as "127.0.0.1:8765".
+
+    Raises:
+        BadInputError: it is none.
+    """
+    host, colon, port = text.rpartition(":")
+    host = host.removeprefix("[").removesuffix("]")
+    host = "127.0.0.1" if host == "localhost" else host
+    try:
+        ipaddress.ip_address(host)
+        number = int(port)
+        if not colon or not 0 <= number <= 65535:
+            raise ValueError
+    except ValueError:
+        raise BadInputError(
+            f"--live-address {text!r}", hint="the numbers of an address and a port: 127.0.0.1:8765"
+        ) from None
+    return Address(host, number)
+
+
+class LiveView:
+    """Viewers can connect to `address`; `follow` says which record they see."""
+
+    def __init__(self, address: Address, process: subprocess.Popen[str]) -> None:
+        self.address = address
+        self._process = process
+
+    def follow(self, record: Path) -> None:
+        """Show the run that is recorded there; a view that has broken down shows nothing."""
+        assert self._process.stdin is not None
+        with contextlib.suppress(OSError):
+            self._process.stdin.write(f"{record.absolute()}\n")
+            self._process.stdin.flush()
+
+
+@contextlib.contextmanager
+def live_view(address: Address) -> Iterator[LiveView]:
+    """A server for viewers, in a process of its own, until the end of the block.
+
+    Raises:
+        BadInputError: it did not start: the port is taken, or foxglove-sdk is not installed.
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-m", "stepload.live.server", address.host, str(address.port)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert process.stdout is not None
+    try:
+        yield LiveView(_bound(address, process.stdout), process)
+    finally:
+        _end(process)
+
+
+def _bound(address: Address, answer: IO[str]) -> Address:
+    """The address that the server has bound, with its port where any would do."""
+    ready, _, _ = select.select([answer], [], [], START_TIMEOUT_S)
+    word, _, told = (answer.readline() if ready else "").strip().partition(" ")
+    if word != "ready":
+        raise BadInputError(
+            f"the live view did not start at {address.url}: {told or 'no answer'}",
+            hint="another port: --live-address 127.0.0.1:8766; or run without --live",
+        )
+    return Address(address.host, int(told))
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    """Let the process end by itself; it has nothing that must be kept."""
+    assert process.stdin is not None
+    assert process.stdout is not None
+    with contextlib.suppress(OSError):
+        process.stdin.close()
+    try:
+        process.wait(END_TIMEOUT_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+    process.stdout.close()
