@@ -17,8 +17,12 @@ REST_S = 0.2
 RING_S = 0.2
 """Until the ringing of a touch has died out."""
 SETTLED_S = 1.2
-"""Until the test of rest can say that a level has settled: no hold is shorter."""
+"""Until the test of rest can say that a level has settled; a hold waits for it."""
 BETWEEN_CYCLES_TARE_S = 1.0
+LOAD_STEP, UNLOAD_STEP = "load step with hold", "unload step with hold"
+BETWEEN, UNLOAD_BETWEEN = "part, tare and touch between cycles", "unload between cycles"
+LAST = "retract, second tare, last touch"
+"""Names of stages; what comes before the load steps is in the order of time."""
 SLOW_SHARE = 0.5
 """Of the guarded speed, where the surface is known."""
 
@@ -68,7 +72,9 @@ def schedule(
     run_out_m = 2.0 * fast_m_s * limits.reaction_s
     gap_m = touch_gap_m(limits, back_m)
     ramp_s = levels[-1] / len(levels) / procedure.load_rate_n_per_s
-    hold_s = max(procedure.hold_s, 4.0 / limits.step_rate_per_s + SETTLED_S)
+    settled_s = 4.0 / limits.step_rate_per_s + SETTLED_S
+    longest_s = procedure.hold_s + procedure.settle_timeout_s
+    hold_s = min(max(procedure.hold_s, settled_s), longest_s)
     step_s = ramp_s + RISE_TIME_CONSTANTS / limits.step_rate_per_s + hold_s
     rest_s = REST_S + 4.0 * limits.loop_s
     back_s = back_m / retract_speed_m_s + rest_s
@@ -85,14 +91,14 @@ def schedule(
         Stage("fast approach", max(clear_m + back_m - run_out_m, 0.0) / fast_m_s, 1),
         Stage("guarded approach", (band_m + run_out_m) / guarded_m_s + RING_S, 1),
         Stage("touch again", touch_s, procedure.touches - 1),
-        Stage("load step with hold", step_s, len(levels) * procedure.cycles),
-        Stage("unload step with hold", step_s, unload_steps * procedure.cycles),
+        Stage(LOAD_STEP, step_s, len(levels) * procedure.cycles),
+        Stage(UNLOAD_STEP, step_s, unload_steps * procedure.cycles),
     ]
     if procedure.cycles > 1 and procedure.lift_off:
         part_s = back_s + between_s + return_s
-        stages.append(Stage("part, tare and touch between cycles", part_s, procedure.cycles - 1))
+        stages.append(Stage(BETWEEN, part_s, procedure.cycles - 1))
     elif procedure.cycles > 1:
-        stages.append(Stage("unload between cycles", step_s, procedure.cycles - 1))
+        stages.append(Stage(UNLOAD_BETWEEN, step_s, procedure.cycles - 1))
     end_s = 2.0 * back_s + procedure.tare_s + return_s
-    stages.append(Stage("retract, second tare, last touch", end_s, 1))
+    stages.append(Stage(LAST, end_s, 1))
     return tuple(stage for stage in stages if stage.total_s > 0.0)

@@ -1,0 +1,126 @@
+"""How long a run that is going on will still take."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stepload.envelope.schedule import (
+    BETWEEN,
+    LAST,
+    LOAD_STEP,
+    UNLOAD_BETWEEN,
+    UNLOAD_STEP,
+    Stage,
+)
+from stepload.plan.model import Procedure
+from stepload.record.rows import Phase, TickRow
+
+_BEFORE: dict[int, str] = {
+    Phase.WARM_UP: "warm up",
+    Phase.FREE_AIR: "prove free air",
+    Phase.TARE: "tare and drift check",
+    Phase.DRIFT_CHECK: "tare and drift check",
+    Phase.PROOF_OF_LIFE: "prove the force channels",
+    Phase.FAST_APPROACH: "fast approach",
+    Phase.GUARDED_APPROACH: "guarded approach",
+    Phase.DWELL: "touch again",
+    Phase.TOUCH_RETRACT: "touch again",
+}
+_UP, _DOWN = (Phase.LOAD, Phase.HOLD), (Phase.UNLOAD, Phase.UNLOAD_HOLD)
+_STEPS = (LOAD_STEP, UNLOAD_STEP, UNLOAD_BETWEEN, BETWEEN, LAST)
+ENOUGH_STEPS = 2
+"""Steps after which the run's own pace counts instead of the schedule's."""
+
+
+class Remaining:
+    """Follows a run through its schedule.
+
+    Time in which the run is paused does not count. Steps take as long as those of this run have
+    taken so far.
+
+    Args:
+        stages: of the plan, as `schedule` gives them.
+        procedure: of the plan.
+    """
+
+    def __init__(self, stages: Sequence[Stage], procedure: Procedure) -> None:
+        total_s = {stage.name: stage.total_s for stage in stages}
+        each_s = {stage.name: stage.each_s for stage in stages}
+        self._before = {name: time for name, time in total_s.items() if name not in _STEPS}
+        self._names = list(self._before)
+        self._levels, self._cycles = len(procedure.levels_n), procedure.cycles
+        self._down = self._levels - 1 if procedure.unload else 0
+        self._step_s = each_s.get(LOAD_STEP, 0.0)
+        between = each_s.get(BETWEEN, each_s.get(UNLOAD_BETWEEN, 0.0))
+        self._between_s, self._last_s = between, total_s.get(LAST, 0.0)
+        self._at = 0
+        self._step = -1
+        self._first = -1
+        self._steps_began_s = self._began_s = 0.0
+        self._now_s = self.active_s = 0.0
+        self._started = self._over = False
+
+    def at(self, row: TickRow) -> float:
+        """Seconds that are still to come after a tick; call it at every tick that is shown."""
+        now_s, phase = row.time_s, row.phase
+        if not self._started:
+            self._started, self._now_s = True, now_s
+        if phase != Phase.PAUSED:
+            self.active_s += now_s - self._now_s
+        self._now_s = now_s
+        if phase in _UP or phase in _DOWN:
+            self._press(self._index(row))
+        elif self._step < 0:
+            self._approach(_BEFORE.get(phase, ""))
+        elif phase == Phase.RETRACT and self._step == self._steps_of_run - 1:
+            self._enter_last()
+        return self._left_s(row.cycle)
+
+    @property
+    def _steps_of_cycle(self) -> int:
+        return self._levels + self._down
+
+    @property
+    def _steps_of_run(self) -> int:
+        return self._steps_of_cycle * self._cycles
+
+    def _index(self, row: TickRow) -> int:
+        """Which of all steps of the run a tick belongs to, from 0."""
+        way = row.step - 1
+        if row.phase in _DOWN:
+            way = self._levels + max(self._down - row.step, 0)
+        return (row.cycle - 1) * self._steps_of_cycle + min(way, self._steps_of_cycle - 1)
+
+    def _approach(self, name: str) -> None:
+        place = self._names.index(name) if name in self._names else self._at
+        if place > self._at:
+            self._at, self._began_s = place, self.active_s
+
+    def _press(self, step: int) -> None:
+        if self._first < 0:
+            self._first, self._steps_began_s = step, self.active_s
+        if step > self._step:
+            done = step - self._first
+            between = step // self._steps_of_cycle - self._first // self._steps_of_cycle
+            if done >= ENOUGH_STEPS:
+                took_s = self.active_s - self._steps_began_s - between * self._between_s
+                self._step_s = max(took_s / done, 0.0)
+            self._step, self._began_s = step, self.active_s
+
+    def _enter_last(self) -> None:
+        if not self._over:
+            self._over, self._began_s = True, self.active_s
+
+    def _left_s(self, cycle: int) -> float:
+        in_it_s = self.active_s - self._began_s
+        if self._over:
+            return max(self._last_s - in_it_s, 0.0)
+        after_s = self._last_s
+        if self._step >= 0:
+            steps = self._steps_of_run - self._step - 1
+            between_s = (self._cycles - cycle) * self._between_s
+            return max(self._step_s - in_it_s, 0.0) + steps * self._step_s + between_s + after_s
+        after_s += self._steps_of_run * self._step_s + (self._cycles - 1) * self._between_s
+        after_s += sum(self._before[name] for name in self._names[self._at + 1 :])
+        now_s = self._before[self._names[self._at]] if self._names else 0.0
+        return max(now_s - in_it_s, 0.0) + after_s
