@@ -188,6 +188,9 @@ record:
   directory: runs
   notes: hello
   operator: me
+  specimen: S7
+  batch: B2
+  tags: [polished]
 """
 """A plan that gives every key but `levels` and `record`."""
 

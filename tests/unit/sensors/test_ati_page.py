@@ -22,7 +22,7 @@ def _answer(server: socket.socket, first: bytes, drip: bytes) -> None:
         peer.recv(4096)
         try:
             peer.sendall(first)
-            for _ in range(20 if drip else 0):
+            for _ in range(100 if drip else 0):
                 peer.sendall(drip)
                 time.sleep(0.1)
         except OSError:  # cut off

@@ -20,7 +20,7 @@ ONE_CHANNEL_SHARE = 10
 """One run on a rig with one force channel for so many on rigs with two; they are extra."""
 NOT_DECIDING = ("campaign.py", "replay.py", "store.py", "summary.py", "without.py")
 """Files of this room that only order, keep and count runs."""
-DECIDING = ("contact", "envelope", "plan", "rig", "run")
+DECIDING = ("contact", "engine", "envelope", "plan", "rig")
 """Rooms of stepload whose code decides what a simulated run comes to."""
 
 
