@@ -108,6 +108,7 @@ def press(
     resume: Path | None = None,
     hazards_read: bool = False,
     live: str = "",
+    watch: bool = False,
 ) -> Finished:
     """Run a plan with its preflight, progress and result shown; `operator` listens already."""
     from stepload.cli.keys import keys
@@ -128,10 +129,16 @@ def press(
         else:
             show_verdict(envelope, output, details=False)
     with (
-        keys(operator),
-        progress(quiet=quiet) as display,
-        shown_live(live, output) as on_record,
+        progress(quiet=quiet, watch=watch) as display,
+        keys(operator, display.say),
+        shown_live(live, output) as follow,
     ):
+
+        def on_record(record: Path) -> None:
+            for each in (follow, display.on_record):
+                if each is not None:
+                    each(record)
+
         finished = run_plan(
             envelope,
             dry_run=dry_run,
@@ -158,6 +165,9 @@ def run(
     tag: Tags = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     verbose: Verbose = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Draw force, curve and margins in the terminal.")
+    ] = False,
     live: Live = False,
     live_address: LiveAddress = DEFAULT_ADDRESS,
     hazards_read: HazardsRead = False,
@@ -181,7 +191,7 @@ def run(
         finished = press(
             envelope, operator, output, dry_run=dry_run, out=out, seed=seed, resume=resume,
             quiet=quiet, verbose=verbose, hazards_read=hazards_read,
-            live=live_address if live else "",
+            live=live_address if live else "", watch=watch,
         )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})
     raise typer.Exit(exit_code(finished))

@@ -7,10 +7,13 @@ import select
 import sys
 import termios
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 from stepload.engine.operator import Operator
+
+PAUSES = "p: the run pauses after this step, unloaded; p again goes on"
+GOES_ON = "p: the run goes on"
 
 
 def _is_ours(fd: int) -> bool:
@@ -22,10 +25,10 @@ def _is_ours(fd: int) -> bool:
 
 
 @contextmanager
-def keys(operator: Operator) -> Iterator[None]:
+def keys(operator: Operator, say: Callable[[str], None]) -> Iterator[None]:
     """Listen to single keys where standard input is a terminal; it gets its modes back at the end.
 
-    Ctrl+C goes on being a signal.
+    Ctrl+C goes on being a signal. What a key does is said at once, by `say`.
     """
     try:
         fd = sys.stdin.fileno()
@@ -43,7 +46,9 @@ def keys(operator: Operator) -> Iterator[None]:
             termios.tcsetattr(fd, termios.TCSADRAIN, former)
 
     over, wake = os.pipe()
-    thread = threading.Thread(target=_listen, args=(fd, over, operator), name="keys", daemon=True)
+    thread = threading.Thread(
+        target=_listen, args=(fd, over, operator, say), name="keys", daemon=True
+    )
     operator.on_lost = restore
     try:
         termios.tcsetattr(fd, termios.TCSADRAIN, modes)
@@ -56,7 +61,7 @@ def keys(operator: Operator) -> Iterator[None]:
         restore()
 
 
-def _listen(fd: int, over: int, operator: Operator) -> None:
+def _listen(fd: int, over: int, operator: Operator, say: Callable[[str], None]) -> None:
     while True:
         ready, _, _ = select.select([fd, over], [], [])
         if over in ready:
@@ -69,3 +74,5 @@ def _listen(fd: int, over: int, operator: Operator) -> None:
             return
         if pressed.count(b"p") % 2:
             operator.paused = not operator.paused
+            with suppress(Exception):  # a terminal that is gone
+                say(PAUSES if operator.paused else GOES_ON)

@@ -6,8 +6,11 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from stepload.cli.seen import Watcher
+from stepload.live.words import KEYS, clock
 from stepload.record.rows import Phase
 
 if TYPE_CHECKING:
@@ -18,26 +21,17 @@ Progress = Callable[["Engine", "Envelope"], None]
 
 
 class Display(NamedTuple):
-    """Where a run is shown (None: not at all), and where notices go: never left out."""
+    """Where a run is shown (None: not at all), and where notices go: never left out.
+
+    `on_record` is told where the run is being recorded.
+    """
 
     show: Progress | None
     say: Callable[[str], None]
+    on_record: Callable[[Path], None] | None = None
 
 
 REFRESH_S = 0.1
-
-
-def _where(engine: Engine) -> str:
-    step = engine.course
-    name = Phase(engine.row.phase if engine.row else 0).name.replace("_", " ").lower()
-    level = f", step {step.step_number} ({step.level_n:.4g} N)" if step.level_n else ""
-    asked = "; `p` goes on" if step.phase == Phase.PAUSED else "; pauses after this step"
-    return f"cycle {step.cycle}, {name}{level}{asked if engine.operator.paused else ''}"
-
-
-def _force(engine: Engine) -> str:
-    row = engine.row
-    return f"{row.force_n:7.2f} N of {row.limit_n:.4g} N" if row else ""
 
 
 def _line(text: str) -> None:
@@ -47,66 +41,73 @@ def _line(text: str) -> None:
 def plain_lines(write: Callable[[str], None]) -> Progress:
     """One line whenever the phase changes."""
     last = [("", 0, 0)]
-    start_s: list[float] = []
+    watcher = Watcher()
 
     def show(engine: Engine, envelope: Envelope) -> None:
-        row = engine.row
-        if row is None:
+        seen, row = watcher.look(engine, envelope), engine.row
+        if seen is None or row is None:
             return
-        start_s[:] = start_s or [row.time_s]
         now = (Phase(row.phase).name, row.cycle, row.step)
         if now != last[0]:
             last[0] = now
-            elapsed_s = row.time_s - start_s[0]
             write(
-                f"{elapsed_s:7.1f} s of about {envelope.duration_s:.0f} s  "
-                f"{_force(engine)}  {_where(engine)}"
+                f"{seen.elapsed_s:7.1f} s, about {clock(seen.left_s)} left  {seen.force}"
+                f"  {seen.where}"
             )
 
     return show
 
 
 @contextmanager
-def progress(*, quiet: bool) -> Iterator[Display]:
+def progress(*, quiet: bool, watch: bool = False) -> Iterator[Display]:
     """The display that fits where standard error goes; quiet leaves out the progress alone."""
     if quiet:
         yield Display(None, _line)
-        return
-    if not sys.stderr.isatty():
+    elif not sys.stderr.isatty():
         yield Display(plain_lines(_line), _line)
-        return
+    elif watch:
+        from stepload.live.view import screen
+
+        with screen(_line) as drawn:
+            yield Display(None, drawn.say, drawn.follow)
+    else:
+        with _bar() as display:
+            yield display
+
+
+@contextmanager
+def _bar() -> Iterator[Display]:
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn
     from rich.progress import Progress as Bar
 
     bar = Bar(
         TextColumn("{task.fields[force]}"),
-        BarColumn(bar_width=24),
+        BarColumn(bar_width=16),
         TextColumn("{task.percentage:3.0f} %  {task.fields[eta]}  {task.description}"),
         console=Console(stderr=True),
         transient=True,
         auto_refresh=False,
     )
+    watcher = Watcher()
     with bar:
-        task = bar.add_task("", total=None, force="", eta="")
-        start_s: list[float] = []
+        bar.console.print(KEYS, markup=False, highlight=False)
+        task = bar.add_task("", total=1.0, force="", eta="")
         due = [0.0]
 
         def show(engine: Engine, envelope: Envelope) -> None:
-            row = engine.row
-            if row is None or time.monotonic() < due[0]:
+            if time.monotonic() < due[0]:
                 return
             due[0] = time.monotonic() + REFRESH_S
-            start_s[:] = start_s or [row.time_s]
-            elapsed_s = row.time_s - start_s[0]
-            left_s = max(envelope.duration_s - elapsed_s, 0.0)
+            seen = watcher.look(engine, envelope)
+            if seen is None:
+                return
             bar.update(
                 task,
-                total=envelope.duration_s,
-                completed=min(elapsed_s, envelope.duration_s),
-                description=_where(engine),
-                force=_force(engine),
-                eta=f"{left_s:.0f} s left",
+                completed=seen.share,
+                description=seen.where,
+                force=seen.force,
+                eta=f"{clock(seen.left_s)} left",
                 refresh=True,
             )
 

@@ -57,7 +57,7 @@ class Remaining:
         self._step = -1
         self._first = -1
         self._steps_began_s = self._began_s = 0.0
-        self._now_s = self.active_s = 0.0
+        self._now_s = self.active_s = self._now_left_s = 0.0
         self._started = self._over = False
 
     def at(self, row: TickRow) -> float:
@@ -74,7 +74,14 @@ class Remaining:
             self._approach(_BEFORE.get(phase, ""))
         elif phase == Phase.RETRACT and self._step == self._steps_of_run - 1:
             self._enter_last()
-        return self._left_s(row.cycle)
+        self._now_left_s = self._left_s(row.cycle)
+        return self._now_left_s
+
+    @property
+    def share(self) -> float:
+        """How much of the run's time is over, from 0 to 1."""
+        whole_s = self.active_s + self._now_left_s
+        return self.active_s / whole_s if whole_s > 0.0 else 0.0
 
     @property
     def _steps_of_cycle(self) -> int:

@@ -20,6 +20,10 @@ from stepload.results.press_data import LOADING, UNLOADING
 from stepload.rig.samples import ArmSample, ForceSample
 
 LONGEST_TARE_S = 60.0
+TRACE_S = 0.05
+MOST_POINTS = 10_000
+Point = tuple[float, float, float | None]
+"""Time in s, force in N, and deformation in µm where something is pressed."""
 
 
 class State:
@@ -51,9 +55,11 @@ class State:
         self._zero = (0.0,) * 6
         self._touch_m = math.nan
         self._rows: list[TickRow] = []
+        self._trace: deque[Point] = deque(maxlen=MOST_POINTS)
+        self._trace_s = -math.inf
         self._limits_seen = 0
         self._largest_n = 0.0
-        self._row: TickRow | None = None
+        self.row: TickRow | None = None
         self.arm: ArmSample | None = None
         self.force: ForceSample | None = None
         self.tared = False
@@ -87,7 +93,11 @@ class State:
             self._replayer.follow(tick.row)
             self.force = tick.force[-1] if tick.force else self.force
             self.arm = tick.arm[-1] if tick.arm else self.arm
-            self._row = tick.row
+            self.row = tick.row
+            if tick.row.time_s >= self._trace_s:
+                self._trace_s = tick.row.time_s + TRACE_S
+                deformation_um = self._deformation_um(tick.row.force_n)
+                self._trace.append((tick.row.time_s, tick.row.force_n, deformation_um))
             _drop(self._force, len(tick.force))
             _drop(self._arm, len(tick.arm))
             _drop(self._second, len(tick.second))
@@ -114,6 +124,12 @@ class State:
         self._zero = tuple(mean)
         self.tared = True
 
+    def trace(self) -> list[Point]:
+        """Twenty points a second of the run's time, since it was last asked."""
+        found = list(self._trace)
+        self._trace.clear()
+        return found
+
     @property
     def tared_wrench(self) -> tuple[float, ...] | None:
         """The newest wrench less that of the tare; None before the first tare."""
@@ -123,7 +139,7 @@ class State:
 
     def told(self) -> dict[str, Any] | None:
         """The newest tick for people; None before the first. Forces in N, lengths in µm."""
-        row = self._row
+        row = self.row
         if row is None:
             return None
         limits = self._replayer.limits
@@ -148,7 +164,7 @@ class State:
 
     def _deformation_um(self, force_n: float) -> float | None:
         """Of the payload since the first touch; None before it and where nothing is pressed."""
-        pressing = self._row is not None and self._row.phase in (*LOADING, *UNLOADING)
+        pressing = self.row is not None and self.row.phase in (*LOADING, *UNLOADING)
         if self.arm is None or not pressing or self._touch_m != self._touch_m:
             return None
         bent_m = float(self._conditions.bend(np.array([force_n]))[0])

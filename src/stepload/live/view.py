@@ -1,4 +1,4 @@
-"""Starts and ends the process that shows a run to viewers."""
+"""Starts and ends the processes that show a run: to viewers, and in the terminal."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import ipaddress
 import select
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -67,10 +67,53 @@ class LiveView:
 
     def follow(self, record: Path) -> None:
         """Show the run that is recorded there; a view that has broken down shows nothing."""
-        assert self._process.stdin is not None
-        with contextlib.suppress(OSError):
-            self._process.stdin.write(f"{record.absolute()}\n")
-            self._process.stdin.flush()
+        _tell(self._process, str(record.absolute()))
+
+
+class DrawnScreen:
+    """The terminal's screen; lines for it go to `say`, those that come too early or late to `line`.
+
+    Args:
+        process: that draws it.
+        line: prints a line itself.
+    """
+
+    def __init__(self, process: subprocess.Popen[str], line: Callable[[str], None]) -> None:
+        self._process = process
+        self._line = line
+        self._drawing = False
+
+    def follow(self, record: Path) -> None:
+        """Draw the run that is recorded there."""
+        self._drawing = _tell(self._process, str(record.absolute()))
+
+    def say(self, text: str) -> None:
+        """Show a line above the drawing."""
+        if not (self._drawing and self._process.poll() is None and _tell(self._process, text)):
+            self._line(text)
+
+
+def _tell(process: subprocess.Popen[str], line: str) -> bool:
+    """One line for a process; False where it takes none any more."""
+    assert process.stdin is not None
+    try:
+        process.stdin.write(line + "\n")
+        process.stdin.flush()
+    except (OSError, ValueError):
+        return False
+    return True
+
+
+@contextlib.contextmanager
+def screen(line: Callable[[str], None]) -> Iterator[DrawnScreen]:
+    """A drawing of the run on standard error, until the end of the block."""
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-m", "stepload.live.screen"], stdin=subprocess.PIPE, text=True
+    )
+    try:
+        yield DrawnScreen(process, line)
+    finally:
+        _end(process)
 
 
 @contextlib.contextmanager
@@ -109,7 +152,6 @@ def _bound(address: Address, answer: IO[str]) -> Address:
 def _end(process: subprocess.Popen[str]) -> None:
     """Let the process end by itself; it has nothing that must be kept."""
     assert process.stdin is not None
-    assert process.stdout is not None
     with contextlib.suppress(OSError):
         process.stdin.close()
     try:
@@ -117,4 +159,5 @@ def _end(process: subprocess.Popen[str]) -> None:
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()
-    process.stdout.close()
+    if process.stdout is not None:
+        process.stdout.close()

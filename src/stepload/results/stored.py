@@ -34,15 +34,20 @@ def kept_plan(recording: Recording) -> Plan:
     Raises:
         PlanError: the record has kept no plan that this version can read.
     """
+    return plan_of(recording.metadata, recording.attachments)
+
+
+def plan_of(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> Plan:
+    """The same from what a record begins with; raises as `kept_plan`."""
     texts = [
         (name, data)
-        for name, data in recording.attachments.items()
+        for name, data in attachments.items()
         if name == "plan.yaml" or name.startswith("plan-")
     ]
-    told = recording.metadata
     return load_kept(
-        texts, told.get("plan", "plan"), _day(recording), payload=told.get("payload_file", "")
-    )
+        texts, metadata.get("plan", "plan"), _day(metadata),
+        payload=metadata.get("payload_file", ""),
+    )  # fmt: skip
 
 
 def evaluation_of(path: Path, wishes: Wishes | None = None) -> Evaluation:
@@ -174,9 +179,9 @@ def _span(recording: Recording) -> tuple[float, float]:
     return (float(time_s[0]), float(time_s[-1])) if len(time_s) else (0.0, 0.0)
 
 
-def _day(recording: Recording) -> date:
+def _day(metadata: Mapping[str, str]) -> date:
     try:
-        return datetime.fromisoformat(recording.metadata.get("started", "")).date()
+        return datetime.fromisoformat(metadata.get("started", "")).date()
     except ValueError:
         return date.today()
 
