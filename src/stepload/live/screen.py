@@ -41,6 +41,7 @@ class Screen:
         self._state: State | None = None
         self._remaining: Remaining | None = None
         self._head = self._foot = ""
+        self._due_s = 0.0
 
     def close(self) -> None:
         """Close the record."""
@@ -68,7 +69,13 @@ class Screen:
         force_n = told["force_n"] or 0.0
         self._head = f"{force_n:.2f} N of {told['force_limit_n']:.4g} N   {where(row)}"
         if self._remaining is not None:
-            left_s = self._remaining.at(row)
+            left_s = 0.0
+            for each in self._state.taken:
+                if each.time_s >= self._due_s or each is row:
+                    self._due_s = each.time_s + LOOK_S
+                    left_s = self._remaining.at(each)
+            if not self._state.taken:
+                return
             share = self._remaining.share
             self._foot = f"{share:.0%}, about {clock(left_s)} left"
 

@@ -29,6 +29,8 @@ Point = tuple[float, float, float | None]
 class State:
     """Follows a run's rows and events; `told` is what there is to say after the newest tick.
 
+    `taken` are the ticks that came with the last look.
+
     Streams are written one after the other, so the samples of the newest ticks may come with the
     next ones: ticks wait for that.
 
@@ -55,6 +57,7 @@ class State:
         self._zero = (0.0,) * 6
         self._touch_m = math.nan
         self._rows: list[TickRow] = []
+        self.taken: list[TickRow] = []
         self._trace: deque[Point] = deque(maxlen=MOST_POINTS)
         self._trace_s = -math.inf
         self._limits_seen = 0
@@ -85,9 +88,11 @@ class State:
             self._hear(event)
         rows, self._rows = self._rows, rows_of(TickRow, ticks) or self._rows
         if rows is self._rows:
+            self.taken = []
             return
         self._largest_n = max((row.force_n for row in rows), key=abs, default=self._largest_n)
         force_, arm_, second_ = list(self._force), list(self._arm), list(self._second)
+        self.taken = rows
         for tick in group_by_tick(rows, force_, arm_, second_):
             self._replayer.judge(tick)
             self._replayer.follow(tick.row)

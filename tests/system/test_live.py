@@ -1,0 +1,303 @@
+"""What viewers and the terminal are shown of a run, from a record that grows."""
+
+from __future__ import annotations
+
+import io
+import json
+import struct
+import subprocess
+import sys
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from mcap_ros2.decoder import DecoderFactory
+from real_runs import in_process
+from rich.console import Console
+from websockets.sync.client import connect
+
+import stepload
+from stepload.engine.margins import RULES
+from stepload.envelope.envelope import envelope_of
+from stepload.envelope.remaining import Remaining
+from stepload.errors import BadInputError
+from stepload.live.messages import OURS, pose_message, quaternion, wrench_message
+from stepload.live.plots import Plots
+from stepload.live.schema import LIVE_SCHEMA
+from stepload.live.state import State
+from stepload.live.tail import Tail
+from stepload.live.view import address_of, live_view, screen
+from stepload.record.reader import read_recording
+from stepload.record.rows import Phase, TickRow, rows_of
+from stepload.record.scan import DamageError
+
+
+class Growing:
+    """A file that grows as a record does while it is written."""
+
+    def __init__(self, record: Path, path: Path) -> None:
+        self._data = record.read_bytes()
+        self._at = 0
+        self.path = path
+        path.touch()
+
+    def grow(self, size: int) -> bool:
+        """Some bytes more; False at the end."""
+        with self.path.open("ab") as file:
+            file.write(self._data[self._at : self._at + size])
+        self._at += size
+        return self._at < len(self._data)
+
+
+@pytest.mark.parametrize("size", [1777, 100_003, 1 << 30])
+def test_a_growing_record_is_read_once_and_whole(
+    quick_run: Path, tmp_path: Path, size: int
+) -> None:
+    growing = Growing(quick_run / "run.mcap", tmp_path / "run.mcap.part")
+    tail, ticks, force, events, going = Tail(growing.path), [], [], [], True
+    while going:
+        going = growing.grow(size)
+        tail.read()
+        rows = tail.rows()
+        ticks.append(rows[0].time_s)
+        force.append(rows[1].wrench)
+        events += tail.events()[1]
+    tail.close()
+    whole = read_recording(quick_run / "run.mcap")
+    assert tail.ended
+    assert np.array_equal(np.concatenate(ticks), whole.ticks.time_s)
+    assert np.array_equal(np.concatenate(force), whole.force.wrench)
+    assert tuple(events) == whole.events
+    assert tail.metadata == whole.metadata
+
+
+def test_what_is_no_record_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "x"
+    path.write_bytes(b"nothing of the kind")
+    tail = Tail(path)
+    with pytest.raises(DamageError, match="not an MCAP file"):
+        tail.read()
+    tail.close()
+
+
+@pytest.fixture(scope="module")
+def looks(cycles_run: Path, tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
+    """What viewers are told of a run, look by look, with the tick each was told of."""
+    growing = Growing(cycles_run / "run.mcap", tmp_path_factory.mktemp("live") / "run.mcap.part")
+    tail, state, found, going = Tail(growing.path), None, [], True
+    while going:
+        going = growing.grow(40_000)
+        tail.read()
+        rows, (_, events) = tail.rows(), tail.events()
+        if state is None and tail.attachments.get("limits.json") and len(rows[0].time_s):
+            state = State(tail.metadata, tail.attachments)
+        if state is not None:
+            state.take(*rows, events)
+            if (told := state.told()) is not None:
+                found.append(told | {"row": state.row, "tared": state.tared_wrench})
+    tail.close()
+    return found
+
+
+def test_viewers_are_told_what_the_run_decided(looks: list[dict[str, Any]]) -> None:
+    assert len(looks) > 50
+    for look in looks:
+        row = look["row"]
+        assert look["force_n"] == row.force_n
+        assert look["force_limit_n"] == row.limit_n
+        assert look["predicted_peak_n"] == row.predicted_peak_n
+        assert look["phase"] == Phase(row.phase).name.replace("_", " ").lower()
+        assert all(0.0 <= share < 1.0 for share in look["margins"].values()), look
+    assert {rule for look in looks for rule in look["margins"]} == set(RULES)
+
+
+def test_margins_are_those_of_the_supervisor_itself(looks: list[dict[str, Any]]) -> None:
+    pressed = [look for look in looks if look["phase"] == "hold"]
+    assert pressed
+    for look in pressed:
+        share = look["predicted_peak_n"] / look["force_limit_n"]
+        assert look["margins"]["R2"] == pytest.approx(
+            share, rel=0.02
+        )  # a sample may be of the tick before
+        assert look["margins"]["R1"] >= abs(look["force_n"]) / look["force_limit_n"]
+
+
+def test_deformation_is_that_of_the_results(looks: list[dict[str, Any]], cycles_run: Path) -> None:
+    curve = stepload.open(cycles_run).curve
+    pressed = [look for look in looks if look["phase"] == "hold"]
+    for look in pressed:
+        at = int(np.searchsorted(curve["time_s"], look["time_s"]))
+        found_um = float(np.mean(curve["deformation_m"][at - 20 : at + 20])) * 1e6
+        assert look["deformation_um"] == pytest.approx(found_um, abs=8.0)  # the zero is not fitted
+    assert all(look["deformation_um"] is None for look in looks if "approach" in look["phase"])
+
+
+def test_the_tared_wrench_is_near_zero_in_free_air(looks: list[dict[str, Any]]) -> None:
+    free = [look["tared"] for look in looks if look["phase"] == "fast approach"]
+    assert free
+    assert np.abs(np.mean(free, axis=0)).max() < 0.5
+    raw = [look for look in looks if look["tared"] is None]
+    assert all(look["phase"] in ("warm up", "free air", "tare") for look in raw)
+
+
+def test_our_messages_are_what_ros_reads() -> None:
+    wrench, pose = (1.0, -2.0, 3.0, 0.1, 0.2, 0.3), (0.1, 0.2, 0.3, 0.0, np.pi, 0.0)
+    read = []
+    for topic, data in zip(
+        OURS,
+        (wrench_message(5 * 10**9 + 7, wrench), pose_message(5 * 10**9 + 7, pose)),
+        strict=True,
+    ):
+        schema: Any = type("S", (), {"encoding": "ros2msg", "name": topic.schema, "id": 1})()
+        schema.data = topic.definition.encode()
+        decode = DecoderFactory().decoder_for("cdr", schema)
+        assert decode is not None
+        read.append(decode(data))
+    force, place = read
+    assert (force.header.stamp.sec, force.header.stamp.nanosec) == (5, 7)
+    assert (force.wrench.force.x, force.wrench.torque.z) == (1.0, 0.3)
+    assert (place.header.frame_id, place.pose.position.y) == ("base", 0.2)
+    assert place.pose.orientation.y == pytest.approx(1.0)
+    assert quaternion((0.0, 0.0, 0.0)) == (0.0, 0.0, 0.0, 1.0)
+
+
+def test_the_layout_names_what_is_shown(tmp_path: Path) -> None:
+    file = tmp_path / "layout.json"
+    assert in_process("layout", file).returncode == 0
+    assert in_process("layout", file).returncode == 2  # nothing is written over
+    layout = json.loads(file.read_text())
+    assert file.read_text() == (resources.files("stepload.live") / "layout.json").read_text()
+    panels = layout["configById"]
+    named = [path["value"] for panel in panels.values() for path in panel.get("paths", ())]
+    named += [panel["xAxisPath"]["value"] for panel in panels.values() if "xAxisPath" in panel]
+    assert len(named) > 10
+    for path in named:
+        topic, *keys = path.split(".")
+        place: Any = LIVE_SCHEMA
+        assert topic == "/live"
+        for key in keys:
+            place = place["properties"][key]
+
+    def leaves(node: Any) -> list[str]:
+        return [node] if isinstance(node, str) else leaves(node["first"]) + leaves(node["second"])
+
+    assert sorted(leaves(layout["layout"])) == sorted(panels)
+
+
+def test_a_viewer_that_we_did_not_write_sees_the_run(cycles_run: Path, tmp_path: Path) -> None:
+    pytest.importorskip("foxglove")
+    wanted = {"/live", "/force", "/force/tared", "/arm/pose", "/arm", "/tick", "/events"}
+    growing = Growing(cycles_run / "run.mcap", tmp_path / "run.mcap.part")
+    topics: dict[int, str] = {}
+    seen: set[str] = set()
+    with live_view(address_of("127.0.0.1:0")) as view:
+        with connect(view.address.url, subprotocols=["foxglove.sdk.v1"], max_size=None) as viewer:
+            view.follow(growing.path)
+            going = growing.grow(400_000)
+            while not wanted <= seen:
+                try:
+                    message = viewer.recv(timeout=0.2)
+                except TimeoutError:
+                    assert going, f"{wanted - seen} never came"
+                    going = growing.grow(20_000)
+                    continue
+                if isinstance(message, bytes):
+                    seen.add(topics[struct.unpack_from("<I", message, 1)[0]])
+                    continue
+                told = json.loads(message)
+                if told["op"] == "serverInfo":
+                    assert told["capabilities"] == []  # nobody can publish, call or set
+                if told["op"] == "advertise":
+                    new = {each["id"]: each["topic"] for each in told["channels"]}
+                    topics |= new
+                    ask = [{"id": each, "channelId": each} for each in new]
+                    viewer.send(json.dumps({"op": "subscribe", "subscriptions": ask}))
+        with pytest.raises(BadInputError, match="did not start"), live_view(view.address):
+            pass
+
+
+def test_an_address_is_loopback_or_said_to_be_none() -> None:
+    assert address_of("127.0.0.1:8765").loopback
+    assert address_of("[::1]:1").url == "ws://[::1]:1"
+    assert not address_of("0.0.0.0:8765").loopback
+    for wrong in ("8765", "host:8765", "127.0.0.1:x", "127.0.0.1:70000", "127.0.0.1"):
+        with pytest.raises(BadInputError, match="--live-address"):
+            address_of(wrong)
+
+
+def test_a_run_goes_on_when_its_viewers_process_dies(
+    quick_plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("foxglove")
+    started = subprocess.Popen
+
+    class Dying(subprocess.Popen):  # type: ignore[type-arg]
+        def __init__(self, words: Any, **options: Any) -> None:
+            if "stepload.live.server" in words:
+                code = "print('ready 1', flush=True)"
+                words = [sys.executable, "-c", code]
+            super().__init__(words, **options)
+
+    monkeypatch.setattr(subprocess, "Popen", Dying)
+    out = tmp_path / "run"
+    done = in_process(
+        "run", quick_plan, "--dry-run", "--quiet", "--live", "--out", out, drawn=False
+    )
+    monkeypatch.setattr(subprocess, "Popen", started)
+    assert done.returncode == 0, done.stderr
+    assert not read_recording(out / "run.mcap").partial
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40), (40, 10)])
+def test_the_screen_fits_the_terminal(looks: list[dict[str, Any]], size: tuple[int, int]) -> None:
+    plots = Plots()
+    for look in looks:
+        plots.take(look, [(look["time_s"], look["force_n"], look["deformation_um"])])
+    console = Console(width=size[0], height=size[1], record=True, file=io.StringIO())
+    console.print(plots.drawn(*size))
+    lines = console.export_text().splitlines()
+    assert max(map(len, lines)) <= size[0]
+    if size[1] >= 24:
+        assert len(lines) <= size[1] - 2
+        assert "force [N] over deformation [um]" in lines[0]
+        assert any("F_lim" in line for line in lines)
+        assert any(0x2800 < ord(letter) <= 0x28FF for line in lines for letter in line)
+    assert "R1 force" in " ".join(lines)
+
+
+def test_the_time_that_is_left_is_told_within_a_tenth(cycles_run: Path, quick_run: Path) -> None:
+    for directory in (cycles_run, quick_run):
+        run = stepload.open(directory)
+        envelope = envelope_of(run.plan)
+        remaining = Remaining(envelope.stages, envelope.plan.procedure)
+        recording = read_recording(run.path)
+        rows = rows_of(TickRow, recording.ticks)[::100]
+        whole_s = rows[-1].time_s - rows[0].time_s
+        for row in rows:
+            left_s = remaining.at(row)
+            assert remaining.active_s + left_s == pytest.approx(whole_s, rel=0.1)
+        assert remaining.share > 0.95
+
+
+def test_time_rests_while_a_run_is_paused(cycles_run: Path) -> None:
+    run = stepload.open(cycles_run)
+    envelope = envelope_of(run.plan)
+    remaining = Remaining(envelope.stages, envelope.plan.procedure)
+    rows = rows_of(TickRow, read_recording(run.path).ticks)[:8000:100]
+    for row in rows:
+        left_s = remaining.at(row)
+    share = remaining.share
+    paused = rows[-1]._replace(phase=int(Phase.PAUSED))
+    for i in range(100):
+        assert remaining.at(paused._replace(time_s=paused.time_s + 10.0 * i)) == left_s
+    assert remaining.share == share
+
+
+def test_lines_are_printed_where_nothing_draws_them(capsys: pytest.CaptureFixture[str]) -> None:
+    said: list[str] = []
+    with screen(said.append) as drawn:
+        drawn.say("before there is a record")
+    drawn.say("after the end")
+    assert said == ["before there is a record", "after the end"]
