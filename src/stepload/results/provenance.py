@@ -1,0 +1,85 @@
+"""Where a result comes from: versions of the software, sums of every file that decided it."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Mapping
+from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import stepload
+from stepload.results.model import Document, Table
+
+TITLE = "Provenance"
+LIBRARIES = ("numpy", "scipy")
+_SUM = "sha256 "
+
+
+def provenance_table(metadata: Mapping[str, str]) -> Table:
+    """Versions that recorded and evaluated a run, and the sums of the files in its record.
+
+    Args:
+        metadata: of the record, where the sum of an attached file is `sha256 NAME`.
+    """
+    rows = [
+        ("recorded by", f"stepload {metadata.get('stepload') or 'of an unknown version'}"),
+        ("on", ", ".join(filter(None, (
+            f"Python {metadata['python']}" if metadata.get("python") else "",
+            metadata.get("system", ""), metadata.get("host", ""),
+        )))),
+        ("evaluated by", ", ".join((
+            f"stepload {stepload.__version__}", f"Python {platform.python_version()}",
+            *map(_library, LIBRARIES),
+        ))),
+        *(
+            (f"{role.replace('_', ' ')}", metadata[role])
+            for role in ("arm", "force_sensor", "second_force_sensor", "displacement")
+            if metadata.get(role)
+        ),
+        ("calibration of K_s", metadata.get("calibration", "")),
+        *(
+            (f"{key[len(_SUM):]}, SHA-256", value)
+            for key, value in metadata.items()
+            if key.startswith(_SUM)
+        ),
+    ]  # fmt: skip
+    return Table(TITLE, ("what", "which"), [row for row in rows if row[1]], page_only=True)
+
+
+def _library(name: str) -> str:
+    try:
+        return f"{name} {version(name)}"
+    except PackageNotFoundError:
+        return f"{name} of an unknown version"
+
+
+def sum_of(path: Path) -> str:
+    """SHA-256 of a file in hexadecimal.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def sealed(document: Document, record: Path) -> Document:
+    """The document with the sum of the record that it was made from, which must be finished.
+
+    A record that cannot be read is named with the reason: the report is written all the same.
+    """
+    try:
+        told = sum_of(record)
+    except OSError as error:
+        told = f"not known: {error.strerror or error}"
+    row = (f"{record.name}, SHA-256", told)
+    tables = [
+        replace(each, rows=[*each.rows, row]) if each.title == TITLE else each
+        for each in document.tables
+    ]
+    sheet = document.certificate
+    if sheet is not None:
+        sheet = replace(sheet, seal=f"{record.name} SHA-256 {told}")
+    return replace(document, tables=tables, certificate=sheet)
