@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stepload.cli.hazards import HazardsRead, ask_hazards
+from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
 from stepload.cli.plans import PayloadFile, PlanFile
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
@@ -128,6 +129,8 @@ def run(
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     verbose: Verbose = False,
     hazards_read: HazardsRead = False,
+    pdf: AsPdf = False,
+    paper: PaperSize = A4,
     as_json: AsJson = False,
 ) -> None:
     """Run a plan: preflight, press, record, identify, report.
@@ -138,7 +141,7 @@ def run(
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.load import load_plan
 
-    output, operator = Output(as_json=as_json), Operator()
+    output, operator, on = Output(as_json=as_json), Operator(), wanted_paper(pdf, paper)
     envelope = envelope_of(load_plan(plan, payload=payload))
     if not dry_run and not hazards_read and ask_hazards(envelope):
         hazards_read = True
@@ -149,6 +152,7 @@ def run(
             quiet=quiet, verbose=verbose, hazards_read=hazards_read,
         )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})
+    put_on_paper(finished.directory / "report.html", on, output)
     raise typer.Exit(exit_code(finished))
 
 

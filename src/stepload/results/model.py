@@ -8,7 +8,7 @@ fields. A `Document` is a whole result for people; `terminal` and `page` show it
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any, Generic, Literal, TypeVar
 
@@ -123,6 +123,18 @@ def table(
     shown = [each for each in fields if each.label]
     rows = [[each.text(item) for each in shown] for item in items]
     return Table(title, [each.label for each in shown], rows, notes, page_only, headline)
+
+
+SHEET_ROWS = 12
+"""Rows of a table that have room on the first sheet of a report."""
+
+
+def first_rows(each: Table) -> Table:
+    """The table as the first sheet has room for it; a note says what was left out there."""
+    if len(each.rows) <= SHEET_ROWS:
+        return each
+    left = f"{SHEET_ROWS} of {len(each.rows)} rows; all of them are in the details."
+    return replace(each, rows=each.rows[:SHEET_ROWS], notes=(*each.notes, left))
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import stepload
-from stepload.results.model import Document, Table
+from stepload.results.model import NOTHING, Document, Table
+from stepload.results.saved import SavedRun
 
 TITLE = "Provenance"
 LIBRARIES = ("numpy", "scipy")
@@ -29,10 +30,7 @@ def provenance_table(metadata: Mapping[str, str]) -> Table:
             f"Python {metadata['python']}" if metadata.get("python") else "",
             metadata.get("system", ""), metadata.get("host", ""),
         )))),
-        ("evaluated by", ", ".join((
-            f"stepload {stepload.__version__}", f"Python {platform.python_version()}",
-            *map(_library, LIBRARIES),
-        ))),
+        ("evaluated by", _evaluated_by()),
         *(
             (f"{role.replace('_', ' ')}", metadata[role])
             for role in ("arm", "force_sensor", "second_force_sensor", "displacement")
@@ -46,6 +44,37 @@ def provenance_table(metadata: Mapping[str, str]) -> Table:
         ),
     ]  # fmt: skip
     return Table(TITLE, ("what", "which"), [row for row in rows if row[1]], page_only=True)
+
+
+RUNS = "Runs"
+
+
+def runs_table(runs: Sequence[SavedRun]) -> Table:
+    """Which runs a result was made from; `sealed_runs` adds the sums of their records."""
+    rows = [
+        (
+            run.name, *(run.metadata.get(key) or NOTHING for key in ("specimen", "batch")),
+            run.metadata.get("run_id") or NOTHING, run.metadata.get("started") or NOTHING,
+            run.metadata.get("operator") or NOTHING,
+            f"stepload {run.metadata.get('stepload') or 'unknown'}",
+        )
+        for run in runs
+    ]  # fmt: skip
+    columns = ("run", "specimen", "batch", "id", "started", "operator", "recorded by")
+    here = f"Evaluated by {_evaluated_by()}."
+    return Table(RUNS, columns, rows, (here,), page_only=True)
+
+
+def sealed_runs(document: Document, runs: Sequence[SavedRun]) -> Document:
+    """The document with the sums of the records it was made from."""
+    rows = [(run.name, run.path.name, sum_or_why(run.path)) for run in runs]
+    sums = Table("Records", ("run", "file", "SHA-256"), rows, page_only=True)
+    return replace(document, tables=[*document.tables, sums])
+
+
+def _evaluated_by() -> str:
+    python = f"Python {platform.python_version()}"
+    return ", ".join((f"stepload {stepload.__version__}", python, *map(_library, LIBRARIES)))
 
 
 def _library(name: str) -> str:
@@ -65,15 +94,17 @@ def sum_of(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def sealed(document: Document, record: Path) -> Document:
-    """The document with the sum of the record that it was made from, which must be finished.
-
-    A record that cannot be read is named with the reason: the report is written all the same.
-    """
+def sum_or_why(path: Path) -> str:
+    """The same, or in words why it cannot be had: a report is written all the same."""
     try:
-        told = sum_of(record)
+        return sum_of(path)
     except OSError as error:
-        told = f"not known: {error.strerror or error}"
+        return f"not known: {error.strerror or error}"
+
+
+def sealed(document: Document, record: Path) -> Document:
+    """The document with the sum of the record that it was made from, which must be finished."""
+    told = sum_or_why(record)
     row = (f"{record.name}, SHA-256", told)
     tables = [
         replace(each, rows=[*each.rows, row]) if each.title == TITLE else each

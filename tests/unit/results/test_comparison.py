@@ -23,7 +23,7 @@ from stepload.results.comparison_document import comparison_data, comparison_doc
 from stepload.results.comparison_quantity import measured, secant_of
 from stepload.results.origins import origin_of
 from stepload.results.press_data import PressData, TouchPoint
-from stepload.results.saved import SavedRun
+from stepload.results.saved import SavedRun, labelled
 
 K, N, KS = 6.57e8, 1.5, 3.49e6
 SENSOR = "cell: S2 {}, firmware 1.0, calibration 2026-01"
@@ -188,7 +188,7 @@ def test_runs_are_grouped_by_plan_or_as_told() -> None:
     told = compare(runs, sizes=[2, 1])
     assert any("budget alone" in note for note in told.notes)
     assert told.groups == ((0, 1), (2,))
-    assert [each.first for each in told.differences] == [(runs[0].name, runs[1].name)]
+    assert [each.first for each in told.differences] == [("a", "b")]
     for sizes in ([3, 0], [2, 2]):
         with pytest.raises(BadInputError, match="empty"):
             compare(runs, sizes=sizes)
@@ -197,6 +197,20 @@ def test_runs_are_grouped_by_plan_or_as_told() -> None:
     for tolerance in (0.0, 1.5, float("nan")):
         with pytest.raises(BadInputError, match="tolerance"):
             compare(runs, tolerance=tolerance)
+
+
+def test_runs_are_called_by_their_specimens_else_by_where_they_are_kept() -> None:
+    def names(*runs: SavedRun) -> list[str]:
+        return [run.name for run in labelled(runs)]
+
+    kept = replace(saved("2"), path=Path("runs/today/run.mcap"))
+    assert names(saved("1", specimen="S 7"), kept) == ["S 7", "today"]
+    again = replace(saved("3", specimen="S 7"), path=Path("runs/later/run.mcap"))
+    assert names(saved("1", specimen="S 7"), again) == ["S 7 (1)", "S 7 (later)"]
+    other = replace(kept, metadata={**kept.metadata, "run_id": "9"})
+    assert names(kept, other) == ["today (2)", "today (9)"]
+    assert names(saved("1", specimen="x" * 300)) == ["x" * 39 + "…"]
+    assert saved("1").name == "sphere 1"
 
 
 def test_secants_are_taken_where_all_runs_have_been() -> None:
@@ -225,7 +239,7 @@ def test_the_worst_of_several_groups_is_the_verdict() -> None:
     assert [each.verdict for each in found.differences] == ["agree", "differ"]
     data = comparison_data(found)
     assert data["agreement"] == "differ"
-    assert "sphere c" in data["headline"]
+    assert "Chord stiffness of c:" in data["headline"]
 
 
 def test_a_run_that_is_not_identifiable_shows_nothing() -> None:
@@ -235,7 +249,7 @@ def test_a_run_that_is_not_identifiable_shows_nothing() -> None:
     found = compare(runs)
     assert found.runs[1].found.judgement.verdict == "not identifiable"
     assert found.differences[0].verdict is Agreement.CANNOT_TELL
-    assert "not identifiable: sphere b" in found.differences[0].why
+    assert "not identifiable: b" in found.differences[0].why
 
 
 class Source(NamedTuple):
