@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +9,6 @@ from typing import Any
 
 from stepload.estimators.smooth import NORMAL_95
 from stepload.plan.calibration import CalibrationRecord
-from stepload.record.plain import plain
 from stepload.results import fields
 from stepload.results.calibration import Calibration
 from stepload.results.calibration_figures import SHEET, figures_of
@@ -74,7 +72,7 @@ def calibration_document(found: Calibration, file: Path) -> Document:
         reasons=reasons,
         tables=shown,
         figures=[each for each in pictures if each.name != SHEET],
-        texts=[(file.name, json.dumps(plain(record), indent=1, ensure_ascii=False))],
+        texts=[(file.name, file.read_text(encoding="utf-8"))] if file.is_file() else (),
         simulated=record.simulated,
         certificate=_sheet(found, reasons, shown, pictures[0]),
     )

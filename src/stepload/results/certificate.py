@@ -46,7 +46,7 @@ def run_certificate(
         way = "travel" if envelope.plan.identify.kind == "system" else "deformation"
         beside = sheet_table(levels, run.data.touches, resolution_m, way)
     told = recording.metadata
-    operator = short(told.get("operator", ""))
+    operator = short(told.get("operator", ""))[:60]
     return Certificate(
         heading="Test report: system stiffness of a rig"
         if envelope.plan.identify.kind == "system"

@@ -69,8 +69,7 @@ CURVE: tuple[Field[AgainstCurve], ...] = (
     ),
     Field(lambda row: row.result.secant_change, "secant_change", "secant", number("+.1%")),
     Field(lambda row: row.result.to_n, "secant_force_n", "at", quantity("N")),
-    Field(lambda row: row.secant_n_per_m, "secant_n_per_m", "secant of the curve",
-          quantity("N/m")),
+    named("secant_n_per_m"),
     Field(lambda row: row.result.chord_change, "chord_change", "chord", number("+.1%")),
     Field(lambda row: row.result.from_n, "chord_from_n", "from", quantity("N")),
     Field(lambda row: row.smallest_detectable, "smallest_detectable", "could show",
@@ -78,7 +77,7 @@ CURVE: tuple[Field[AgainstCurve], ...] = (
     Field(lambda row: row.verdict, "verdict", "verdict"),
     Field(lambda row: len(row.result.curve_n), "points"),
     Field(lambda row: row.result.left_out, "points_beyond"),
-    Field(lambda row: row.correction, "correction", "forces of the curve ×", number(".4f")),
+    named("correction"),
 )  # fmt: skip
 
 DIFFERENCE_LINE: tuple[Field[DifferenceLine], ...] = (

@@ -42,8 +42,8 @@ def figures_of(found: Comparison) -> list[Figure]:
         made.append(
             Figure(
                 LAWS, "Force against deformation",
-                "Believed law of every run from its own zero, its 95 % band and what was measured"
-                + ("; the imported curve is corrected for its modulus." if imported else "."),
+                "Believed laws from their own zeros, 95 % bands, what was measured"
+                + ("; the curve is corrected for its modulus." if imported else "."),
                 "force over deformation with confidence bands",
                 partial(_bands, laws, _points(found), imported),
             )
@@ -75,7 +75,7 @@ def _bands(
 ) -> str:
     """Believed laws with their 95 % bands over the measured points, and an imported curve
     (deformation, force) as larger points."""
-    with figure_of(4.4) as (figure, (axes,)):
+    with figure_of(3.8) as (figure, (axes,)):
         for index, (name, run) in enumerate(runs.items()):
             colour = COLOURS[index % len(COLOURS)]
             x, y = points[name]

@@ -19,7 +19,7 @@ from stepload.record.reader import Recording
 from stepload.units import format_quantity as f
 
 NOT_STATED = "not stated"
-LONGEST = 110
+LONGEST = 100
 """Characters of a value on the first sheet; the run's table has the whole of it."""
 
 Facts = list[tuple[str, str]]
@@ -77,8 +77,6 @@ def rig_facts(envelope: Envelope, recording: Recording) -> Facts:
         facts.append(("Temperature", f"{plan.identify.temperature_c:g} °C"))
     return [
         *facts,
-        ("Plan", short(plan.name)),
-        ("Started", told.get("started") or NOT_STATED),
         ("Operator", stated(told.get("operator", ""))),
         ("Notes", stated(told.get("notes", ""))),
     ]

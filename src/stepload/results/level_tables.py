@@ -13,7 +13,7 @@ from stepload.results.model import Field, Table, named, number, quantity, table
 from stepload.results.press_data import TouchPoint
 from stepload.units import format_quantity
 
-SHEET_ROWS = 10
+SHEET_ROWS = 8
 """Load levels that have room on the first sheet; of more, some are left out there."""
 
 

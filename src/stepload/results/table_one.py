@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from stepload.estimators.fit import Fit
@@ -14,34 +15,47 @@ COLUMNS = {"rs_btls": "RS-BTLS", "rs_rtls": "RS-RTLS"}
 
 
 def table_one(found: Comparison) -> Table:
-    """One row for every run, as test 1, 2 …; and one for the curve, corrected for its modulus."""
-    columns = ["payload", "run", "test"]
+    """One row for every run, as test 1, 2 … of its payload; and one for the curve, corrected.
+
+    Payloads are named where there is more than one.
+    """
+    columns = ["test", "run"]
     for name in COLUMNS.values():
-        columns += [f"{name}: K [N/mⁿ]", "n", "secant"]
-    columns += ["believed", "secant", "95 % interval"]
+        columns += [f"{name}: K [N/mⁿ]", "n", "secant [N/m]"]
+    columns += ["believed: secant [N/m]", "95 % interval"]
     rows, tests = [], dict[str, int]()
-    for each in found.runs:
-        payload = each.run.metadata.get("payload", "") or NOTHING
+    names = [each.run.metadata.get("payload", "") or NOTHING for each in found.runs]
+    for each, payload in zip(found.runs, names, strict=True):
         tests[payload] = tests.get(payload, 0) + 1
-        row = [payload, each.run.name, f"{tests[payload]}"]
+        row = [f"{tests[payload]}", each.run.name]
         for name in COLUMNS:
             row += _three(each.found.fits.get(name))
-        row += [each.found.believe, f(each.found.fit.secant_n_per_m, "N/m")]
+        row.append(f"{power_of_ten(each.found.fit.secant_n_per_m)} {each.found.believe}")
         stated = each.found.budget
-        low, high = stated.interval_secant_n_per_m if stated else (0.0, 0.0)
-        row.append(f"[{f(low, 'N/m')}, {f(high, 'N/m')}]" if stated else NOTHING)
+        low, high = map(power_of_ten, stated.interval_secant_n_per_m if stated else (0.0, 0.0))
+        row.append(f"[{low}, {high}]" if stated else NOTHING)
         rows.append(row)
     rows += _curve_rows(found.curve, len(columns))
+    if len(set(names)) > 1:
+        columns.insert(0, "payload")
+        left = [*names, *[NOTHING] * (len(rows) - len(names))]
+        rows = [[payload, *row] for payload, row in zip(left, rows, strict=True)]
     at = f(found.secant_force_n, "N")
     notes = [f"Secants (28) at {at}; K and n are not to be read apart: K carries the unit of n."]
     notes += correction_notes(found.curve)
-    return Table("Results side by side, as Table I of the paper", columns, rows, notes)
+    title = "Results side by side, as Table I of the paper"
+    return Table(title, columns, rows, notes, page_only=True)
 
 
 def _three(fit: Fit | None) -> list[str]:
     if fit is None:
         return [NOTHING] * 3
-    return [f"{fit.k:.3g}", f"{fit.n:.2f}", f(fit.secant_n_per_m, "N/m")]
+    return [power_of_ten(fit.k), f"{fit.n:.2f}", power_of_ten(fit.secant_n_per_m)]
+
+
+def power_of_ten(value: float) -> str:
+    """A number as the paper prints it: 4.80e6."""
+    return re.sub(r"e\+?(-?)0*(\d)", r"e\1\2", f"{value:.2e}")
 
 
 def _curve_rows(curve: Sequence[AgainstCurve], columns: int) -> list[list[str]]:
@@ -49,7 +63,7 @@ def _curve_rows(curve: Sequence[AgainstCurve], columns: int) -> list[list[str]]:
     made = {}
     for each in curve:
         if each.secant_n_per_m is not None:
-            shown = f"{f(each.secant_n_per_m, 'N/m')} at {f(each.result.to_n, 'N')}"
+            shown = f"{power_of_ten(each.secant_n_per_m)} at {f(each.result.to_n, 'N')}"
             made[shown] = each
     rows = []
     for shown in made:
