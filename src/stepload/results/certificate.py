@@ -67,8 +67,8 @@ def few(reasons: Sequence[str]) -> list[str]:
     cut = any(len(reason) > len(each) for reason, each in zip(reasons, shown, strict=False))
     left = len(reasons) - len(shown)
     if left or cut:
-        more = f"{left} more" if left else "All of it"
-        shown.append(f"{more} on the next page: what is to be said about this result.")
+        more = f"{left} more" if left else "In full"
+        shown.append(f"{more} below, under what is to be said about this result.")
     return shown
 
 
