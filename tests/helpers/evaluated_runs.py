@@ -84,7 +84,6 @@ def evaluated(
     identified: bool = True,
     status: RunStatus = RunStatus.COMPLETED,
     dry_run: bool = False,
-    partial: bool = False,
     **told: str,
 ) -> Evaluation:
     """The evaluation of such data; `None`: the run ended before it touched anything."""
@@ -97,8 +96,8 @@ def evaluated(
     recording = Recording(
         path=Path("run.mcap"), force=nothing, second_force=None, arm=nothing, displacement=None,
         ticks=cast(Any, ticks), events=events, metadata=TOLD | told,
-        outcome={"recorded_force": "7", "dropped_force": "0"}, attachments={}, results=None,
-        partial=partial, damage="cut at byte 12" if partial else "",
+        outcome={}, attachments={}, results=None,
+        partial=False, damage="",
     )  # fmt: skip
     outcome = RunOutcome(
         status, None, "The run ended as it did.", False, (), 0.0, end_s, 300.0, 0.1, 6, 2, (), (),

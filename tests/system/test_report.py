@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import chromium
 import pytest
+
+from stepload.results.provenance import UNFINISHED
 
 FIGURES = ["law", "residuals", "ellipse", "time", "limit"]
 
@@ -39,3 +42,10 @@ def test_the_report_in_chromium(cycles_run: Path, tmp_path: Path) -> None:
         assert page.evaluate("document.querySelectorAll('pre').length") > 4
         assert page.complaints == []
         assert page.requests == []
+
+
+def test_the_report_knows_the_record_that_lies_beside_it(cycles_run: Path) -> None:
+    page = (cycles_run / "report.html").read_text()
+    assert hashlib.sha256((cycles_run / "run.mcap").read_bytes()).hexdigest() in page
+    assert "Messages of the record" in page
+    assert UNFINISHED not in page

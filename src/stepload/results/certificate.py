@@ -13,7 +13,7 @@ from stepload.results.level_tables import sheet_table
 from stepload.results.levels import Level
 from stepload.results.model import Certificate, Figure, Table
 
-MOST_REMARKS = 3
+MOST_REMARKS, LONGEST_REMARK = 3, 170
 """Reasons that have room on the first sheet; all of them stand on the next."""
 
 
@@ -63,7 +63,7 @@ def run_certificate(
 
 def few(reasons: Sequence[str]) -> list[str]:
     """The first reasons, cut short, and how many more there are."""
-    shown = [short(reason) for reason in reasons[:MOST_REMARKS]]
+    shown = [short(reason, LONGEST_REMARK) for reason in reasons[:MOST_REMARKS]]
     cut = any(len(reason) > len(each) for reason, each in zip(reasons, shown, strict=False))
     left = len(reasons) - len(shown)
     if left or cut:

@@ -15,8 +15,6 @@ from stepload.results.model import NOTHING, Show, Table, number, quantity, table
 from stepload.results.press_data import PressData
 from stepload.units import format_quantity as f
 
-STREAMS = ("force", "second_force", "arm", "displacement", "tick", "events")
-
 
 def force_budget_table(envelope: Envelope, *, page_only: bool = False) -> Table:
     """What the guarded approach may add to the force, term by term."""
@@ -80,24 +78,14 @@ def _smooth(law: ContactLaw, each: Quantity) -> float:
 
 
 def health_tables(run: Evaluation) -> list[Table]:
-    """Whether the loop was in time and the streams whole, and where their times come from."""
-    late, told = run.outcome.lateness, run.recording.outcome
+    """Whether the loop was in time, and where the times of the streams come from."""
+    late = run.outcome.lateness
     rows = [
         ("ticks", f"{late.ticks}"),
         ("ticks late by more than a period", f"{late.overruns}"),
         ("latest tick", f"{late.worst_s * 1e3:.2f} ms"),
         ("ticks late on average by", f"{late.mean_s * 1e3:.3f} ms"),
     ]
-    rows += [
-        (
-            f"{stream.replace('_', ' ')}: messages recorded",
-            f"{told[f'recorded_{stream}']}, dropped {told.get(f'dropped_{stream}', NOTHING)}",
-        )
-        for stream in STREAMS
-        if f"recorded_{stream}" in told
-    ]
-    if run.recording.partial:
-        rows.append(("record", f"not finished: {run.recording.damage or 'its end is missing'}"))
     made = [Table("Timing health", ("figure", "value"), rows, page_only=True)]
     if run.data is not None:
         made.append(_clock_table(run.data))

@@ -25,10 +25,17 @@ LONGEST = 100
 Facts = list[tuple[str, str]]
 
 
-def short(text: str) -> str:
-    """`text` on one line, cut with an ellipsis where it is too long for the first sheet."""
+def short(text: str, longest: int = LONGEST) -> str:
+    """`text` on one line, cut with an ellipsis where it is too long for the first sheet.
+
+    It is cut between words where that leaves most of it.
+    """
     line = " ".join(text.split())
-    return line if len(line) <= LONGEST else f"{line[: LONGEST - 1]}…"
+    if len(line) <= longest:
+        return line
+    cut = line[: longest - 1]
+    words = cut.rpartition(" ")[0]
+    return f"{words if len(words) > longest // 2 else cut}…"
 
 
 def stated(text: str) -> str:

@@ -10,11 +10,15 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import stepload
+from stepload.errors import BadInputError
+from stepload.record.summary import read_summary
 from stepload.results.model import NOTHING, Document, Table
 from stepload.results.saved import SavedRun
 
 TITLE = "Provenance"
 LIBRARIES = ("numpy", "scipy")
+STREAMS = ("force", "second_force", "arm", "displacement", "tick", "events")
+UNFINISHED = "the record was never finished: what came after its end is not in this result"
 _SUM = "sha256 "
 
 
@@ -114,3 +118,29 @@ def sealed(document: Document, record: Path) -> Document:
     if sheet is not None:
         sheet = replace(sheet, seal=f"{record.name} SHA-256 {told}")
     return replace(document, tables=tables, certificate=sheet)
+
+
+def with_record(document: Document, record: Path) -> Document:
+    """The document of a run with what its record has become: its sum, what is in it, and whether
+    it was finished. To be called when the record has got its name."""
+    document = sealed(document, record)
+    try:
+        summary = read_summary(record)
+    except BadInputError as error:
+        return _remarked(document, f"the record cannot be read: {error.message}")
+    rows = [
+        (stream.replace("_", " "), recorded, summary.outcome.get(f"dropped_{stream}", NOTHING))
+        for stream in STREAMS
+        if (recorded := summary.outcome.get(f"recorded_{stream}"))
+    ]
+    table = Table("Messages of the record", ("stream", "recorded", "dropped"), rows, page_only=True)
+    document = replace(document, tables=[*document.tables, table])
+    return _remarked(document, UNFINISHED) if summary.partial else document
+
+
+def _remarked(document: Document, remark: str) -> Document:
+    """The document with one remark more, before all others."""
+    sheet = document.certificate
+    if sheet is not None:
+        sheet = replace(sheet, remarks=[remark, *sheet.remarks])
+    return replace(document, reasons=[remark, *document.reasons], certificate=sheet)

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from stepload.envelope.reason import Severity
 from stepload.errors import BadInputError
 from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.runin import RunIn
@@ -131,12 +132,10 @@ def levels_of_run(run: Evaluation) -> tuple[Level, ...]:
 def _reasons(run: Evaluation) -> list[str]:
     """All that is to be said about the result, what speaks against it first."""
     found = run.identification
-    reasons = list(found.judgement.reasons) if found is not None else []
-    reasons += [
-        f"preflight: {reason.message}"
-        for reason in run.envelope.reasons
-        if reason.severity != "note"
-    ]
+    told = run.envelope.reasons
+    reasons = [f"preflight: {each.message}" for each in told if each.severity == Severity.REFUSE]
+    reasons += found.judgement.reasons if found is not None else ()
+    reasons += [f"preflight: {each.message}" for each in told if each.severity == Severity.WARN]
     if run.data is not None:
         reasons += [
             *remarks(run.data),

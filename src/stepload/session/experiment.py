@@ -35,7 +35,7 @@ from stepload.results.analyse import Evaluation, evaluate
 from stepload.results.data import outcome_data, run_data
 from stepload.results.model import Document
 from stepload.results.page import render
-from stepload.results.provenance import sealed
+from stepload.results.provenance import with_record
 from stepload.results.run_document import run_document
 from stepload.rig import pose
 from stepload.rig.device import ArmConfiguration
@@ -367,7 +367,7 @@ def _write_files(finished: Finished) -> list[str]:
     try:
         _write_results(finished.directory, finished.data)
         if finished.document is not None:
-            document = sealed(finished.document, finished.directory / files.RECORD)
+            document = with_record(finished.document, finished.directory / files.RECORD)
             files.write_file(finished.directory / files.REPORT, render(document))
     except Exception as error:
         return [f"report or results not written: {_named(error)}"]

@@ -13,14 +13,16 @@ import pytest
 from evaluated_runs import an_envelope, evaluated, pressed
 
 from stepload.envelope.envelope import Envelope
-from stepload.envelope.reason import PlanVerdict
+from stepload.envelope.reason import PlanVerdict, Reason, Severity
 from stepload.plan.model import Provenance
 from stepload.record.outcome import RunStatus
+from stepload.record.summary import Summary
+from stepload.results import provenance
 from stepload.results.equations import cited
 from stepload.results.facts import LONGEST, source_of
 from stepload.results.model import Certificate, Document, Table, Verdict
 from stepload.results.page import render, running
-from stepload.results.provenance import TITLE, sealed
+from stepload.results.provenance import TITLE, sealed, with_record
 from stepload.results.run_document import run_document
 
 EMPTY = Document("t", Verdict("good", "ok", "fine"))
@@ -111,7 +113,6 @@ def test_what_is_behind_the_sheet(healthy: Document) -> None:
     assert predicted["largest force"] == ["300 N", "300 N"]
     health = rows_of(healthy, "Timing health")
     assert health["ticks late by more than a period"] == ["3"]
-    assert health["force: messages recorded"] == ["7, dropped 0"]
     assert rows_of(healthy, "How it ended")["status"] == ["completed"]
     provenance = rows_of(healthy, TITLE)
     assert provenance["plan.yaml, SHA-256"] == ["ab" * 32]
@@ -137,24 +138,40 @@ def test_the_seal_is_the_sum_of_the_record(healthy: Document, tmp_path: Path) ->
     assert rows_of(gone, TITLE)["gone.mcap, SHA-256"] == ["not known: No such file or directory"]
 
 
+def test_a_record_that_was_not_finished_is_said_first(
+    healthy: Document, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    record = tmp_path / "run.mcap"
+    record.write_bytes(b"data")
+    refused = with_record(healthy, record)
+    assert "the record cannot be read" in refused.reasons[0]
+    told = {"recorded_force": "7", "dropped_force": "2"}
+    for partial in (False, True):
+        summary = Summary(record, {}, told, None, partial)
+        monkeypatch.setattr(provenance, "read_summary", lambda path, found=summary: found)
+        done = with_record(healthy, record)
+        assert rows_of(done, "Messages of the record") == {"force": ["7", "2"]}
+        assert (provenance.UNFINISHED in done.reasons) == partial
+        assert (sheet_of(done).remarks[0] == provenance.UNFINISHED) == partial
+
+
 @pytest.mark.parametrize("made", [None, "no fit", "one level"])
 def test_a_run_without_a_result_says_so(envelope: Envelope, made: str | None) -> None:
     data = None if made is None else pressed(1 if made == "one level" else 6)
-    document = run_document(
-        evaluated(envelope, data, identified=False, status=RunStatus.STOPPED, partial=True)
-    )
+    document = run_document(evaluated(envelope, data, identified=False, status=RunStatus.STOPPED))
     page = render(document)
     assert document.verdict.mood == "bad"
     assert '<b class="word">stopped' in page
     assert (sheet_of(document).figure is None) == (data is None)
     assert sheet_of(document).tables == []
-    assert rows_of(document, "Timing health")["record"] == ["not finished: cut at byte 12"]
     assert "Operator" in page
 
 
 def test_an_adhesive_contact_and_a_refused_plan_are_shown(envelope: Envelope) -> None:
-    refused = replace(envelope, verdict=PlanVerdict.REFUSED)
+    reason = Reason("too_much", Severity.REFUSE, "it would yield")
+    refused = replace(envelope, verdict=PlanVerdict.REFUSED, reasons=(*envelope.reasons, reason))
     document = run_document(evaluated(refused, pressed(6, pull_n=12.0)))
+    assert sheet_of(document).remarks[0] == "preflight: it would yield"
     notes = [note for each in document.tables for note in each.notes]
     assert any("Preflight said REFUSED" in note for note in notes)
     figure = sheet_of(document).figure
