@@ -17,6 +17,7 @@ from stepload.record.reader import Event, Recording
 from stepload.record.rows import Phase
 from stepload.results.analyse import Evaluation, identify_payload
 from stepload.results.conditions import measured, planned
+from stepload.results.levels import Level, levels_of
 from stepload.results.press_data import PressData, TouchPoint
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -103,10 +104,14 @@ def evaluated(
         status, None, "The run ended as it did.", False, (), 0.0, end_s, 300.0, 0.1, 6, 2, (), (),
         Lateness(1000, 3, 2.5e-3, 1e-5),
     )  # fmt: skip
-    found = None
-    if data is not None and identified:
-        found = identify_payload(data, measured(planned(envelope), data))
+    found, levels = None, tuple[Level, ...]()
+    if data is not None:
+        conditions = measured(planned(envelope), data)
+        levels = levels_of(data, events, conditions)
+        if identified:
+            found = identify_payload(data, conditions)
     problem = "" if found else "there is nothing to identify"
     return Evaluation(
-        envelope, outcome, recording, dry_run, data=data, identification=found, problem=problem
-    )
+        envelope, outcome, recording, dry_run, data=data, identification=found, problem=problem,
+        levels=levels,
+    )  # fmt: skip

@@ -18,7 +18,7 @@ import pytest
 
 from stepload.cli.main import main
 from stepload.results.model import Document
-from stepload.session import experiment
+from stepload.session import files
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -65,13 +65,13 @@ def stepload(*arguments: object, **options: Any) -> subprocess.CompletedProcess[
 
 def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
     """Reports of words only: drawing takes longer than a quick run."""
-    render = experiment.render
+    render = files.render
 
     def words_only(document: Document) -> str:
         sheet = document.certificate and replace(document.certificate, figure=None)
         return render(replace(document, figures=(), certificate=sheet))
 
-    patch.setattr(experiment, "render", words_only)
+    patch.setattr(files, "render", words_only)
 
 
 class Said(NamedTuple):

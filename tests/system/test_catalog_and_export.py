@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +41,18 @@ def test_a_summary_says_what_the_whole_record_says(cycles_run: Path) -> None:
     assert summary.outcome == whole.outcome
     assert summary.results == whole.results
     assert not summary.partial
+
+
+def test_a_summary_without_offsets_is_walked_through(cycles_run: Path, tmp_path: Path) -> None:
+    data = bytearray((cycles_run / "run.mcap").read_bytes())
+    data[-8 - 4 - 8 : -8 - 4] = bytes(8)  # where the offsets begin, in the footer
+    (path := tmp_path / "run.mcap").write_bytes(data)
+    assert replace(read_summary(path), path=cycles_run / "run.mcap") == read_summary(
+        cycles_run / "run.mcap"
+    )
+    data[-8 - 4 - 8 : -8 - 4] = (len(data) - 30).to_bytes(8, "little")  # inside the footer
+    path.write_bytes(data)
+    assert read_summary(path).metadata
 
 
 def test_every_run_has_a_row(place: Path) -> None:
@@ -85,14 +98,36 @@ def test_the_catalogue_is_a_frame(place: Path, tmp_path: Path) -> None:
     assert len(__import__("pyarrow.parquet").parquet.read_table(file)) == 4
 
 
-def test_a_run_is_found_by_its_id(place: Path, quick_run: Path) -> None:
+def test_a_run_is_found_by_its_id(place: Path) -> None:
     wanted = stepload.open(place / "b").run_id
     assert catalog.find_run(wanted[:8], place) == place / "b" / "run.mcap"
-    assert catalog.find_run(str(quick_run), place) == quick_run
     with pytest.raises(BadInputError, match="2 runs"):  # the run and its unfinished copy
         catalog.find_run(stepload.open(place / "a").run_id, place)
     with pytest.raises(BadInputError, match="no run in"):
         catalog.find_run("0123456789ab", place)
+
+
+@pytest.mark.parametrize(
+    "verb", [("identify",), ("replay",), ("snippet", "--for", "mujoco", "--mass", "1 kg")]
+)
+def test_verbs_that_take_a_run_take_its_id(
+    place: Path, verb: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("STEPLOAD_RUNS", str(place))
+    wanted = stepload.open(place / "b").run_id
+    by_id = in_process(verb[0], wanted, *verb[1:], "--json")
+    assert by_id.returncode == 0, by_id.stderr
+    assert by_id.stdout == in_process(verb[0], place / "b", *verb[1:], "--json").stdout
+    unknown = in_process(verb[0], "0123456789ab", *verb[1:])
+    assert unknown.returncode == 2
+    assert "no run in" in unknown.stderr
+
+
+def test_runs_are_compared_by_their_ids(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (place / "c" / "run.mcap.part").unlink()
+    monkeypatch.setenv("STEPLOAD_RUNS", str(place))
+    one, other = (stepload.open(place / name).run_id for name in "ab")
+    assert in_process("compare", one, "vs", other).returncode == 0
 
 
 def test_a_link_in_a_circle_ends(place: Path) -> None:

@@ -15,6 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import pytest
 from real_runs import QUICK, ROOT, in_process, stepload
 
@@ -30,6 +31,7 @@ CURVE = "displacement_m,force_n\n" + "".join(
 )
 MASKED = (
     "*.directory", "*.path", "*.run_id", "*.why_it_ended", "*.safing.duration_s",
+    "*.run.started", "*.run.files.*", "*.run.stepload", "*.versions.*",
     "compare.headline", "compare.runs.name", "compare.pairs.first", "compare.pairs.second",
     "compare.curve.run", "compare.groups", "compare.differences.first",
     "compare.differences.second", "compare.differences.why", "calibrate*.record",
@@ -113,8 +115,29 @@ def differences(place: str, expected: Any, found: Any) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    return objects(tmp_path_factory.mktemp("json"))
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("json")
+
+
+@pytest.fixture(scope="module")
+def found(place: Path) -> dict[str, Any]:
+    return objects(place)
+
+
+def closed(schema: Any) -> Any:
+    """The schema with every key that it does not name forbidden."""
+    if isinstance(schema, list):
+        return [closed(each) for each in schema]
+    if not isinstance(schema, dict):
+        return schema
+    made = {key: closed(each) for key, each in schema.items()}
+    return {"additionalProperties": False} | made if "properties" in made else made
+
+
+@pytest.mark.parametrize("run", ["one", "two", "flat", "flat-again"])
+def test_results_keep_to_their_schema(found: dict[str, Any], place: Path, run: str) -> None:
+    schema = closed(json.loads(in_process("schema", "--results").stdout))
+    jsonschema.validate(json.loads((place / run / "results.json").read_text()), schema)
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in EXPECTED.glob("*.json")))

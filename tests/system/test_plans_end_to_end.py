@@ -20,7 +20,7 @@ from stepload.engine.rehearse import payload_truth
 from stepload.envelope.theory import theory_of
 from stepload.plan.load import load_plan
 from stepload.record.reader import read_recording
-from stepload.session import experiment
+from stepload.session import experiment, files
 from stepload.units import format_quantity
 
 PROCEDURES = ROOT / "procedures"
@@ -77,7 +77,7 @@ def command(capsys: pytest.CaptureFixture[str], *arguments: object) -> Ran:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sys, "argv", ["stepload", *map(str, arguments)])
         patch.setattr(experiment, "opened", watched)
-        patch.setattr(experiment, "render", lambda page: "")
+        patch.setattr(files, "render", lambda page: "")
         with pytest.raises(SystemExit) as ended:
             main()
     out, err = capsys.readouterr()

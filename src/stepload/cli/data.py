@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from stepload.cli.run_paths import RunPath, runs_directory
 from stepload.errors import BadInputError
 from stepload.results.terminal import AsJson, Output
 
@@ -16,7 +17,9 @@ if TYPE_CHECKING:
 
 
 def runs(
-    directory: Annotated[Path, typer.Argument(help="Where the runs are.")] = Path("runs"),
+    directory: Annotated[
+        Path | None, typer.Argument(help="Where the runs are; default: `runs`, or STEPLOAD_RUNS.")
+    ] = None,
     where: Annotated[
         list[str] | None,
         typer.Option("--where", help='Only runs whose column holds a text: "payload=sphere".'),
@@ -36,7 +39,7 @@ def runs(
 
     from stepload.data import catalog
 
-    output = Output(as_json=as_json)
+    output, directory = Output(as_json=as_json), directory or runs_directory()
     wanted = dict(_pair(text) for text in where or ())
     found = catalog.chosen(catalog.rows(directory), wanted)
     found = catalog.ordered(found, sort, falling=falling)
@@ -76,21 +79,17 @@ def _cells(row: RunRow) -> list[str]:
 
 
 def export(
-    run: Annotated[str, typer.Argument(help="A run: its directory, record or id.")],
+    run: RunPath,
     out: Annotated[Path, typer.Option("--out", help="Directory the files are written to.")],
     csv: Annotated[bool, typer.Option("--csv", help="One CSV file for each table.")] = False,
     parquet: Annotated[bool, typer.Option("--parquet", help="One Parquet file each.")] = False,
     xlsx: Annotated[bool, typer.Option("--xlsx", help="One Excel book, a sheet each.")] = False,
-    directory: Annotated[Path, typer.Option("--runs", help="Where a run id is looked for.")] = Path(
-        "runs"
-    ),
     as_json: AsJson = False,
 ) -> None:
     """Write force–deformation curve, levels, touches and raw streams for other programs.
 
     Example: stepload export runs/20260801-101500-demo --csv --out tables
     """
-    from stepload.data.catalog import find_run
     from stepload.data.export import Format, write_tables
     from stepload.data.opened import open_run
 
@@ -100,7 +99,7 @@ def export(
     ]
     if not formats:
         raise BadInputError("say as what: --csv, --parquet or --xlsx")
-    opened = open_run(find_run(run, directory))
+    opened = open_run(run)
     if opened.simulated:
         output.line("SIMULATED: what is exported is no measurement")
     if opened.damage:

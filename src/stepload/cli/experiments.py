@@ -11,6 +11,7 @@ import typer
 from stepload.cli.hazards import HazardsRead, ask_hazards
 from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
 from stepload.cli.plans import PayloadFile, PlanFile
+from stepload.cli.run_paths import run_directory, run_path
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
@@ -27,9 +28,22 @@ OutDirectory = Annotated[
 ]
 Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Seed of the simulated rig.")]
 
+Tags = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--tag",
+        help="A word to find the run by; specimen=…, batch=… and operator=… set those of the plan.",
+    ),
+]
+
 ResumeDirectory = Annotated[
     Path | None,
-    typer.Option("--resume", help="Directory of an interrupted run; goes on after its last step."),
+    typer.Option(
+        "--resume",
+        parser=run_directory,
+        metavar="RUN",
+        help="An interrupted run (directory, record or id); goes on after its last step.",
+    ),
 ]
 
 EXIT_OF_SIGNAL: dict[int, ExitCode] = {
@@ -126,6 +140,7 @@ def run(
     payload: PayloadFile = None,
     seed: Seed = None,
     resume: ResumeDirectory = None,
+    tag: Tags = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     verbose: Verbose = False,
     hazards_read: HazardsRead = False,
@@ -140,12 +155,13 @@ def run(
     from stepload.engine.operator import Operator
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.load import load_plan
+    from stepload.plan.tags import tagged
 
     output, operator, on = Output(as_json=as_json), Operator(), wanted_paper(pdf, paper)
-    envelope = envelope_of(load_plan(plan, payload=payload))
+    envelope = envelope_of(tagged(load_plan(plan, payload=payload), tag or ()))
     if not dry_run and not hazards_read and ask_hazards(envelope):
-        hazards_read = True
-        envelope = envelope_of(load_plan(plan, payload=payload))  # its rig file may have changed
+        hazards_read = True  # and the rig file may have changed
+        envelope = envelope_of(tagged(load_plan(plan, payload=payload), tag or ()))
     with operator.listening():
         finished = press(
             envelope, operator, output, dry_run=dry_run, out=out, seed=seed, resume=resume,
@@ -157,7 +173,12 @@ def run(
 
 
 def pause(
-    directory: Annotated[Path, typer.Argument(help="Directory of a run that is going on.")],
+    directory: Annotated[
+        Path,
+        typer.Argument(
+            parser=run_directory, metavar="RUN", help="A run that is going on: directory or id."
+        ),
+    ],
     resume: Annotated[bool, typer.Option("--resume", help="Go on instead.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -172,7 +193,12 @@ def pause(
 
 
 def identify(
-    file: Annotated[Path, typer.Argument(help="run.mcap of ours, or a CSV curve.")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            parser=run_path, metavar="FILE", help="A run (directory, record, id), or a CSV curve."
+        ),
+    ],
     system_stiffness: Annotated[
         str | None,
         typer.Option("--system-stiffness", help='K_s to take out, such as "3.49e6 N/m".'),
@@ -218,11 +244,21 @@ def identify(
         typer.Option("--law", help="Laws that figures may rest on: hertz,power …; auto: all."),
     ] = None,
     kind: Annotated[str, typer.Option("--kind", help="payload or system.")] = "payload",
+    write_to: Annotated[
+        Path | None,
+        typer.Option("--out", help="New directory for results.json and report.html."),
+    ] = None,
+    pdf: AsPdf = False,
+    paper: PaperSize = A4,
     as_json: AsJson = False,
 ) -> None:
-    """Identify the contact law from a record or a CSV file; nothing is moved or changed."""
+    """Identify the contact law from a record or a CSV file; nothing is moved or changed.
+
+    Example: stepload identify runs/20260801-101500-demo --out again
+    """
+    from stepload.results.about import about
     from stepload.results.data import identification_data, system_data
-    from stepload.results.from_file import results_of_file, system_results_of_file
+    from stepload.results.from_file import is_record, results_of_file, system_results_of_file
     from stepload.results.run_document import identification_document, system_document
     from stepload.results.wishes import Wishes, laws_of, wishes_of_payload
     from stepload.units import parse_quantity
@@ -245,18 +281,30 @@ def identify(
     )
     if payload is not None:
         wishes = wishes_of_payload(payload, wishes)
-    out = Output(as_json=as_json)
+    out, on = Output(as_json=as_json), wanted_paper(pdf, paper)
+    if on and write_to is None:
+        raise BadInputError("--pdf without --out", hint="name a directory for the report: --out")
     if kind == "system":
         fit, simulated = system_results_of_file(file)
-        out.show(system_document(fit, simulated=simulated))
-        out.result({"simulated": simulated, **system_data(fit)})
+        document = system_document(fit, simulated=simulated)
+        data = {"simulated": simulated, **system_data(fit)}
     elif kind == "payload":
         told = results_of_file(file, wishes)
-        out.show(identification_document(*told))
+        document = identification_document(*told)
         data = {"simulated": told.simulated, **identification_data(told.found)}
-        out.result(data | {"notes": told.notes})
+        data |= {"notes": told.notes}
     else:
         raise BadInputError(f"--kind {kind!r}", hint="payload or system")
+    out.show(document)
+    if write_to is not None:
+        from stepload.session.again import results_again, write_new
+
+        whole = {**about({}, {}), **data}, document
+        report = write_new(write_to, *(results_again(file, wishes) if is_record(file) else whole))
+        out.line(f"report: {report}")
+    out.result(data)
+    if write_to is not None:
+        put_on_paper(report, on, out)
 
 
 def register(app: typer.Typer) -> None:

@@ -158,11 +158,23 @@ def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = Fal
         raise typer.Exit(ExitCode.REFUSED)
 
 
-def schema() -> None:
-    """Print the JSON Schema of a plan, for editors."""
-    from stepload.plan.load import json_schema
+def schema(
+    results: Annotated[
+        bool, typer.Option("--results", help="The schema of results.json instead.")
+    ] = False,
+) -> None:
+    """Print the JSON Schema of a plan, for editors, or that of results.json.
 
-    print(json.dumps(json_schema(), indent=2))
+    Example: stepload schema --results
+    """
+    if results:
+        from stepload.results.about import schema_text
+
+        print(schema_text(), end="")
+    else:
+        from stepload.plan.load import json_schema
+
+        print(json.dumps(json_schema(), indent=2))
 
 
 def profiles(

@@ -7,23 +7,30 @@ from typing import Annotated
 
 import typer
 
+from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
+from stepload.cli.run_paths import RunPath, run_path
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
-
-RecordFile = Annotated[Path, typer.Argument(help="A record (run.mcap or run.mcap.part).")]
 
 
 def recover(
     file: Annotated[
-        Path, typer.Argument(help="A record, or a directory in which to look for unfinished ones.")
+        Path,
+        typer.Argument(
+            parser=run_path,
+            metavar="RUN",
+            help="A record or a run id, or a directory in which to look for unfinished ones.",
+        ),
     ] = Path("runs"),
     out: Annotated[Path | None, typer.Option("--out", help="Where the repaired file goes.")] = None,
+    pdf: AsPdf = False,
+    paper: PaperSize = A4,
     as_json: AsJson = False,
 ) -> None:
     """Repair what was not finished, verify it by reading back, and identify what is there."""
     from stepload.session.unfinished import repair, repair_all
 
-    output = Output(as_json=as_json)
+    output, on = Output(as_json=as_json), wanted_paper(pdf, paper)
     if file.is_dir():
         if out is not None:
             raise BadInputError("--out goes with one file", hint="name the record")
@@ -33,6 +40,9 @@ def recover(
         if not found:
             output.line(f"no unfinished record in {file}")
         output.result({"records": [repaired.data for repaired in found]})
+        for repaired in found:
+            if repaired.report is not None:
+                put_on_paper(repaired.report, on, output)
         if any(repaired.found is None for repaired in found):
             raise typer.Exit(ExitCode.BAD_INPUT)
         return
@@ -44,13 +54,18 @@ def recover(
             hint=f"what is left of it is {repaired.found.path}",
         )
     output.line(repaired.line)
+    output.line(
+        f"report: {repaired.report}" if repaired.report else f"no report: {repaired.unwritten}"
+    )
     for topic, count in sorted(repaired.found.counts.items()):
         output.line(f"  {topic}: {count} messages")
     output.result(repaired.data)
+    if repaired.report is not None:
+        put_on_paper(repaired.report, on, output)
 
 
 def replay(
-    file: RecordFile,
+    file: RunPath,
     force_limit: Annotated[
         str | None, typer.Option("--force-limit", help='Another F_lim, such as "250 N".')
     ] = None,
@@ -64,13 +79,14 @@ def replay(
 ) -> None:
     """Run the supervisor over a record: where would it have tripped? Exit 4 if it would have."""
     from stepload.engine.replayed import replay_file
+    from stepload.results.saved import record_in
 
     output = Output(as_json=as_json)
     wishes = {} if force_limit is None else {"force_limit_n": force_limit}
     for text in limit or ():
         name, _, value = text.partition("=")
         wishes[name.strip()] = value.strip()
-    judged = replay_file(file, wishes)
+    judged = replay_file(record_in(file), wishes)
     found = judged.replayed
     cause = found.cause
     for note in judged.notes:

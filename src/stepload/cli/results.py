@@ -10,6 +10,7 @@ import typer
 from stepload.cli.experiments import DryRun, OutDirectory, Seed, exit_code, press
 from stepload.cli.hazards import HazardsRead, ask_hazards
 from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
+from stepload.cli.run_paths import run_path
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
@@ -21,15 +22,29 @@ VERSUS = "vs"
 def calibrate(
     files: Annotated[
         list[Path] | None,
-        typer.Argument(help="A plan with `identify: {kind: system}`; with --from: more runs."),
+        typer.Argument(
+            parser=run_path,
+            metavar="PLAN",
+            help="A plan with `identify: {kind: system}`; with --from: more runs.",
+        ),
     ] = None,
     from_runs: Annotated[
         list[Path] | None,
-        typer.Option("--from", help="Runs made already (run.mcap or its directory), to be pooled."),
+        typer.Option(
+            "--from",
+            parser=run_path,
+            metavar="RUN",
+            help="Runs made already (directory, record or id), to be pooled.",
+        ),
     ] = None,
     two_spheres: Annotated[
         tuple[Path, Path] | None,
-        typer.Option("--two-spheres", help="Two runs on reference spheres: difference method."),
+        typer.Option(
+            "--two-spheres",
+            parser=run_path,
+            metavar="RUN RUN",
+            help="Two runs on reference spheres: difference method.",
+        ),
     ] = None,
     record: Annotated[
         Path | None,
@@ -174,8 +189,10 @@ def compare(
     runs: Annotated[
         list[Path],
         typer.Argument(
-            help="Runs (run.mcap or its directory). A word `vs` between them parts repeats: "
-            "A1 A2 A3 vs B1 B2 B3; without it, runs of one plan are repeats."
+            parser=run_path,
+            metavar="RUNS",
+            help="Runs (directory, record or id). A word `vs` between them parts repeats: "
+            "A1 A2 A3 vs B1 B2 B3; without it, runs of one plan are repeats.",
         ),
     ],
     curve: Annotated[

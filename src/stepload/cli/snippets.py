@@ -8,12 +8,18 @@ from typing import Annotated
 
 import typer
 
+from stepload.cli.run_paths import run_path
 from stepload.errors import BadInputError
 from stepload.results.terminal import AsJson, Output
 
 
 def snippet(
-    file: Annotated[Path, typer.Argument(help="run.mcap, the directory of a run, or a CSV curve.")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            parser=run_path, metavar="FILE", help="A run (directory, record, id), or a CSV curve."
+        ),
+    ],
     simulator: Annotated[
         str, typer.Option("--for", help="mujoco (MJCF), drake (SDFormat) or drake-python.")
     ],

@@ -19,6 +19,7 @@ from stepload.errors import BadInputError
 from stepload.evidence.identification import Identification
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
+from stepload.plan.tags import tagged
 from stepload.record.curves import MIN_ROWS, Curve
 from stepload.results.from_file import identify_curve
 from stepload.results.wishes import Wishes
@@ -60,6 +61,7 @@ def run(
     dry_run: bool,
     out: str | Path | None = None,
     seed: int | None = None,
+    tags: Sequence[str] = (),
     hazards_read: bool = False,
 ) -> Run:
     """Run a plan as `stepload run` does, and open its record.
@@ -71,6 +73,7 @@ def run(
         dry_run: on the simulated rig in virtual time; False moves the arm.
         out: the run's directory; below the plan's own `record.directory` when None.
         seed: of the simulated rig.
+        tags: words to find the run by; "specimen=S7", "batch=…" and "operator=…" set those.
         hazards_read: whoever calls has read docs/risk-assessment.md and answers for the rig.
 
     Raises:
@@ -84,7 +87,7 @@ def run(
     main = threading.current_thread() is threading.main_thread()
     with operator.listening() if main else nullcontext():
         finished = run_plan(
-            envelope_of(_plan(plan)),
+            envelope_of(tagged(_plan(plan), tags)),
             dry_run=dry_run,
             out=None if out is None else Path(out),
             seed=seed,

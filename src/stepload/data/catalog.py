@@ -129,17 +129,15 @@ def ordered(found: Sequence[RunRow], column: str, *, falling: bool = False) -> l
 
 
 def find_run(text: str, directory: Path) -> Path:
-    """The record that a path, or the beginning of a run id of six digits or more, names.
+    """The record of the run whose id begins with a text.
 
     Raises:
         BadInputError: there is none, or more than one.
     """
-    path = Path(text)
-    if path.exists() or not _may_be_id(text):
-        return path
     if not directory.is_dir():
         raise BadInputError(f"{text}: no such file, and no directory {directory} of runs")
-    found = [row for row in rows(directory) if row.run_id.startswith(text.lower())]
+    wanted = text.lower()
+    found = [row for row in rows(directory) if wanted and row.run_id.startswith(wanted)]
     if len(found) != 1:
         count = "no run" if not found else f"{len(found)} runs"
         raise BadInputError(
@@ -147,10 +145,6 @@ def find_run(text: str, directory: Path) -> Path:
             hint=f"stepload runs {directory}",
         )
     return Path(found[0].path)
-
-
-def _may_be_id(text: str) -> bool:
-    return 6 <= len(text) <= 12 and all(letter in "0123456789abcdef" for letter in text.lower())
 
 
 def _records(directory: Path, deep: int) -> Iterator[Path]:

@@ -16,7 +16,6 @@ from stepload.data.streams import tables_of
 from stepload.data.table import Table
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
-from stepload.plan.load import load_kept
 from stepload.plan.model import Plan
 from stepload.record.reader import Event, Recording, read_recording
 from stepload.record.rows import Phase
@@ -25,6 +24,7 @@ from stepload.results.conditions import from_attachments, measured
 from stepload.results.levels import Level, levels_of
 from stepload.results.press_data import LOADING, UNLOADING, PressData, TouchPoint, press_data
 from stepload.results.saved import record_in
+from stepload.results.stored import kept_plan
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,9 +109,7 @@ class Run:
         Raises:
             PlanError: the record has kept no plan that this version can read.
         """
-        texts = [(n, d) for n, d in self.files.items() if n == "plan.yaml" or n[:5] == "plan-"]
-        day = self.started.date() if self.started else datetime.now().date()
-        return load_kept(texts, self.metadata.get("plan", "plan"), day)
+        return kept_plan(self._recording)
 
     @cached_property
     def preflight(self) -> Preflight:

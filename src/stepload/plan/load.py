@@ -51,16 +51,20 @@ def load_plan(path: Path, *, payload: Path | None = None, today: date | None = N
     return _Loader(Disk()).plan(Path(path), payload, today or date.today())
 
 
-def load_kept(texts: Sequence[tuple[str, bytes]], name: str, day: date) -> Plan:
+def load_kept(
+    texts: Sequence[tuple[str, bytes]], name: str, day: date, *, payload: str = ""
+) -> Plan:
     """The plan `name` of a record from the texts it has kept, as it was on the day of the run.
 
     Args:
         texts: name in the record and bytes, the plan itself first, in the order they were kept.
+        payload: the payload file that the run was given in place of the plan's own, "" for none.
 
     Raises:
         PlanError: the texts are not those of a plan, or name a driver that is not installed here.
     """
-    return _Loader(Kept(texts)).plan(Path(f"{name}.yaml"), None, day)
+    instead = Path(payload) if payload else None
+    return _Loader(Kept(texts)).plan(Path(f"{name}.yaml"), instead, day)
 
 
 def load_payload(path: Path) -> Payload:
@@ -99,6 +103,7 @@ class _Loader:
         root = self._resolved(self.references.parse(source), payload)
         plan = read_section(Plan, root, Place(source, 1, 1), self.problems)
         put(plan, "path", path)
+        put(plan, "payload_file", payload)
         self.report(root, impossibilities(plan))
         with suppress(UnknownError):
             at = _place(root, ("rig", "system_stiffness", "record"))

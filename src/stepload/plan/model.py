@@ -210,6 +210,7 @@ class Plan:
     """A plan: one experiment, complete and checked.
 
     `path` is the plan's file, `sources` the text of every file it was made from, the plan first.
+    `payload_file` is what was given in place of the plan's own payload, None where nothing was.
     """
 
     stepload: ClassVar[Annotated[int, Version(1), Key("Version of the plan format.")]]
@@ -221,3 +222,4 @@ class Plan:
     identify: Annotated[IdentifyPlan, Key("How the data become a result.", derived=True)]
     record: Annotated[RecordPlan, Key("Where the record goes.", derived=True)]
     sources: tuple[SourceFile, ...]
+    payload_file: Path | None = None

@@ -106,6 +106,8 @@ class RunStatus(StrEnum):
     """By the supervisor, a device or the procedure."""
     INTERRUPTED = "interrupted"
     """By the operator."""
+    UNFINISHED = "unfinished"
+    """Its record breaks off: the process or the host that wrote it ended."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ from stepload.record.scan import DamageError, RawRecord, open_scan, parse
 MAGIC = b"\x89MCAP0\r\n"
 _FOOTER = struct.Struct("<BQQQI")
 _HEAD = struct.Struct("<BQ")
+_WANTED = (Opcode.METADATA_INDEX, Opcode.ATTACHMENT_INDEX)
 MOST_BYTES = 1 << 26
 """Of a summary, or of one record that it names."""
 
@@ -62,15 +63,14 @@ def _finished(file: BinaryIO, path: Path) -> Summary | None:
     if size < tail + len(MAGIC):
         return None
     file.seek(size - tail)
-    opcode, length, start, _, _ = _FOOTER.unpack_from(end := file.read(tail))
+    opcode, length, start, offsets, _ = _FOOTER.unpack_from(end := file.read(tail))
     if end[-len(MAGIC) :] != MAGIC or opcode != Opcode.FOOTER or length != 20 or not start:
         return None
     if not start < size - tail or size - tail - start > MOST_BYTES:
         return None
-    file.seek(start)
     metadata: dict[str, Mapping[str, str]] = {}
     results = None
-    for record in _records(file.read(size - tail - start), start):
+    for record in _indexes(file, start, offsets, size - tail):
         if record.opcode == Opcode.METADATA_INDEX:
             index = parse(records.MetadataIndex, record)
             found = parse(records.Metadata, _at(file, index.offset, Opcode.METADATA))
@@ -87,6 +87,25 @@ def _finished(file: BinaryIO, path: Path) -> Summary | None:
         raise BadInputError(f"{path}: no record of a run")
     partial = "recovered" in metadata or results is None
     return Summary(path, metadata["run"], metadata.get("result", {}), results, partial)
+
+
+def _indexes(file: BinaryIO, start: int, offsets: int, end: int) -> Iterator[RawRecord]:
+    """The summary's indexes of metadata and attachments; all of it where nothing says where.
+
+    The index of chunks, which grows with the record, is passed over.
+    """
+    if not start < offsets < end:
+        file.seek(start)
+        yield from _records(file.read(end - start), start)
+        return
+    file.seek(offsets)
+    for record in _records(file.read(end - offsets), offsets):
+        group = parse(records.SummaryOffset, record)
+        if group.group_opcode in _WANTED:
+            if not start <= group.group_start <= offsets - group.group_length:
+                raise DamageError(record.at, "the summary names a group that is not there")
+            file.seek(group.group_start)
+            yield from _records(file.read(group.group_length), group.group_start)
 
 
 def _records(data: bytes, base: int) -> Iterator[RawRecord]:

@@ -22,9 +22,12 @@ from stepload.record.outcome import RunOutcome
 from stepload.record.reader import Event, Recording
 from stepload.results.conditions import measured, planned
 from stepload.results.extras import Extras, extras_of
+from stepload.results.levels import Level, levels_of
 from stepload.results.press_data import LOADING, UNLOADING, PressData, number, press_data
 from stepload.results.pressed import pressed
 
+WHOLE_TICKS, MEAN_TICKS = 250_000, 80_000
+"""A run longer than the first is evaluated as so many means."""
 CONTACT_MODULUS_SIGMA = 0.1
 """Relative uncertainty of a series contact computed from handbook moduli."""
 
@@ -42,6 +45,7 @@ class Evaluation:
     system: SystemStiffnessFit | None = None
     run_in: RunIn | None = None
     extras: Extras | None = None
+    levels: tuple[Level, ...] = ()
     problem: str = ""
 
 
@@ -208,13 +212,22 @@ def cycles_of_run(
     )
 
 
-def evaluate(run: Evaluation) -> Evaluation:
-    """A run with all that its recording says; what cannot be had is None, `problem` says why."""
+def condensed(ticks: int) -> int:
+    """How many samples are read as one mean, to bound the memory that a long run takes."""
+    return 1 if ticks <= WHOLE_TICKS else -(-ticks // MEAN_TICKS)
+
+
+def evaluate(run: Evaluation, conditions: Conditions | None = None) -> Evaluation:
+    """A run with all that its recording says; what cannot be had is None, `problem` says why.
+
+    Args:
+        conditions: to identify under, in place of those that the plan tells.
+    """
     plan = run.envelope.plan
     try:
         data = press_data(run.recording, plan.rig.force.axis)
-        run = replace(run, data=data)
-        conditions = measured(planned(run.envelope), data)
+        conditions = measured(conditions or planned(run.envelope), data)
+        run = replace(run, data=data, levels=levels_of(data, run.recording.events, conditions))
         if plan.identify.kind == "system":
             return replace(run, system=identify_system(data, conditions))
         found = identify_payload(data, conditions)

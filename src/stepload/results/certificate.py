@@ -43,7 +43,7 @@ def run_certificate(
     if levels and run.data is not None:
         arm, gauge = envelope.plan.rig.arm, envelope.plan.rig.displacement
         resolution_m = gauge.resolution_m if gauge else arm.position_resolution_m
-        way = "travel" if envelope.plan.identify.kind == "system" else "deformation"
+        way = "travel" if run.system is not None else "deformation"
         beside = sheet_table(levels, run.data.touches, resolution_m, way)
     told = recording.metadata
     operator = short(told.get("operator", ""))[:60]
@@ -51,7 +51,10 @@ def run_certificate(
         heading="Test report: system stiffness of a rig"
         if envelope.plan.identify.kind == "system"
         else "Test report: contact stiffness of a payload",
-        facts=(specimen_facts(envelope, recording), rig_facts(envelope, recording)),
+        facts=(
+            specimen_facts(envelope, recording),
+            rig_facts(envelope, recording, run.identification),
+        ),
         tables=tables,
         levels=beside,
         figure=law,

@@ -11,6 +11,7 @@ from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
+from stepload.results.about import about_recording
 from stepload.results.analyse import Evaluation, beyond_theory
 from stepload.results.extras import extras_data
 from stepload.results.model import data
@@ -117,8 +118,13 @@ def outcome_data(outcome: RunOutcome, envelope: Envelope) -> dict[str, Any]:
 
 def run_data(run: Evaluation) -> dict[str, Any]:
     """The object of a run; the one of its identification is in it where there is one."""
-    made = {"simulated": run.dry_run, **outcome_data(run.outcome, run.envelope)}
+    made = {
+        **about_recording(run.recording),
+        "simulated": run.dry_run,
+        **outcome_data(run.outcome, run.envelope),
+    }
     if run.data is not None:
+        made["levels"] = run.levels
         made["measured"] = _measured_data(run.data)
     if run.identification is not None:
         made |= identification_data(run.identification)

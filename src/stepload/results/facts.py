@@ -14,6 +14,7 @@ from stepload.contact.materials import (
 )
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.stiffness import known_stiffness
+from stepload.evidence.identification import Identification
 from stepload.plan.model import Payload, Plan, SystemStiffness
 from stepload.record.reader import Recording
 from stepload.units import format_quantity as f
@@ -64,8 +65,10 @@ def specimen_facts(envelope: Envelope, recording: Recording) -> Facts:
     ]
 
 
-def rig_facts(envelope: Envelope, recording: Recording) -> Facts:
-    """With what, when and by whom."""
+def rig_facts(
+    envelope: Envelope, recording: Recording, found: Identification | None = None
+) -> Facts:
+    """With what and by whom; `found` tells the K_s that was taken out, the plan's or another."""
     plan, told = envelope.plan, recording.metadata
     stiffness = plan.rig.system_stiffness
     facts = [("Rig", short(plan.rig.name))]
@@ -77,6 +80,9 @@ def rig_facts(envelope: Envelope, recording: Recording) -> Facts:
         facts.append(("K_s", "not in the result: travel is measured across the contact"))
     elif plan.identify.kind == "system":
         facts.append(("K_s", "what this run measures"))
+    elif (given := _given_instead(plan, found)) is not None:
+        facts.append(("K_s", given))
+        facts.append(("K_s from", "stated when the record was identified again, not by the plan"))
     else:
         facts.append(("K_s", _counted(plan)))
         facts.append(("K_s from", source_of(stiffness, started_on(told.get("started", "")))))
@@ -87,6 +93,19 @@ def rig_facts(envelope: Envelope, recording: Recording) -> Facts:
         ("Operator", stated(told.get("operator", ""))),
         ("Notes", stated(told.get("notes", ""))),
     ]
+
+
+def _given_instead(plan: Plan, found: Identification | None) -> str | None:
+    """The K_s that was taken out of the travel where it is not the plan's; None where it is."""
+    if found is None:
+        return None
+    sources, known = found.conditions.sources, known_stiffness(plan)
+    used = sources.system_stiffness_n_per_m, sources.system_stiffness_sigma_n_per_m
+    if used == (plan.rig.system_stiffness.stiffness_n_per_m, known.sigma_n_per_m):
+        return None
+    if used[0] is None:
+        return "none was taken out of the travel"
+    return f"{f(used[0], 'N/m')} ± {f(used[1], 'N/m')} (standard uncertainty)"
 
 
 def _counted(plan: Plan) -> str:

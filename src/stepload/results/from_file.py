@@ -29,7 +29,8 @@ from stepload.results.saved import SavedRun, saved_run
 from stepload.results.wishes import Wishes
 
 
-def _is_record(path: Path) -> bool:
+def is_record(path: Path) -> bool:
+    """Whether a path names a record of ours, going by its name."""
     return path.is_dir() or path.suffix.lower() in (".mcap", ".part")
 
 
@@ -51,7 +52,7 @@ def identify_file(path: Path, wishes: Wishes) -> tuple[Identification, tuple[str
         BadInputError: the file is not what it should be, or has nothing to identify.
     """
     with untrusted(path):
-        if not _is_record(path):
+        if not is_record(path):
             return identify_curve(read_curve(path), wishes)
         return _identify_record(saved_run(path), wishes)
 
@@ -62,7 +63,7 @@ def results_of_file(path: Path, wishes: Wishes) -> FromFile:
     Raises:
         BadInputError: the file is not what it should be, or has nothing to identify.
     """
-    if not _is_record(path):
+    if not is_record(path):
         return FromFile(*identify_file(path, wishes))
     with untrusted(path):
         run = saved_run(path)
@@ -109,7 +110,7 @@ def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
         BadInputError: the file is not what it should be, or has nothing to identify.
     """
     with untrusted(path):
-        if _is_record(path):
+        if is_record(path):
             run = saved_run(path)
             return identify_system(run.data, run.conditions), run.simulated
         curve = read_curve(path)

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from stepload.envelope.reason import Severity
-from stepload.errors import BadInputError
 from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.runin import RunIn
 from stepload.estimators.system import SystemStiffnessFit
@@ -18,7 +17,7 @@ from stepload.record.reader import Recording
 from stepload.results import fields
 from stepload.results.analyse import Evaluation, beyond_theory
 from stepload.results.certificate import run_certificate
-from stepload.results.conditions import measured, planned
+from stepload.results.conditions import planned
 from stepload.results.course_tables import (
     ending_table,
     force_budget_table,
@@ -109,24 +108,12 @@ def run_document(run: Evaluation) -> Document:
 
 
 def levels_of_run(run: Evaluation) -> tuple[Level, ...]:
-    """Every hold of a run; none where its record does not tell them.
-
-    A run for the system stiffness keeps the deflection of the system in its travel.
-    """
-    if run.data is None:
-        return ()
-    conditions = (
-        run.identification.conditions
-        if run.identification is not None
-        else measured(planned(run.envelope), run.data)
-    )
-    if conditions.kind == "system":
-        sources = replace(conditions.sources, system_stiffness_n_per_m=None)
-        conditions = replace(conditions, sources=sources)
-    try:
-        return levels_of(run.data, run.recording.events, conditions)
-    except BadInputError:
-        return ()
+    """Every hold of a run; one for the system stiffness keeps the system's deflection in them."""
+    if run.data is None or run.system is None:
+        return run.levels
+    conditions = planned(run.envelope)
+    sources = replace(conditions.sources, system_stiffness_n_per_m=None)
+    return levels_of(run.data, run.recording.events, replace(conditions, sources=sources))
 
 
 def _reasons(run: Evaluation) -> list[str]:
@@ -153,7 +140,7 @@ def _reasons(run: Evaluation) -> list[str]:
 def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> list[Table]:
     """What is behind the sheet: the budget, how it went, where it comes from, then the details."""
     found, metadata = run.identification, run.recording.metadata
-    way = "travel" if run.envelope.plan.identify.kind == "system" else "deformation"
+    way = "travel" if run.system is not None else "deformation"
     known = [] if found is None else identification_tables(found)
     tables = [each for each in known if each.title == HEADLINE_BUDGET]
     tables.append(predicted_table(run))

@@ -11,6 +11,7 @@ import secrets
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -27,23 +28,20 @@ from stepload.envelope.reason import PlanVerdict
 from stepload.errors import LeftEarlyError, RefusedError
 from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan
 from stepload.record.outcome import RunOutcome
-from stepload.record.plain import json_text, plain
+from stepload.record.plain import plain
 from stepload.record.reader import read_recording
 from stepload.record.recorder import Recorder, RecordingFailedError
 from stepload.record.rows import Phase
-from stepload.results.analyse import Evaluation, evaluate
+from stepload.results.about import about
+from stepload.results.analyse import Evaluation, condensed, evaluate
 from stepload.results.data import outcome_data, run_data
 from stepload.results.model import Document
-from stepload.results.page import render
 from stepload.results.provenance import with_record
 from stepload.results.run_document import run_document
 from stepload.rig import pose
 from stepload.rig.device import ArmConfiguration
 from stepload.session import control, files, hazards
 from stepload.session.resume import Resumed, resumable
-
-WHOLE_TICKS, MEAN_TICKS = 250_000, 80_000
-"""A run longer than the first is evaluated as so many means, to bound the memory it takes."""
 
 SIMULATED = "sim"
 
@@ -83,6 +81,7 @@ class _Session:
     operator: Operator
     directory: Path
     run_id: str
+    started: datetime
     resumed: Resumed | None
     dry_run: bool
     seed: int | None
@@ -93,7 +92,9 @@ class _Session:
     @property
     def metadata(self) -> dict[str, str]:
         """What the record begins with, beside what the rig says of itself."""
-        told = files.metadata(self.envelope.plan, dry_run=self.dry_run, seed=self.seed)
+        told = files.metadata(
+            self.envelope.plan, dry_run=self.dry_run, seed=self.seed, started=self.started
+        )
         return {"run_id": self.run_id, **told, **(self.resumed.metadata if self.resumed else {})}
 
     def status(self) -> dict[str, object]:
@@ -159,6 +160,7 @@ def run_plan(
         operator=operator,
         directory=files.run_directory(plan, dry_run=dry_run, out=out),
         run_id=secrets.token_hex(6),
+        started=datetime.now(UTC),
         resumed=resumed,
         dry_run=dry_run,
         seed=seed,
@@ -305,7 +307,8 @@ def _recording(session: _Session, rig: OpenRig) -> Iterator[Recorder]:
 
 def _keep(session: _Session, outcome: RunOutcome, recorder: Recorder) -> Finished:
     """Evaluate a run that is over, and finish its files whatever the evaluation comes to."""
-    bare = plain(outcome_data(outcome, session.envelope))
+    head = about(session.metadata, files.plan_files(session.envelope.plan))
+    bare = plain({**head, **outcome_data(outcome, session.envelope)})
     finished = Finished(session.directory, outcome, bare)
     try:
         recorder.sync()
@@ -319,9 +322,7 @@ def _keep(session: _Session, outcome: RunOutcome, recorder: Recorder) -> Finishe
 def _evaluated(session: _Session, finished: Finished, record: Path) -> Finished:
     """The run with what its record says; never raises, for the record must be finished."""
     try:
-        ticks = finished.outcome.lateness.ticks
-        mean_of = 1 if ticks <= WHOLE_TICKS else -(-ticks // MEAN_TICKS)
-        recording = read_recording(record, mean_of)
+        recording = read_recording(record, condensed(finished.outcome.lateness.ticks))
         bare = Evaluation(session.envelope, finished.outcome, recording, session.dry_run)
         finished, evaluation = _identified(session.operator, finished, bare)
         finished = replace(finished, evaluation=evaluation, data=plain(run_data(evaluation)))
@@ -355,7 +356,7 @@ def _given_up(finished: Finished, recorder: Recorder, error: Exception) -> Recor
     with contextlib.suppress(Exception):
         recorder.abandon()
     with contextlib.suppress(OSError):
-        _write_results(finished.directory, {**finished.data, "reasons": [reason]})
+        files.write_results(finished.directory, {**finished.data, "reasons": [reason]}, None)
     return RecordingFailedError(
         f"{finished.outcome.why}\n{reason}",
         hint="free disk space if it is full; the next run, or `stepload recover`, repairs it",
@@ -365,17 +366,13 @@ def _given_up(finished: Finished, recorder: Recorder, error: Exception) -> Recor
 def _write_files(finished: Finished) -> list[str]:
     """Write results and report beside the record, which is whole already; what went wrong."""
     try:
-        _write_results(finished.directory, finished.data)
-        if finished.document is not None:
-            document = with_record(finished.document, finished.directory / files.RECORD)
-            files.write_file(finished.directory / files.REPORT, render(document))
+        document = finished.document
+        if document is not None:
+            document = with_record(document, finished.directory / files.RECORD)
+        files.write_results(finished.directory, finished.data, document)
     except Exception as error:
         return [f"report or results not written: {_named(error)}"]
     return []
-
-
-def _write_results(directory: Path, data: Mapping[str, Any]) -> None:
-    files.write_file(directory / files.RESULTS, json_text(data, indent=1) + "\n")
 
 
 def _named(error: Exception) -> str:

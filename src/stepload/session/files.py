@@ -11,6 +11,7 @@ import secrets
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import stepload
 from stepload.engine import replayed
@@ -18,9 +19,12 @@ from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
 from stepload.plan.model import Plan, Provenance, SecondForceSource
 from stepload.record.container import sync_directory
+from stepload.record.plain import json_text
 from stepload.record.recorder import NAME
 from stepload.record.recovery import PART_SUFFIX
 from stepload.results import conditions
+from stepload.results.model import Document
+from stepload.results.page import render
 from stepload.rig.device import Identity
 
 REPORT, RESULTS, RECORD, PART = "report.html", "results.json", NAME, NAME + PART_SUFFIX
@@ -64,13 +68,13 @@ def make_directory(directory: Path) -> None:
             )
 
 
-def metadata(plan: Plan, *, dry_run: bool, seed: int | None) -> dict[str, str]:
+def metadata(plan: Plan, *, dry_run: bool, seed: int | None, started: datetime) -> dict[str, str]:
     """The record's metadata: who, when, with what; flat texts."""
     second = plan.rig.second_force
     sensor = second.sensor if second.source is SecondForceSource.SENSOR else None
     return {
         "plan": plan.name,
-        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "started": started.isoformat(timespec="seconds"),
         "simulated": str(dry_run).lower(),
         "dry_run": str(dry_run).lower(),
         "seed": "" if seed is None else str(seed),
@@ -88,6 +92,7 @@ def metadata(plan: Plan, *, dry_run: bool, seed: int | None) -> dict[str, str]:
         "rig": plan.rig.name,
         "calibration": _calibration(plan),
         "payload": plan.payload.name,
+        "payload_file": "" if plan.payload_file is None else str(plan.payload_file),
     }
 
 
@@ -137,6 +142,17 @@ def attachments(envelope: Envelope) -> dict[str, bytes]:
         replayed.FILE: replayed.limits_to_bytes(envelope.run_limits),
         "preflight.json": json.dumps(told).encode(),
     }
+
+
+def write_results(directory: Path, data: Mapping[str, Any], document: Document | None) -> None:
+    """Write results.json, and report.html where there is a document.
+
+    Raises:
+        OSError: one of them could not be written.
+    """
+    write_file(directory / RESULTS, json_text(data, indent=1) + "\n")
+    if document is not None:
+        write_file(directory / REPORT, render(document))
 
 
 def write_file(path: Path, text: str) -> None:

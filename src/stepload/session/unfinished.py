@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +12,22 @@ from stepload.record.recovery import Recovered, find_unfinished, recover
 from stepload.results.data import identification_data
 from stepload.results.from_file import identify_file
 from stepload.results.wishes import Wishes
+from stepload.session.again import results_again, write_new
 
 
 @dataclass(frozen=True, slots=True)
 class Repaired:
-    """One record that was found unfinished; `problem` says what could not be done with it."""
+    """One record that was found unfinished; `problem` says what could not be done with it.
+
+    `report` is the report that was written beside it, None where none could be: `unwritten`.
+    """
 
     source: Path
     found: Recovered | None
     identification: Identification | None
     problem: str
+    report: Path | None = None
+    unwritten: str = ""
 
     @property
     def line(self) -> str:
@@ -51,11 +57,15 @@ class Repaired:
             "damage": found.damage if found else "",
             "identification": identification_data(identified) if identified else None,
             "problem": self.problem,
+            "report": self.report,
+            "unwritten": self.unwritten,
         }
 
 
 def repair(path: Path, out: Path | None = None) -> Repaired:
-    """Repair one record and identify what is in it.
+    """Repair one record, identify what is in it, and write results and report beside it.
+
+    Results that are there already stay: somebody has written them.
 
     Raises:
         BadInputError: it cannot be repaired.
@@ -64,8 +74,14 @@ def repair(path: Path, out: Path | None = None) -> Repaired:
     try:
         identification, _ = identify_file(found.path, Wishes())
     except (SteploadError, ArithmeticError, ValueError) as error:
-        return Repaired(path, found, None, _one_line(error))
-    return Repaired(path, found, identification, "")
+        repaired = Repaired(path, found, None, _one_line(error))
+    else:
+        repaired = Repaired(path, found, identification, "")
+    try:
+        report = write_new(found.path.parent, *results_again(found.path))
+    except (SteploadError, ArithmeticError, ValueError, OSError) as error:
+        return replace(repaired, unwritten=_one_line(error))
+    return replace(repaired, report=report)
 
 
 def repair_all(directory: Path) -> list[Repaired]:

@@ -19,7 +19,7 @@ from stepload.record.outcome import RunStatus
 from stepload.record.summary import Summary
 from stepload.results import provenance
 from stepload.results.equations import cited
-from stepload.results.facts import LONGEST, source_of
+from stepload.results.facts import LONGEST, rig_facts, source_of
 from stepload.results.model import Certificate, Document, Table, Verdict
 from stepload.results.page import render, running
 from stepload.results.provenance import TITLE, sealed, with_record
@@ -224,6 +224,23 @@ def test_the_age_of_the_system_stiffness(envelope: Envelope) -> None:
     assert whole in told
     assert "2 days after the run" in source_of(stiffness, date(2026, 2, 27))
     assert "on the day of the run" in source_of(stiffness, date(2026, 3, 1))
+
+
+def test_a_system_stiffness_that_is_not_the_plans_is_not_told_as_the_plans(
+    envelope: Envelope,
+) -> None:
+    run = evaluated(envelope, pressed(6))
+    found = run.identification
+    assert found is not None
+    for stiffness, told in ((5e6, "5 MN/m ± 100 kN/m"), (None, "none was taken out")):
+        sources = replace(
+            found.conditions.sources,
+            system_stiffness_n_per_m=stiffness, system_stiffness_sigma_n_per_m=1e5,
+        )  # fmt: skip
+        conditions = replace(found.conditions, sources=sources)
+        facts = dict(rig_facts(envelope, run.recording, replace(found, conditions=conditions)))
+        assert facts["K_s"].startswith(told)
+        assert "not by the plan" in facts["K_s from"]
 
 
 def test_nothing_is_collapsed_or_cut_on_paper(healthy: Document) -> None:

@@ -25,7 +25,7 @@ from stepload.record.outcome import RunStatus
 from stepload.record.reader import read_recording
 from stepload.record.rows import Phase
 from stepload.rig.faults import FaultCode
-from stepload.session import experiment
+from stepload.session import experiment, files
 from stepload_drivers.ur.arm import UrArm
 
 ELASTIC_LIMIT_N = 60.0
@@ -41,7 +41,7 @@ RISE_N = 2.0
 def no_drawing(monkeypatch):
     """The report is drawn in a test of its own."""
     monkeypatch.setattr(experiment, "run_document", lambda findings: None)
-    monkeypatch.setattr(experiment, "render", lambda page: "")
+    monkeypatch.setattr(files, "render", lambda page: "")
 
 
 @pytest.fixture(autouse=True)

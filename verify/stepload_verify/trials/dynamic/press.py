@@ -7,6 +7,7 @@ import traceback
 import zlib
 from collections.abc import Mapping
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -61,10 +62,10 @@ def drawn(world: str, seed: int, directory: Path) -> tuple[Draft, str, Envelope]
 def run(envelope: Envelope, directory: Path) -> tuple[RunOutcome, float, Path]:
     """Press a plan as a dry run does: its outcome, the true peak force in N, and the record."""
     with opened(envelope, dry_run=True) as rig:
+        told = files.metadata(envelope.plan, dry_run=True, seed=None, started=datetime.now(UTC))
         recorder = Recorder(
             directory, rates_hz=rig.rates_hz, clock=rig.clock,
-            metadata=files.metadata(envelope.plan, dry_run=True, seed=None)
-            | files.device_metadata(rig.identities),
+            metadata=told | files.device_metadata(rig.identities),
             attachments=files.attachments(envelope), lossless=True,
         )  # fmt: skip
         outcome = run_loop(Engine(envelope, Operator()), rig, recorder, identities=rig.identities)

@@ -1,0 +1,48 @@
+"""What names a run on the command line: its directory, its record, or its id."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+RUNS = "STEPLOAD_RUNS"
+"""Names the directory where a run id is looked for; `runs` where it is not set."""
+
+
+def runs_directory() -> Path:
+    """Where the runs are."""
+    return Path(os.environ.get(RUNS) or "runs")
+
+
+def run_path(text: str) -> Path:
+    """The path that a text names: a file, a directory, or that of a run's record by its id.
+
+    Raises:
+        BadInputError: no run or more than one has an id that begins so.
+    """
+    if os.path.lexists(text) or not _may_be_id(text):
+        return Path(text)
+    from stepload.data.catalog import find_run
+
+    return find_run(text, runs_directory())
+
+
+def run_directory(text: str) -> Path:
+    """The directory of the run that a text names; raises as `run_path`."""
+    path = run_path(text)
+    return path.parent if path.is_file() else path
+
+
+def _may_be_id(text: str) -> bool:
+    return 6 <= len(text) <= 12 and all(letter in "0123456789abcdef" for letter in text.lower())
+
+
+RunPath = Annotated[
+    Path,
+    typer.Argument(
+        parser=run_path, metavar="RUN", help="A run: its directory, its record, or its id."
+    ),
+]

@@ -1,0 +1,58 @@
+"""Which run a result is of, and what computed it: the head of results.json."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Mapping
+from importlib import resources
+from typing import Any
+
+import numpy as np
+import scipy
+
+import stepload
+from stepload.record.reader import Recording
+
+SCHEMA = "stepload-results/1"
+"""Names the schema of results.json. Within a version keys are added, never taken or changed."""
+
+_TEXTS = (
+    "run_id", "started", "plan", "payload", "rig", "specimen", "batch", "operator", "notes",
+    "calibration", "arm", "force", "second_force", "displacement", "stepload",
+)  # fmt: skip
+
+
+def schema_text() -> str:
+    """The JSON Schema of results.json."""
+    return (resources.files("stepload.results") / "results.schema.json").read_text()
+
+
+def about(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> dict[str, Any]:
+    """The head of the results of a run.
+
+    Args:
+        metadata: what its record begins with.
+        attachments: files of the record; those of the plan are named with their SHA-256.
+    """
+    tags = [tag for tag in metadata.get("tags", "").split("\n") if tag]
+    sums = {
+        name: hashlib.sha256(data).hexdigest()
+        for name, data in attachments.items()
+        if name.startswith("plan")
+    }
+    return {
+        "schema": SCHEMA,
+        "run": {name: metadata.get(name, "") for name in _TEXTS} | {"tags": tags, "files": sums},
+        "versions": {
+            "stepload": stepload.__version__,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "scipy": scipy.__version__,
+        },
+    }
+
+
+def about_recording(recording: Recording) -> dict[str, Any]:
+    """The same of a record."""
+    return about(recording.metadata, recording.attachments)

@@ -1,0 +1,185 @@
+"""A run evaluated again from its record alone, as it was evaluated when it had ended."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from contextlib import suppress
+from datetime import date, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stepload.envelope.envelope import envelope_of
+from stepload.envelope.pose import plan_where_it_stands
+from stepload.errors import RefusedError
+from stepload.plan.load import load_kept
+from stepload.plan.model import Plan
+from stepload.record.outcome import ActionResult, Cause, Lateness, RunOutcome, RunStatus
+from stepload.record.reader import Recording, read_recording
+from stepload.record.rows import Phase, TickColumns
+from stepload.record.summary import read_summary
+from stepload.record.untrusted import untrusted
+from stepload.results.analyse import Evaluation, condensed, evaluate
+from stepload.results.conditions import from_attachments
+from stepload.results.saved import record_in
+from stepload.results.wishes import Wishes
+from stepload.rig.pose import from_texts
+
+
+def kept_plan(recording: Recording) -> Plan:
+    """The plan of a run as it was on the day of the run, from the texts that its record keeps.
+
+    Raises:
+        PlanError: the record has kept no plan that this version can read.
+    """
+    texts = [
+        (name, data)
+        for name, data in recording.attachments.items()
+        if name == "plan.yaml" or name.startswith("plan-")
+    ]
+    told = recording.metadata
+    return load_kept(
+        texts, told.get("plan", "plan"), _day(recording), payload=told.get("payload_file", "")
+    )
+
+
+def evaluation_of(path: Path, wishes: Wishes | None = None) -> Evaluation:
+    """A run with all that its record says: its plan as kept, its end as far as it was written.
+
+    A record that was never finished has the end of its data as its end, status "unfinished".
+
+    Args:
+        path: the record, or the directory of a run.
+        wishes: what is known better than the plan knew it.
+
+    Raises:
+        PlanError: the record has kept no plan that this version can read.
+        BadInputError: it is no record of stepload.
+    """
+    file = record_in(path)
+    with untrusted(file):
+        results = read_summary(file).results or {}
+        recording = read_recording(file, condensed(_late(results).ticks))
+        plan = kept_plan(recording)
+        with suppress(RefusedError):  # no run goes on after that
+            plan = plan_where_it_stands(plan, from_texts(recording.metadata))
+        run = Evaluation(
+            envelope_of(plan), outcome_of(recording), recording,
+            recording.metadata.get("dry_run") == "true",
+        )  # fmt: skip
+        conditions = from_attachments(recording.attachments)
+        return evaluate(run, wishes.applied(conditions) if wishes else conditions)
+
+
+def outcome_of(recording: Recording) -> RunOutcome:
+    """How a run ended, as its record tells it; its touches and tares are in its events."""
+    start_s, end_s = _span(recording)
+    if recording.results:
+        return _told(recording.results, start_s)
+    return _cut(recording, start_s, end_s)
+
+
+def _told(results: Mapping[str, Any], start_s: float) -> RunOutcome:
+    """The outcome that results.json holds."""
+    cause = results.get("cause")
+    return RunOutcome(
+        status=RunStatus(str(results.get("status", RunStatus.UNFINISHED))),
+        cause=_cause(cause) if cause else None,
+        why=str(results.get("why_it_ended", "")),
+        retracted=False,
+        safing=tuple(
+            ActionResult(
+                str(each["name"]), bool(each["sent"]), str(each["error"]), math.nan,
+                float(each["duration_s"]),
+            )
+            for each in results.get("safing", ())
+        ),
+        start_s=start_s,
+        end_s=start_s + float(results.get("duration_s") or 0.0),
+        peak_force_n=_number(results.get("peak_force_n")),
+        zero_shift_n=_number(results.get("zero_shift_n")),
+        levels_done=int(results.get("levels_done") or 0),
+        cycle=int(results.get("cycle") or 0),
+        touches=(),
+        tares=(),
+        lateness=_late(results),
+        errors=tuple(str(each) for each in results.get("errors", ())),
+    )  # fmt: skip
+
+
+def _cause(told: Mapping[str, Any]) -> Cause:
+    return Cause(
+        rule=str(told["rule"]),
+        value=_number(told["value"]),
+        limit=_number(told["limit"]),
+        unit=str(told["unit"]),
+        sample_age_s=_number(told["sample_age_s"]),
+        time_s=_number(told["time_s"]),
+        message=str(told["message"]),
+    )
+
+
+def _late(results: Mapping[str, Any]) -> Lateness:
+    told = results.get("lateness") or {}
+    return Lateness(
+        int(told.get("ticks") or 0), int(told.get("overruns") or 0),
+        _number(told.get("worst_s")), _number(told.get("mean_s")),
+    )  # fmt: skip
+
+
+def _cut(recording: Recording, start_s: float, end_s: float) -> RunOutcome:
+    """The outcome of a record that breaks off: what its ticks and events tell."""
+    ticks, ended = recording.ticks, [e for e in recording.events if e.kind == "end"]
+    status, where = RunStatus.UNFINISHED, "before its first tick"
+    if len(ticks.time_s):
+        phase = Phase(int(ticks.phase[-1])).name.replace("_", " ").lower()
+        where = f"in its cycle {int(ticks.cycle[-1])}, step {int(ticks.step[-1])} ({phase})"
+    why = f"The record breaks off after {end_s - start_s:.1f} s, {where}."
+    if ended:
+        status = RunStatus(str(ended[-1].data.get("status")))
+        why = f"{ended[-1].data.get('why', '')} The record was not finished."
+    force_n = ticks.force_n[np.isfinite(ticks.force_n)]
+    return RunOutcome(
+        status=status,
+        cause=None,
+        why=why,
+        retracted=False,
+        safing=(),
+        start_s=start_s,
+        end_s=end_s,
+        peak_force_n=float(force_n.max()) if force_n.size else math.nan,
+        zero_shift_n=math.nan,
+        levels_done=sum(e.kind == "held" for e in recording.events),
+        cycle=int(ticks.cycle[-1]) if len(ticks.cycle) else 0,
+        touches=(),
+        tares=(),
+        lateness=_lateness(ticks),
+        errors=(recording.damage,) if recording.damage else (),
+    )
+
+
+def _lateness(ticks: TickColumns) -> Lateness:
+    """What the ticks themselves tell; the period is the one that most of them keep."""
+    if len(ticks.time_s) < 2:
+        return Lateness(len(ticks.time_s), 0, 0.0, 0.0)
+    late_s, period_s = ticks.late_s, float(np.median(np.diff(ticks.time_s)))
+    overruns = int(np.count_nonzero(late_s > period_s))
+    return Lateness(len(late_s), overruns, float(late_s.max()), float(late_s.mean()))
+
+
+def _span(recording: Recording) -> tuple[float, float]:
+    time_s = recording.ticks.time_s
+    return (float(time_s[0]), float(time_s[-1])) if len(time_s) else (0.0, 0.0)
+
+
+def _day(recording: Recording) -> date:
+    try:
+        return datetime.fromisoformat(recording.metadata.get("started", "")).date()
+    except ValueError:
+        return date.today()
+
+
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, int | float) else math.nan

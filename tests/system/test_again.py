@@ -1,0 +1,126 @@
+"""Results and report of a record that is there already: `identify --out` and `recover`."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import pytest
+from real_runs import ROOT, in_process, results
+
+import stepload
+from stepload.errors import BadInputError
+from stepload.plan.load import load_plan
+from stepload.plan.tags import tagged
+from stepload.record.reader import read_recording
+from stepload.results.stored import evaluation_of, outcome_of
+
+
+def test_a_record_gives_the_results_of_its_run_again(cycles_run: Path, tmp_path: Path) -> None:
+    out = tmp_path / "again"
+    said = in_process("identify", cycles_run, "--out", out)
+    assert said.returncode == 0, said.stderr
+    assert f"report: {out / 'report.html'}" in said.stdout
+    assert results(out) == results(cycles_run)
+    assert "<figure" in (out / "report.html").read_text()
+
+
+def test_what_is_there_is_not_written_over(cycles_run: Path) -> None:
+    before = (cycles_run / "results.json").read_bytes()
+    said = in_process("identify", cycles_run, "--out", cycles_run)
+    assert said.returncode == 2
+    assert "exists already: nothing was written" in said.stderr
+    assert (cycles_run / "results.json").read_bytes() == before
+
+
+def test_what_is_known_better_is_in_the_results(cycles_run: Path, tmp_path: Path) -> None:
+    options = ("--elastic-limit", "600 N", "--law", "hertz")
+    out = tmp_path / "again"
+    said = in_process("identify", cycles_run, *options, "--out", out, "--json")
+    assert results(out)["laws_chosen"] == ["hertz"]
+    assert results(out)["headline"] == json.loads(said.stdout)["headline"]
+
+
+def test_a_curve_gets_a_report_too(tmp_path: Path) -> None:
+    rows = [f"{i * 1e-6},{6.5e8 * (i * 1e-6) ** 1.5}\n" for i in range(60)]
+    curve = tmp_path / "curve.csv"
+    curve.write_text("displacement_m,force_n\n" + "".join(rows))
+    said = in_process("identify", curve, "--tared", "--out", tmp_path / "out")
+    assert said.returncode == 0, said.stderr
+    found = results(tmp_path / "out")
+    assert (found["schema"], found["run"]["run_id"]) == ("stepload-results/1", "")
+    assert "Identification" in (tmp_path / "out" / "report.html").read_text()
+
+
+@pytest.fixture
+def cut(cycles_run: Path, tmp_path: Path) -> Path:
+    """A directory with the first two thirds of a record and nothing else."""
+    data = (cycles_run / "run.mcap").read_bytes()
+    (tmp_path / "cut").mkdir()
+    path = tmp_path / "cut" / "run.mcap.part"
+    path.write_bytes(data[: len(data) * 2 // 3])
+    return path
+
+
+def test_recover_writes_report_and_results(cut: Path) -> None:
+    said = in_process("recover", cut)
+    assert said.returncode == 0, said.stderr
+    assert f"report: {cut.parent / 'report.html'}" in said.stdout
+    found = results(cut.parent)
+    assert found["status"] == "unfinished"
+    assert "The record breaks off after" in found["why_it_ended"]
+    assert found["levels_done"] > 0
+    assert "unfinished" in (cut.parent / "report.html").read_text()
+
+
+def test_recover_leaves_results_that_somebody_wrote(cut: Path) -> None:
+    (cut.parent / "results.json").write_text("mine")
+    said = in_process("recover", cut)
+    assert said.returncode == 0
+    assert "no report: " in said.stdout
+    assert (cut.parent / "results.json").read_text() == "mine"
+
+
+def test_the_outcome_is_read_as_it_was_written(cycles_run: Path) -> None:
+    told, run = results(cycles_run), evaluation_of(cycles_run)
+    outcome = run.outcome
+    assert outcome.why == told["why_it_ended"]
+    assert outcome.lateness.ticks == told["lateness"]["ticks"] == len(run.recording.ticks.time_s)
+    assert [each.name for each in outcome.safing] == [each["name"] for each in told["safing"]]
+    whole = read_recording(cycles_run / "run.mcap")
+    spoiled: Any = {**told, "status": "lost"}
+    with pytest.raises(ValueError, match="lost"):
+        outcome_of(replace(whole, results=spoiled))
+
+
+def test_a_run_with_another_payload_is_opened_with_it(quick_plan: Path, tmp_path: Path) -> None:
+    payload = ROOT / "procedures/payloads/plastic-sphere.yaml"
+    other = tmp_path / "other.yaml"
+    other.write_text(payload.read_text().replace("name: ", "name: other "))
+    shutil.copy(quick_plan, tmp_path / "plan.yaml")
+    said = in_process(
+        "run", tmp_path / "plan.yaml", "--dry-run", "--quiet", "--payload", other,
+        "--tag", "specimen=S7", "--tag", "polished", "--out", tmp_path / "run", drawn=False,
+    )  # fmt: skip
+    assert said.returncode == 0, said.stderr
+    run = stepload.open(tmp_path / "run")
+    assert run.plan.payload.name == load_plan(quick_plan, payload=other).payload.name
+    assert run.plan.payload.name.startswith("other ")
+    about = results(tmp_path / "run")["run"]
+    assert (about["specimen"], about["tags"]) == ("S7", ["polished"])
+    assert about["payload"] == run.plan.payload.name
+    assert about["files"].keys() >= {"plan.yaml", "plan-1-other.yaml"}
+
+
+def test_tags_say_what_the_plan_does_not(quick_plan: Path) -> None:
+    plan = load_plan(quick_plan, today=date(2026, 8, 1))
+    record = tagged(plan, ["batch = B7", "operator=Ann", "a=b", "a=b"]).record
+    assert (record.batch, record.operator, record.specimen) == ("B7", "Ann", "")
+    assert record.tags == ("a=b",)
+    for wrong in (["batch=A", "batch=B"], ["specimen="], [""], ["a\nb"], ["x" * 201]):
+        with pytest.raises(BadInputError, match="--tag"):
+            tagged(plan, wrong)
