@@ -135,8 +135,9 @@ def _fit_figures(run: Evaluation) -> list[Figure]:
     made.append(
         Figure(
             "residuals", "Residuals",
-            "Measured force minus fitted law. Residuals do not show what a fit has absorbed: the "
-            "interval comes from the uncertainty budget.",
+            "Measured force minus fitted law; rs_btls and rs_rtls are the paper's (25), batch and "
+            "recursive; joint fits the zero too. Residuals do not show what a fit has absorbed: "
+            "the interval comes from the uncertainty budget.",
             "force residuals over force",
             partial(
                 figures.residuals, y, {name: y - law(x) for name, law in laws.items()},
