@@ -20,6 +20,8 @@ from stepload.record.summary import Summary
 from stepload.results import provenance
 from stepload.results.equations import cited
 from stepload.results.facts import LONGEST, rig_facts, source_of
+from stepload.results.level_tables import level_rows
+from stepload.results.levels import Level
 from stepload.results.model import Certificate, Document, Table, Verdict
 from stepload.results.page import render, running
 from stepload.results.provenance import TITLE, sealed, with_record
@@ -90,6 +92,19 @@ def test_a_row_for_every_load_level(healthy: Document) -> None:
     assert "the last touch lies +1.00 µm from the zero" in told
     (holds,) = [each for each in healthy.tables if each.title == "Every hold"]
     assert len(holds.rows) == 22
+
+
+def test_a_level_loaded_again_is_compared_at_the_same_force() -> None:
+    def level(cycle: int, step: int, force_n: float, deformation_m: float) -> Level:
+        return Level(
+            cycle, step, True, 100.0 * step, 0.0, 1.0, True, force_n, deformation_m, 0.0, 0.0, 9
+        )
+
+    first = [level(1, 1, 100.0, 10e-6), level(1, 2, 200.0, 20e-6)]
+    stiffer = [level(2, 1, 102.0, 10.2e-6), level(2, 2, 199.0, 19.4e-6)]
+    again = [row.again_m for row in level_rows([*first, *stiffer])]
+    assert again == pytest.approx([0.0, -0.5e-6], abs=1e-12)
+    assert [row.again_m for row in level_rows(first)] == [None, None]
 
 
 def test_sixty_levels_leave_the_sheet_short_and_the_details_whole(envelope: Envelope) -> None:
