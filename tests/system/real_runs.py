@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from stepload.cli.main import main
+from stepload.results.model import Document
 from stepload.session import files
 
 HERE = Path(__file__).parent
@@ -65,7 +66,12 @@ def stepload(*arguments: object, **options: Any) -> subprocess.CompletedProcess[
 def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
     """Reports of words only: drawing takes longer than a quick run."""
     render = files.render
-    patch.setattr(files, "render", lambda document: render(replace(document, figures=())))
+
+    def words_only(document: Document) -> str:
+        sheet = document.certificate and replace(document.certificate, figure=None)
+        return render(replace(document, figures=(), certificate=sheet))
+
+    patch.setattr(files, "render", words_only)
 
 
 class Said(NamedTuple):

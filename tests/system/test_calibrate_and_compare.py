@@ -293,7 +293,7 @@ def test_compare_says_what_it_could_have_seen(lab: Path, payload_runs: list[Path
     assert ran.code == 0, ran.text
     (found,) = ran.data["differences"]
     assert ran.data["groups"] == [found["first"], found["second"]]
-    assert ran.data["groups"][0][0].startswith("sphere-3 ")
+    assert ran.data["groups"] == [["sphere-run-3"], ["sphere-run-4"]]
     assert found["interval"][0] < 0.0 < found["interval"][1]
     assert 0.0 < found["smallest_detectable"] < 0.2 == found["tolerance"]
     assert found["verdict"] == ran.data["agreement"] == "agree"

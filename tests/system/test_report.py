@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import chromium
 import pytest
 
-FIGURES = ["time", "limit", "law", "residuals", "ellipse"]
+from stepload.results.provenance import UNFINISHED
+
+FIGURES = ["law", "residuals", "ellipse", "time", "limit"]
 
 
 @pytest.mark.browser
@@ -27,6 +30,22 @@ def test_the_report_in_chromium(cycles_run: Path, tmp_path: Path) -> None:
             assert min(pixels.shape[:2]) > 200
             ink = (abs(pixels[..., :3] - pixels[0, 0, :3]).max(axis=2) > 0.1).mean()
             assert ink > 0.01, f"{name} is blank"
-        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        for width in (1100, 400):
+            page.call(
+                "Emulation.setDeviceMetricsOverride",
+                width=width, height=900, deviceScaleFactor=1, mobile=False,
+            )  # fmt: skip
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.call("Emulation.setEmulatedMedia", media="print")
+        lost = "e => e.scrollHeight > e.clientHeight + 1 || e.scrollWidth > e.clientWidth + 1"
+        assert page.evaluate(f"[...document.querySelectorAll('pre')].filter({lost}).length") == 0
+        assert page.evaluate("document.querySelectorAll('pre').length") > 4
         assert page.complaints == []
         assert page.requests == []
+
+
+def test_the_report_knows_the_record_that_lies_beside_it(cycles_run: Path) -> None:
+    page = (cycles_run / "report.html").read_text()
+    assert hashlib.sha256((cycles_run / "run.mcap").read_bytes()).hexdigest() in page
+    assert "Messages of the record" in page
+    assert UNFINISHED not in page

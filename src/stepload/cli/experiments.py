@@ -1,4 +1,4 @@
-"""Verbs that produce results: run, identify."""
+"""Verbs that press: run, pause."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import typer
 
 from stepload.cli.hazards import HazardsRead, ask_hazards
 from stepload.cli.live import DEFAULT_ADDRESS, shown_live
+from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
 from stepload.cli.plans import PayloadFile, PlanFile
-from stepload.cli.run_paths import run_directory, run_path
-from stepload.errors import BadInputError, ExitCode
+from stepload.cli.run_paths import run_directory
+from stepload.errors import ExitCode
 from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
@@ -171,6 +172,8 @@ def run(
     live: Live = False,
     live_address: LiveAddress = DEFAULT_ADDRESS,
     hazards_read: HazardsRead = False,
+    pdf: AsPdf = False,
+    paper: PaperSize = A4,
     as_json: AsJson = False,
 ) -> None:
     """Run a plan: preflight, press, record, identify, report.
@@ -182,7 +185,7 @@ def run(
     from stepload.plan.load import load_plan
     from stepload.plan.tags import tagged
 
-    output, operator = Output(as_json=as_json), Operator()
+    output, operator, on = Output(as_json=as_json), Operator(), wanted_paper(pdf, paper)
     envelope = envelope_of(tagged(load_plan(plan, payload=payload), tag or ()))
     if not dry_run and not hazards_read and ask_hazards(envelope):
         hazards_read = True  # and the rig file may have changed
@@ -194,6 +197,7 @@ def run(
             live=live_address if live else "", watch=watch,
         )  # fmt: skip
         output.result({**finished.data, "directory": finished.directory})
+    put_on_paper(finished.directory / "report.html", on, output)
     raise typer.Exit(exit_code(finished))
 
 
@@ -217,117 +221,7 @@ def pause(
     output.result(answer)
 
 
-def identify(
-    file: Annotated[
-        Path,
-        typer.Argument(
-            parser=run_path, metavar="FILE", help="A run (directory, record, id), or a CSV curve."
-        ),
-    ],
-    system_stiffness: Annotated[
-        str | None,
-        typer.Option("--system-stiffness", help='K_s to take out, such as "3.49e6 N/m".'),
-    ] = None,
-    system_stiffness_sigma: Annotated[
-        str | None,
-        typer.Option("--system-stiffness-sigma", help='Its standard uncertainty, "70 kN/m".'),
-    ] = None,
-    msde: Annotated[
-        str | None, typer.Option("--msde", help='Smooth deformation error, "0.54 um".')
-    ] = None,
-    smooth_length: Annotated[
-        str | None,
-        typer.Option("--smooth-length", help='Force that error stays alike over, "50 N".'),
-    ] = None,
-    force_noise: Annotated[
-        str | None, typer.Option("--force-noise", help='Noise (σ) of a force sample, "0.7 N".')
-    ] = None,
-    position_noise: Annotated[
-        str | None,
-        typer.Option("--position-noise", help='Noise (σ) of a position sample, "0.2 um".'),
-    ] = None,
-    nonlinearity: Annotated[
-        str | None,
-        typer.Option("--nonlinearity", help='Bend of the force reading, "0.2 %" of the peak.'),
-    ] = None,
-    secant_force: Annotated[
-        str | None, typer.Option("--secant-force", help='Force of the secant, "300 N".')
-    ] = None,
-    elastic_limit: Annotated[
-        str | None, typer.Option("--elastic-limit", help='F_c, to flag data above it, "727 N".')
-    ] = None,
-    tared: Annotated[
-        bool,
-        typer.Option("--tared", help="A curve's force was tared in free air: it has none to see."),
-    ] = False,
-    payload: Annotated[
-        Path | None,
-        typer.Option("--payload", help="YAML of the payload: its law and F_c check the units."),
-    ] = None,
-    law: Annotated[
-        list[str] | None,
-        typer.Option("--law", help="Laws that figures may rest on: hertz,power …; auto: all."),
-    ] = None,
-    kind: Annotated[str, typer.Option("--kind", help="payload or system.")] = "payload",
-    write_to: Annotated[
-        Path | None,
-        typer.Option("--out", help="New directory for results.json and report.html."),
-    ] = None,
-    as_json: AsJson = False,
-) -> None:
-    """Identify the contact law from a record or a CSV file; nothing is moved or changed.
-
-    Example: stepload identify runs/20260801-101500-demo --out again
-    """
-    from stepload.results.about import about
-    from stepload.results.data import identification_data, system_data
-    from stepload.results.from_file import is_record, results_of_file, system_results_of_file
-    from stepload.results.run_document import identification_document, system_document
-    from stepload.results.wishes import Wishes, laws_of, wishes_of_payload
-    from stepload.units import parse_quantity
-
-    def quantity(text: str | None, unit: str) -> float | None:
-        return None if text is None else parse_quantity(text, unit)
-
-    wishes = Wishes(
-        system_stiffness_n_per_m=quantity(system_stiffness, "N/m"),
-        system_stiffness_sigma_n_per_m=quantity(system_stiffness_sigma, "N/m"),
-        smooth_error_m=quantity(msde, "m"),
-        secant_force_n=quantity(secant_force, "N"),
-        elastic_limit_n=quantity(elastic_limit, "N"),
-        smooth_length_n=quantity(smooth_length, "N"),
-        force_noise_n=quantity(force_noise, "N"),
-        position_noise_m=quantity(position_noise, "m"),
-        nonlinearity=quantity(nonlinearity, "%"),
-        laws=laws_of(law or ()),
-        tared=tared,
-    )
-    if payload is not None:
-        wishes = wishes_of_payload(payload, wishes)
-    out = Output(as_json=as_json)
-    if kind == "system":
-        fit, simulated = system_results_of_file(file)
-        document = system_document(fit, simulated=simulated)
-        data = {"simulated": simulated, **system_data(fit)}
-    elif kind == "payload":
-        told = results_of_file(file, wishes)
-        document = identification_document(*told)
-        data = {"simulated": told.simulated, **identification_data(told.found)}
-        data |= {"notes": told.notes}
-    else:
-        raise BadInputError(f"--kind {kind!r}", hint="payload or system")
-    out.show(document)
-    if write_to is not None:
-        from stepload.session.again import results_again, write_new
-
-        whole = {**about({}, {}), **data}, document
-        report = write_new(write_to, *(results_again(file, wishes) if is_record(file) else whole))
-        out.line(f"report: {report}")
-    out.result(data)
-
-
 def register(app: typer.Typer) -> None:
     """Add this room's verbs."""
     app.command()(run)
     app.command()(pause)
-    app.command()(identify)

@@ -18,6 +18,7 @@ from stepload.cli import (
     devices,
     doctor,
     experiments,
+    identify,
     live,
     plans,
     records,
@@ -41,7 +42,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for room in (
-    plans, shipped, setup, experiments, live, records, results, data, snippets, devices, doctor,
+    plans, shipped, setup, experiments, live, identify, records, results, data, snippets,
+    devices, doctor,
 ):  # fmt: skip
     room.register(app)
 

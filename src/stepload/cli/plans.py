@@ -68,8 +68,8 @@ def show_verdict(envelope: Envelope, out: Output, *, details: bool = True) -> No
 def show_preflight(envelope: Envelope, out: Output) -> None:
     """A preflight as text: verdict and reasons first, then the figures behind them."""
     from stepload.results import fields
+    from stepload.results.course_tables import force_budget_table
     from stepload.results.model import Table, table
-    from stepload.results.run_document import force_budget_table
     from stepload.units import format_quantity as f
 
     show_verdict(envelope, out)

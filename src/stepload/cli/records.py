@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
 from stepload.cli.run_paths import RunPath, run_path
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
@@ -22,12 +23,14 @@ def recover(
         ),
     ] = Path("runs"),
     out: Annotated[Path | None, typer.Option("--out", help="Where the repaired file goes.")] = None,
+    pdf: AsPdf = False,
+    paper: PaperSize = A4,
     as_json: AsJson = False,
 ) -> None:
     """Repair what was not finished, verify it by reading back, and identify what is there."""
     from stepload.session.unfinished import repair, repair_all
 
-    output = Output(as_json=as_json)
+    output, on = Output(as_json=as_json), wanted_paper(pdf, paper)
     if file.is_dir():
         if out is not None:
             raise BadInputError("--out goes with one file", hint="name the record")
@@ -37,6 +40,9 @@ def recover(
         if not found:
             output.line(f"no unfinished record in {file}")
         output.result({"records": [repaired.data for repaired in found]})
+        for repaired in found:
+            if repaired.report is not None:
+                put_on_paper(repaired.report, on, output)
         if any(repaired.found is None for repaired in found):
             raise typer.Exit(ExitCode.BAD_INPUT)
         return
@@ -54,6 +60,8 @@ def recover(
     for topic, count in sorted(repaired.found.counts.items()):
         output.line(f"  {topic}: {count} messages")
     output.result(repaired.data)
+    if repaired.report is not None:
+        put_on_paper(repaired.report, on, output)
 
 
 def replay(

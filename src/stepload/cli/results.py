@@ -9,6 +9,7 @@ import typer
 
 from stepload.cli.experiments import DryRun, OutDirectory, Seed, exit_code, press
 from stepload.cli.hazards import HazardsRead, ask_hazards
+from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
 from stepload.cli.run_paths import run_path
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
@@ -61,6 +62,8 @@ def calibrate(
     seed: Seed = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     hazards_read: HazardsRead = False,
+    pdf: AsPdf = False,
+    paper: PaperSize = A4,
     as_json: AsJson = False,
 ) -> None:
     """Measure the system stiffness K_s (26) and write its calibration record.
@@ -75,12 +78,17 @@ def calibrate(
     from stepload.plan.load import load_plan
     from stepload.results.calibration import from_system_runs, from_two_spheres
     from stepload.results.calibration_document import calibration_data, calibration_document
+    from stepload.results.page import render
+    from stepload.results.provenance import sealed, sealed_runs
     from stepload.results.saved import saved_run
+    from stepload.session.files import write_file
     from stepload.setup.calibrated import put_record, state_to_take_it
 
-    output, operator = Output(as_json=as_json), Operator()
+    output, operator, on = Output(as_json=as_json), Operator(), wanted_paper(pdf, paper)
     given, made = list(files or ()), list(from_runs or ())
     code = ExitCode.OK
+    if record is not None and record.suffix == ".html":
+        raise BadInputError(f"--record {record}: that is where the report goes", hint="*.json")
     if into is not None:
         if dry_run:
             raise BadInputError(
@@ -131,11 +139,18 @@ def calibrate(
         write_calibration(found.record, record)
     except OSError as error:
         raise BadInputError(f"cannot write {record}: {error.strerror}") from error
-    output.show(calibration_document(found, record))
+    document, report = calibration_document(found, record), record.with_name(f"{record.stem}.html")
+    output.show(document)
+    try:
+        write_file(report, render(sealed(sealed_runs(document, found.runs), record)))
+        output.line(f"report: {report}")
+    except OSError as error:  # the record is there: nothing is taken back for a picture of it
+        output.line(f"report not written: {report}: {error.strerror}")
     if into is not None:
         put_record(into, record, found.record, date.today())
         output.line(f"{into} names it now")
     output.result({"record": record, **calibration_data(found)})
+    put_on_paper(report, on, output)
     raise typer.Exit(code)
 
 
@@ -204,6 +219,8 @@ def compare(
     out: Annotated[
         Path | None, typer.Option("--out", help="Directory for compare.html and compare.json.")
     ] = None,
+    pdf: AsPdf = False,
+    paper: PaperSize = A4,
     as_json: AsJson = False,
 ) -> None:
     """Compare runs with each other and with an imported curve; nothing is moved or changed.
@@ -217,11 +234,14 @@ def compare(
     from stepload.results.comparison_document import comparison_data, comparison_document
     from stepload.results.from_curve import deformation_curve
     from stepload.results.page import render
+    from stepload.results.provenance import sealed_runs
     from stepload.results.saved import saved_run
     from stepload.session.files import write_file
     from stepload.units import parse_quantity
 
-    output = Output(as_json=as_json)
+    output, on = Output(as_json=as_json), wanted_paper(pdf, paper)
+    if on and out is None:
+        raise BadInputError("--pdf without --out", hint="name a directory for the report: --out")
     given = None
     if curve is None and (curve_modulus or curve_plate):
         raise BadInputError("a modulus of the curve, and no --curve")
@@ -246,12 +266,15 @@ def compare(
     if out is not None:
         try:
             out.mkdir(parents=True, exist_ok=True)
-            write_file(out / "compare.html", render(document))
+            page = render(sealed_runs(document, [each.run for each in found.runs]))
+            write_file(out / "compare.html", page)
             write_file(out / "compare.json", json_text(data, indent=1) + "\n")
         except OSError as error:
             raise BadInputError(f"cannot write to {out}: {error.strerror}") from error
         output.line(f"report: {out / 'compare.html'}")
     output.result(data)
+    if out is not None:
+        put_on_paper(out / "compare.html", on, output)
 
 
 def register(app: typer.Typer) -> None:

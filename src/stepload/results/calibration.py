@@ -20,7 +20,7 @@ from stepload.estimators.two_spheres import TwoSphereFit, two_sphere_difference
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
 from stepload.results.analyse import identify_system, pieces, series_contact
 from stepload.results.press_data import LOADING
-from stepload.results.saved import SavedRun
+from stepload.results.saved import SavedRun, labelled
 from stepload.rig.pose import differences
 
 FloatArray = NDArray[np.float64]
@@ -55,7 +55,7 @@ def from_system_runs(runs: Sequence[SavedRun], *, valid_days: int = VALID_DAYS) 
     Raises:
         BadInputError: a run that is not made for it, or runs of different rigs or poses.
     """
-    origin = _origin(runs, valid_days)
+    origin, runs = _origin(runs, valid_days), labelled(runs)
     for run in runs:
         if run.conditions.kind != "system":
             raise BadInputError(
@@ -149,6 +149,7 @@ def from_two_spheres(
             spheres too much alike.
     """
     origin = _origin((first, second), valid_days)
+    first, second = labelled((first, second))
     contacts = []
     for run in (first, second):
         contact = series_contact(run.conditions)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stepload.contact.power_law import secant_stiffness
 from stepload.errors import BadInputError
 from stepload.estimators.budget import secant_gradient
 from stepload.estimators.compare import (
@@ -34,7 +35,7 @@ from stepload.results.analyse import identify_payload
 from stepload.results.comparison_groups import differences, grouped, pair_half_width
 from stepload.results.comparison_notes import REACHED, notes_of
 from stepload.results.press_data import LOADING
-from stepload.results.saved import SavedRun
+from stepload.results.saved import SavedRun, labelled
 
 FloatArray = NDArray[np.float64]
 
@@ -74,7 +75,10 @@ class AgainstCurve:
     """One run's believed fit against the curve.
 
     `half_width` is that of the 95 % interval of ln of the run's secant, `smallest_detectable` the
-    relative difference that would have been seen in 80 of 100; the curve counts as exact.
+    relative difference that would have been seen in 80 of 100; the curve counts as exact. All
+    figures are those of the corrected curve: its forces were multiplied by `correction`, the ratio
+    of the equivalent moduli (V-A), 1 where none was given. `secant_n_per_m` is the curve's own
+    secant at `result.to_n`, None where it does not come down to it.
     """
 
     run: str
@@ -83,6 +87,8 @@ class AgainstCurve:
     half_width: float
     smallest_detectable: float
     verdict: Agreement
+    correction: float = 1.0
+    secant_n_per_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +161,7 @@ def compare(
             f"a tolerance of {tolerance:g}; it must be above 0 and at most 100 %",
             hint='--tolerance "5 %": the smallest difference of stiffness that matters',
         )
-    groups = grouped(runs, sizes)
+    groups, runs = grouped(runs, sizes), labelled(runs)
     at = secant_force_n or min(map(_secant_force_n, runs))
     compared = tuple(_identified(run, at) for run in runs)
     reached = all(each.found.peak_force_n >= REACHED * at for each in compared)
@@ -277,7 +283,15 @@ def _against(each: ComparedRun, given: CurveGiven, tolerance: float) -> AgainstC
     return AgainstCurve(
         each.run.name, found.believe, result, half, smallest,
         _curve_verdict(result, half, smallest, tolerance),
+        correction=own_pa / other_pa if own_pa and other_pa else 1.0,
+        secant_n_per_m=_curve_secant(found.fit, result),
     )  # fmt: skip
+
+
+def _curve_secant(fit: Fit, result: CurveComparison) -> float | None:
+    if result.secant_change is None:
+        return None
+    return secant_stiffness(fit.k, fit.n, result.to_n) * (1.0 + result.secant_change)
 
 
 def _curve_verdict(

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from stepload.estimators.compare import Spread
 from stepload.estimators.difference import Agreement, Difference, DifferenceLine
 from stepload.results import fields
 from stepload.results.comparison import AgainstCurve, Comparison, Pair
-from stepload.results.comparison_figures import figures_of
+from stepload.results.comparison_figures import LAWS, figures_of
 from stepload.results.comparison_notes import REACHED
+from stepload.results.comparison_sheet import comparison_sheet
 from stepload.results.data import fits_data
+from stepload.results.equations import equation_table
 from stepload.results.model import (
     NOTHING,
     Card,
@@ -26,8 +29,11 @@ from stepload.results.model import (
     quantity,
     table,
 )
+from stepload.results.provenance import runs_table
+from stepload.results.table_one import correction_notes, table_one
 from stepload.units import format_quantity as f
 
+LONGEST_TITLE = 200
 DISAGREE = 1.0
 """Normalised error above which two results disagree."""
 
@@ -63,6 +69,7 @@ CURVE: tuple[Field[AgainstCurve], ...] = (
     ),
     Field(lambda row: row.result.secant_change, "secant_change", "secant", number("+.1%")),
     Field(lambda row: row.result.to_n, "secant_force_n", "at", quantity("N")),
+    named("secant_n_per_m"),
     Field(lambda row: row.result.chord_change, "chord_change", "chord", number("+.1%")),
     Field(lambda row: row.result.from_n, "chord_from_n", "from", quantity("N")),
     Field(lambda row: row.smallest_detectable, "smallest_detectable", "could show",
@@ -70,6 +77,7 @@ CURVE: tuple[Field[AgainstCurve], ...] = (
     Field(lambda row: row.verdict, "verdict", "verdict"),
     Field(lambda row: len(row.result.curve_n), "points"),
     Field(lambda row: row.result.left_out, "points_beyond"),
+    named("correction"),
 )  # fmt: skip
 
 DIFFERENCE_LINE: tuple[Field[DifferenceLine], ...] = (
@@ -97,7 +105,7 @@ def comparison_document(found: Comparison) -> Document:
     fits = [(each.run.name, row) for each in found.runs for row in fields.fits_of(each.found)]
     shown = [field for field in fields.FIT if field.label != "rms residual"]
     title = f"Fits of the virgin contact (* believed), secants at {at}"
-    tables = [table(title, by_name("run", shown), fits)]
+    tables = [table_one(found), table(title, by_name("run", shown), fits)]
     tables += [_difference_table(each) for each in found.differences]
     if found.pairs:
         note = (
@@ -109,21 +117,39 @@ def comparison_document(found: Comparison) -> Document:
     if found.spreads:
         tables.append(_spread_table(found))
     if found.curve:
-        tables.append(table("Against the curve", CURVE, found.curve))
-    judged = verdict(found)
-    return Document(
+        tables.append(table("Against the curve", CURVE, found.curve, correction_notes(found.curve)))
+    judged, pictures = verdict(found), figures_of(found)
+    reasons = [*_reasons(found), *found.notes]
+    laws = next((each for each in pictures if each.name == LAWS), None)
+    document = Document(
         title="Comparison",
-        subtitle=" · ".join(each.run.name for each in found.runs),
+        subtitle=_named(found),
         verdict=judged,
-        reasons=[*_reasons(found), *found.notes],
+        reasons=reasons,
         tables=tables,
         cards=[
             Card(each.run.name, f(each.found.fit.secant_n_per_m, "N/m"), f"by {each.found.believe}")
             for each in found.runs
         ],
-        figures=figures_of(found),
+        figures=[each for each in pictures if each is not laws],
         simulated=any(each.run.simulated for each in found.runs),
+        certificate=comparison_sheet(found, reasons, laws),
     )
+    return replace(
+        document,
+        tables=[
+            *document.tables,
+            runs_table([each.run for each in found.runs]),
+            equation_table(document),
+        ],
+    )
+
+
+def _named(found: Comparison) -> str:
+    """The groups by the names of their runs, cut where there are many."""
+    groups = [" + ".join(found.runs[place].run.name for place in group) for group in found.groups]
+    text = " against ".join(groups)
+    return text if len(text) <= LONGEST_TITLE else f"{text[: LONGEST_TITLE - 1]}…"
 
 
 def _difference_table(each: Difference) -> Table:
@@ -193,6 +219,8 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
             {
                 "name": each.run.name,
                 "path": each.run.path,
+                "run_id": each.run.metadata.get("run_id"),
+                "specimen": each.run.metadata.get("specimen"),
                 "payload": each.run.metadata.get("payload"),
                 "rig": each.run.metadata.get("rig"),
                 "believe": each.found.believe,

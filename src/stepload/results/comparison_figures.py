@@ -12,15 +12,20 @@ from stepload.results.figures import (
     GREEN,
     GREY,
     INK,
+    MOST_DOTS,
     ORANGE,
     RED,
     FloatArray,
     figure_of,
+    plain,
     svg_of,
 )
 from stepload.results.model import Figure
 from stepload.units import format_quantity as f
 
+LAWS = "laws"
+MOST_NAMES = 14
+"""Runs that a legend names; more of them are not told apart by colours either."""
 COLOURS = (BLUE, ORANGE, GREEN, RED, INK, GREY)
 
 
@@ -36,11 +41,11 @@ def figures_of(found: Comparison) -> list[Figure]:
     if laws:
         made.append(
             Figure(
-                "laws", "Force against deformation",
-                "Believed law of every run from its own zero, with its pointwise 95 % band"
-                + ("; the imported curve is corrected for its modulus." if imported else "."),
+                LAWS, "Force against deformation",
+                "Believed laws from their own zeros, 95 % bands, what was measured"
+                + ("; the curve is corrected for its modulus." if imported else "."),
                 "force over deformation with confidence bands",
-                partial(_bands, laws, imported),
+                partial(_bands, laws, _points(found), imported),
             )
         )  # fmt: skip
     made.append(
@@ -55,14 +60,30 @@ def figures_of(found: Comparison) -> list[Figure]:
     return made
 
 
-def _bands(runs: Mapping[str, Band], imported: tuple[FloatArray, FloatArray] | None = None) -> str:
-    """Believed laws with their 95 % bands, and an imported curve (deformation, force) as points."""
-    with figure_of(4.4) as (figure, (axes,)):
+def _points(found: Comparison) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Deformation from the believed zero and force of the points that every fit was made from."""
+    return {
+        each.run.name: (each.found.deformation_m - each.found.fit.zero_m, each.found.force_n)
+        for each in found.runs
+    }
+
+
+def _bands(
+    runs: Mapping[str, Band],
+    points: Mapping[str, tuple[FloatArray, FloatArray]],
+    imported: tuple[FloatArray, FloatArray] | None = None,
+) -> str:
+    """Believed laws with their 95 % bands over the measured points, and an imported curve
+    (deformation, force) as larger points."""
+    with figure_of(3.8) as (figure, (axes,)):
         for index, (name, run) in enumerate(runs.items()):
             colour = COLOURS[index % len(COLOURS)]
+            x, y = points[name]
+            step = max(1, len(runs) * len(y) // MOST_DOTS)
+            axes.plot(x[::step] * 1e6, y[::step], ".", ms=2.0, color=colour, alpha=0.5)
             micrometres = run.deformation_m * 1e6
             axes.fill_between(micrometres, run.lower_n, run.upper_n, color=colour, alpha=0.15, lw=0)
-            axes.plot(micrometres, run.force_n, color=colour, label=name)
+            axes.plot(micrometres, run.force_n, color=colour, label=plain(name))
         if imported is not None:
             axes.plot(imported[0] * 1e6, imported[1], ".", ms=5, color=INK, label="imported curve")
         axes.set(xlabel="payload deformation from its zero [µm]", ylabel="force [N]")
@@ -70,7 +91,8 @@ def _bands(runs: Mapping[str, Band], imported: tuple[FloatArray, FloatArray] | N
         if imported is not None:
             tops.append(float(imported[1].max()))
         axes.set_ylim(0.0, 1.15 * max(tops))
-        axes.legend(loc="upper left")
+        if len(runs) <= MOST_NAMES:
+            axes.legend(loc="upper left", fontsize=9 if len(runs) < 8 else 7)
         return svg_of(figure)
 
 
@@ -86,7 +108,7 @@ def _secants(runs: Sequence[ComparedRun]) -> str:
             marks = [fit.secant_n_per_m * 1e-6 for fit in cycles]
             axes.plot(marks, [row] * len(marks), "|", ms=9, color=ORANGE)
             axes.plot([found.fit.secant_n_per_m * 1e-6], [row], "o", ms=6, color=BLUE)
-        axes.set_yticks(range(len(runs)), [each.run.name for each in runs])
+        axes.set_yticks(range(len(runs)), [plain(each.run.name) for each in runs])
         axes.set_ylim(len(runs) - 0.5, -0.5)
         axes.set_xlabel("secant stiffness [N/µm]")
         return svg_of(figure)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -21,9 +22,9 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.integer]
 
-MOST_POINTS = 4000
-INK, BLUE, ORANGE, GREEN, RED, GREY = (
-    "#1d2733", "#1f5fa8", "#c8641b", "#2f7d4f", "#b3261e", "#8a94a0",
+MOST_POINTS, MOST_DOTS = 4000, 1500
+INK, BLUE, ORANGE, GREEN, RED, GREY, SAND = (
+    "#1d2733", "#1f5fa8", "#c8641b", "#2f7d4f", "#b3261e", "#8a94a0", "#d9a77f",
 )  # fmt: skip
 PHASE_TINT = {
     Phase.FREE_AIR: "#e8edf3",
@@ -54,8 +55,10 @@ class Trace:
 
 
 @contextmanager
-def figure_of(height: float, rows: int = 1) -> Iterator[tuple[Figure, list[Axes]]]:
-    """A figure of `height` inches in the report's style, and its axes from top to bottom."""
+def figure_of(
+    height: float, rows: int = 1, width: float = 8.6
+) -> Iterator[tuple[Figure, list[Axes]]]:
+    """A figure in the report's style, sizes in inches, and its axes from top to bottom."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -63,10 +66,11 @@ def figure_of(height: float, rows: int = 1) -> Iterator[tuple[Figure, list[Axes]
         "font.size": 9.5, "axes.edgecolor": GREY, "axes.labelcolor": INK, "text.color": INK,
         "xtick.color": INK, "ytick.color": INK, "axes.spines.top": False,
         "axes.spines.right": False, "axes.grid": True, "grid.color": "#e6eaee",
-        "legend.frameon": False, "svg.hashsalt": "stepload", "lines.linewidth": 1.2,
+        "figure.facecolor": "none", "axes.facecolor": "none", "legend.frameon": False,
+        "svg.hashsalt": "stepload", "lines.linewidth": 1.2,
     }  # fmt: skip
     with mpl.rc_context(style):
-        figure = Figure(figsize=(8.6, height), layout="constrained")
+        figure = Figure(figsize=(width, height), layout="constrained")
         axes = figure.subplots(rows, 1, sharex=rows > 1, squeeze=False)
         yield figure, [row[0] for row in axes]
 
@@ -74,8 +78,16 @@ def figure_of(height: float, rows: int = 1) -> Iterator[tuple[Figure, list[Axes]
 def svg_of(figure: Figure) -> str:
     """The figure as SVG text, the same for the same figure."""
     buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing")  # a name in a script it cannot write
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     return buffer.getvalue()
+
+
+def plain(text: str) -> str:
+    """A name from somebody's file as a label: no mathematics, nothing that hides it."""
+    shown = "".join(c if c.isprintable() else "?" for c in text).replace("$", r"\$")
+    return f" {shown}"  # a label that begins with an underscore is left out of a legend
 
 
 def thin(count: int, value: FloatArray) -> IntArray:
@@ -159,33 +171,70 @@ def against_limit(trace: Trace, predicted_peak_n: FloatArray, tick_s: FloatArray
 Law = Callable[[FloatArray], FloatArray]
 
 
-def force_deformation(deformation_m: FloatArray, force_n: FloatArray,
-                      laws: Mapping[str, Law], believed: str) -> str:  # fmt: skip
-    """Measured force against payload deformation with every fitted law (deformation → force)."""
-    with figure_of(4.2) as (figure, (axes,)):
-        step = max(1, len(force_n) // MOST_POINTS)
-        axes.plot(
-            deformation_m[::step] * 1e6, force_n[::step], ".", ms=2.0, color=GREY,
-            label="measured", zorder=1, rasterized=False,
-        )  # fmt: skip
-        reach = np.linspace(float(deformation_m.min()), float(deformation_m.max()), 400)
-        for (name, law), colour in zip(laws.items(), (ORANGE, GREEN, BLUE, RED), strict=False):
-            best = name == believed
+@dataclass(frozen=True, slots=True)
+class Curves:
+    """Force over payload deformation: what was measured and what is said of it; SI, (N,) each.
+
+    Attributes:
+        loading, unloading: (deformation, force) as measured; the second may be empty.
+        laws: every fitted law, deformation → force; `believed` is the name of one of them, or "".
+        band: (deformation, lowest, highest force) of the believed law at 95 %, None without one.
+        predicted: (deformation, force) of the law that theory predicts.
+    """
+
+    loading: tuple[FloatArray, FloatArray]
+    unloading: tuple[FloatArray, FloatArray]
+    laws: Mapping[str, Law]
+    believed: str
+    band: tuple[FloatArray, FloatArray, FloatArray] | None
+    predicted: tuple[FloatArray, FloatArray]
+
+
+def force_deformation(curves: Curves) -> str:
+    """Measured force against payload deformation with every fitted law and the predicted one."""
+    with figure_of(3.2, width=5.4) as (figure, (axes,)):
+        for (x, y), colour, name in (
+            (curves.unloading, SAND, "measured, unloading"),
+            (curves.loading, GREY, "measured, loading"),
+        ):
+            if x.size:
+                step = max(1, len(y) // MOST_DOTS)
+                axes.plot(x[::step] * 1e6, y[::step], ".", ms=2.0, color=colour, label=name)
+        if curves.band is not None:
+            x, low, high = curves.band
+            axes.fill_between(x * 1e6, low, high, color=BLUE, alpha=0.18, lw=0, label="95 % band")
+        x, y = curves.loading
+        reach = np.linspace(float(x.min()), float(x.max()), 400)
+        others = iter((ORANGE, GREEN, RED, INK))
+        for name, law in curves.laws.items():
+            best = name == curves.believed
             axes.plot(
-                reach * 1e6, law(reach), color=BLUE if best else colour, zorder=3 if best else 2,
-                lw=2.0 if best else 1.1, ls="-" if best else "--",
+                reach * 1e6, law(reach), color=BLUE if best else next(others, GREY),
+                lw=2.0 if best else 1.1, ls="-" if best else "--", zorder=3 if best else 2,
                 label=f"{name} (believed)" if best else name,
             )  # fmt: skip
+        predicted_m, predicted_n = curves.predicted
+        axes.plot(predicted_m * 1e6, predicted_n, ":", lw=1.6, color=INK, label="predicted, smooth")
         axes.set(xlabel="payload deformation from touch [µm]", ylabel="force [N]")
-        axes.set_ylim(bottom=min(0.0, float(force_n.min())))
-        axes.legend(loc="upper left")
+        _frame(axes, curves)
+        axes.legend(loc="upper left", markerscale=4, fontsize=8)
         return svg_of(figure)
+
+
+def _frame(axes: Axes, curves: Curves) -> None:
+    """Limits by what was measured: no band and no law hides it."""
+    x, y = (np.concatenate(pair) for pair in zip(curves.loading, curves.unloading, strict=True))
+    right, top = float(curves.loading[0].max()), float(y.max())
+    left = max(float(x.min()), -0.15 * abs(right))
+    pad = 0.04 * ((right - left) or 1e-9)
+    axes.set_xlim((left - pad) * 1e6, (max(right, float(x.max())) + pad) * 1e6)
+    axes.set_ylim(min(0.0, float(y.min())), 1.1 * top if top > 0.0 else 1.0)
 
 
 def residuals(force_n: FloatArray, residual_n: Mapping[str, FloatArray], believed: str) -> str:
     """Measured force minus each fitted law, against force."""
     with figure_of(3.0) as (figure, (axes,)):
-        step = max(1, len(force_n) // MOST_POINTS)
+        step = max(1, len(force_n) // MOST_DOTS)
         for (name, values), colour in zip(
             residual_n.items(), (ORANGE, GREEN, BLUE, RED), strict=False
         ):

@@ -8,7 +8,7 @@ fields. A `Document` is a whole result for people; `terminal` and `page` show it
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any, Generic, Literal, TypeVar
 
@@ -125,6 +125,18 @@ def table(
     return Table(title, [each.label for each in shown], rows, notes, page_only, headline)
 
 
+SHEET_ROWS = 12
+"""Rows of a table that have room on the first sheet of a report."""
+
+
+def first_rows(each: Table) -> Table:
+    """The table as the first sheet has room for it; a note says what was left out there."""
+    if len(each.rows) <= SHEET_ROWS:
+        return each
+    left = f"{SHEET_ROWS} of {len(each.rows)} rows; all of them are in the details."
+    return replace(each, rows=each.rows[:SHEET_ROWS], notes=(*each.notes, left))
+
+
 @dataclass(frozen=True, slots=True)
 class Finding:
     """One thing that was found: how it is marked ("ok", "warn" …), what is so, what to do."""
@@ -170,8 +182,35 @@ class Figure:
 
 
 @dataclass(frozen=True, slots=True)
+class Certificate:
+    """The first page: what a quality file or the appendix of a paper needs, on one sheet.
+
+    Attributes:
+        heading: what kind of sheet it is.
+        facts: columns of (name, value): what was pressed; with what, by whom.
+        tables: results with their intervals.
+        levels: what the figure's curve was held at, beside it; None where there is none.
+        figure: the one that shows the result; None where there is nothing to show.
+        remarks: what has to be said on this page; the document's reasons are on the next.
+        signatures: who signs: (role, name as far as it is known).
+        foot: which run this is; repeated at the foot of every printed page.
+        seal: the sum of its record; "" where that is not finished yet, or there is none.
+    """
+
+    heading: str
+    facts: Sequence[Sequence[tuple[str, str]]] = ()
+    tables: Sequence[Table] = ()
+    levels: Table | None = None
+    figure: Figure | None = None
+    remarks: Sequence[str] = ()
+    signatures: Sequence[tuple[str, str]] = ()
+    foot: str = ""
+    seal: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Document:
-    """A result for people. Figures, cards and texts (name, content) are for a page only."""
+    """A result for people. Certificate, figures, cards and texts (name, content) are for a page."""
 
     title: str
     verdict: Verdict
@@ -185,3 +224,4 @@ class Document:
     texts: Sequence[tuple[str, str]] = ()
     simulated: bool = False
     """Whether a simulated rig is behind it: whoever shows it says so on top."""
+    certificate: Certificate | None = None

@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 import base64
+import re
 
 from stepload.results.model import SIMULATED, Document
+
+SHORT_TABLE = 14
+"""A table of so many rows at the most is kept on one sheet of paper with its title."""
+WORD = 24
+"""Characters of a word beyond which a table breaks it: sums, paths, what has no spaces."""
 
 
 def render(document: Document) -> str:
@@ -20,6 +26,18 @@ def render(document: Document) -> str:
         keep_trailing_newline=True,
     )
     environment.filters["base64"] = lambda text: base64.b64encode(text.encode()).decode()
+    environment.tests["long_worded"] = lambda text: max(map(len, text.split()), default=0) > WORD
+    certificate = document.certificate
     return environment.get_template("page.html").render(
-        page=document, banner=SIMULATED if document.simulated else ""
+        page=document,
+        banner=SIMULATED if document.simulated else "",
+        running=running(certificate.foot if certificate else "", simulated=document.simulated),
+        short_table=SHORT_TABLE,
     )
+
+
+def running(foot: str, *, simulated: bool) -> str:
+    """The text at the foot of every printed page; it stands in a style sheet, so only letters,
+    digits and what cannot end a string are left of it."""
+    words = re.sub(r"[^A-Za-z0-9 .:_-]", "", foot)[:80].strip()
+    return f"{'SIMULATED  ' if simulated else ''}{words}".strip()

@@ -5,34 +5,41 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
-from stepload.contact.power_law import ContactLaw
-from stepload.envelope.envelope import Envelope
+from stepload.envelope.reason import Severity
 from stepload.estimators.judge import ResultVerdict
-from stepload.estimators.runin import STEADY_CYCLES, RunIn
+from stepload.estimators.runin import RunIn
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
-from stepload.evidence.quantity import Quantity
-from stepload.record.outcome import RunOutcome, RunStatus
+from stepload.record.outcome import RunStatus
 from stepload.record.reader import Recording
 from stepload.results import fields
 from stepload.results.analyse import Evaluation, beyond_theory
-from stepload.results.extras import Extras, extras_tables
-from stepload.results.model import (
-    Card,
-    Document,
-    Mood,
-    Show,
-    Table,
-    Verdict,
-    interval,
-    number,
-    quantity,
-    table,
+from stepload.results.certificate import run_certificate
+from stepload.results.conditions import planned
+from stepload.results.course_tables import (
+    ending_table,
+    force_budget_table,
+    health_tables,
+    predicted_table,
+    rig_table,
+    safing_table,
 )
-from stepload.results.press_data import PressData
+from stepload.results.equations import equation_table
+from stepload.results.extras import Extras, extras_tables
+from stepload.results.identified_tables import (
+    HEADLINE_BUDGET,
+    identification_tables,
+    run_in_table,
+    system_table,
+)
+from stepload.results.level_tables import hold_table, touch_table
+from stepload.results.levels import Level, levels_of
+from stepload.results.model import Card, Document, Mood, Table, Verdict, interval
+from stepload.results.provenance import provenance_table
 from stepload.results.remarks import alive, levels, remarks
-from stepload.results.run_figures import figures_of
+from stepload.results.run_figures import figures_of, law_figure
 from stepload.results.run_snippets import snippet_texts
 from stepload.units import format_quantity as f
 
@@ -54,9 +61,9 @@ def identification_document(
 
     `run_in` and `extras` are what a record of ours says beside the law, as a run's report does.
     """
-    tables = _identification_tables(found)
+    tables = identification_tables(found)
     if run_in is not None:
-        tables.append(_run_in_table(run_in))
+        tables.append(run_in_table(run_in))
     if extras is not None:
         tables += extras_tables(extras)
     return Document(
@@ -73,35 +80,49 @@ def system_document(fit: SystemStiffnessFit, *, simulated: bool = False) -> Docu
     return Document(
         "System stiffness",
         _system_measured(fit),
-        tables=[_system_table(fit)],
+        tables=[system_table(fit)],
         simulated=simulated,
     )
 
 
 def run_document(run: Evaluation) -> Document:
-    """The result of a run, from its verdict to the plan that it ran."""
-    verdict, found, envelope = _verdict(run), run.identification, run.envelope
-    tables: list[Table] = []
-    if found is not None:
-        tables += _identification_tables(found)
-    if run.system is not None:
-        tables.append(_system_table(run.system))
-    if run.run_in is not None:
-        tables.append(_run_in_table(run.run_in))
-    if run.extras is not None:
-        tables += extras_tables(run.extras)
-    tables.append(_predicted_table(run))
-    if run.data is not None:
-        tables.append(_channel_table(run.data))
-    tables += [
-        _safing_table(run.outcome),
-        force_budget_table(envelope, page_only=True),
-        _rig_table(run.recording),
-    ]
-    reasons = list(found.judgement.reasons) if found is not None else []
-    reasons += [
-        f"preflight: {reason.message}" for reason in envelope.reasons if reason.severity != "note"
-    ]
+    """The result of a run: one sheet of what matters, then all that is behind it."""
+    reasons, levels = _reasons(run), levels_of_run(run)
+    system = None if run.system is None else system_table(run.system)
+    kind = "dry run on the simulated rig" if run.dry_run else "run"
+    document = Document(
+        title=run.envelope.plan.name,
+        subtitle=f"{kind} · {run.recording.metadata.get('started', '')} · "
+        f"run {run.recording.metadata.get('run_id', '')}",
+        verdict=_verdict(run),
+        ended=run.outcome.why,
+        reasons=reasons,
+        tables=_tables(run, levels, system),
+        cards=_cards(run),
+        figures=figures_of(run),
+        texts=[*snippet_texts(run), *_texts(run.recording)],
+        simulated=run.dry_run,
+        certificate=run_certificate(run, levels, reasons, law_figure(run), system),
+    )
+    return replace(document, tables=[*document.tables, equation_table(document)])
+
+
+def levels_of_run(run: Evaluation) -> tuple[Level, ...]:
+    """Every hold of a run; one for the system stiffness keeps the system's deflection in them."""
+    if run.data is None or run.system is None:
+        return run.levels
+    conditions = planned(run.envelope)
+    sources = replace(conditions.sources, system_stiffness_n_per_m=None)
+    return levels_of(run.data, run.recording.events, replace(conditions, sources=sources))
+
+
+def _reasons(run: Evaluation) -> list[str]:
+    """All that is to be said about the result, what speaks against it first."""
+    found = run.identification
+    told = run.envelope.reasons
+    reasons = [f"preflight: {each.message}" for each in told if each.severity == Severity.REFUSE]
+    reasons += found.judgement.reasons if found is not None else ()
+    reasons += [f"preflight: {each.message}" for each in told if each.severity == Severity.WARN]
     if run.data is not None:
         reasons += [
             *remarks(run.data),
@@ -109,32 +130,38 @@ def run_document(run: Evaluation) -> Document:
             *levels(run.recording.events),
             *beyond_theory(run),
         ]
-    if run.problem and run.problem != verdict.text:
+    if run.problem and run.problem != _verdict(run).text:
         reasons.append(run.problem)
     if resumed := run.recording.metadata.get("resumed"):
         reasons.append(resumed)
-    kind = "dry run on the simulated rig" if run.dry_run else "run"
-    return Document(
-        title=envelope.plan.name,
-        subtitle=f"{kind} · {run.recording.metadata.get('started', '')} · "
-        f"run {run.recording.metadata.get('run_id', '')}",
-        verdict=verdict,
-        ended=run.outcome.why,
-        reasons=reasons,
-        tables=tables,
-        cards=_cards(run),
-        figures=figures_of(run),
-        texts=[*snippet_texts(run), *_texts(run.recording)],
-        simulated=run.dry_run,
-    )
+    return reasons
 
 
-def force_budget_table(envelope: Envelope, *, page_only: bool = False) -> Table:
-    """What the guarded approach may add to the force, term by term."""
-    return table(
-        f"Force budget at the guarded speed of {f(envelope.guarded_speed_m_s, 'm/s')}",
-        fields.FORCE_TERM, envelope.force_budget, page_only=page_only,
-    )  # fmt: skip
+def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> list[Table]:
+    """What is behind the sheet: the budget, how it went, where it comes from, then the details."""
+    found, metadata = run.identification, run.recording.metadata
+    way = "travel" if run.system is not None else "deformation"
+    known = [] if found is None else identification_tables(found)
+    tables = [each for each in known if each.title == HEADLINE_BUDGET]
+    tables.append(predicted_table(run))
+    tables += health_tables(run)
+    tables.append(ending_table(run.outcome))
+    tables += [provenance_table(metadata), hold_table(holds, way)]
+    if run.data is not None:
+        tables.append(touch_table(run.data.touches))
+    tables += [each for each in known if each.title != HEADLINE_BUDGET]
+    if system is not None:
+        tables.append(system)
+    if run.run_in is not None:
+        tables.append(run_in_table(run.run_in))
+    if run.extras is not None:
+        tables += extras_tables(run.extras)
+    return [
+        *tables,
+        safing_table(run.outcome),
+        force_budget_table(run.envelope, page_only=True),
+        rig_table(run.recording),
+    ]
 
 
 def _verdict(run: Evaluation) -> Verdict:
@@ -211,161 +238,6 @@ def _stiffness_cards(found: Identification) -> list[Card]:
             Card("exponent n", f"{n.value:.2f}", "95 % {:.2f} … {:.2f}".format(*n.interval))
         )
     return cards
-
-
-def _doubts(rows: Sequence[fields.NamedFit]) -> list[str]:
-    return [
-        f"doubt about {row.name}: {'; '.join(doubt.message for doubt in row.fit.doubts)}"
-        for row in rows
-        if row.fit.doubts
-    ]
-
-
-def _identification_tables(found: Identification) -> list[Table]:
-    rows, others = fields.fits_of(found), fields.fits_of(found, reported=False)
-    why = [f"best of the fits is {found.believe}: {line}" for line in found.why]
-    at = f(found.fit.secant_force_n, "N")
-    beyond = found.fit.secant_force_n > 1.02 * found.peak_force_n
-    title = f"Fits (* best of them), secants at {at}" + (", beyond the data" if beyond else "")
-    tables = [
-        *_evidence_tables(found),
-        table(title, fields.FIT, rows, [*why, *_doubts(rows)]),
-    ]
-    if others:
-        title = "Fits of the other estimators"
-        tables.append(table(title, fields.FIT, others, _doubts(others), page_only=True))
-    if (stated := found.budget) is not None:
-        note = (
-            f"All together: u(n) = {stated.sigma_n:.4f}, u(secant)/secant = "
-            f"{stated.sigma_secant_relative:.2%}; intervals are {stated.coverage_factor:.2f} u."
-        )
-        title = f"Uncertainty budget of {found.believe}"
-        tables.append(table(title, fields.BUDGET_LINE, stated.lines, [note], page_only=True))
-    return tables
-
-
-def _evidence_tables(found: Identification) -> list[Table]:
-    """The stiffnesses, the lines of the headline's interval, the laws and the gates."""
-    evidence = found.evidence
-    if evidence is None:
-        return []
-    headline = evidence.headline
-    notes = [
-        f"{fields.KINDS[each.kind].strip(' *')}: {why}"
-        for each in evidence.quantities.values()
-        for why in each.why
-        if why not in headline.why
-    ]
-    if (n := evidence.exponent) is not None:
-        low, high = n.interval
-        notes.append(f"exponent n = {n.value:.2f}, 95 % [{low:.2f}, {high:.2f}], {n.verdict.value}")
-    total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."
-    return [
-        table("Stiffness (* headline)", fields.QUANTITY, evidence.quantities.values(),
-              [*notes, *evidence.notes], headline=True),
-        table("What the headline's interval is made of", fields.LINE,
-              [line for line in headline.lines if line.relative > 0.0], [total], page_only=True),
-        table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
-        table("Signs that the contact is not elastic", fields.GATE, evidence.gates,
-              [gate.sentence for gate in evidence.gates if gate.fires], page_only=True),
-    ]  # fmt: skip
-
-
-def _system_table(fit: SystemStiffnessFit) -> Table:
-    shown = [field for field in fields.SYSTEM + fields.SYSTEM_REST if field.label]
-    rows = [(field.label, field.text(fit)) for field in shown]
-    return Table("System stiffness (26)", ("figure", "value"), rows)
-
-
-def _predicted_table(run: Evaluation) -> Table:
-    envelope, found, outcome = run.envelope, run.identification, run.outcome
-    law, seen = envelope.theory.law, envelope.identifiability
-    newton, stiffness = quantity("N"), quantity("N/m")
-    rows: list[tuple[str, Show, float, float]] = [
-        ("duration [s]", number(".0f"), envelope.duration_s, outcome.end_s - outcome.start_s),
-        ("largest force", newton, envelope.top_force_n, outcome.peak_force_n),
-    ]
-    if found is not None:
-        rows += [
-            (
-                f"{fields.KINDS[each.kind].strip(' *')}, {newton(each.from_n)} to "
-                f"{newton(each.to_n)}",
-                stiffness, _smooth(law, each), each.value_n_per_m,
-            )
-            for each in found.quantities.values()
-            if each.kind in ("chord", "secant_from_touch")
-        ]  # fmt: skip
-        if seen is not None:
-            reached = found.judgement.k_max_n_per_m
-            rows.append(("K_max (34)", stiffness, seen.k_max_n_per_m, reached))
-    texts = [(label, show(one), show(other)) for label, show, one, other in rows]
-    columns = ("figure", "predicted", "measured")
-    return Table(
-        "Theory of the smooth contact predicted, run measured", columns, texts, page_only=True
-    )
-
-
-def _smooth(law: ContactLaw, each: Quantity) -> float:
-    """The same stiffness of the smooth law."""
-    return (each.to_n - each.from_n) / (law.deformation(each.to_n) - law.deformation(each.from_n))
-
-
-def _run_in_table(found: RunIn) -> Table:
-    if found.steady:
-        steady = f"steady at cycle {found.steady.number}"
-    elif len(found.cycles) < STEADY_CYCLES:
-        steady = f"fewer than {STEADY_CYCLES} cycles do not show whether it is steady"
-    else:
-        steady = (
-            f"not steady: chord changed by {found.secant_change:.2%} (allowed "
-            f"{found.secant_tolerance:.2%}), loop energy by {found.energy_change:.0%} "
-            f"(allowed {found.energy_tolerance:.0%}) over the last {STEADY_CYCLES} cycles"
-        )
-    virgin = (
-        f"Cycle {found.virgin.number} is the virgin contact"
-        if found.virgin
-        else "The virgin contact is not in this record"
-    )
-    indentation = (
-        f"; the touch has moved by {f(found.residual_indentation_m, 'm')}, found to a quantum each"
-        if found.residual_indentation_m is not None
-        else ""
-    )
-    note = (
-        f"{virgin}; {steady}; shakedown {f(found.shakedown_m, 'm')}{indentation}. "
-        "Virgin and steady are two results: there is no mean of them."
-    )
-    return table("Cycles", fields.CYCLE, found.cycles, [note])
-
-
-def _channel_table(press: PressData) -> Table:
-    lag = press.lag
-    note = (
-        f"Force lags position by {lag.lag_s * 1e3:.2f} ± {lag.sigma_s * 1e3:.2f} ms "
-        f"({lag.how}); {press.lag_corrected_s * 1e3:.2f} ms corrected; a force that comes early is "
-        "damping or creep and stays in the data."
-        if math.isfinite(lag.lag_s)
-        else f"Lag not measured: {lag.how}."
-    )
-    return table("Time", fields.CLOCK, press.clocks, [note], page_only=True)
-
-
-def _safing_table(outcome: RunOutcome) -> Table:
-    late = outcome.lateness
-    note = (
-        f"Ticks: {late.ticks}, late by more than a period: {late.overruns}, "
-        f"worst {late.worst_s * 1e3:.2f} ms."
-    )
-    return table("Safing", fields.SAFING, outcome.safing, [note], page_only=True)
-
-
-def _rig_table(recording: Recording) -> Table:
-    rows = [
-        (key, value)
-        for key, value in sorted(recording.metadata.items())
-        if value and not key.startswith(("sha256", "clock_offset"))
-    ]
-    return Table("Run", ("what", "value"), rows, page_only=True)
 
 
 def _texts(recording: Recording) -> list[tuple[str, str]]:

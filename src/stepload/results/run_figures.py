@@ -8,11 +8,15 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from stepload.estimators.compare import confidence_band
 from stepload.estimators.fit import Fit
-from stepload.evidence.identification import REPORTED
+from stepload.evidence.identification import REPORTED, Identification
+from stepload.record.rows import Phase
 from stepload.results import figures
 from stepload.results.analyse import Evaluation
+from stepload.results.conditions import measured, planned
 from stepload.results.model import Figure
+from stepload.results.press_data import LOADING, UNLOADING
 from stepload.units import format_quantity as f
 
 FloatArray = NDArray[np.float64]
@@ -26,15 +30,71 @@ def _law(fit: Fit) -> Callable[[FloatArray], FloatArray]:
     return law
 
 
+def law_figure(run: Evaluation) -> Figure | None:
+    """The figure that shows the result of a payload run; None where nothing was loaded."""
+    data, found, law = run.data, run.identification, run.envelope.theory.law
+    if data is None or run.envelope.plan.identify.kind == "system":
+        return None
+    cycles = data.cycle[data.branch(LOADING)]
+    if not cycles.size:
+        return None
+    conditions = found.conditions if found else measured(planned(run.envelope), data)
+
+    def branch(phases: tuple[Phase, ...]) -> tuple[FloatArray, FloatArray]:
+        mask = data.branch(phases, int(cycles.min()))
+        force_n = data.force_n[mask]
+        return data.travel_m[mask] - conditions.bend(force_n), force_n
+
+    loading = branch(LOADING)
+    zero_m = found.fit.zero_m if found else 0.0
+    grid_n = np.linspace(0.0, max(float(loading[1].max()), 1e-9), 200)
+    curves = figures.Curves(
+        loading=loading,
+        unloading=branch(UNLOADING),
+        laws=_laws(found) if found else {},
+        believed=found.believe if found else "",
+        band=_band(found) if found else None,
+        predicted=((grid_n / law.k) ** (1.0 / law.n) + zero_m, grid_n),
+    )
+    told = f"believed is {found.believe}" if found else "nothing could be fitted"
+    banded = ", with its 95 % band" if curves.band is not None else ""
+    return Figure(
+        "law", "Force against deformation",
+        f"First cycle, both ways; {told}{banded}. Dotted: theory of the smooth contact, from the "
+        "same zero.",
+        "force over deformation with fitted and predicted laws",
+        partial(figures.force_deformation, curves),
+    )  # fmt: skip
+
+
+def _laws(found: Identification) -> dict[str, Callable[[FloatArray], FloatArray]]:
+    laws = {name: _law(found.fits[name]) for name in REPORTED if name in found.fits}
+    return laws | {found.believe: _law(found.fit)}
+
+
+def _band(found: Identification) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    """The believed law's band over the deformations that were pressed; None without a budget."""
+    fit, stated = found.fit, found.budget
+    reach_m = float(found.deformation_m.max()) - fit.zero_m
+    if stated is None or not 0.0 < reach_m < np.inf:
+        return None
+    with np.errstate(over="ignore", invalid="ignore"):
+        band = confidence_band(fit, stated.covariance, np.linspace(0.0, reach_m, 121)[1:])
+    if not np.isfinite(band.upper_n).all():
+        return None
+    return band.deformation_m + fit.zero_m, band.lower_n, band.upper_n
+
+
 def figures_of(run: Evaluation) -> list[Figure]:
-    """The figures of a run, drawn when they are wanted."""
-    data, found, ticks = run.data, run.identification, run.recording.ticks
+    """The other figures of a run, drawn when they are wanted; see `law_figure`."""
+    data, ticks = run.data, run.recording.ticks
     if data is None or len(data.time_s) < 2:
         return []
     start_s = run.outcome.start_s
     trace = figures.Trace(data.time_s - start_s, data.force_n, data.travel_m, data.phase)
     limit_n = run.envelope.theory.elastic_limit_n
-    made = [
+    return [
+        *_fit_figures(run),
         Figure(
             "time", "Force and displacement against time",
             "Tared contact force and travel since touch; colours are the phases of the procedure.",
@@ -54,6 +114,11 @@ def figures_of(run: Evaluation) -> list[Figure]:
             ),
         ),
     ]  # fmt: skip
+
+
+def _fit_figures(run: Evaluation) -> list[Figure]:
+    """What the fits leave, and what their parameters can be together."""
+    made, found = [], run.identification
     if (system := run.system) is not None:
         made.append(
             Figure(
@@ -66,27 +131,20 @@ def figures_of(run: Evaluation) -> list[Figure]:
         )  # fmt: skip
     if found is None:
         return made
-    laws = {name: _law(found.fits[name]) for name in REPORTED if name in found.fits}
-    laws[found.believe] = _law(found.fit)
-    x, y = found.deformation_m, found.force_n
-    made += [
-        Figure(
-            "law", "Force against deformation",
-            f"Loading data and fits; believed is {found.believe}.",
-            "force over deformation with fitted laws",
-            partial(figures.force_deformation, x, y, laws, found.believe),
-        ),
+    laws, x, y = _laws(found), found.deformation_m, found.force_n
+    made.append(
         Figure(
             "residuals", "Residuals",
-            "Measured force minus fitted law. Residuals do not show what a fit has absorbed: the "
-            "interval comes from the uncertainty budget.",
+            "Measured force minus fitted law; rs_btls and rs_rtls are the paper's (25), batch and "
+            "recursive; joint fits the zero too. Residuals do not show what a fit has absorbed: "
+            "the interval comes from the uncertainty budget.",
             "force residuals over force",
             partial(
                 figures.residuals, y, {name: y - law(x) for name, law in laws.items()},
                 found.believe,
             ),
-        ),
-    ]  # fmt: skip
+        )
+    )  # fmt: skip
     if (stated := found.budget) is not None:
         ln_k, n = stated.ellipse.outline()
         points = [(name, found.fits[name].k, found.fits[name].n) for name in laws]

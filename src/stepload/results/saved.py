@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date, datetime
 from pathlib import Path
 
@@ -18,11 +18,15 @@ from stepload.rig.pose import from_texts
 
 RECORD = "run.mcap"
 PART = RECORD + ".part"
+LONGEST_LABEL = 40
 
 
 @dataclass(frozen=True, slots=True)
 class SavedRun:
-    """What a record tells; `partial`: it was not finished, `events`: what happened when."""
+    """What a record tells; `partial`: it was not finished, `events`: what happened when.
+
+    `label` is what it is called among other runs, see `labelled`; "" where it stands by itself.
+    """
 
     path: Path
     data: PressData
@@ -30,12 +34,20 @@ class SavedRun:
     metadata: Mapping[str, str]
     partial: bool
     events: Sequence[Event] = ()
+    label: str = ""
 
     @property
     def name(self) -> str:
-        """What people call it: its plan and id."""
+        """What people call it: its label, or its plan and id."""
         plan, run_id = self.metadata.get("plan", ""), self.metadata.get("run_id", "")
-        return f"{plan or self.path.stem} {run_id}".strip()
+        return self.label or f"{plan or self.path.stem} {run_id}".strip()
+
+    @property
+    def place(self) -> str:
+        """The name of its directory, or of its file where that has one of its own."""
+        if self.path.name in (RECORD, PART):
+            return self.path.absolute().parent.name or self.path.stem
+        return self.path.stem
 
     @property
     def simulated(self) -> bool:
@@ -61,6 +73,26 @@ class SavedRun:
             raise BadInputError(
                 f"{self.path}: the record says it was started at {text!r}, which is no time"
             ) from None
+
+
+def labelled(runs: Sequence[SavedRun]) -> tuple[SavedRun, ...]:
+    """The runs, each with a label of its own: its specimen, else where it is kept.
+
+    Where two would be called alike, all get where they are kept beside it, or their ids.
+    """
+    plain = [_short(run.metadata.get("specimen", "") or run.place) for run in runs]
+    kept = [_short(f"{name} ({run.place})") for name, run in zip(plain, runs, strict=True)]
+    ids = [
+        f"{name} ({run.metadata.get('run_id') or number})"
+        for number, (name, run) in enumerate(zip(plain, runs, strict=True), 1)
+    ]
+    labels = next((each for each in (plain, kept) if len(set(each)) == len(each)), ids)
+    return tuple(replace(run, label=label) for run, label in zip(runs, labels, strict=True))
+
+
+def _short(text: str) -> str:
+    line = " ".join(text.split())
+    return line if len(line) <= LONGEST_LABEL else f"{line[: LONGEST_LABEL - 1]}…"
 
 
 def record_in(path: Path) -> Path:

@@ -10,7 +10,9 @@ from stepload.errors import BadInputError
 from stepload.record.plain import plain
 from stepload.results.data import run_data
 from stepload.results.model import Document
+from stepload.results.provenance import with_record
 from stepload.results.run_document import run_document
+from stepload.results.saved import record_in
 from stepload.results.stored import evaluation_of
 from stepload.results.wishes import Wishes
 from stepload.session import files
@@ -26,7 +28,8 @@ class Again(NamedTuple):
 def results_again(record: Path, wishes: Wishes | None = None) -> Again:
     """Evaluate a record; raises as `evaluation_of`."""
     run = evaluation_of(record, wishes)
-    return Again(plain(run_data(run)), run_document(run))
+    document = with_record(run_document(run), record_in(record))
+    return Again(plain(run_data(run)), document)
 
 
 def write_new(directory: Path, data: dict[str, Any], document: Document) -> Path:

@@ -36,6 +36,7 @@ from stepload.results.about import about
 from stepload.results.analyse import Evaluation, condensed, evaluate
 from stepload.results.data import outcome_data, run_data
 from stepload.results.model import Document
+from stepload.results.provenance import with_record
 from stepload.results.run_document import run_document
 from stepload.rig import pose
 from stepload.rig.device import ArmConfiguration
@@ -370,7 +371,10 @@ def _given_up(finished: Finished, recorder: Recorder, error: Exception) -> Recor
 def _write_files(finished: Finished) -> list[str]:
     """Write results and report beside the record, which is whole already; what went wrong."""
     try:
-        files.write_results(finished.directory, finished.data, finished.document)
+        document = finished.document
+        if document is not None:
+            document = with_record(document, finished.directory / files.RECORD)
+        files.write_results(finished.directory, finished.data, document)
     except Exception as error:
         return [f"report or results not written: {_named(error)}"]
     return []

@@ -21,9 +21,11 @@ from stepload.record.rows import Phase
 from stepload.results.comparison import CurveGiven, compare
 from stepload.results.comparison_document import comparison_data, comparison_document
 from stepload.results.comparison_quantity import measured, secant_of
+from stepload.results.model import NOTHING
 from stepload.results.origins import origin_of
 from stepload.results.press_data import PressData, TouchPoint
-from stepload.results.saved import SavedRun
+from stepload.results.saved import SavedRun, labelled
+from stepload.results.table_one import power_of_ten
 
 K, N, KS = 6.57e8, 1.5, 3.49e6
 SENSOR = "cell: S2 {}, firmware 1.0, calibration 2026-01"
@@ -188,7 +190,7 @@ def test_runs_are_grouped_by_plan_or_as_told() -> None:
     told = compare(runs, sizes=[2, 1])
     assert any("budget alone" in note for note in told.notes)
     assert told.groups == ((0, 1), (2,))
-    assert [each.first for each in told.differences] == [(runs[0].name, runs[1].name)]
+    assert [each.first for each in told.differences] == [("a", "b")]
     for sizes in ([3, 0], [2, 2]):
         with pytest.raises(BadInputError, match="empty"):
             compare(runs, sizes=sizes)
@@ -197,6 +199,20 @@ def test_runs_are_grouped_by_plan_or_as_told() -> None:
     for tolerance in (0.0, 1.5, float("nan")):
         with pytest.raises(BadInputError, match="tolerance"):
             compare(runs, tolerance=tolerance)
+
+
+def test_runs_are_called_by_their_specimens_else_by_where_they_are_kept() -> None:
+    def names(*runs: SavedRun) -> list[str]:
+        return [run.name for run in labelled(runs)]
+
+    kept = replace(saved("2"), path=Path("runs/today/run.mcap"))
+    assert names(saved("1", specimen="S 7"), kept) == ["S 7", "today"]
+    again = replace(saved("3", specimen="S 7"), path=Path("runs/later/run.mcap"))
+    assert names(saved("1", specimen="S 7"), again) == ["S 7 (1)", "S 7 (later)"]
+    other = replace(kept, metadata={**kept.metadata, "run_id": "9"})
+    assert names(kept, other) == ["today (2)", "today (9)"]
+    assert names(saved("1", specimen="x" * 300)) == ["x" * 39 + "…"]
+    assert saved("1").name == "sphere 1"
 
 
 def test_secants_are_taken_where_all_runs_have_been() -> None:
@@ -225,7 +241,7 @@ def test_the_worst_of_several_groups_is_the_verdict() -> None:
     assert [each.verdict for each in found.differences] == ["agree", "differ"]
     data = comparison_data(found)
     assert data["agreement"] == "differ"
-    assert "sphere c" in data["headline"]
+    assert "Chord stiffness of c:" in data["headline"]
 
 
 def test_a_run_that_is_not_identifiable_shows_nothing() -> None:
@@ -235,7 +251,7 @@ def test_a_run_that_is_not_identifiable_shows_nothing() -> None:
     found = compare(runs)
     assert found.runs[1].found.judgement.verdict == "not identifiable"
     assert found.differences[0].verdict is Agreement.CANNOT_TELL
-    assert "not identifiable: sphere b" in found.differences[0].why
+    assert "not identifiable: b" in found.differences[0].why
 
 
 class Source(NamedTuple):
@@ -300,3 +316,25 @@ def test_a_curve_is_not_compared_beyond_the_forces_of_the_run() -> None:
     assert result.left_out > 20
     assert result.curve_n.max() < 155.0
     assert comparison_data(found)["curve"][0]["points_beyond"] == result.left_out
+
+
+def test_results_stand_side_by_side_as_in_table_one_and_the_curve_keeps_its_correction() -> None:
+    told = replace(CONDITIONS, modulus_pa=2.91e9)
+    runs = [saved("a", conditions=told, specimen="S 1"), saved("b", draw=2, conditions=told)]
+    found = compare(runs, given=CurveGiven(curve(1.05), modulus_pa=2.91e9 * 1.05))
+    assert [each.correction for each in found.curve] == pytest.approx([1 / 1.05] * 2)
+    for each in found.curve:
+        top_n = each.result.to_n
+        assert each.secant_n_per_m == pytest.approx(top_n / (top_n / K) ** (1 / N), rel=2e-3)
+    sheet = comparison_document(found).certificate
+    assert sheet is not None
+    one = next(each for each in sheet.tables if "Table I" in each.title)
+    assert [row[:2] for row in one.rows] == [["1", "S 1"], ["2", "b"], [NOTHING, "imported curve"]]
+    fit = found.runs[0].found.fits["rs_btls"]
+    assert one.rows[0][2:5] == [
+        power_of_ten(fit.k), f"{fit.n:.2f}", power_of_ten(fit.secant_n_per_m),
+    ]  # fmt: skip
+    assert any("multiplied by 0.9524" in note for note in one.notes)
+    assert sheet.figure is not None
+    assert "</svg>" in sheet.figure.draw()
+    assert [power_of_ten(x) for x in (4.8e6, 2e14)] == ["4.80e6", "2.00e14"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -35,14 +37,19 @@ def trace(count: int) -> figures.Trace:
     return figures.Trace(time_s, 30.0 * time_s, 1e-5 * time_s, phase)
 
 
+def curves(data: figures.Trace, laws: Mapping[str, figures.Law]) -> figures.Curves:
+    x, y, none = data.displacement_m, data.force_n, np.empty(0)
+    return figures.Curves((x, y), (none, none), laws, "joint", (x, 0.9 * y, 1.1 * y), (x, y))
+
+
 @pytest.mark.parametrize("count", [2, 10, 10_000])
 def test_every_figure_is_an_svg(count: int) -> None:
     data = trace(count)
-    law = {"joint": lambda x: 3e6 * np.maximum(x, 0.0)}
+    law: dict[str, figures.Law] = {"joint": lambda x: 3e6 * np.maximum(x, 0.0)}
     for svg in (
         figures.over_time(data),
         figures.against_limit(data, data.force_n, data.time_s, {"F_c": 400.0, "F_lim": 350.0}),
-        figures.force_deformation(data.displacement_m, data.force_n, law, "joint"),
+        figures.force_deformation(curves(data, law)),
         figures.residuals(data.force_n, {"joint": data.force_n * 0.0}, "joint"),
         figures.ellipse(
             np.array([1e8, 2e8, 1e8]), np.array([1.4, 1.5, 1.4]), [("joint", 1e8, 1.4)]

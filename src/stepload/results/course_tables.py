@@ -1,0 +1,131 @@
+"""How a run went, as tables: against what was predicted, its timing, how it ended, the rig."""
+
+from __future__ import annotations
+
+import math
+
+from stepload.contact.power_law import ContactLaw
+from stepload.envelope.envelope import Envelope
+from stepload.evidence.quantity import Quantity
+from stepload.record.outcome import RunOutcome
+from stepload.record.reader import Recording
+from stepload.results import fields
+from stepload.results.analyse import Evaluation
+from stepload.results.model import NOTHING, Show, Table, number, quantity, table
+from stepload.results.press_data import PressData
+from stepload.units import format_quantity as f
+
+
+def force_budget_table(envelope: Envelope, *, page_only: bool = False) -> Table:
+    """What the guarded approach may add to the force, term by term."""
+    return table(
+        f"Force budget at the guarded speed of {f(envelope.guarded_speed_m_s, 'm/s')}",
+        fields.FORCE_TERM, envelope.force_budget, page_only=page_only,
+    )  # fmt: skip
+
+
+def predicted_table(run: Evaluation) -> Table:
+    """What preflight and theory said before the run, beside what was measured."""
+    envelope, found, outcome = run.envelope, run.identification, run.outcome
+    law, seen, procedure = envelope.theory.law, envelope.identifiability, envelope.plan.procedure
+    newton, stiffness = quantity("N"), quantity("N/m")
+    rows: list[tuple[str, Show, float, float]] = [
+        ("duration [s]", number(".0f"), envelope.duration_s, outcome.end_s - outcome.start_s),
+        (
+            "levels held on the way up", number(".0f"),
+            len(procedure.levels_n) * procedure.cycles, outcome.levels_done,
+        ),
+        ("largest force", newton, envelope.top_force_n, outcome.peak_force_n),
+    ]  # fmt: skip
+    if run.data is not None:
+        rows.append(("noise of the force", newton, envelope.bounds.noise_n, run.data.noise_n))
+        rows.append(
+            ("shift of the force's zero, at the most", newton, procedure.max_drift_n,
+             abs(run.data.zero_shift_n))
+        )  # fmt: skip
+    if found is not None:
+        rows.append(
+            ("deformation at the largest force", quantity("m"),
+             law.deformation(found.peak_force_n), float(found.deformation_m.max()))
+        )  # fmt: skip
+        rows += [
+            (
+                f"{fields.KINDS[each.kind].strip(' *')}, {newton(each.from_n)} to "
+                f"{newton(each.to_n)}",
+                stiffness, _smooth(law, each), each.value_n_per_m,
+            )
+            for each in found.quantities.values()
+            if each.kind in ("chord", "secant_from_touch")
+        ]  # fmt: skip
+        if seen is not None:
+            reached = found.judgement.k_max_n_per_m
+            rows.append(("K_max (34)", stiffness, seen.k_max_n_per_m, reached))
+    texts = [(label, _shown(show, one), _shown(show, other)) for label, show, one, other in rows]
+    columns = ("figure", "predicted", "measured")
+    verdict = (
+        f"Preflight said {envelope.verdict.value.upper()}. Theory is that of the smooth contact."
+    )
+    return Table("Preflight predicted, run measured", columns, texts, (verdict,), page_only=True)
+
+
+def _shown(show: Show, value: float) -> str:
+    return show(value) if math.isfinite(value) else NOTHING
+
+
+def _smooth(law: ContactLaw, each: Quantity) -> float:
+    """The same stiffness of the smooth law."""
+    return (each.to_n - each.from_n) / (law.deformation(each.to_n) - law.deformation(each.from_n))
+
+
+def health_tables(run: Evaluation) -> list[Table]:
+    """Whether the loop was in time, and where the times of the streams come from."""
+    late = run.outcome.lateness
+    rows = [
+        ("ticks", f"{late.ticks}"),
+        ("ticks late by more than a period", f"{late.overruns}"),
+        ("latest tick", f"{late.worst_s * 1e3:.2f} ms"),
+        ("ticks late on average by", f"{late.mean_s * 1e3:.3f} ms"),
+    ]
+    made = [Table("Timing health", ("figure", "value"), rows, page_only=True)]
+    if run.data is not None:
+        made.append(_clock_table(run.data))
+    return made
+
+
+def _clock_table(press: PressData) -> Table:
+    lag = press.lag
+    note = (
+        f"Force lags position by {lag.lag_s * 1e3:.2f} ± {lag.sigma_s * 1e3:.2f} ms "
+        f"({lag.how}); {press.lag_corrected_s * 1e3:.2f} ms corrected; a force that comes early is "
+        "damping or creep and stays in the data."
+        if math.isfinite(lag.lag_s)
+        else f"Lag not measured: {lag.how}."
+    )
+    return table("Time", fields.CLOCK, press.clocks, [note], page_only=True)
+
+
+def ending_table(outcome: RunOutcome) -> Table:
+    """How the run ended: the rule that stopped it with its figures, and what went wrong besides."""
+    rows = [("status", outcome.status.value), ("why", outcome.why)]
+    if (cause := outcome.cause) is not None:
+        rows += [("rule", cause.rule), ("because", f"{cause.message}{cause.numbers}")]
+        rows.append(("at", f"{cause.time_s - outcome.start_s:.3f} s"))
+    if outcome.signal_number:
+        rows.append(("signal", f"{outcome.signal_number}"))
+    rows += [("error on the way", error) for error in outcome.errors]
+    return Table("How it ended", ("what", "which"), rows, page_only=True)
+
+
+def safing_table(outcome: RunOutcome) -> Table:
+    """What was done to make the rig safe."""
+    return table("Safing", fields.SAFING, outcome.safing, page_only=True)
+
+
+def rig_table(recording: Recording) -> Table:
+    """What the record says of the run, word for word."""
+    rows = [
+        (key, value)
+        for key, value in sorted(recording.metadata.items())
+        if value and not key.startswith(("sha256", "clock_offset"))
+    ]
+    return Table("Run", ("what", "value"), rows, page_only=True)

@@ -1,0 +1,109 @@
+"""What was identified, as tables: fits, evidence, budget, system stiffness, cycles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stepload.estimators.runin import STEADY_CYCLES, RunIn
+from stepload.estimators.system import SystemStiffnessFit
+from stepload.evidence.identification import Identification
+from stepload.results import fields
+from stepload.results.model import Table, table
+from stepload.units import format_quantity as f
+
+HEADLINE_BUDGET = "What the headline's interval is made of"
+
+
+def _doubts(rows: Sequence[fields.NamedFit]) -> list[str]:
+    return [
+        f"doubt about {row.name}: {'; '.join(doubt.message for doubt in row.fit.doubts)}"
+        for row in rows
+        if row.fit.doubts
+    ]
+
+
+def identification_tables(found: Identification) -> list[Table]:
+    """Fits, evidence and budget of an identification."""
+    rows, others = fields.fits_of(found), fields.fits_of(found, reported=False)
+    why = [f"best of the fits is {found.believe}: {line}" for line in found.why]
+    at = f(found.fit.secant_force_n, "N")
+    beyond = found.fit.secant_force_n > 1.02 * found.peak_force_n
+    title = f"Fits (* best of them), secants at {at}" + (", beyond the data" if beyond else "")
+    tables = [
+        *_evidence_tables(found),
+        table(title, fields.FIT, rows, [*why, *_doubts(rows)]),
+    ]
+    if others:
+        title = "Fits of the other estimators"
+        tables.append(table(title, fields.FIT, others, _doubts(others), page_only=True))
+    if (stated := found.budget) is not None:
+        note = (
+            f"All together: u(n) = {stated.sigma_n:.4f}, u(secant)/secant = "
+            f"{stated.sigma_secant_relative:.2%}; intervals are {stated.coverage_factor:.2f} u."
+        )
+        title = f"Uncertainty budget of {found.believe}"
+        tables.append(table(title, fields.BUDGET_LINE, stated.lines, [note], page_only=True))
+    return tables
+
+
+def _evidence_tables(found: Identification) -> list[Table]:
+    """The stiffnesses, the lines of the headline's interval, the laws and the gates."""
+    evidence = found.evidence
+    if evidence is None:
+        return []
+    headline = evidence.headline
+    notes = [
+        f"{fields.KINDS[each.kind].strip(' *')}: {why}"
+        for each in evidence.quantities.values()
+        for why in each.why
+        if why not in headline.why
+    ]
+    if (n := evidence.exponent) is not None:
+        low, high = n.interval
+        notes.append(f"exponent n = {n.value:.2f}, 95 % [{low:.2f}, {high:.2f}], {n.verdict.value}")
+    total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."
+    return [
+        table("Stiffness (* headline)", fields.QUANTITY, evidence.quantities.values(),
+              [*notes, *evidence.notes], headline=True),
+        table(HEADLINE_BUDGET, fields.LINE,
+              [line for line in headline.lines if line.relative > 0.0], [total], page_only=True),
+        table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
+        table("Signs that the contact is not elastic", fields.GATE, evidence.gates,
+              [gate.sentence for gate in evidence.gates if gate.fires], page_only=True),
+    ]  # fmt: skip
+
+
+def system_table(fit: SystemStiffnessFit) -> Table:
+    """A system stiffness with all its figures."""
+    shown = [field for field in fields.SYSTEM + fields.SYSTEM_REST if field.label]
+    rows = [(field.label, field.text(fit)) for field in shown]
+    return Table("System stiffness (26)", ("figure", "value"), rows)
+
+
+def run_in_table(found: RunIn) -> Table:
+    """The cycles of a run, the virgin and the steady one named."""
+    if found.steady:
+        steady = f"steady at cycle {found.steady.number}"
+    elif len(found.cycles) < STEADY_CYCLES:
+        steady = f"fewer than {STEADY_CYCLES} cycles do not show whether it is steady"
+    else:
+        steady = (
+            f"not steady: chord changed by {found.secant_change:.2%} (allowed "
+            f"{found.secant_tolerance:.2%}), loop energy by {found.energy_change:.0%} "
+            f"(allowed {found.energy_tolerance:.0%}) over the last {STEADY_CYCLES} cycles"
+        )
+    virgin = (
+        f"Cycle {found.virgin.number} is the virgin contact"
+        if found.virgin
+        else "The virgin contact is not in this record"
+    )
+    indentation = (
+        f"; the touch has moved by {f(found.residual_indentation_m, 'm')}, found to a quantum each"
+        if found.residual_indentation_m is not None
+        else ""
+    )
+    note = (
+        f"{virgin}; {steady}; shakedown {f(found.shakedown_m, 'm')}{indentation}. "
+        "Virgin and steady are two results: there is no mean of them."
+    )
+    return table("Cycles", fields.CYCLE, found.cycles, [note])

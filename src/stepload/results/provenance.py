@@ -1,0 +1,146 @@
+"""Where a result comes from: versions of the software, sums of every file that decided it."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import stepload
+from stepload.errors import BadInputError
+from stepload.record.summary import read_summary
+from stepload.results.model import NOTHING, Document, Table
+from stepload.results.saved import SavedRun
+
+TITLE = "Provenance"
+LIBRARIES = ("numpy", "scipy")
+STREAMS = ("force", "second_force", "arm", "displacement", "tick", "events")
+UNFINISHED = "the record was never finished: what came after its end is not in this result"
+_SUM = "sha256 "
+
+
+def provenance_table(metadata: Mapping[str, str]) -> Table:
+    """Versions that recorded and evaluated a run, and the sums of the files in its record.
+
+    Args:
+        metadata: of the record, where the sum of an attached file is `sha256 NAME`.
+    """
+    rows = [
+        ("recorded by", f"stepload {metadata.get('stepload') or 'of an unknown version'}"),
+        ("on", ", ".join(filter(None, (
+            f"Python {metadata['python']}" if metadata.get("python") else "",
+            metadata.get("system", ""), metadata.get("host", ""),
+        )))),
+        ("evaluated by", _evaluated_by()),
+        *(
+            (f"{role.replace('_', ' ')}", metadata[role])
+            for role in ("arm", "force_sensor", "second_force_sensor", "displacement")
+            if metadata.get(role)
+        ),
+        ("calibration of K_s", metadata.get("calibration", "")),
+        *(
+            (f"{key[len(_SUM):]}, SHA-256", value)
+            for key, value in metadata.items()
+            if key.startswith(_SUM)
+        ),
+    ]  # fmt: skip
+    return Table(TITLE, ("what", "which"), [row for row in rows if row[1]], page_only=True)
+
+
+RUNS = "Runs"
+
+
+def runs_table(runs: Sequence[SavedRun]) -> Table:
+    """Which runs a result was made from; `sealed_runs` adds the sums of their records."""
+    rows = [
+        (
+            run.name, *(run.metadata.get(key) or NOTHING for key in ("specimen", "batch")),
+            run.metadata.get("run_id") or NOTHING, run.metadata.get("started") or NOTHING,
+            run.metadata.get("operator") or NOTHING,
+            f"stepload {run.metadata.get('stepload') or 'unknown'}",
+        )
+        for run in runs
+    ]  # fmt: skip
+    columns = ("run", "specimen", "batch", "id", "started", "operator", "recorded by")
+    here = f"Evaluated by {_evaluated_by()}."
+    return Table(RUNS, columns, rows, (here,), page_only=True)
+
+
+def sealed_runs(document: Document, runs: Sequence[SavedRun]) -> Document:
+    """The document with the sums of the records it was made from."""
+    rows = [(run.name, run.path.name, sum_or_why(run.path)) for run in runs]
+    sums = Table("Records", ("run", "file", "SHA-256"), rows, page_only=True)
+    return replace(document, tables=[*document.tables, sums])
+
+
+def _evaluated_by() -> str:
+    python = f"Python {platform.python_version()}"
+    return ", ".join((f"stepload {stepload.__version__}", python, *map(_library, LIBRARIES)))
+
+
+def _library(name: str) -> str:
+    try:
+        return f"{name} {version(name)}"
+    except PackageNotFoundError:
+        return f"{name} of an unknown version"
+
+
+def sum_of(path: Path) -> str:
+    """SHA-256 of a file in hexadecimal.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def sum_or_why(path: Path) -> str:
+    """The same, or in words why it cannot be had: a report is written all the same."""
+    try:
+        return sum_of(path)
+    except OSError as error:
+        return f"not known: {error.strerror or error}"
+
+
+def sealed(document: Document, record: Path) -> Document:
+    """The document with the sum of the record that it was made from, which must be finished."""
+    told = sum_or_why(record)
+    row = (f"{record.name}, SHA-256", told)
+    tables = [
+        replace(each, rows=[*each.rows, row]) if each.title == TITLE else each
+        for each in document.tables
+    ]
+    sheet = document.certificate
+    if sheet is not None:
+        sheet = replace(sheet, seal=f"{record.name} SHA-256 {told}")
+    return replace(document, tables=tables, certificate=sheet)
+
+
+def with_record(document: Document, record: Path) -> Document:
+    """The document of a run with what its record has become: its sum, what is in it, and whether
+    it was finished. To be called when the record has got its name."""
+    document = sealed(document, record)
+    try:
+        summary = read_summary(record)
+    except BadInputError as error:
+        return _remarked(document, f"the record cannot be read: {error.message}")
+    rows = [
+        (stream.replace("_", " "), recorded, summary.outcome.get(f"dropped_{stream}", NOTHING))
+        for stream in STREAMS
+        if (recorded := summary.outcome.get(f"recorded_{stream}"))
+    ]
+    table = Table("Messages of the record", ("stream", "recorded", "dropped"), rows, page_only=True)
+    document = replace(document, tables=[*document.tables, table])
+    return _remarked(document, UNFINISHED) if summary.partial else document
+
+
+def _remarked(document: Document, remark: str) -> Document:
+    """The document with one remark more, before all others."""
+    sheet = document.certificate
+    if sheet is not None:
+        sheet = replace(sheet, remarks=[remark, *sheet.remarks])
+    return replace(document, reasons=[remark, *document.reasons], certificate=sheet)
