@@ -18,6 +18,7 @@ from stepload.cli import (
     devices,
     doctor,
     experiments,
+    explain,
     identify,
     live,
     plans,
@@ -43,7 +44,7 @@ app = typer.Typer(
 )
 for room in (
     plans, shipped, setup, experiments, live, identify, records, results, data, snippets,
-    devices, doctor,
+    devices, doctor, explain,
 ):  # fmt: skip
     room.register(app)
 

@@ -62,7 +62,8 @@ def show_verdict(envelope: Envelope, out: Output, *, details: bool = True) -> No
     out.line(f"preflight: {envelope.verdict.upper()}{aside}")
     for reason in envelope.reasons:
         if details or reason.severity != "note":
-            out.finding(Finding(reason.severity, reason.message, reason.remedy))
+            told = f"{reason.message} [{reason.code}]"
+            out.finding(Finding(reason.severity, told, reason.remedy))
 
 
 def show_preflight(envelope: Envelope, out: Output) -> None:

@@ -1,0 +1,50 @@
+"""The verb that says what a code means: explain."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from stepload.results.terminal import AsJson, Output
+
+
+def codes(incomplete: str) -> list[str]:
+    """Codes that begin so, for the shell's completion."""
+    from stepload.explain.codes import explanations
+
+    return [each.code for each in explanations() if each.code.startswith(incomplete)]
+
+
+def explain(
+    code: Annotated[
+        str, typer.Argument(help="A code; all of them if none.", autocompletion=codes)
+    ] = "",
+    as_json: AsJson = False,
+) -> None:
+    """Say what a reason, rule, fault or exit code means and what to do.
+
+    Example: stepload explain unidentifiable
+    """
+    from dataclasses import asdict
+
+    from stepload.explain.codes import GROUPS, explained, explanations
+
+    output = Output(as_json=as_json)
+    found = explained(code) if code else explanations()
+    if code:
+        for each in found:
+            output.line(f"{each.code} ({GROUPS[each.group]})")
+            output.line(f"  {each.means}", hang="  ")
+            output.line(f"  What to do: {each.do}", hang="  ")
+            output.line(f"  More: docs/{each.page}")
+    else:
+        for group, title in GROUPS.items():
+            words = [each.code for each in found if each.group == group]
+            output.line(f"{title}: {', '.join(words)}", hang="  ")
+    output.result({"codes": [asdict(each) for each in found]})
+
+
+def register(app: typer.Typer) -> None:
+    """Add this room's verbs."""
+    app.command()(explain)

@@ -1,0 +1,1 @@
+"""What each code means that stepload prints or writes."""

@@ -1,0 +1,82 @@
+"""The explanations of all codes, from their table."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+
+from stepload.errors import BadInputError
+
+GROUPS = {
+    "preflight": "reasons of a preflight",
+    "stop": "why a run ended",
+    "device": "faults of a device",
+    "sign": "signs that a contact is not what the law says",
+    "fit": "doubts about one fit",
+    "exit": "exit codes",
+}
+"""What the codes of each group are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """What a code means and what to do; `page` is a page of docs/."""
+
+    group: str
+    code: str
+    means: str
+    do: str
+    page: str
+
+
+@cache
+def explanations() -> tuple[Explanation, ...]:
+    """Every code, in the order of its table."""
+    text = (resources.files("stepload.explain") / "codes.toml").read_text(encoding="utf-8")
+    return tuple(
+        Explanation(group, code, **about)
+        for group, codes in tomllib.loads(text).items()
+        for code, about in codes.items()
+    )
+
+
+def explained(code: str) -> tuple[Explanation, ...]:
+    """What a code means; more than one where groups share it.
+
+    Raises:
+        BadInputError: there is no such code; with those that are near.
+    """
+    wanted = code.strip().strip("[]").lower().replace("-", "_").replace(" ", "_")
+    found = tuple(each for each in explanations() if each.code.lower() == wanted)
+    if not found:
+        known = sorted({each.code for each in explanations()})
+        near = difflib.get_close_matches(wanted, known, n=3, cutoff=0.5)
+        near += [each for each in known if wanted in each and each not in near]
+        hint = f"perhaps {', '.join(near[:5])}" if near else "`stepload explain` lists them all"
+        raise BadInputError(f"no code is called {code!r}", hint=hint)
+    return found
+
+
+def page() -> str:
+    """The page of docs/ that explains all codes, as Markdown."""
+    lines = [
+        "# What the codes mean",
+        "",
+        "Reasons, stops, faults and signs have a code that does not change from version to",
+        "version. `stepload explain CODE` prints what stands here; `stepload explain` lists the",
+        "codes. This page is generated from the same table.",
+    ]
+    for group, title in GROUPS.items():
+        lines += ["", f"## {title[0].upper()}{title[1:]}", ""]
+        for each in explanations():
+            if each.group == group:
+                lines += [f"**`{each.code}`**: {each.means} *{each.do}* [More]({each.page})", ""]
+        lines.pop()
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    print(page(), end="")
