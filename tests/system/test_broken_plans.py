@@ -217,7 +217,7 @@ BROKEN = [
     Broken("second document", _END, _END + "---\na: 1\n", 22, 1, "a second document"),
     Broken("directive", "stepload: 1", "%YAML 1.1\n---\nstepload: 1", 2, 1, "a YAML directive"),
     Broken("tab", "  name: ball", "\tname: ball", 3, 1, "a tab", "spaces"),
-    Broken("unclosed", "28.7 mm", "'28.7 mm", 22, 1, "not YAML"),
+    Broken("unclosed", "28.7 mm", "'28.7 mm", 6, 13, "a quote that is never closed"),
     Broken("deep", "28.7 mm", "[" * 40, 6, 26, "nested deeper than 16"),
     Broken("odd key", "name: ball", "[a]: ball", 3, 3, "not a word"),
     Broken("forbidden character", "name: ball", "name: b\x07ll", 3, 10, "U+0007"),

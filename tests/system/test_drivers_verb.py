@@ -8,6 +8,7 @@ from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from types import ModuleType
 
 import pytest
+from real_runs import in_process
 from typer.testing import CliRunner
 
 from stepload.cli.main import app
@@ -133,3 +134,17 @@ def test_what_cannot_be_tried_is_refused(words, says):
     result = invoke("test", *words)
     assert isinstance(result.exception, BadInputError)
     assert says in str(result.exception)
+
+
+@pytest.mark.parametrize("name", ["ur", "line_serial", "gauge_serial", "sim"])
+def test_a_driver_shows_its_options(name: str) -> None:
+    shown = in_process("drivers", name)
+    assert shown.returncode == 0, shown.stderr
+    assert f"driver: {name}" in shown.stdout
+    told = json.loads(in_process("drivers", "show", name, "--json").stdout)
+    assert told["name"] == name
+    for options in told["options"].values():
+        for key, option in options.items():
+            assert key in shown.stdout
+            assert option["help"]
+    assert in_process("drivers", name + "x").returncode == 2

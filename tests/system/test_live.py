@@ -137,7 +137,7 @@ def test_deformation_is_that_of_the_results(looks: list[dict[str, Any]], cycles_
 def test_the_tared_wrench_is_near_zero_in_free_air(looks: list[dict[str, Any]]) -> None:
     free = [look["tared"] for look in looks if look["phase"] == "fast approach"]
     assert free
-    assert np.abs(np.mean(free, axis=0)).max() < 0.5
+    assert np.abs(np.mean(free, axis=0)).max() < 1.5  # the quantum; the bias is 3 N
     raw = [look for look in looks if look["tared"] is None]
     assert all(look["phase"] in ("warm up", "free air", "tare") for look in raw)
 
@@ -195,12 +195,13 @@ def test_a_viewer_that_we_did_not_write_sees_the_run(cycles_run: Path, tmp_path:
     with live_view(address_of("127.0.0.1:0")) as view:
         with connect(view.address.url, subprotocols=["foxglove.sdk.v1"], max_size=None) as viewer:
             view.follow(growing.path)
-            going = growing.grow(400_000)
+            going, patience = growing.grow(400_000), 100
             while not wanted <= seen:
                 try:
                     message = viewer.recv(timeout=0.2)
                 except TimeoutError:
-                    assert going, f"{wanted - seen} never came"
+                    patience -= not going
+                    assert patience, f"{wanted - seen} never came"
                     going = growing.grow(20_000)
                     continue
                 if isinstance(message, bytes):

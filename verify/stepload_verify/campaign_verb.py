@@ -51,7 +51,10 @@ def campaign(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Random rigs, random faults, true peak force: exit 0 if it never passed F_c, else 4."""
+    """Random rigs, random faults, true peak force: exit 0 if it never passed F_c, else 4.
+
+    Example: stepload campaign procedures/campaign.yaml --runs 100
+    """
     from stepload.plan.load import load_plan
     from stepload_verify.campaign.ablation import LAYERS, Ablation
     from stepload_verify.campaign.campaign import jobs_for

@@ -17,7 +17,10 @@ def paper(
     ] = Path("paper.md"),
     as_json: AsJson = False,
 ) -> None:
-    """Compute the paper's tables and figures again (half a minute), printed beside ours."""
+    """Compute the paper's tables and figures again (half a minute), printed beside ours.
+
+    Example: stepload paper
+    """
     from stepload_verify.paper.document import generate
 
     output = Output(as_json=as_json)

@@ -9,7 +9,10 @@ from stepload_verify.paper_verb import paper
 
 
 def emulate(context: typer.Context) -> None:
-    """Speak a device's wire protocol on loopback or a pseudo-terminal, with faults on demand."""
+    """Speak a device's wire protocol on loopback or a pseudo-terminal, with faults on demand.
+
+    Example: stepload emulate gauge
+    """
     from stepload_verify.emulators.command import app
 
     app(args=context.args, prog_name="stepload emulate", standalone_mode=False)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from stepload.cli.hazards import HazardsRead, refuse_unread_driver
 from stepload.errors import BadInputError, ExitCode
@@ -14,8 +15,22 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stepload.rig.contract import CheckResult
+    from stepload.rig.options import Option
 
-drivers_app = typer.Typer(help="Installed drivers, and the contract they must keep.")
+
+class DriverNames(TyperGroup):
+    """Takes `drivers NAME` for `drivers show NAME`."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The verb that the words begin with; a driver's name shows it."""
+        if args and args[0] not in self.commands and not args[0].startswith("-"):
+            args = ["show", *args]
+        return super().resolve_command(ctx, args)
+
+
+drivers_app = typer.Typer(
+    cls=DriverNames, help="Installed drivers, and the contract they must keep."
+)
 
 
 @drivers_app.callback(invoke_without_command=True)
@@ -61,6 +76,75 @@ def _group(name: str, kind: str) -> str:
     raise BadInputError(f"several drivers are named {name!r}", hint=f"say --kind, one of {kinds}")
 
 
+def _names(incomplete: str) -> list[str]:
+    """Drivers whose names begin so, for the shell's completion."""
+    from stepload.rig.plugins import GROUPS, driver_names
+
+    names = {name for group in GROUPS for name in driver_names(group)}
+    return sorted(name for name in names if name.startswith(incomplete))
+
+
+@drivers_app.command("show")
+def show(
+    name: Annotated[
+        str,
+        typer.Argument(help="Driver, as `stepload drivers` lists it.", autocompletion=_names),
+    ],
+    kind: Annotated[
+        str, typer.Option("--kind", help="arms, force_sensors or displacement_sensors.")
+    ] = "",
+    as_json: AsJson = False,
+) -> None:
+    """Show a driver's options with units, defaults and limits, and how a plan names it.
+
+    Example: stepload drivers ur
+    """
+    from dataclasses import asdict
+
+    from stepload.plan.driver_options import expected
+    from stepload.rig.plugins import GROUPS, driver_names, load_driver
+
+    out = Output(as_json=as_json)
+    groups = [_group(name, kind)] if kind else [g for g in GROUPS if name in driver_names(g)]
+    shown = {}
+    for group in groups or [_group(name, kind)]:
+        driver = load_driver(group, name)
+        about = (driver.__doc__ or "").strip().split("\n\n")[0]
+        out.line(f"{name} ({KEYS[group]}): {' '.join(about.split())}")
+        rows = [
+            (key, expected(option), _default(option), option.help)
+            for key, option in driver.OPTIONS.items()
+        ]
+        out.table("options", ("key", "value", "default", "meaning"), rows)
+        needed = [key for key, option in driver.OPTIONS.items() if option.required]
+        inside = f", options: {{{', '.join(f'{key}: …' for key in needed)}}}" if needed else ""
+        out.line(f"in a plan: rig: {{{KEYS[group]}: {{driver: {name}{inside}}}}}")
+        shown[group] = {key: asdict(option) for key, option in driver.OPTIONS.items()}
+    out.result({"name": name, "options": shown})
+
+
+KEYS = {
+    "stepload.arms": "arm",
+    "stepload.force_sensors": "force",
+    "stepload.displacement_sensors": "displacement",
+}
+"""Where a plan names a driver of each group."""
+
+
+def _default(option: Option) -> str:
+    if option.required:
+        return "required"
+    if option.default is None:
+        return ""
+    if option.kind == "quantity" and isinstance(option.default, float):
+        from stepload.units import format_quantity
+
+        return format_quantity(option.default, option.unit)
+    if isinstance(option.default, bool):
+        return str(option.default).lower()
+    return str(option.default)
+
+
 @drivers_app.command("test")
 def try_driver(
     name: Annotated[str, typer.Argument(help="Driver, as `stepload drivers` lists it.")],
@@ -99,6 +183,8 @@ def try_driver(
     Nothing is moved without --move, nor before somebody has read the hazards; do that in free air
     only, with twice that way free behind the arm. Let sensors be unloaded: `bias` is tried. What
     was not tried is listed with the reason.
+
+    Example: stepload drivers test sim --kind force_sensors
     """
     from stepload.plan.option_text import options_from_words
     from stepload.rig.contract import CheckStatus, Trial, run_trial, trial_of

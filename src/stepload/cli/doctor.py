@@ -37,6 +37,8 @@ def doctor(
 
     Needs free air: the arm moves up to 2 mm away from the plate, at up to 4 mm/s, and back. With
     --against-spring it also runs the plan's approach and presses up to 40 % of its top force.
+
+    Example: stepload doctor procedures/plastic-sphere.yaml --dry-run
     """
     from stepload.doctor.checkup import examine
     from stepload.engine.operator import Operator

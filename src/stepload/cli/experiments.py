@@ -179,6 +179,8 @@ def run(
     """Run a plan: preflight, press, record, identify, report.
 
     Ctrl+C finishes the step and unloads, twice retracts now; `p` pauses and goes on.
+
+    Example: stepload run procedures/plastic-sphere.yaml --dry-run --watch
     """
     from stepload.engine.operator import Operator
     from stepload.envelope.envelope import envelope_of
@@ -211,7 +213,10 @@ def pause(
     resume: Annotated[bool, typer.Option("--resume", help="Go on instead.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Pause a run after its step, unloaded; with --resume it tares, touches and goes on."""
+    """Pause a run after its step, unloaded; with --resume it tares, touches and goes on.
+
+    Example: stepload pause runs/20260801-101500-demo
+    """
     from stepload.session.control import ask
 
     output = Output(as_json=as_json)

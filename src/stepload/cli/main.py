@@ -39,7 +39,7 @@ app = typer.Typer(
     help="Press a stiff payload in load steps, below its elastic limit; identify F = K δⁿ.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    add_completion=False,
+    add_completion=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for room in (

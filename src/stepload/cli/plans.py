@@ -130,7 +130,10 @@ def show_thresholds(limits: RunLimits, out: Output) -> None:
 
 
 def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = False) -> None:
-    """Say before the run whether payload and rig can succeed. Exit 0: go or warn; 3: refused."""
+    """Say before the run whether payload and rig can succeed. Exit 0: go or warn; 3: refused.
+
+    Example: stepload preflight procedures/plastic-sphere.yaml
+    """
     from stepload.envelope.envelope import envelope_of
     from stepload.envelope.proof import unproven
     from stepload.envelope.reason import PlanVerdict
@@ -182,7 +185,10 @@ def profiles(
     name: Annotated[str, typer.Argument(help="Print the text of this one.")] = "",
     as_json: AsJson = False,
 ) -> None:
-    """List the rig profiles and the data sheets of force sensors that come with stepload."""
+    """List the rig profiles and the data sheets of force sensors that come with stepload.
+
+    Example: stepload profiles ur5e
+    """
     from stepload.errors import BadInputError
     from stepload.plan import references
 

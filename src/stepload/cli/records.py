@@ -27,7 +27,10 @@ def recover(
     paper: PaperSize = A4,
     as_json: AsJson = False,
 ) -> None:
-    """Repair what was not finished, verify it by reading back, and identify what is there."""
+    """Repair what was not finished, verify it by reading back, and identify what is there.
+
+    Example: stepload recover runs
+    """
     from stepload.session.unfinished import repair, repair_all
 
     output, on = Output(as_json=as_json), wanted_paper(pdf, paper)
@@ -77,7 +80,10 @@ def replay(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Run the supervisor over a record: where would it have tripped? Exit 4 if it would have."""
+    """Run the supervisor over a record: where would it have tripped? Exit 4 if it would have.
+
+    Example: stepload replay runs/20260801-101500-demo --force-limit "250 N"
+    """
     from stepload.engine.replayed import replay_file
     from stepload.results.saved import record_in
 

@@ -69,6 +69,8 @@ def calibrate(
     """Measure the system stiffness K_s (26) and write its calibration record.
 
     Runs a plan against a stiff flat contact, or takes runs that are there already.
+
+    Example: stepload calibrate procedures/system-stiffness.yaml --dry-run --record ks.json
     """
     from datetime import date
 
@@ -226,6 +228,8 @@ def compare(
     """Compare runs with each other and with an imported curve; nothing is moved or changed.
 
     AGREE, DIFFER or CANNOT TELL, and always the smallest difference that could have been seen.
+
+    Example: stepload compare runs/a runs/b vs runs/c --out compared
     """
     from stepload.record.curves import read_curve
     from stepload.record.plain import json_text

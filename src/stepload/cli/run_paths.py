@@ -40,9 +40,21 @@ def _may_be_id(text: str) -> bool:
     return 6 <= len(text) <= 12 and all(letter in "0123456789abcdef" for letter in text.lower())
 
 
+def run_ids(incomplete: str) -> list[str]:
+    """Ids of runs that begin so, for the shell's completion; paths it completes by itself."""
+    if not _may_be_id(incomplete.ljust(6, "0")) or not runs_directory().is_dir():
+        return []
+    from stepload.data.catalog import rows
+
+    return [row.run_id for row in rows(runs_directory()) if row.run_id.startswith(incomplete)]
+
+
 RunPath = Annotated[
     Path,
     typer.Argument(
-        parser=run_path, metavar="RUN", help="A run: its directory, its record, or its id."
+        parser=run_path,
+        metavar="RUN",
+        help="A run: its directory, its record, or its id.",
+        autocompletion=run_ids,
     ),
 ]

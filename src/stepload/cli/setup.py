@@ -72,6 +72,8 @@ def setup(
 
     Every question is also a flag: `--host 192.168.1.10`, `--material acetal`; a flag that is none
     lists them all. Nothing moves without consent. Exit 0: all done; 3: a step was refused.
+
+    Example: stepload setup rig.yaml
     """
     from stepload.setup.story import STEPS, set_up
 
@@ -97,6 +99,8 @@ def init(
     """Write the plan of a payload from answers; preflight must let it through. Exit 3: it does not.
 
     The questions are those of the plan's step in `stepload setup`: --shape, --radius, --material …
+
+    Example: stepload init rig.yaml --shape sphere --radius "3 mm" --material acetal
     """
     import os
 

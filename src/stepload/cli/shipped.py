@@ -32,7 +32,10 @@ def copy(
     directory: Annotated[Path, typer.Argument(help="Where to; made where missing.")] = Path(),
     as_json: AsJson = False,
 ) -> None:
-    """Copy a plan and the files it names; nothing that is there is overwritten."""
+    """Copy a plan and the files it names; nothing that is there is overwritten.
+
+    Example: stepload plans copy plastic-sphere
+    """
     from stepload.plan.shipped import copy_plan
 
     out = Output(as_json=as_json)

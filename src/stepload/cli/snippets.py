@@ -35,7 +35,10 @@ def snippet(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print the identified law as contact parameters of a simulator, linearised at a force."""
+    """Print the identified law as contact parameters of a simulator, linearised at a force.
+
+    Example: stepload snippet runs/20260801-101500-demo --for mujoco --mass "1 kg"
+    """
     from stepload.results.snippet_of_file import spring_of_file
     from stepload.results.snippets import KINDS, SIMULATORS
     from stepload.results.snippets import snippet as written

@@ -15,11 +15,12 @@ from stepload.units import QuantityError, parse_quantity
 
 
 def read_options(
-    group: str, name: str, at: Place, given: object, problems: list[Problem]
+    group: str, name: str, at: Place, given: object, problems: list[Problem], device: str = ""
 ) -> dict[str, object]:
     """Options of driver `name` of `group` in SI, the driver's defaults filled in.
 
-    `at` is where the driver is named; `given` the `options` mapping of the plan, if it has one.
+    `at` is where the driver is named; `given` the `options` mapping of the plan, if it has one,
+    `device` what errors call the device, such as "rig.arm".
     """
     try:
         declared = load_driver(group, name).OPTIONS
@@ -35,17 +36,25 @@ def read_options(
             problems.append(unknown_key(node.keys[key], key, list(declared)))
         elif not isinstance(value, Broken):
             _read_one(key, declared[key], value, options, problems)
-    _report_missing(declared, node, name, problems)
+    place = at if node.place.source.path is None else node.place
+    _report_missing(declared, node, name, place, problems, device)
     return options
 
 
 def _report_missing(
-    declared: MappingABC[str, Option], node: Mapping, name: str, problems: list[Problem]
+    declared: MappingABC[str, Option],
+    node: Mapping,
+    name: str,
+    at: Place,
+    problems: list[Problem],
+    device: str,
 ) -> None:
+    called = f"{device}: driver {name!r}" if device else f"driver {name!r}"
     for key, option in declared.items():
         if option.required and key not in node.entries:
-            message = f"driver {name!r} needs the option {key!r}"
-            problems.append(node.place.problem(message, f"{option.help}; {expected(option)}"))
+            message = f"{called} needs the option {key!r}"
+            hint = f"{device}.options.{key}: " if device else ""
+            problems.append(at.problem(message, f"{hint}{option.help}; {expected(option)}"))
 
 
 def expected(option: Option) -> str:

@@ -100,7 +100,9 @@ class _Loader:
 
     def plan(self, path: Path, payload: Path | None, today: date) -> Plan:
         source = self.shelf.file(path)
-        root = self._resolved(self.references.parse(source), payload)
+        parsed = self.references.parse(source)
+        _refuse_no_plan(parsed)
+        root = self._resolved(parsed, payload)
         plan = read_section(Plan, root, Place(source, 1, 1), self.problems)
         put(plan, "path", path)
         put(plan, "payload_file", payload)
@@ -148,8 +150,57 @@ class _Loader:
                     driver: DriverChoice = spec.driver
                     at = _place(root, ("rig", *device.split("."), "driver"))
                     given = getattr(driver, "options", None)
-                    options = read_options(group, driver.name, at, given, self.problems)
+                    lacking = _place_for_options(root, device, at)
+                    options = read_options(
+                        group, driver.name, lacking, given, self.problems, f"rig.{device}"
+                    )
                     put(driver, "options", options)
+
+
+_PARTS: dict[str, tuple[set[str], str]] = {
+    "rig file": (
+        {"arm", "force", "system_stiffness", "second_force", "displacement"},
+        "name it in a plan, `rig: {path}`; `stepload init {name} --plan plan.yaml` writes one",
+    ),
+    "payload file": (
+        {"geometry", "material", "plate", "elastic_limit"},
+        "name it in a plan, `payload: {name}`, or with --payload beside a plan",
+    ),
+    "procedure file": (
+        {"top_force", "step", "levels", "hold"},
+        "name it in a plan, `procedure: {name}`",
+    ),
+}
+"""Parts of a plan by the keys that only they have, and what to do with each."""
+
+
+def _refuse_no_plan(root: Node) -> None:
+    """Refuse what is one part of a plan only, in one sentence instead of one for every key.
+
+    Raises:
+        PlanError: it is such a part.
+    """
+    if not isinstance(root, Mapping) or root.entries.keys() & {"stepload", "payload", "procedure"}:
+        return
+    source = root.place.source
+    for noun, (keys, hint) in _PARTS.items():
+        if root.entries.keys() & keys:
+            path = source.name if "/" in source.name else f"./{source.name}"
+            told = hint.format(name=source.name, path=path)
+            raise PlanError((source.problem(1, 1, f"this is a {noun}, not a plan", told),))
+
+
+def _place_for_options(root: Node, device: str, at: Place) -> Place:
+    """Where what a driver lacks is to be told: in the user's file, never in one of the package."""
+    if at.source.path is not None:
+        return at
+    path: tuple[str, ...] = ("rig", *device.split("."))
+    while path:
+        place = _place(root, path)
+        if place.source.path is not None:
+            return place
+        path = path[:-1]
+    return root.place
 
 
 def _place(root: Node, path: tuple[str, ...]) -> Place:

@@ -17,6 +17,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from stepload.plan.problems import PlanError, Problem, printable
 from stepload.plan.source import Source
+from stepload.plan.yaml_words import mistake
 
 MAX_DEPTH = 16
 MAX_NODES = 20_000
@@ -228,4 +229,7 @@ def _syntax(source: Source, error: Exception) -> Problem:
         column = shown.index("\t") + 1
         return source.problem(line, column, "a tab", "indent with spaces; YAML allows no tabs here")
     hint = str(getattr(error, "context", "") or "")
+    if found := mistake(text, hint, mark, getattr(error, "context_mark", None)):
+        line, column = found.mark.line + 1, found.mark.column + 1
+        return source.problem(line, column, found.message, found.hint)
     return source.problem(line, column, f"not YAML: {printable(text, 200)}", printable(hint, 200))

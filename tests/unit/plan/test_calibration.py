@@ -321,7 +321,7 @@ def test_a_missing_record_with_nothing_to_stand_in_is_an_error(write_plan: Write
         ("2025-06-01", "2025-02-28", 1, "before measured_on"),
         ('"rig": "STVF",', "", 1, "missing key 'rig'"),
         ('"run"', '"runn"', 34, "unknown key 'runn'"),
-        ("{", "[", 55, "not YAML"),
+        ("{", "[", 55, "a comma is missing before this"),
         ('"-0.01 m",', "", 1, "tcp_position and tcp_rotation: three numbers each, or none"),
         ('"0.1 rad"', '"0.1 m"', 38, "is a length, not an angle"),
         ('"200.33333333333334 N"', '"99.0 N"', 1, "a force of 99 after 100; they must rise"),

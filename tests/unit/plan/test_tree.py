@@ -76,7 +76,7 @@ def problems(text: str) -> list[Problem]:
         ("a: \0", 1, 4, "a NUL character", "plans are text"),
         ("a: \x07", 1, 4, "character U+0007 is not allowed", "remove it"),
         ("a:\n\tb: 1", 2, 1, "a tab", "indent with spaces"),
-        ("a: [1", 1, 6, "not YAML: expected ',' or ']'", "flow sequence"),
+        ("a: [1", 1, 6, "a comma is missing before this, or the [", "column 4"),
         ("", 1, 1, "the file is empty", "docs/plan.md"),
     ],
 )

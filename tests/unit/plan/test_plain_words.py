@@ -1,0 +1,73 @@
+"""Mistakes of indentation, quotes and braces, and files that are no plan, told in plain words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from stepload.plan.load import load_plan
+from stepload.plan.problems import PlanError
+
+JARGON = ("block", "flow", "scalar", "token", "mapping values", "simple key", "stream")
+HEAD = "stepload: 1\npayload: p.yaml\nrig: stvf\n"
+MISTAKES = [
+    (HEAD + "procedure:\n  step: 50 N\n   top_force: 300 N\n", 6, "stands where none may stand"),
+    (HEAD + "procedure:\n   step: 50 N\n  top_force: 300 N\n", 6, "indented otherwise"),
+    ("stepload: 1\npayload p.yaml\nrig: stvf\n", 2, "a key without its colon"),
+    ("stepload:1\npayload: p.yaml\n", 2, "stands where none may stand"),
+    ("stepload: 1\npayload: {radius: 3 mm\nrig: stvf\n", 3, "the { of its mapping"),
+    ("stepload: 1\nprocedure: {levels: [1 N, 2 N}\n", 2, "the [ of its list"),
+    ('stepload: 1\npayload: "p.yaml\nrig: stvf\n', 2, "a quote that is never closed"),
+    ("stepload: 1\npayload: @p\n", 2, "no value begins with this letter"),
+    ('{"stepload": 1 "payload": "x"}', 1, "a comma is missing"),
+    ("stepload: 1\nprocedure:\n\tstep: 50 N\n", 3, "a tab"),
+]
+
+
+@pytest.mark.parametrize(("text", "line", "told"), MISTAKES)
+def test_a_mistake_is_told_in_plain_words(tmp_path: Path, text: str, line: int, told: str) -> None:
+    path = tmp_path / "plan.yaml"
+    path.write_text(text)
+    with pytest.raises(PlanError) as caught:
+        load_plan(path)
+    problem = caught.value.problems[0]
+    assert problem.line == line
+    assert told in problem.message
+    assert problem.hint
+    for word in JARGON:
+        assert word not in problem.message + problem.hint
+
+
+@pytest.mark.parametrize(
+    ("text", "noun"),
+    [
+        ("name: x\narm: {driver: ur}\nforce: {driver: ati_can}\n", "rig file"),
+        ("name: ball\nmaterial: {name: x}\ngeometry: {sphere: {radius: 3 mm}}\n", "payload file"),
+        ("top_force: 30 N\nstep: 5 N\n", "procedure file"),
+    ],
+)
+def test_a_part_of_a_plan_is_called_what_it_is(tmp_path: Path, text: str, noun: str) -> None:
+    path = tmp_path / "part.yaml"
+    path.write_text(text)
+    with pytest.raises(PlanError) as caught:
+        load_plan(path)
+    [problem] = caught.value.problems
+    assert problem.message == f"this is a {noun}, not a plan"
+    assert "name it in a plan" in problem.hint
+
+
+@pytest.mark.parametrize("rig", ["ur5e", "{profile: ur5e, arm: {options: {}}}"])
+def test_what_a_profile_leaves_open_is_asked_for_in_the_users_file(
+    tmp_path: Path, rig: str
+) -> None:
+    path = tmp_path / "plan.yaml"
+    path.write_text(HEAD.replace("rig: stvf", f"rig: {rig}") + "procedure: {top_force: 3 N}\n")
+    (tmp_path / "p.yaml").write_text("name: x\n")
+    with pytest.raises(PlanError) as caught:
+        load_plan(path)
+    asked = [each for each in caught.value.problems if "needs the option" in each.message]
+    assert {each.message.split(":")[0] for each in asked} == {"rig.arm", "rig.force"}
+    for each in asked:
+        assert (each.file, each.line) == (str(path), 3)
+        assert each.hint.startswith(each.message.split(":")[0] + ".options.")
