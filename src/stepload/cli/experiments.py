@@ -82,13 +82,15 @@ Verbose = Annotated[
 ]
 
 
-def _show_run(finished: Finished, out: Output, *, details: bool) -> None:
+def _show_run(finished: Finished, out: Output, *, details: bool, quiet: bool, dry: bool) -> None:
     for error in finished.outcome.errors:
         out.line(f"error on the way: {error}")
     for problem in finished.problems:
         out.line(f"error: {problem}")
-    if finished.document is not None:
-        out.show(finished.document, details=details)
+    if finished.document is not None and quiet:
+        out.verdict(finished.document)
+    elif finished.document is not None:
+        out.show(finished.document, details=details, simulated_said=dry)
     else:
         out.line(f"{finished.outcome.why}\nno result")
     if (report := finished.directory / "report.html").exists():
@@ -120,14 +122,14 @@ def press(
     from stepload.session.experiment import run_plan
     from stepload.session.unfinished import repair_all
 
-    if dry_run:
+    if dry_run and not quiet:
         output.line(SIMULATED)
     if envelope.verdict is not PlanVerdict.REFUSED:
         for repaired in repair_all(out or envelope.plan.record.directory):
             output.line(repaired.line)
         if verbose:
             show_preflight(envelope, output)
-        else:
+        elif not quiet or envelope.verdict is PlanVerdict.WARN:
             show_verdict(envelope, output, details=False)
     with (
         progress(quiet=quiet, watch=watch) as display,
@@ -152,7 +154,7 @@ def press(
             on_notice=display.say,
             on_record=on_record,
         )
-    _show_run(finished, output, details=verbose)
+    _show_run(finished, output, details=verbose, quiet=quiet, dry=dry_run)
     return finished
 
 
@@ -164,7 +166,7 @@ def run(
     seed: Seed = None,
     resume: ResumeDirectory = None,
     tag: Tags = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="The verdict only, no progress.")] = False,
     verbose: Verbose = False,
     watch: Annotated[
         bool, typer.Option("--watch", help="Draw force, curve and margins in the terminal.")

@@ -52,6 +52,9 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
     }
 
 
+MOODS = {"go": "good", "warn": "doubt", "refused": "bad"}
+
+
 def show_verdict(envelope: Envelope, out: Output, *, details: bool = True) -> None:
     """A preflight's verdict and reasons as text; without `details` its notes are counted only."""
     from stepload.results.model import Finding
@@ -59,7 +62,8 @@ def show_verdict(envelope: Envelope, out: Output, *, details: bool = True) -> No
     notes = sum(reason.severity == "note" for reason in envelope.reasons)
     noted = notes and not details
     aside = f" ({notes} {'note' if notes == 1 else 'notes'}: --verbose)" if noted else ""
-    out.line(f"preflight: {envelope.verdict.upper()}{aside}")
+    word = envelope.verdict.upper()
+    out.line(f"preflight: {word}{aside}", word=word, mood=MOODS[envelope.verdict])
     for reason in envelope.reasons:
         if details or reason.severity != "note":
             told = f"{reason.message} [{reason.code}]"
@@ -68,6 +72,7 @@ def show_verdict(envelope: Envelope, out: Output, *, details: bool = True) -> No
 
 def show_preflight(envelope: Envelope, out: Output) -> None:
     """A preflight as text: verdict and reasons first, then the figures behind them."""
+    from stepload.envelope.reason import PlanVerdict
     from stepload.results import fields
     from stepload.results.course_tables import force_budget_table
     from stepload.results.model import Table, table
@@ -91,11 +96,12 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
             ("  if K_r ≫ K_s", f(found.limit_stiff_resolution_n_per_m, "N/m"), "(35)"),
             ("  if K_s ≫ K_r", f(found.limit_stiff_system_n_per_m, "N/m"), "(36)"),
         ]
-    out.tables(
-        Table("Predicted", ("figure", "value", "from"), rows),
-        force_budget_table(envelope),
-        table(f"Schedule: about {envelope.duration_s:.0f} s", fields.STAGE, envelope.stages),
-    )
+    out.tables(Table("Predicted", ("figure", "value", "from"), rows))
+    if envelope.verdict is not PlanVerdict.REFUSED:
+        out.tables(
+            force_budget_table(envelope),
+            table(f"Schedule: about {envelope.duration_s:.0f} s", fields.STAGE, envelope.stages),
+        )
 
 
 def _counted_rows(counted: CountedLimit) -> list[tuple[str, str, str]]:
@@ -150,7 +156,9 @@ def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = Fal
             f"{', '.join(named)}: simulated devices, so `run` takes this plan with --dry-run only"
         )
         out.finding(Finding("note", simulated, "name the drivers of your devices to press"))
-    elif missing := unproven(envelope.plan, envelope.telling_shake):
+    elif envelope.verdict is not PlanVerdict.REFUSED and (
+        missing := unproven(envelope.plan, envelope.telling_shake)
+    ):
         told = f"`run` without --dry-run will refuse this plan: {'; '.join(missing)}"
         out.finding(Finding("warn", told, PROVE))
     refused = envelope.verdict is PlanVerdict.REFUSED

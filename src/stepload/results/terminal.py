@@ -25,6 +25,11 @@ from stepload.results.model import SIMULATED, Document, Finding, Table
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 
 
+COLOURS = {"good": "1;32", "doubt": "1;33", "bad": "1;31"}
+"""What a terminal shows a mood in: green, yellow, red; the word says the same."""
+MARKS = {
+    "ok": "good", "warn": "doubt", "note": "", "refuse": "bad", "refused": "bad", "fail": "bad",
+}  # fmt: skip
 LONGEST_WORD = 20
 """A table breaks longer words only: paths, identifiers."""
 
@@ -66,17 +71,23 @@ class Output:
         self._text = sys.stderr if as_json else sys.stdout
         self._columns = shutil.get_terminal_size().columns if self._text.isatty() else None
 
-    def line(self, text: str = "", *, hang: str = "  ") -> None:
-        """A text for people; a terminal breaks it between words, and `hang` begins what follows."""
+    def line(self, text: str = "", *, hang: str = "  ", word: str = "", mood: str = "") -> None:
+        """A text for people; a terminal breaks it between words, and `hang` begins what follows.
+
+        A terminal shows `word` in the colour of the mood, unless NO_COLOR is set.
+        """
         shown = visible(text)
         if self._columns is not None:
             shown = "\n".join(_wrapped(line, self._columns, hang) for line in shown.split("\n"))
+            if mood in COLOURS and word and not os.environ.get("NO_COLOR"):
+                shown = shown.replace(word, f"\x1b[{COLOURS[mood]}m{word}\x1b[0m", 1)
         with _perhaps_gone(self._text):
             print(shown, file=self._text, flush=True)
 
     def finding(self, found: Finding) -> None:
         """One finding, and what to do about it."""
-        self.line(f"{found.mark.upper():7} {found.text}", hang=" " * 8)
+        mark = found.mark.upper()
+        self.line(f"{mark:7} {found.text}", hang=" " * 8, word=mark, mood=MARKS.get(found.mark, ""))
         if found.remedy:
             self.line(f"        -> {found.remedy}", hang=" " * 11)
 
@@ -89,16 +100,28 @@ class Output:
             if each.notes:
                 self.line("\n".join((*each.notes, "")))
 
-    def show(self, document: Document, *, details: bool = True) -> None:
-        """A result for people: the tables behind it, then on one screen what they come to."""
-        if document.simulated:
+    def verdict(self, document: Document) -> None:
+        """What a result comes to, in one sentence."""
+        aside, verdict = "SIMULATED, " if document.simulated else "", document.verdict
+        word = verdict.word.upper()
+        self.line(f"{aside}{word}: {verdict.text}", word=word, mood=verdict.mood)
+
+    def show(
+        self, document: Document, *, details: bool = True, simulated_said: bool = False
+    ) -> None:
+        """A result for people: the tables behind it, then on one screen what they come to.
+
+        Args:
+            details: the tables too.
+            simulated_said: it stands above already that nothing was measured.
+        """
+        if document.simulated and not simulated_said:
             self.line(SIMULATED)
         if details:
             self.tables(*(e for e in document.tables if not e.page_only and not e.headline))
         if document.ended:
             self.line(document.ended)
-        aside = "SIMULATED, " if document.simulated else ""
-        self.line(f"{aside}{document.verdict.word.upper()}: {document.verdict.text}")
+        self.verdict(document)
         for reason in document.reasons:
             self.line(f"  {reason}", hang=" " * 4)
         self.tables(*(each for each in document.tables if each.headline))
