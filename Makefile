@@ -16,7 +16,7 @@ export OMP_NUM_THREADS := 1
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help long demo demo-wire test lint types imports virtual realtime test-under-load mutants \
-  mutants-generated installed wire campaign bench fuzz paper clean
+  mutants-generated installed wire campaign bench fuzz docs paper clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -88,6 +88,9 @@ bench: $(READY) ## Ratios against named baselines, measured side by side
 fuzz: $(READY) ## Property tests on new examples; random frames into every decoder, 10 million each
 	$(BIN)/pytest tests/unit --hypothesis-profile=explore
 	$(BIN)/python bench/fuzz_decoders.py --frames 10000000
+
+docs: $(READY) ## The site of all pages in site/; it asks the network for nothing
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict --site-dir site
 
 paper: $(READY) ## Regenerate docs/paper.md
 	$(BIN)/stepload paper --out docs/paper.md

@@ -1,0 +1,93 @@
+"""What a live view costs the loop: p99.9 of its lateness without one, with one, and with a viewer.
+
+python bench/live.py [--seconds S]
+
+A loop of 1 kHz records force, arm and ticks as a run does; the view reads the record as it grows.
+The three take turns; every figure is of the same minutes on the same machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+
+import record
+from record import RATES_HZ, lateness_s
+
+from stepload.live.view import address_of, live_view
+from stepload.record.recorder import Recorder
+
+ROUNDS = 3
+VIEWER = """
+import json, sys
+from websockets.sync.client import connect
+with connect(sys.argv[1], subprotocols=["foxglove.sdk.v1"], max_size=None) as viewer:
+    print("connected", flush=True)
+    for message in viewer:
+        if isinstance(message, str) and json.loads(message)["op"] == "advertise":
+            ask = [{"id": c["id"], "channelId": c["id"]} for c in json.loads(message)["channels"]]
+            viewer.send(json.dumps({"op": "subscribe", "subscriptions": ask}))
+"""
+
+
+def late(directory: Path, seconds: float, follow: Callable[[Path], None]) -> float:
+    """p99.9 of the lateness of a recording loop whose record `follow` is told of."""
+    plain = record.start
+
+    def start(where: Path, rates_hz: dict[str, float]) -> Recorder:
+        made = plain(where, rates_hz)
+        follow(made.part_path)
+        return made
+
+    record.start = start
+    try:
+        return lateness_s(directory, seconds)
+    finally:
+        record.start = plain
+
+
+def viewed(directory: Path, seconds: float, *, connected: bool) -> float:
+    """The same with a live view, and with a viewer that takes everything."""
+    with ExitStack() as stack:
+        view = stack.enter_context(live_view(address_of("127.0.0.1:0")))
+        if connected:
+            words = [sys.executable, "-c", VIEWER, view.address.url]
+            viewer = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+            stack.callback(viewer.wait)
+            stack.callback(viewer.kill)
+            assert viewer.stdout is not None
+            assert viewer.stdout.readline() == "connected\n"
+        return late(directory, seconds, view.follow)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--seconds", type=float, default=20.0)
+    seconds = parser.parse_args().seconds
+    found: dict[str, list[float]] = {"without": [], "a view": [], "a view and a viewer": []}
+    with tempfile.TemporaryDirectory() as name:
+        for turn in range(ROUNDS):
+            place = Path(name) / str(turn)
+            place.mkdir()
+            found["without"].append(late(place / "a", seconds, lambda path: None))
+            found["a view"].append(viewed(place / "b", seconds, connected=False))
+            found["a view and a viewer"].append(viewed(place / "c", seconds, connected=True))
+    base = statistics.median(found["without"])
+    rates = ", ".join(f"{name} {rate:g} Hz" for name, rate in RATES_HZ.items())
+    print(f"p99.9 of the loop's lateness, {rates}, median of {ROUNDS} rounds of {seconds:g} s")
+    for name, values in found.items():
+        value = statistics.median(values)
+        print(
+            f"{name:20} {value * 1e6:8.0f} us  {value / base:5.2f} times"
+            f"  ({min(values) * 1e6:.0f} to {max(values) * 1e6:.0f})"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,45 @@
+"""The page about Python, run block by block; and the site of all pages."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from real_runs import CYCLES, ENVIRONMENT, ROOT
+
+PAGE = ROOT / "docs" / "python.md"
+RESOURCE = re.compile(r'<(?:script|link|img|iframe)[^>]+(?:src|href)="(?:https?:)?//')
+
+
+def test_every_block_of_the_python_page_runs(cycles_run: Path, tmp_path: Path) -> None:
+    shutil.copytree(cycles_run, tmp_path / "runs" / "20260801-101500-demo")
+    (tmp_path / "procedures").mkdir()
+    (tmp_path / "procedures" / "plastic-sphere.yaml").write_text(CYCLES)
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    assert len(blocks) > 4
+    (tmp_path / "page.py").write_text("\n".join(blocks))
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "page.py"],
+        cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "plastic" in done.stdout
+
+
+def test_the_site_is_whole_and_asks_the_network_for_nothing(tmp_path: Path) -> None:
+    pytest.importorskip("material")
+    done = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", tmp_path],
+        cwd=ROOT, env={**ENVIRONMENT, "NO_MKDOCS_2_WARNING": "1"}, capture_output=True, text=True,
+        check=False, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    pages = sorted(tmp_path.rglob("*.html"))
+    assert len(pages) > 25
+    for page in pages:
+        assert not RESOURCE.search(page.read_text()), page
+    assert "elastic limit" in (tmp_path / "search" / "search_index.json").read_text()
