@@ -94,7 +94,7 @@ def looks(cycles_run: Path, tmp_path_factory: pytest.TempPathFactory) -> list[di
         if state is None and tail.attachments.get("limits.json") and len(rows[0].time_s):
             state = State(tail.metadata, tail.attachments)
         if state is not None:
-            state.take(*rows, events)
+            state.take(*rows, events, ended=tail.ended)
             if (told := state.told()) is not None:
                 found.append(told | {"row": state.row, "tared": state.tared_wrench})
     tail.close()
@@ -121,7 +121,7 @@ def test_margins_are_those_of_the_supervisor_itself(looks: list[dict[str, Any]])
         assert look["margins"]["R2"] == pytest.approx(
             share, rel=0.02
         )  # a sample may be of the tick before
-        assert look["margins"]["R1"] >= abs(look["force_n"]) / look["force_limit_n"]
+        assert look["margins"]["R1"] > abs(look["force_n"]) / look["force_limit_n"] - 0.02
 
 
 def test_deformation_is_that_of_the_results(looks: list[dict[str, Any]], cycles_run: Path) -> None:

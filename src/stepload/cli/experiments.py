@@ -83,11 +83,15 @@ Verbose = Annotated[
 
 
 def _show_run(finished: Finished, out: Output, *, details: bool, quiet: bool, dry: bool) -> None:
+    from stepload.record.outcome import RunStatus
+
     for error in finished.outcome.errors:
         out.line(f"error on the way: {error}")
     for problem in finished.problems:
         out.line(f"error: {problem}")
     if finished.document is not None and quiet:
+        if finished.outcome.status is not RunStatus.COMPLETED:
+            out.line(finished.outcome.why)
         out.verdict(finished.document)
     elif finished.document is not None:
         out.show(finished.document, details=details, simulated_said=dry)

@@ -61,7 +61,7 @@ class Screen:
             with suppress(SteploadError):
                 envelope = envelope_of(plan_of(metadata, attachments))
                 self._remaining = Remaining(envelope.stages, envelope.plan.procedure)
-        self._state.take(*rows, events)
+        self._state.take(*rows, events, ended=self._tail.ended)
         told, row = self._state.told(), self._state.row
         if told is None or row is None:
             return

@@ -44,6 +44,7 @@ class Publisher:
         self._channels: dict[str, foxglove.Channel] = {}
         self._state: State | None = None
         self._problem = ""
+        self._tick_ns = 0
 
     def publish(self) -> None:
         """Whatever is new since the last time."""
@@ -60,6 +61,7 @@ class Publisher:
 
     def _tell(self, tick: Message | None, events: Any) -> None:
         rows = self._tail.rows()
+        time_ns = self._tick_ns = tick.time_ns if tick is not None else self._tick_ns
         if self._problem:
             return
         try:
@@ -70,20 +72,20 @@ class Publisher:
                 for topic in OURS:
                     self._open(topic.name, topic.schema, topic.definition.encode())
                 self._channels[LIVE] = _json_channel(LIVE, LIVE_SCHEMA)
-            self._state.take(*rows, events)
+            self._state.take(*rows, events, ended=self._tail.ended)
         except (SteploadError, ValueError, KeyError, TypeError, ArithmeticError) as error:
             self._problem = f"margins and deformation are not shown: {error}"
             print(self._problem, file=sys.stderr, flush=True)
             return
-        if tick is None:
+        if not self._state.taken:
             return
         told, arm, tared = self._state.told(), self._state.arm, self._state.tared_wrench
         if told is not None:
-            self._channels[LIVE].log(json.dumps(told), log_time=tick.time_ns)
+            self._channels[LIVE].log(json.dumps(told), log_time=time_ns)
         if arm is not None:
-            self._log(OURS[1].name, pose_message(tick.time_ns, arm.pose), tick.time_ns)
+            self._log(OURS[1].name, pose_message(time_ns, arm.pose), time_ns)
         if tared is not None:
-            self._log(OURS[0].name, wrench_message(tick.time_ns, tared), tick.time_ns)
+            self._log(OURS[0].name, wrench_message(time_ns, tared), time_ns)
 
     def _log(self, topic: str, data: bytes, time_ns: int) -> None:
         self._channels[topic].log(data, log_time=time_ns)

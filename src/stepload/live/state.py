@@ -32,7 +32,7 @@ class State:
     `taken` are the ticks that came with the last look.
 
     Streams are written one after the other, so the samples of the newest ticks may come with the
-    next ones: ticks wait for that.
+    next ticks: they wait for those, or for the end.
 
     The supervisor looks at every tick again, for what it thinks of margins is in no row.
 
@@ -74,8 +74,10 @@ class State:
         arm: ArmColumns,
         second: ForceColumns,
         events: tuple[Event, ...],
+        *,
+        ended: bool = False,
     ) -> None:
-        """Follow what has come since the last time."""
+        """Follow what has come since the last time; `ended`: nothing more will."""
         self._force += rows_of(ForceSample, force)
         self._recent += rows_of(ForceSample, force)
         self._arm += rows_of(ArmSample, arm)
@@ -86,10 +88,11 @@ class State:
             self._recent.popleft()
         for event in events:
             self._hear(event)
-        rows, self._rows = self._rows, rows_of(TickRow, ticks) or self._rows
-        if rows is self._rows:
-            self.taken = []
-            return
+        new = rows_of(TickRow, ticks)
+        if ended:
+            rows, self._rows = [*self._rows, *new], []
+        else:
+            rows, self._rows = (self._rows, new) if new else ([], self._rows)
         self._largest_n = max((row.force_n for row in rows), key=abs, default=self._largest_n)
         force_, arm_, second_ = list(self._force), list(self._arm), list(self._second)
         self.taken = rows

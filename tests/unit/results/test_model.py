@@ -146,7 +146,7 @@ def test_a_terminal_breaks_lines_and_cells_between_words_only(
     out = Output(as_json=False)
     out.finding(Finding("warn", prose, prose))
     out.show(document(wide, text=prose))
-    text = re.sub(r"\x1b\[\d*m", "", terminal.getvalue())
+    text = re.sub(r"\x1b\[[\d;]*m", "", terminal.getvalue())
     assert max(len(line) for line in text.splitlines()) <= 80
     words = set(prose.split()) | {"identification", "identified"}
     assert words <= set(re.findall(r"[a-z]+", text))
