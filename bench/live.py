@@ -20,8 +20,11 @@ from pathlib import Path
 import record
 from record import RATES_HZ, lateness_s
 
+import stepload
 from stepload.live.view import address_of, live_view
+from stepload.record.reader import Recording, read_recording
 from stepload.record.recorder import Recorder
+from stepload.rig.clock import MonotonicClock
 
 ROUNDS = 3
 VIEWER = """
@@ -36,12 +39,20 @@ with connect(sys.argv[1], subprotocols=["foxglove.sdk.v1"], max_size=None) as vi
 """
 
 
-def late(directory: Path, seconds: float, follow: Callable[[Path], None]) -> float:
-    """p99.9 of the lateness of a recording loop whose record `follow` is told of."""
+def late(
+    directory: Path, seconds: float, follow: Callable[[Path], None], whole: Recording
+) -> float:
+    """p99.9 of the lateness of a recording loop whose record `follow` is told of.
+
+    The record begins as `whole` does, so that the view works out margins and deformation too.
+    """
     plain = record.start
 
     def start(where: Path, rates_hz: dict[str, float]) -> Recorder:
-        made = plain(where, rates_hz)
+        made = Recorder(
+            where, rates_hz=rates_hz, clock=MonotonicClock(), metadata=whole.metadata,
+            attachments=whole.attachments, lossless=False,
+        )  # fmt: skip
         follow(made.part_path)
         return made
 
@@ -52,7 +63,7 @@ def late(directory: Path, seconds: float, follow: Callable[[Path], None]) -> flo
         record.start = plain
 
 
-def viewed(directory: Path, seconds: float, *, connected: bool) -> float:
+def viewed(directory: Path, seconds: float, whole: Recording, *, connected: bool) -> float:
     """The same with a live view, and with a viewer that takes everything."""
     with ExitStack() as stack:
         view = stack.enter_context(live_view(address_of("127.0.0.1:0")))
@@ -63,7 +74,7 @@ def viewed(directory: Path, seconds: float, *, connected: bool) -> float:
             stack.callback(viewer.kill)
             assert viewer.stdout is not None
             assert viewer.stdout.readline() == "connected\n"
-        return late(directory, seconds, view.follow)
+        return late(directory, seconds, view.follow, whole)
 
 
 def main() -> None:
@@ -72,12 +83,15 @@ def main() -> None:
     seconds = parser.parse_args().seconds
     found: dict[str, list[float]] = {"without": [], "a view": [], "a view and a viewer": []}
     with tempfile.TemporaryDirectory() as name:
+        plan = Path(__file__).parents[1] / "procedures" / "plastic-sphere.yaml"
+        run = stepload.run(stepload.load_plan(plan), dry_run=True, out=Path(name) / "run")
+        whole = read_recording(run.path)
         for turn in range(ROUNDS):
             place = Path(name) / str(turn)
             place.mkdir()
-            found["without"].append(late(place / "a", seconds, lambda path: None))
-            found["a view"].append(viewed(place / "b", seconds, connected=False))
-            found["a view and a viewer"].append(viewed(place / "c", seconds, connected=True))
+            found["without"].append(late(place / "a", seconds, lambda path: None, whole))
+            found["a view"].append(viewed(place / "b", seconds, whole, connected=False))
+            found["a view and a viewer"].append(viewed(place / "c", seconds, whole, connected=True))
     base = statistics.median(found["without"])
     rates = ", ".join(f"{name} {rate:g} Hz" for name, rate in RATES_HZ.items())
     print(f"p99.9 of the loop's lateness, {rates}, median of {ROUNDS} rounds of {seconds:g} s")
