@@ -36,6 +36,8 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "elastic_limit": envelope.theory.counted,
         "k": envelope.theory.law.k,
         "n": envelope.theory.law.n,
+        "k_softest": envelope.theory.softest.k,
+        "k_stiffest": envelope.theory.stiffest.k,
         "top_force_n": envelope.top_force_n,
         "largest_safe_force_n": envelope.largest_safe_force_n,
         "force_limit_n": envelope.force_limit_n,
@@ -86,9 +88,7 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
         ("largest safe top force", f(envelope.largest_safe_force_n, "N"), "F_allowed - headroom"),
         ("force limit F_lim (R1)", f(envelope.force_limit_n, "N"), "supervisor"),
         ("top force", f(envelope.top_force_n, "N"), "plan"),
-        ("law", f"K = {theory.law.k:.3g} N/m^n, n = {theory.law.n:.4g}", theory.law.equation),
-        ("deformation at top force", f(envelope.deformation_m, "m"), "(2)"),
-        (f"secant at {f(envelope.secant_force_n, 'N')}", f(envelope.secant_n_per_m, "N/m"), "(28)"),
+        *_law_rows(envelope),
     ]
     if found is not None:
         rows += [
@@ -102,6 +102,35 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
             force_budget_table(envelope),
             table(f"Schedule: about {envelope.duration_s:.0f} s", fields.STAGE, envelope.stages),
         )
+
+
+def _law_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
+    """What theory says of the law; of a range both ends."""
+    from stepload.units import format_quantity as f
+
+    theory, top_n, secant_n = envelope.theory, envelope.top_force_n, envelope.secant_force_n
+    laws = [theory.softest, theory.stiffest] if theory.is_range else [theory.law]
+
+    def both(figures: list[str]) -> str:
+        return " to ".join(figures)
+
+    return [
+        (
+            "law",
+            f"K = {both([f'{law.k:.3g}' for law in laws])} N/m^n, n = {theory.law.n:.4g}",
+            theory.law.equation,
+        ),
+        (
+            "deformation at top force",
+            both([f(law.deformation(top_n), "m") for law in reversed(laws)]),
+            "(2)",
+        ),
+        (
+            f"secant at {f(secant_n, 'N')}",
+            both([f(law.secant(secant_n), "N/m") for law in laws]),
+            "(28)",
+        ),
+    ]
 
 
 def _counted_rows(counted: CountedLimit) -> list[tuple[str, str, str]]:

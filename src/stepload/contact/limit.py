@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from stepload.contact.checks import require_material
 from stepload.contact.elastic import equivalent_modulus, equivalent_radius
 from stepload.contact.materials import Geometry, Material
+from stepload.contact.unknown import is_range
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,13 +25,14 @@ def softer_body(material: Material, plate: Material) -> Material | None:
 
     Lower yield strength decides. A plate of unknown yield strength is taken to be the harder body
     only where its modulus is at least the payload's (a steel platen under a plastic payload).
+    Of a body whose modulus is a range nothing can be told: F_c goes with 1/E_eq².
 
     Raises:
         DomainError: a material constant is not physical.
     """
     payload_yield = require_material(material).yield_strength_pa
     plate_yield = require_material(plate).yield_strength_pa
-    if payload_yield is None:
+    if payload_yield is None or is_range(material) or is_range(plate):
         return None
     if plate_yield is None:
         return material if plate.youngs_modulus_pa >= material.youngs_modulus_pa else None
@@ -50,6 +52,8 @@ def no_limit_reason(geometry: Geometry, material: Material, plate: Material) -> 
         )
     if softer_body(material, plate) is not None:
         return ""
+    if ranges := [body.name for body in (material, plate) if is_range(body)]:
+        return f"{ranges[0]!r} is known as a range only, so (13) cannot be evaluated"
     unknown = material if material.yield_strength_pa is None else plate
     return f"the yield strength of {unknown.name!r} is not known, so (13) cannot be evaluated"
 

@@ -91,14 +91,22 @@ def doubted_limits(
     pairs = [(material, plate), (plate, material)]
     if softer_body(material, plate) is plate:
         pairs.reverse()
-    return tuple(
-        DoubtedLimit(
-            onset.force_n,
-            (*_strength(body, other), *_radii(geometry), _moduli(body, other)),
-        )
-        for body, other in pairs
-        if (onset := onset_in(body, geometry, material, plate)) is not None
-    )
+    found = (limit_in(body, other, geometry) for body, other in pairs)
+    return tuple(limit for limit in found if limit is not None)
+
+
+def limit_in(body: Material, other: Material, geometry: Geometry) -> DoubtedLimit | None:
+    """F_c and its uncertainty if it is `body` that yields first, pressed with `other`; None where
+    theory has none for this geometry, or the yield strength of `body` is not known.
+
+    Raises:
+        DomainError: a number outside the domain of the theory.
+    """
+    onset = onset_in(body, geometry, other, body)
+    if onset is None:
+        return None
+    sources = (*_strength(body, other), *_radii(geometry), _moduli(body, other))
+    return DoubtedLimit(onset.force_n, sources)
 
 
 def lower_end(limits: tuple[DoubtedLimit, ...], coverage: float) -> float:

@@ -10,6 +10,8 @@ class Material:
     """An isotropic linear elastic body; `yield_strength_pa` is None where it is not known.
 
     A `…_sigma` is the standard uncertainty of a number, in its unit; None where none is stated.
+    `…_ends` are the least and the most that it may be, where nothing better is known of it: the
+    number itself then lies between them and is no more than a guess.
     """
 
     name: str
@@ -19,6 +21,8 @@ class Material:
     youngs_modulus_sigma_pa: float | None = None
     poisson_ratio_sigma: float | None = None
     yield_strength_sigma_pa: float | None = None
+    youngs_modulus_ends_pa: tuple[float, float] | None = None
+    poisson_ratio_ends: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)

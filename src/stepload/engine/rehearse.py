@@ -138,10 +138,7 @@ def payload_truth(payload: Payload, theory: Theory, simulation: Simulation) -> P
     if simulation.adhesion_n and simulation.adhesion_law == "jkr":
         _refuse_jkr(theory, rough=bool(roughness_m))
     if onset_n is None:
-        limits_n = [theory.yield_onset.force_n] if theory.yield_onset else []
-        if payload.declared_force_limit_n is not None:
-            limits_n.append(payload.declared_force_limit_n)
-        onset_n = min(limits_n, default=math.inf)
+        onset_n = theory.elastic_limit_n
     truth = PayloadTruth(
         law="_".join(word for word in words if word) or "smooth",
         k=theory.law.k * simulation.payload_factor,

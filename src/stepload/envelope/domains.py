@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from stepload.contact.doubts import DomainDoubt, Pressed, domain_doubts
 from stepload.envelope.reason import Reason, Severity
-from stepload.envelope.theory import Theory
+from stepload.envelope.theory import ENDS, Theory
 from stepload.plan.model import Payload, Plan
 
 LOWEST_SHARE = 0.1
@@ -20,22 +20,32 @@ def payload_doubts(
 ) -> tuple[DomainDoubt, ...]:
     """What is doubtful of theory for this payload at these forces in N, planned or reached.
 
+    Of a payload that is known as a range only: at either end, each doubt where it is worse.
+
     Raises:
         DomainError: a number outside the domain of contact theory.
     """
-    return domain_doubts(
-        Pressed(
-            payload.geometry,
-            payload.material,
-            payload.plate,
-            from_n,
-            to_n,
-            roughness_m=payload.roughness_m,
-            micro_hardness_pa=payload.micro_hardness_pa,
-            height_m=payload.height_m,
-            counted_limit_n=theory.counted.lower_n,
-        )
-    )
+    found: dict[str, DomainDoubt] = {}
+    for end in ENDS if theory.is_range else ENDS[:1]:
+        for doubt in domain_doubts(
+            Pressed(
+                payload.geometry,
+                end(payload.material),
+                end(payload.plate),
+                from_n,
+                to_n,
+                roughness_m=payload.roughness_m,
+                micro_hardness_pa=payload.micro_hardness_pa,
+                height_m=payload.height_m,
+                counted_limit_n=theory.counted.lower_n,
+            )
+        ):
+            if theory.is_range and doubt.code == "incompressible":
+                continue  # said of the end of a range, not of the body
+            before = found.setdefault(doubt.code, doubt)
+            if abs(doubt.value - doubt.limit) > abs(before.value - before.limit):
+                found[doubt.code] = doubt
+    return tuple(found.values())
 
 
 def domain_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:

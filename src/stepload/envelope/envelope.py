@@ -19,6 +19,7 @@ from stepload.envelope.one_channel import one_channel_reasons
 from stepload.envelope.press import PressRig, Term
 from stepload.envelope.pressing import Pressing, largest_top_force, pressing_for
 from stepload.envelope.proof import shake_reasons
+from stepload.envelope.ranges import range_reasons
 from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
 from stepload.envelope.reasons import age_reasons, force_reasons, identifiable_reasons, rig_reasons
 from stepload.envelope.schedule import Stage, schedule
@@ -127,6 +128,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     reasons = [
         *force_reasons(plan, safe_n, refusal, theory.counted),
         *limit_reasons(theory),
+        *range_reasons(plan, theory),
         *domain_reasons(plan, theory),
         *rig_reasons(plan),
         *one_channel_reasons(plan),
@@ -136,7 +138,8 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         *shake_reasons(plan, shake),
     ]
     if found is not None:
-        reasons += identifiable_reasons(plan, secant_at_top, found)
+        hardest = theory.stiffest.secant(plan.procedure.top_force_n)
+        reasons += identifiable_reasons(plan, hardest, found)
     if pressing is not None:
         reasons += hazards(plan, pressing)
         if refusal is None:
@@ -180,14 +183,15 @@ def _pressed(
 
     A refused plan is shown at the largest force that is safe, if there is any.
     """
+    bounds = theory.softest, theory.stiffest, theory.counted.lower_n
     try:
-        pressing = pressing_for(plan, theory.law, theory.counted.lower_n, measured)
+        pressing = pressing_for(plan, *bounds, measured)
         return pressing, limits_of(plan, pressing, theory.elastic_limit_n), None
     except (RefusedError, DomainError) as error:
         refusal = error
     try:
         lower = _with_top(plan, min(plan.procedure.top_force_n, ALMOST * safe_n))
-        return pressing_for(lower, theory.law, theory.counted.lower_n, measured), None, refusal
+        return pressing_for(lower, *bounds, measured), None, refusal
     except (RefusedError, DomainError):
         return None, None, refusal
 

@@ -80,9 +80,16 @@ def largest_top_force(plan: Plan, elastic_limit_n: float) -> float:
 
 
 def pressing_for(
-    plan: Plan, law: ContactLaw, elastic_limit_n: float, measured: Measured | None = None
+    plan: Plan,
+    softest: ContactLaw,
+    stiffest: ContactLaw,
+    elastic_limit_n: float,
+    measured: Measured | None = None,
 ) -> Pressing:
-    """Forces and speeds of a plan against a payload of this law and elastic limit.
+    """Forces and speeds of a plan against a payload of this elastic limit and any law between two.
+
+    A stiff payload is hit harder at the same speed, a soft one answers less to the same travel: the
+    former bounds the speeds and the target's lead, the latter is held against the leash.
 
     Without `measured` the noise is the rig file's and the drift is the largest that the plan lets
     pass; with it each is the larger of the two.
@@ -99,7 +106,7 @@ def pressing_for(
     _check_channels(plan, elastic_limit_n)
     forces = _forces(plan, elastic_limit_n, procedure.top_force_n, noise_n, bias_n)
     press = press_rig(rig, noise_n)
-    tangent = law.tangent(forces.limit_n)
+    tangent = stiffest.tangent(forces.limit_n)
     guarded, fast = _budgeted_speeds(plan, press, forces, tangent)
     reading_n = math.hypot(noise_n, rig.force.resolution_n / math.sqrt(12.0))
     leash_m = leash_travel(
@@ -107,7 +114,7 @@ def pressing_for(
     )
     check_leash(
         leash_m,
-        law,
+        softest,
         touch_force_n=procedure.touch_force_n,
         noise_n=reading_n,
         period_s=max(1.0 / rig.arm.rate_hz, 1.0 / rig.force.rate_hz),

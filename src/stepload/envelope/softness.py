@@ -40,7 +40,7 @@ def slowest_step(plan: Plan, pressing: Pressing, law: ContactLaw) -> float:
 
 def softness(plan: Plan, pressing: Pressing, theory: Theory) -> Iterator[Reason]:
     """Warnings about R6 (no answer in force), R8 (search) and steps that are given up."""
-    law = theory.law
+    law = theory.softest
     arm, procedure = plan.rig.arm, plan.procedure
     touch_n = procedure.touch_force_n
     stiffness = plan.rig.system_stiffness.stiffness_n_per_m
@@ -66,7 +66,7 @@ def softness(plan: Plan, pressing: Pressing, theory: Theory) -> Iterator[Reason]
             "",
             step_s, patience_s, "s",
         )  # fmt: skip
-    spare = _spare_softness(plan, theory.counted.lower_n)
+    spare = _spare_softness(plan, theory)
     if spare < SOFTER:
         yield Reason(
             "barely_answers", Severity.WARN,
@@ -78,15 +78,17 @@ def softness(plan: Plan, pressing: Pressing, theory: Theory) -> Iterator[Reason]
         )  # fmt: skip
 
 
-def _spare_softness(plan: Plan, elastic_limit_n: float) -> float:
-    """How many times softer the payload may be, at most `SOFTER`."""
+def _spare_softness(plan: Plan, theory: Theory) -> float:
+    """How many times softer the payload may be, at most `SOFTER`; a range says it by itself."""
+    if theory.is_range:
+        return SOFTER
     material = plan.payload.material
 
     def serves(factor: float) -> bool:
         softer = replace(material, youngs_modulus_pa=material.youngs_modulus_pa / factor)
         law = law_for(plan.payload.geometry, softer, plan.payload.plate)
         try:
-            pressing_for(plan, law, elastic_limit_n)
+            pressing_for(plan, law, law, theory.counted.lower_n)
         except RefusedError:
             return False
         return True

@@ -10,14 +10,18 @@ from stepload.contact.limit_doubt import (
     DoubtedLimit,
     Source,
     doubted_limits,
+    limit_in,
     lower_end,
     probability_below,
 )
+from stepload.contact.materials import Material
 from stepload.contact.power_law import ContactLaw
+from stepload.contact.unknown import is_range, softest, stiffest
 from stepload.errors import RefusedError
 from stepload.plan.model import Payload
 
 DECLARED = "declared in the plan"
+ENDS = (softest, stiffest)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +46,9 @@ class CountedLimit:
 class Theory:
     """The smooth law of a payload and the force that a run must stay below.
 
+    `law` is the believed one. Where a material is known as a range only, it may be anything between
+    `softest` and `stiffest`, and bounds hold for both; elsewhere the three are one.
+
     `yield_onset` is theory's elastic limit (13), None where theory has none; `elastic_limit_n` is
     the F_c that counts, `limit_equation` says where it comes from. `counted` is what remains of it
     when its uncertainty is taken off.
@@ -52,18 +59,26 @@ class Theory:
     elastic_limit_n: float
     limit_equation: str
     counted: CountedLimit
+    softest: ContactLaw
+    stiffest: ContactLaw
+
+    @property
+    def is_range(self) -> bool:
+        """Whether only the ends of the law are known."""
+        return self.softest != self.stiffest
 
 
 def theory_of(payload: Payload) -> Theory:
     """Law and elastic limit of a payload; a declared limit counts where it is lower than theory's.
 
-    The two are compared twice: as they stand, and less their uncertainties.
+    The two are compared twice: as they stand, and less their uncertainties. Where a body is known
+    as a range only a limit must be declared; that of the other body counts too, where it is known.
 
     Raises:
         RefusedError: neither theory nor the plan gives a limit.
         DomainError: a number outside the domain of contact theory.
     """
-    bodies = (payload.geometry, payload.material, payload.plate)
+    geometry, material, plate = bodies = (payload.geometry, payload.material, payload.plate)
     law = law_for(*bodies)
     onset = elastic_limit(*bodies)
     declared_n = payload.declared_force_limit_n
@@ -72,13 +87,37 @@ def theory_of(payload: Payload) -> Theory:
         known.append((onset.force_n, _of_theory(payload, onset.equation)))
     if declared_n is not None:
         known.append((declared_n, _declared(payload, declared_n)))
+        if is_range(material) or is_range(plate):
+            found = (_of_body(payload, *pair) for pair in ((material, plate), (plate, material)))
+            known += [(limit.value_n, limit) for limit in found if limit is not None]
     if not known:
         raise RefusedError(
             no_limit_reason(*bodies), hint="declare the payload's force_limit in the plan"
         )
     limit_n, limit = min(known, key=lambda each: each[0])
     counted = min((counted for _, counted in known), key=lambda counted: counted.lower_n)
-    return Theory(law, onset, limit_n, limit.equation, counted)
+    ends = (law_for(geometry, end(payload.material), end(payload.plate)) for end in ENDS)
+    return Theory(law, onset, limit_n, limit.equation, counted, *ends)
+
+
+def _of_body(payload: Payload, body: Material, other: Material) -> CountedLimit | None:
+    """The limit of a body that is known, against the stiffest that the other one may be.
+
+    F_c goes with 1/E_eq², so at every other stiffness it is higher.
+    """
+    if is_range(body) or (found := limit_in(body, stiffest(other), payload.geometry)) is None:
+        return None
+    coverage = payload.limit_coverage
+    lower_n = found.lower_end(coverage)
+    return CountedLimit(
+        found.force_n,
+        f"(13) of {body.name}, pressed by the stiffest that {other.name} may be",
+        found.sigma_ln,
+        coverage,
+        lower_n,
+        found.probability_below(lower_n),
+        found.sources,
+    )
 
 
 def _of_theory(payload: Payload, equation: str) -> CountedLimit:

@@ -16,6 +16,7 @@ from stepload.contact.deflection import table_problem
 from stepload.contact.elastic import law_for
 from stepload.contact.limit import no_limit_reason
 from stepload.contact.materials import Material, Sphere
+from stepload.contact.unknown import is_range
 from stepload.errors import DomainError
 from stepload.plan.derived import MAX_LEVELS, elastic_travel
 from stepload.plan.draft import UnknownError, drafts_in, kind_of, left_out, whole, written
@@ -107,6 +108,15 @@ def _strength(body: Material) -> Iterator[Impossibility]:
             f"yield strength {format_quantity(strength, 'Pa')} is not below Young's modulus "
             f"{format_quantity(modulus, 'Pa')}",
             "look for a wrong prefix (MPa, GPa) in one of the two",
+        )
+
+
+def _range(body: Material) -> Iterator[Impossibility]:
+    if body.yield_strength_pa is not None and is_range(body):
+        yield Impossibility(
+            ("yield_strength",),
+            "a yield strength beside a range: F_c (13) follows from both, and is not known",
+            "leave it out and declare the payload's force_limit, or write the modulus itself",
         )
 
 
@@ -395,6 +405,18 @@ def _fuse(plan: Plan) -> Iterator[Impossibility]:
         )
 
 
+def _known_body(plan: Plan) -> Iterator[Impossibility]:
+    """What is left of the travel when the contact's share is taken out is the system's."""
+    if plan.identify.kind == "system":
+        for key, body in (("material", plan.payload.material), ("plate", plan.payload.plate)):
+            if is_range(body):
+                yield Impossibility(
+                    ("payload", key),
+                    "a calibration against a material that is known as a range only",
+                    "press on something stiff that is known, a steel flat or ball for example",
+                )
+
+
 def _secant(plan: Plan) -> Iterator[Impossibility]:
     secant, top = plan.identify.secant_force_n, plan.procedure.top_force_n
     if secant > top:
@@ -427,7 +449,7 @@ def _directory(plan: Plan) -> Iterator[Impossibility]:
 
 
 CHECKS: Mapping[Kind, tuple[Check, ...]] = {
-    material: (_strength,),
+    material: (_strength, _range),
     Payload: (_roughness, _hardness, _theory),
     ForceSpec: (partial(_fineness, "resolution"), partial(_fineness, "noise")),
     SecondForce: (_second_channel,),
@@ -436,5 +458,6 @@ CHECKS: Mapping[Kind, tuple[Check, ...]] = {
     Procedure: (_levels, _start, _search),
 }
 PLAN_CHECKS: tuple[Check, ...] = (
-    _touch_below_level, _touch_above_noise, _retract, _fuse, _secant, _duration, _directory
+    _touch_below_level, _touch_above_noise, _retract, _fuse, _secant, _duration, _directory,
+    _known_body,
 )  # fmt: skip

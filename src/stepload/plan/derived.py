@@ -8,6 +8,7 @@ from contextlib import suppress
 from itertools import pairwise
 
 from stepload.contact.elastic import law_for
+from stepload.contact.unknown import softest
 from stepload.errors import DomainError
 from stepload.plan.draft import UnknownError, left_out, put, whole
 from stepload.plan.model import Plan
@@ -40,7 +41,7 @@ def _travel(plan: Plan, force_n: float) -> float:
     stiffness, lost_m = plan.rig.system_stiffness.stiffness_n_per_m, plan.rig.arm.lost_motion_m
     try:
         payload = whole(plan.payload)
-        law = law_for(payload.geometry, payload.material, payload.plate)
+        law = law_for(payload.geometry, softest(payload.material), softest(payload.plate))
         travel_m = force_n / stiffness + law.deformation(force_n) + lost_m
     except (DomainError, ArithmeticError):
         raise UnknownError from None

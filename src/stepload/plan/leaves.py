@@ -117,10 +117,14 @@ class Number:
 
 
 class Stated(NamedTuple):
-    """A value in SI, and its standard uncertainty in the same unit; None where none is stated."""
+    """A value in SI, its standard uncertainty, and the least and the most that it may be.
+
+    All in the same unit; None where nothing of the kind is stated.
+    """
 
     value: float
     sigma: float | None
+    ends: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,16 +134,47 @@ class Uncertain:
     The uncertainty is a share ("70 MPa ± 5 %") or in the unit of the value ("70 MPa ± 3.5 MPa",
     "0.30 ± 0.03"); "+-" and "+/-" are read as "±". An uncertainty of 0 is refused: nothing that is
     measured is exact, and margins follow from it.
+
+    Where `spread` is above 1, a range may stand instead ("0.5 GPa to 5 GPa", "0.2 to 0.5") of
+    something that is not known: every bound then holds at both ends. `spread` is the largest ratio
+    of the two ends of a quantity.
     """
 
     leaf: Quantity | Number
+    spread: float = 0.0
 
     def read(self, value: Any) -> Stated:
+        if self.spread and isinstance(value, str) and (ends := _TO.split(value.strip()))[1:]:
+            return self._range(value, ends)
         before, after = split_uncertainty(value) if isinstance(value, str) else ("", None)
         if after is None:
             return Stated(float(self.leaf.read(value)), None)
         number = float(self.leaf.read(before if self._unit else _plain(before)))
         return Stated(number, self._sigma(after, number))
+
+    def _range(self, text: str, ends: list[str]) -> Stated:
+        """A value between two ends: the geometric mean of a quantity, else the middle."""
+        if len(ends) != 2 or not all(ends):
+            raise LeafError(f"{printable(text)!r} is not a range", f"expected {self.expected()}")
+        try:
+            low, high = (float(self.leaf.read(e if self._unit else _plain(e))) for e in ends)
+        except LeafError as error:
+            hint = f"expected a range as in {self._example}; both ends: {error.hint}"
+            raise LeafError(f"the range {printable(text)!r}: {error.message}", hint) from None
+        if not low < high:
+            raise LeafError(
+                f"the range {printable(text)!r} does not rise",
+                "write the least first and the most behind it; what is known exactly is no range",
+            )
+        if not self._unit:
+            return Stated(0.5 * (low + high), None, (low, high))
+        if high > self.spread * low:
+            raise LeafError(
+                f"the range {printable(text)!r} is a factor of {high / low:.3g} wide",
+                f"expected at most {self.spread:g}: nothing can be planned for all of it; find out"
+                " what kind of material it is",
+            )
+        return Stated(math.sqrt(low * high), None, (low, high))
 
     @property
     def _unit(self) -> str:
@@ -173,17 +208,25 @@ class Uncertain:
         return sigma
 
     def expected(self) -> str:
-        return f"{self.leaf.expected()}, ± its uncertainty where known"
+        ranged = f", or a range: {self._example}" if self.spread else ""
+        return f"{self.leaf.expected()}, ± its uncertainty where known{ranged}"
+
+    @property
+    def _example(self) -> str:
+        return "`0.5 GPa to 5 GPa`" if self._unit else "`0.2 to 0.5`"
 
     def json_schema(self) -> dict[str, Any]:
         schema = self.leaf.json_schema()
         if isinstance(self.leaf, Number):
-            text = {"type": "string", "pattern": _NUMBER_AND_MORE, "examples": ["0.30 ± 0.03"]}
+            pattern = _NUMBER_AND_MORE.replace("±", "±|to") if self.spread else _NUMBER_AND_MORE
+            text = {"type": "string", "pattern": pattern, "examples": ["0.30 ± 0.03"]}
             return {"anyOf": [schema, text]}
         examples = [*schema["examples"], f"{schema['examples'][0]} ± 5 %"]
+        examples += [self._example.strip("`")] if self.spread else []
         return schema | {"examples": examples, "description": f"{self.expected()}, with its unit"}
 
 
+_TO = re.compile(r"\s+to(?:\s+|$)")
 _PLAIN = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 _NUMBER_AND_MORE = rf"^\s*{_PLAIN.pattern}\s*(±|\+/-|\+-).+$"
 
@@ -349,6 +392,8 @@ UncertainLengthOrZero = Annotated[float, Uncertain(Quantity("m", 0.0, 10.0))]
 UncertainLength = Annotated[float, Uncertain(Quantity("m", 0.0, 10.0, above=True))]
 Pressure = Annotated[float, Quantity("Pa", 1e3, 2e12)]
 UncertainPressure = Annotated[float, Uncertain(Quantity("Pa", 1e3, 2e12))]
+Modulus = Annotated[float, Uncertain(Quantity("Pa", 1e3, 2e12), spread=100.0)]
+PoissonRatio = Annotated[float, Uncertain(Number(-1.0, 0.5, above=True), spread=math.inf)]
 Duration = Annotated[float, Quantity("s", 0.0, 86_400.0, above=True)]
 Delay = Annotated[float, Quantity("s", 0.0, 10.0)]
 DurationOrZero = Annotated[float, Quantity("s", 0.0, 86_400.0)]

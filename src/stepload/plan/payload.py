@@ -19,10 +19,11 @@ from stepload.plan.leaves import (
     Expansion,
     Length,
     LengthOrZero,
+    Modulus,
     Name,
     Number,
+    PoissonRatio,
     Quantity,
-    Uncertain,
     UncertainForce,
     UncertainLength,
     UncertainLengthOrZero,
@@ -33,22 +34,34 @@ from stepload.plan.sections import Key, Nested, OneOf
 
 def material(
     name: Annotated[Name, Key("What it is; shown in reports.")],
-    youngs_modulus_pa: Annotated[UncertainPressure, Key("Young's modulus E (4).")],
+    youngs_modulus_pa: Annotated[
+        Modulus,
+        Key(
+            "Young's modulus E (4). A range where the material is not known: all bounds hold for "
+            "both ends."
+        ),
+    ],
     poisson_ratio: Annotated[
-        float, Uncertain(Number(-1.0, 0.5, above=True)), Key("Poisson's ratio ν (4).")
+        PoissonRatio, Key("Poisson's ratio ν (4); 0 to 0.5 where nothing is known.")
     ],
     yield_strength_pa: Annotated[
         UncertainPressure | None,
-        Key("Yield strength Y, where it is known; needed for the elastic limit (13)."),
+        Key(
+            "Yield strength Y, where it is known; needed for the elastic limit (13). Not beside a "
+            "range."
+        ),
     ] = None,
     youngs_modulus_sigma_pa: float | None = None,
     poisson_ratio_sigma: float | None = None,
     yield_strength_sigma_pa: float | None = None,
+    youngs_modulus_ends_pa: tuple[float, float] | None = None,
+    poisson_ratio_ends: tuple[float, float] | None = None,
 ) -> Material:
     """An isotropic linear elastic body."""
     return Material(
         name, youngs_modulus_pa, poisson_ratio, yield_strength_pa,
         youngs_modulus_sigma_pa, poisson_ratio_sigma, yield_strength_sigma_pa,
+        youngs_modulus_ends_pa, poisson_ratio_ends,
     )  # fmt: skip
 
 

@@ -87,11 +87,13 @@ def _read_entry(
 
 
 def _keep(draft: object, entry: Entry, value: Any) -> None:
-    """Make the value of an entry known, and its standard uncertainty where it may have one."""
+    """Make a value known, with its standard uncertainty and its range where it may have them."""
+    stated = value if isinstance(value, Stated) else Stated(value, None)
     if entry.sigma_field:
-        value, sigma = value if isinstance(value, Stated) else (value, None)
-        put(draft, entry.sigma_field, sigma)
-    put(draft, entry.field, value)
+        put(draft, entry.sigma_field, stated.sigma)
+    if entry.ends_field:
+        put(draft, entry.ends_field, stated.ends)
+    put(draft, entry.field, stated.value)
 
 
 def _value(entry: Entry, node: Node, at: Place, problems: list[Problem]) -> Any:

@@ -10,7 +10,7 @@ is the key `hold`, a time, 3 s where it is left out. The key is the name of the 
 unit. A field without default is required, one with the default None may be null. A class variable
 is a key that is checked and not kept. A function stands for a class of another room that it makes.
 Behind an uncertain value ± may be written; its standard uncertainty is put into a field of its own,
-`yield_strength_sigma_pa` beside `yield_strength_pa`.
+`yield_strength_sigma_pa` beside `yield_strength_pa`; the ends of a range into `…_ends_pa`.
 """
 
 from __future__ import annotations
@@ -87,7 +87,8 @@ class Entry:
     """One key of a section: its name, the field it becomes and what may be written there.
 
     `kept` says whether there is such a field; a class variable is only checked. `sigma_field` takes
-    the standard uncertainty of an uncertain value; "" where none may be written.
+    the standard uncertainty of an uncertain value, `ends_field` the ends of a range; "" where none
+    may be written.
     """
 
     name: str
@@ -97,6 +98,7 @@ class Entry:
     default: object
     kept: bool
     sigma_field: str = ""
+    ends_field: str = ""
 
     @property
     def leaf(self) -> Leaf | None:
@@ -139,10 +141,10 @@ def entries(kind: Kind) -> tuple[Entry, ...]:
             name = _without_unit(field, content)
             kept = field in parameters
             default = parameters[field].default if kept else getattr(kind, field, REQUIRED)
-            sigma = _sigma_field(field, content)
-            if sigma and sigma not in parameters:
-                raise TypeError(f"{field} is uncertain: there must be a field {sigma}")
-            found.append(Entry(key.name or name, field, key, content, default, kept, sigma))
+            sigma, ends = _sigma_field(field, content), _ends_field(field, content)
+            if missing := {sigma, ends} - {"", *parameters}:
+                raise TypeError(f"{field} is uncertain: there must be a field {min(missing)}")
+            found.append(Entry(key.name or name, field, key, content, default, kept, sigma, ends))
     return tuple(found)
 
 
@@ -181,6 +183,13 @@ def _sigma_field(field: str, content: Content) -> str:
         return ""
     suffix = content.leaf.suffix if isinstance(content.leaf, Quantity) else ""
     return f"{field.removesuffix(suffix)}_sigma{suffix}"
+
+
+def _ends_field(field: str, content: Content) -> str:
+    if not isinstance(content, Uncertain) or not content.spread:
+        return ""
+    suffix = content.leaf.suffix if isinstance(content.leaf, Quantity) else ""
+    return f"{field.removesuffix(suffix)}_ends{suffix}"
 
 
 def _without_unit(field: str, content: Content) -> str:

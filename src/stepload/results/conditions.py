@@ -15,6 +15,7 @@ from stepload.contact.materials import BluntTip, Sphere
 from stepload.contact.rough import RoughSphere, roughness_number
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.stiffness import known_stiffness
+from stepload.envelope.theory import Theory
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.deflection import least_sigma
@@ -66,14 +67,16 @@ def planned(envelope: Envelope) -> Conditions:
         position_resolution_m=sources.position_resolution_m,
         elastic_limit_n=theory.elastic_limit_n,
         roughness_m=payload.roughness_m,
-        rough_length_m=_rough_length(payload, theory.law.k),
+        rough_length_m=_rough_length(payload, theory),
         p=wanted.resolution_multiple_p,
         s=wanted.compensation_quality_s,
         t=wanted.accuracy_t,
         kind=wanted.kind,
-        theory_k=theory.law.k,
-        theory_n=theory.law.n,
-        modulus_pa=equivalent_modulus(payload.material, payload.plate),
+        theory_k=None if theory.is_range else theory.law.k,
+        theory_n=None if theory.is_range else theory.law.n,
+        modulus_pa=(
+            None if theory.is_range else equivalent_modulus(payload.material, payload.plate)
+        ),
         plate_pa=payload.plate.youngs_modulus_pa / (1.0 - payload.plate.poisson_ratio**2),
         laws=wanted.laws,
         pose=rig.arm.pose,
@@ -81,7 +84,7 @@ def planned(envelope: Envelope) -> Conditions:
     )
 
 
-def _rough_length(payload: Payload, k: float) -> float | None:
+def _rough_length(payload: Payload, theory: Theory) -> float | None:
     """1.22 σ κ^-0.16 (11) in m; 0 where the plan says smooth, None where it does not say enough.
 
     Where the micro-hardness is not told it is taken as five times the yield strength (of a metal or
@@ -91,6 +94,8 @@ def _rough_length(payload: Payload, k: float) -> float | None:
         return 0.0
     if payload.roughness_m is None or not isinstance(payload.geometry, Sphere | BluntTip):
         return None
+    if theory.is_range:
+        return None
     hardness = payload.micro_hardness_pa
     if hardness is None and payload.material.yield_strength_pa is not None:
         hardness = HARDNESS_PER_YIELD * payload.material.yield_strength_pa
@@ -98,6 +103,7 @@ def _rough_length(payload: Payload, k: float) -> float | None:
         return None
     modulus = equivalent_modulus(payload.material, payload.plate)
     # K = 4/3 E_eq √R_eq (7) holds for one sphere and for two.
+    k = theory.law.k
     radius = (k / (4.0 / 3.0 * modulus)) ** 2
     kappa = roughness_number(modulus, hardness, radius, payload.roughness_m)
     return RoughSphere(k, payload.roughness_m, kappa).scale_m

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.envelope import Envelope
@@ -27,9 +29,15 @@ def force_budget_table(envelope: Envelope, *, page_only: bool = False) -> Table:
 def predicted_table(run: Evaluation) -> Table:
     """What preflight and theory said before the run, beside what was measured."""
     envelope, found, outcome = run.envelope, run.identification, run.outcome
-    law, seen, procedure = envelope.theory.law, envelope.identifiability, envelope.plan.procedure
+    theory, seen, procedure = envelope.theory, envelope.identifiability, envelope.plan.procedure
     newton, stiffness = quantity("N"), quantity("N/m")
-    rows: list[tuple[str, Show, float, float]] = [
+
+    def by_law(figure: Callable[[ContactLaw], float]) -> float | tuple[float, float]:
+        if theory.is_range:
+            return figure(theory.softest), figure(theory.stiffest)
+        return figure(theory.law)
+
+    rows: list[tuple[str, Show, float | tuple[float, float], float]] = [
         ("duration [s]", number(".0f"), envelope.duration_s, outcome.end_s - outcome.start_s),
         (
             "levels held on the way up", number(".0f"),
@@ -46,13 +54,14 @@ def predicted_table(run: Evaluation) -> Table:
     if found is not None:
         rows.append(
             ("deformation at the largest force", quantity("m"),
-             law.deformation(found.peak_force_n), float(found.deformation_m.max()))
+             by_law(lambda law: law.deformation(found.peak_force_n)),
+             float(found.deformation_m.max()))
         )  # fmt: skip
         rows += [
             (
                 f"{fields.KINDS[each.kind].strip(' *')}, {newton(each.from_n)} to "
                 f"{newton(each.to_n)}",
-                stiffness, _smooth(law, each), each.value_n_per_m,
+                stiffness, by_law(partial(_smooth, each)), each.value_n_per_m,
             )
             for each in found.quantities.values()
             if each.kind in ("chord", "secant_from_touch")
@@ -68,11 +77,14 @@ def predicted_table(run: Evaluation) -> Table:
     return Table("Preflight predicted, run measured", columns, texts, (verdict,), page_only=True)
 
 
-def _shown(show: Show, value: float) -> str:
+def _shown(show: Show, value: float | tuple[float, float]) -> str:
+    """A figure, or both ends of what it may be, the lower one first."""
+    if isinstance(value, tuple):
+        return " to ".join(_shown(show, each) for each in sorted(value))
     return show(value) if math.isfinite(value) else NOTHING
 
 
-def _smooth(law: ContactLaw, each: Quantity) -> float:
+def _smooth(each: Quantity, law: ContactLaw) -> float:
     """The same stiffness of the smooth law."""
     return (each.to_n - each.from_n) / (law.deformation(each.to_n) - law.deformation(each.from_n))
 

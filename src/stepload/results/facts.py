@@ -177,10 +177,15 @@ def geometry(shape: Geometry) -> str:
 
 def material(body: Material) -> str:
     """A material with the numbers that theory takes."""
-    text = (
-        f"{short(body.name)}: E {_pm(body.youngs_modulus_pa, body.youngs_modulus_sigma_pa, 'Pa')}"
-    )
-    text += f", ν {body.poisson_ratio:g}"
+    text = f"{short(body.name)}: E "
+    if ends_pa := body.youngs_modulus_ends_pa:
+        text += f"{f(ends_pa[0], 'Pa')} to {f(ends_pa[1], 'Pa')}, not known better"
+    else:
+        text += _pm(body.youngs_modulus_pa, body.youngs_modulus_sigma_pa, "Pa")
+    if ratios := body.poisson_ratio_ends:
+        text += f", ν {ratios[0]:g} to {ratios[1]:g}"
+    else:
+        text += f", ν {body.poisson_ratio:g}"
     if body.poisson_ratio_sigma is not None:
         text += f" ± {body.poisson_ratio_sigma:g}"
     if body.yield_strength_pa is not None:

@@ -179,7 +179,7 @@ class Curves:
         loading, unloading: (deformation, force) as measured; the second may be empty.
         laws: every fitted law, deformation → force; `believed` is the name of one of them, or "".
         band: (deformation, lowest, highest force) of the believed law at 95 %, None without one.
-        predicted: (deformation, force) of the law that theory predicts.
+        predicted: (label, deformation, force) of each law that theory predicts.
     """
 
     loading: tuple[FloatArray, FloatArray]
@@ -187,7 +187,7 @@ class Curves:
     laws: Mapping[str, Law]
     believed: str
     band: tuple[FloatArray, FloatArray, FloatArray] | None
-    predicted: tuple[FloatArray, FloatArray]
+    predicted: tuple[tuple[str, FloatArray, FloatArray], ...]
 
 
 def force_deformation(curves: Curves) -> str:
@@ -213,8 +213,8 @@ def force_deformation(curves: Curves) -> str:
                 lw=2.0 if best else 1.1, ls="-" if best else "--", zorder=3 if best else 2,
                 label=f"{name} (believed)" if best else name,
             )  # fmt: skip
-        predicted_m, predicted_n = curves.predicted
-        axes.plot(predicted_m * 1e6, predicted_n, ":", lw=1.6, color=INK, label="predicted, smooth")
+        for label, predicted_m, predicted_n in curves.predicted:
+            axes.plot(predicted_m * 1e6, predicted_n, ":", lw=1.6, color=INK, label=label)
         axes.set(xlabel="payload deformation from touch [µm]", ylabel="force [N]")
         _frame(axes, curves)
         axes.legend(loc="upper left", markerscale=4, fontsize=8)

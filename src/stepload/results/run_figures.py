@@ -8,6 +8,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from stepload.contact.power_law import ContactLaw
+from stepload.envelope.theory import Theory
 from stepload.estimators.compare import confidence_band
 from stepload.estimators.fit import Fit
 from stepload.evidence.identification import REPORTED, Identification
@@ -32,7 +34,7 @@ def _law(fit: Fit) -> Callable[[FloatArray], FloatArray]:
 
 def law_figure(run: Evaluation) -> Figure | None:
     """The figure that shows the result of a payload run; None where nothing was loaded."""
-    data, found, law = run.data, run.identification, run.envelope.theory.law
+    data, found = run.data, run.identification
     if data is None or run.envelope.plan.identify.kind == "system":
         return None
     cycles = data.cycle[data.branch(LOADING)]
@@ -54,7 +56,10 @@ def law_figure(run: Evaluation) -> Figure | None:
         laws=_laws(found) if found else {},
         believed=found.believe if found else "",
         band=_band(found) if found else None,
-        predicted=((grid_n / law.k) ** (1.0 / law.n) + zero_m, grid_n),
+        predicted=tuple(
+            (label, (grid_n / law.k) ** (1.0 / law.n) + zero_m, grid_n)
+            for label, law in _predicted(run.envelope.theory)
+        ),
     )
     told = f"believed is {found.believe}" if found else "nothing could be fitted"
     banded = ", with its 95 % band" if curves.band is not None else ""
@@ -65,6 +70,12 @@ def law_figure(run: Evaluation) -> Figure | None:
         "force over deformation with fitted and predicted laws",
         partial(figures.force_deformation, curves),
     )  # fmt: skip
+
+
+def _predicted(theory: Theory) -> list[tuple[str, ContactLaw]]:
+    if theory.is_range:
+        return [("softest that was declared", theory.softest), ("stiffest", theory.stiffest)]
+    return [("predicted, smooth", theory.law)]
 
 
 def _laws(found: Identification) -> dict[str, Callable[[FloatArray], FloatArray]]:

@@ -102,6 +102,8 @@ def wishes_of_payload(path: Path, wishes: Wishes) -> Wishes:
     """
     theory = theory_of(load_payload(path))
     limit_n = wishes.elastic_limit_n or theory.elastic_limit_n
+    if theory.is_range:
+        return replace(wishes, elastic_limit_n=limit_n)
     return replace(wishes, theory_k=theory.law.k, theory_n=theory.law.n, elastic_limit_n=limit_n)
 
 

@@ -80,7 +80,7 @@ def with_sensor(hz: float = 1000.0, delay_s: float = 0.001) -> Plan:
 
 
 def pressing(plan: Plan = PLAN, elastic_limit_n: float = F_C, **options: Any) -> Pressing:
-    return pressing_for(plan, LAW, elastic_limit_n, **options)
+    return pressing_for(plan, LAW, LAW, elastic_limit_n, **options)
 
 
 def ladder(elastic_limit_n: float = 300.0, **changes: float) -> ForceLimits:
@@ -256,7 +256,7 @@ def test_no_approach_is_faster_than_a_rigid_obstacle_could_bear() -> None:
     """A plan whose budget against its soft payload would let it go faster."""
     soft = ContactLaw(2e5, 1.0, "(3)")
     plan = with_second(with_arm(effective_mass_kg=20.0), tolerance_n=1.0, time_s=0.001)
-    found = pressing_for(plan, soft, F_C)
+    found = pressing_for(plan, soft, soft, F_C)
     room_n = found.forces.allowed_n - 3.0 - 6.0 * 0.3
     bound = room_n / rigid(found, 3.0)
     assert found.fast_speed_m_s == pytest.approx(bound)

@@ -198,9 +198,9 @@ LINES = FULL.splitlines()
 GIVEN = [
     number
     for number, line in enumerate(LINES, 1)
-    if line[-1] != ":" and line.split()[0] not in ("profile:", "shape:")
+    if line[-1] != ":" and line.split()[0] not in ("profile:", "shape:", "tags:")
 ]
-"""Lines that hold one value, but for those which say what the lines after them mean."""
+"""Lines that hold one value, but for those which say what the lines after them mean, and lists."""
 
 
 def test_the_full_plan_is_good_and_has_every_key(tmp_path: Path) -> None:

@@ -39,7 +39,9 @@ def trace(count: int) -> figures.Trace:
 
 def curves(data: figures.Trace, laws: Mapping[str, figures.Law]) -> figures.Curves:
     x, y, none = data.displacement_m, data.force_n, np.empty(0)
-    return figures.Curves((x, y), (none, none), laws, "joint", (x, 0.9 * y, 1.1 * y), (x, y))
+    return figures.Curves(
+        (x, y), (none, none), laws, "joint", (x, 0.9 * y, 1.1 * y), (("predicted", x, y),)
+    )
 
 
 @pytest.mark.parametrize("count", [2, 10, 10_000])

@@ -1,0 +1,244 @@
+"""A material that is known as a range only: every bound holds at both ends of it, and between."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from stepload.contact.elastic import law_for
+from stepload.contact.limit import elastic_limit
+from stepload.contact.limit_doubt import limit_in
+from stepload.contact.power_law import ContactLaw
+from stepload.contact.unknown import softest, stiffest
+from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.envelope.press import series_stiffness
+from stepload.envelope.theory import theory_of
+from stepload.plan.load import load_plan
+from stepload.plan.model import Plan
+from stepload.plan.problems import PlanError
+from stepload.results.conditions import planned
+from stepload.results.facts import material
+
+Planned = Callable[..., Plan]
+PLAN = """\
+stepload: 1
+payload:
+  name: grey print
+  geometry: {shape: sphere, radius: 28.7 mm}
+  material: {name: some plastic, youngs_modulus: %s, poisson_ratio: %s}
+  plate: {name: aluminium 6061, youngs_modulus: 70 GPa, poisson_ratio: 0.33, %s}
+  force_limit: 400 N
+rig: {profile: stvf, %s}
+procedure: {step: 100 N, top_force: 200 N, hold: 1 s, surface_distance: 5 mm, %s}
+identify: {%s}
+"""
+
+
+@pytest.fixture
+def planned_for(tmp_path: Path) -> Planned:
+    def plan_of(
+        modulus: str = "0.5 GPa to 2 GPa",
+        ratio: str = "0.2 to 0.5",
+        *,
+        plate: str = "yield_strength: 276 MPa",
+        rig: str = "",
+        procedure: str = "surface_uncertainty: 1 mm",
+        identify: str = "",
+    ) -> Plan:
+        path = tmp_path / "plan.yaml"
+        path.write_text(PLAN % (modulus, ratio, plate, rig, procedure, identify))
+        return load_plan(path)
+
+    return plan_of
+
+
+def codes(envelope: Envelope) -> dict[str, str]:
+    return {reason.code: reason.severity for reason in envelope.reasons}
+
+
+def test_the_ends_are_those_of_modulus_and_poissons_ratio_together(planned_for: Planned) -> None:
+    payload = planned_for().payload
+    theory = theory_of(payload)
+    soft, stiff = softest(payload.material), stiffest(payload.material)
+    assert (soft.youngs_modulus_pa, soft.poisson_ratio) == (0.5e9, 0.2)
+    assert (stiff.youngs_modulus_pa, stiff.poisson_ratio) == (2e9, 0.5)
+    assert theory.softest == law_for(payload.geometry, soft, payload.plate)
+    assert theory.stiffest == law_for(payload.geometry, stiff, payload.plate)
+    assert theory.softest.k < theory.law.k < theory.stiffest.k
+    assert theory.is_range
+    across = replace(payload.material, poisson_ratio_ends=(-0.3, 0.2))
+    assert (softest(across).poisson_ratio, stiffest(across).poisson_ratio) == (0.0, -0.3)
+
+
+def test_what_is_known_has_no_ends(planned_for: Planned) -> None:
+    payload = planned_for("1 GPa", "0.3").payload
+    theory = theory_of(payload)
+    assert theory.softest == theory.law == theory.stiffest
+    assert not theory.is_range
+    assert "stiffness_range" not in codes(envelope_of(planned_for("1 GPa", "0.3")))
+
+
+def test_no_body_of_the_range_is_hit_harder_than_the_budget_says(planned_for: Planned) -> None:
+    """The envelope of each body between the ends allows at least as much as that of the range."""
+    envelope = envelope_of(planned_for())
+    limits = envelope.run_limits
+    stiff = envelope.theory.stiffest
+    assert limits.tangent_n_per_m == stiff.tangent(limits.force_limit_n)
+    for modulus in ("0.5 GPa", "0.8 GPa", "1.4 GPa", "2 GPa"):
+        for ratio in ("0.2", "0.35", "0.5"):
+            known = envelope_of(planned_for(modulus, ratio)).run_limits
+            assert known.force_limit_n == limits.force_limit_n
+            assert limits.guarded_speed_m_s <= known.guarded_speed_m_s
+            assert limits.fast_speed_m_s <= known.fast_speed_m_s
+            assert limits.ahead_m <= known.ahead_m
+    hardest = envelope_of(planned_for("2 GPa", "0.5"))
+    assert limits.guarded_speed_m_s == hardest.run_limits.guarded_speed_m_s
+    assert limits.ahead_m == hardest.run_limits.ahead_m
+    assert [term.value for term in envelope.force_budget] == [
+        term.value for term in hardest.force_budget
+    ]
+
+
+def test_distances_hold_for_the_softest_end(planned_for: Planned) -> None:
+    plan = planned_for()
+    touch = plan.procedure.touch_force_n
+    soft = theory_of(plan.payload).softest
+    stiffness = plan.rig.system_stiffness.stiffness_n_per_m
+    lost_m = plan.rig.arm.lost_motion_m
+    pressed = [force / stiffness + soft.deformation(force) + lost_m for force in (touch, 200.0)]
+    assert plan.procedure.search_distance_m == pytest.approx(3e-3 + 2.0 * pressed[0])
+    assert plan.procedure.retract_m == pytest.approx(max(5e-4, 2.0 * pressed[1]))
+    wide = planned_for("10 MPa to 500 MPa")
+    assert wide.procedure.retract_m == planned_for("10 MPa", "0.2").procedure.retract_m > 5e-4
+
+
+@pytest.mark.parametrize(
+    ("modulus", "code", "procedure"),
+    [
+        ("2 MPa to 200 MPa", "search_short", "search_distance: 2.05 mm"),
+        ("2 MPa to 200 MPa", "slow_steps", "settle_timeout: 0.3 s"),
+        ("5 MPa to 500 MPa", "deep_contact", "cycles: 2"),
+    ],
+)
+def test_what_only_the_softest_end_meets_is_said(
+    planned_for: Planned,
+    modulus: str,
+    code: str,
+    procedure: str,
+) -> None:
+    procedure = f"surface_uncertainty: 1 mm, {procedure}"
+    soft, stiff = modulus.split(" to ")
+    values = [
+        {reason.code: reason.value for reason in envelope_of(plan).reasons}
+        for plan in (planned_for(each, "0.3", procedure=procedure) for each in (modulus, soft))
+    ]
+    assert values[0][code] == values[1][code]
+    assert code not in codes(envelope_of(planned_for(stiff, "0.3", procedure=procedure)))
+
+
+def test_a_payload_that_may_be_too_soft_to_answer_is_refused(planned_for: Planned) -> None:
+    noisy = "force: {noise: 2 N}, second_force: {noise: 2 N}"
+    wide = envelope_of(planned_for("0.1 MPa to 10 MPa", rig=noisy))
+    assert any("too soft for this rig" in reason.message for reason in wide.reasons)
+    stiff = envelope_of(planned_for("10 MPa", "0.3", rig=noisy))
+    assert not any("too soft for this rig" in reason.message for reason in stiff.reasons)
+
+
+def test_a_payload_that_may_be_too_stiff_to_be_told_is_refused(planned_for: Planned) -> None:
+    wide = envelope_of(planned_for("0.2 GPa to 6 GPa"))
+    assert codes(wide)["unidentifiable"] == "refuse"
+    assert "unidentifiable" not in codes(envelope_of(planned_for("0.2 GPa to 2 GPa")))
+    believed = wide.theory.law.secant(200.0)
+    assert believed < wide.identifiability.k_max_n_per_m  # type: ignore[union-attr]
+
+
+def test_the_declared_limit_counts_and_that_of_a_plate_that_is_known(planned_for: Planned) -> None:
+    soft = theory_of(planned_for().payload)
+    assert (soft.elastic_limit_n, soft.counted.lower_n) == (400.0, 400.0)
+    payload = planned_for("20 GPa to 210 GPa").payload
+    hard = theory_of(payload)
+    plate = limit_in(payload.plate, stiffest(payload.material), payload.geometry)
+    assert plate is not None
+    assert hard.elastic_limit_n == plate.force_n < 400.0
+    assert hard.counted.lower_n == plate.lower_end(2.0)
+    assert "aluminium 6061" in hard.limit_equation
+    known = limit_in(payload.plate, softest(payload.material), payload.geometry)
+    assert known is not None
+    assert known.force_n > plate.force_n
+
+
+def test_a_range_has_no_limit_by_theory(planned_for: Planned, tmp_path: Path) -> None:
+    payload = planned_for().payload
+    path = tmp_path / "plan.yaml"
+    path.write_text(path.read_text().replace("  force_limit: 400 N\n", ""))
+    with pytest.raises(PlanError, match="'some plastic' is known as a range only"):
+        load_plan(path)
+    known = replace(payload.material, youngs_modulus_ends_pa=None, yield_strength_pa=70e6)
+    known = replace(known, poisson_ratio_ends=None)
+    plate = replace(payload.plate, yield_strength_pa=None)
+    assert elastic_limit(payload.geometry, known, plate) is not None
+    vague = replace(plate, youngs_modulus_ends_pa=(20e9, 200e9))
+    assert elastic_limit(payload.geometry, known, vague) is None
+    with pytest.raises(PlanError, match="a yield strength beside a range"):
+        planned_for(ratio="0.3, yield_strength: 70 MPa")
+    with pytest.raises(PlanError, match="calibration against a material that is known as a range"):
+        planned_for(identify="kind: system")
+
+
+def test_results_are_not_compared_with_what_is_a_guess(planned_for: Planned) -> None:
+    told = planned(envelope_of(planned_for()))
+    assert (told.theory_k, told.theory_n, told.modulus_pa) == (None, None, None)
+    known = planned(envelope_of(planned_for("1 GPa", "0.3")))
+    assert known.theory_k is not None
+    assert known.modulus_pa is not None
+    shown = material(planned_for().payload.material)
+    assert shown == "some plastic: E 500 MPa to 2 GPa, not known better, ν 0.2 to 0.5"
+
+
+@pytest.mark.parametrize(
+    ("modulus", "message"),
+    [
+        ("2 GPa to 0.5 GPa", "does not rise"),
+        ("2 GPa to 2 GPa", "does not rise"),
+        ("1 MPa to 5 GPa", "a factor of 5e"),
+        ("0.5 to 5 GPa", "'0.5' has no unit"),
+        ("0.5 GPa to", "is not a range"),
+        ("1 GPa to 2 GPa to 3 GPa", "is not a range"),
+        ("1 GPa to 2 GPa ± 5 %", "the range"),
+        ("0.1 kPa to 1 kPa", "out of range"),
+    ],
+)
+def test_ranges_that_are_none(planned_for: Planned, modulus: str, message: str) -> None:
+    with pytest.raises(PlanError, match=message) as caught:
+        planned_for(modulus)
+    assert "plan.yaml:5:" in str(caught.value)
+
+
+@pytest.mark.parametrize("n", [1.0, 1.5, 2.0])
+def test_the_budget_of_an_approach_grows_with_the_stiffness_of_what_is_met(n: float) -> None:
+    """Why the stiffest end is enough: no softer contact is hit harder, whatever rig."""
+    from run_plans import stvf_plan, ur_plan
+
+    from stepload.envelope.bounds import press_rig
+    from stepload.envelope.catch_up import catch_up_force
+    from stepload.envelope.press import force_budget
+
+    for plan in (stvf_plan(), ur_plan()):
+        for lag_s in (0.0, plan.rig.arm.lag_s, 0.2):
+            rig = replace(press_rig(plan.rig, 0.3), lag_s=lag_s)
+            before = 0.0
+            for exponent in range(60):
+                tangent = ContactLaw(10.0 ** (exponent / 5.0), n, "").tangent(250.0)
+                terms = force_budget(
+                    rig, speed_m_s=1e-3, threshold_n=3.0, tangent_n_per_m=tangent,
+                    delay_s=rig.reaction_s,
+                )  # fmt: skip
+                force_n = math.fsum(term.value for term in terms)
+                caught_n = catch_up_force(rig, 1e-5, tangent)
+                assert force_n + caught_n >= before
+                assert series_stiffness(rig.stiffness_n_per_m, tangent) <= rig.stiffness_n_per_m
+                before = force_n + caught_n
