@@ -88,9 +88,50 @@ def setup(
     out.result({"rig": rig, "done": [name for name in STEPS if name not in left], "left": left})
 
 
+def _presets(begun: str) -> list[str]:
+    from stepload.setup.presets import PRESETS
+
+    return [name for name in PRESETS if name.startswith(begun)]
+
+
+def _rig_as_named(rig: Path, plan: Path) -> str:
+    """A rig as the plan names it: a profile, or a file from where the plan lies.
+
+    Raises:
+        BadInputError: it is neither.
+    """
+    import os
+    from difflib import get_close_matches
+
+    from stepload.plan.references import profiles
+
+    if not rig.is_file():
+        if str(rig) in (known := profiles()):
+            return str(rig)
+        near = get_close_matches(str(rig), known, n=1)
+        guess = f"did you mean the profile {near[0]}? " if near else ""
+        raise BadInputError(
+            f"{rig} is no file and no profile",
+            hint=f"{guess}`stepload setup` writes a rig file, `stepload profiles` lists profiles",
+        )
+    from_here = os.path.relpath(rig.resolve(), plan.resolve().parent)
+    return from_here if "/" in from_here or rig.suffix in (".yaml", ".yml") else f"./{from_here}"
+
+
 def init(
     context: typer.Context,
-    rig: Annotated[Path, typer.Argument(help="Rig file that the plan is for.")],
+    rig: Annotated[
+        Path,
+        typer.Argument(help="Rig file, or a profile, that the plan is for; before all flags."),
+    ] = Path("stvf"),
+    start: Annotated[
+        str,
+        typer.Option(
+            "--preset",
+            help="Payload to begin with: sphere, cone, pyramid, flat-punch, unknown.",
+            autocompletion=_presets,
+        ),
+    ] = "",
     plan: Annotated[Path, typer.Option("--plan", help="Plan to write.")] = Path("plan.yaml"),
     answers: AnswerFile = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
@@ -99,22 +140,25 @@ def init(
     """Write the plan of a payload from answers; preflight must let it through. Exit 3: it does not.
 
     The questions are those of the plan's step in `stepload setup`: --shape, --radius, --material …
+    A preset answers most of them. The comments of the plan say what each key means and where its
+    value is found.
 
-    Example: stepload init rig.yaml --shape sphere --radius "3 mm" --material acetal
+    Example: stepload init --preset sphere
     """
-    import os
-
     from stepload.cli.plans import show_verdict
     from stepload.setup.first_plan import first_plan, write_plan
+    from stepload.setup.presets import preset
 
     out = Output(as_json=as_json)
-    if not rig.is_file():
-        raise BadInputError(f"{rig} is no file", hint="`stepload setup` writes a rig file")
     if plan.exists() and not force:
         raise BadInputError(f"{plan} is there already", hint="name another --plan, or --force")
-    from_here = os.path.relpath(rig.resolve(), plan.resolve().parent)
-    named = from_here if "/" in from_here or rig.suffix in (".yaml", ".yml") else f"./{from_here}"
-    given = _answers(answers, context.args, False, out)
+    flags = list(context.args)
+    if str(rig).startswith("--"):  # the first flag of a question, where no rig is named
+        flags, rig = [str(rig), *flags], Path("stvf")
+    named = _rig_as_named(rig, plan)
+    given = _answers(answers, flags, False, out)
+    if start:
+        given.preset = preset(start)
     text, envelope = first_plan(given, named, plan)
     write_plan(plan, text, force)
     show_verdict(envelope, out, details=False)

@@ -47,6 +47,7 @@ class Answers:
         kept: from an earlier start; new ones are added.
         doubted: those of them that a person is asked for again, with the kept one as default.
         yes: consents are given beforehand.
+        preset: answers to begin with, in the place of the questions' defaults.
     """
 
     given: Mapping[str, str]
@@ -54,6 +55,7 @@ class Answers:
     kept: dict[str, str] = field(default_factory=dict)
     doubted: set[str] = field(default_factory=set)
     yes: bool = False
+    preset: Mapping[str, str] = field(default_factory=dict)
 
     def text(self, name: str) -> str:
         """The answer to question `name`.
@@ -62,6 +64,8 @@ class Answers:
             BadInputError: there is none, or it cannot be used.
         """
         question = QUESTIONS[name]
+        if name in self.preset:
+            question = replace(question, default=self.preset[name])
         if name in self.given:
             answer = self.given[name]
         elif name in self.kept and not question.consent:
@@ -85,6 +89,13 @@ class Answers:
         kept = self.kept[question.name]
         told = self._asked(replace(question, default=kept.replace(SEPARATOR, ", ")))
         return kept if told is None else told
+
+    def origin(self, name: str) -> str:
+        """Where the answer to question `name` is from, as a comment says it."""
+        answer = self.kept.get(name)
+        if name not in self.given and answer == self.preset.get(name):
+            return "preset, change it"
+        return "default" if answer == QUESTIONS[name].default else "stated"
 
     def words(self, name: str) -> dict[str, str]:
         """An answer of words KEY=VALUE as a mapping."""

@@ -18,6 +18,8 @@ from stepload.plan.source import read_source
 from stepload.plan.whole_file import replace_file
 from stepload.setup.answers import Answers
 from stepload.setup.flat import Value, below, flat, quoted, written
+from stepload.setup.plan_notes import NOTES, offered
+from stepload.setup.presets import UNKNOWN
 from stepload.units import format_quantity
 
 SHARE = 0.9
@@ -43,10 +45,26 @@ def _material(answer: str, home: Path) -> dict[str, Value]:
     if answer not in (known := materials()):
         raise BadInputError(
             f"{answer!r} is no material that comes with stepload",
-            hint=f"one of {', '.join(map(repr, sorted(known)))}; or a file with name,"
+            hint=f"one of {', '.join(map(repr, sorted(known)))}; {UNKNOWN}; or a file with name,"
             " youngs_modulus, poisson_ratio and yield_strength",
         )
     return known[answer]
+
+
+def _no_theory(answers: Answers) -> str:
+    """What of the payload has no elastic limit by theory; "" where theory may have one."""
+    if UNKNOWN in (answers.text("material"), answers.text("plate")):
+        return "a material that is not known"
+    return "a flat punch" if answers.text("shape") == "flat_punch" else ""
+
+
+def _unknown(answers: Answers) -> dict[str, Value]:
+    """A material of which nothing is known but a range of its modulus."""
+    return {
+        "name": Value("unknown", YOU),
+        "youngs_modulus": Value(answers.text("modulus"), YOU),
+        "poisson_ratio": Value("0 to 0.5", "all that it may be, nothing is known of it"),
+    }
 
 
 def plan_values(answers: Answers, home: Path) -> dict[str, Value]:
@@ -60,15 +78,24 @@ def plan_values(answers: Answers, home: Path) -> dict[str, Value]:
         values["payload"] = Value(quoted(file), YOU)
     else:
         values["payload.name"] = Value(quoted(answers.text("payload_name")), YOU)
-        values["payload.geometry.shape"] = Value(answers.text("shape"), YOU)
-        values["payload.geometry.radius"] = Value(answers.text("radius"), YOU)
+        for key in ("shape", "radius"):
+            answer = answers.text(key)
+            values[f"payload.geometry.{key}"] = Value(answer, answers.origin(key))
         for part in ("material", "plate"):
-            found = _material(answers.text(part), home)
+            answer = answers.text(part)
+            found = _unknown(answers) if answer == UNKNOWN else _material(answer, home)
             values |= {f"payload.{part}.{key}": value for key, value in found.items()}
         if (limit := answers.text("force_limit")) != "none":
             values["payload.force_limit"] = Value(limit, YOU)
+        elif why := _no_theory(answers):
+            raise BadInputError(
+                f"theory has no elastic limit for {why}: a person must declare it",
+                hint='--force-limit "400 N": a force that it surely bears, from its maker or from'
+                " one of its kind that was pressed until it yielded",
+            )
     for key in ("surface_distance", "surface_uncertainty"):
-        values[f"procedure.{key}"] = Value(answers.text(key), YOU)
+        answer = answers.text(key)
+        values[f"procedure.{key}"] = Value(answer, answers.origin(key))
     more = answers.words("procedure")
     return values | {f"procedure.{key}": Value(text, YOU) for key, text in more.items()}
 
@@ -81,7 +108,8 @@ def with_forces(
         "procedure.step": Value(format_quantity(top_n / steps, "N"), f"top_force / {steps}"),
         "procedure.top_force": Value(format_quantity(top_n, "N"), origin),
     }
-    return {**values, "rig": Value(quoted(rig), ""), **forces}
+    what = {key: value for key, value in values.items() if not key.startswith("procedure.")}
+    return {**what, "rig": Value(quoted(rig), ""), **values, **forces}
 
 
 def envelope_here(values: Mapping[str, Value], path: Path) -> Envelope:
@@ -131,9 +159,9 @@ def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
     envelope = envelope_here(plan, path)
     if envelope.verdict is PlanVerdict.REFUSED:
         raise refusal(envelope)
-    return written(plan, ("Written by `stepload init`; behind each value: where it is from.",)), (
-        envelope
-    )
+    head = ("Written by `stepload init`; behind each value: where it is from.",)
+    text = written(plan, head, NOTES) + "\n".join(offered(plan)) + "\n"
+    return text, envelope
 
 
 def touch_plan(answers: Answers, rig: str, path: Path) -> tuple[str, float]:

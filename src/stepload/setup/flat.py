@@ -67,20 +67,30 @@ def _number(text: str) -> bool:
     return True
 
 
-def written(values: Mapping[str, Value], head: tuple[str, ...] = ()) -> str:
-    """YAML of dotted keys in the order of their first parts, each with its origin as a comment."""
+def written(
+    values: Mapping[str, Value], head: tuple[str, ...] = (), notes: Mapping[str, str] | None = None
+) -> str:
+    """YAML of dotted keys in the order of their first parts, each with its origin as a comment.
+
+    `notes` say what keys mean, by dotted key; each stands above its key.
+    """
     rows = [f"# {line}".rstrip() for line in head]
-    rows += _rows(values, 0)
+    rows += _rows(values, 0, notes or {})
     return "\n".join(rows) + "\n"
 
 
-def _rows(values: Mapping[str, Value], depth: int) -> list[str]:
+def _rows(values: Mapping[str, Value], depth: int, notes: Mapping[str, str]) -> list[str]:
     rows = []
     for name in dict.fromkeys(key.partition(".")[0] for key in values):
         indent = "  " * depth
+        if name in notes:
+            rows.append(f"{indent}# {notes[name]}")
         if (value := values.get(name)) is not None:
             note = f" # {value.origin}" if value.origin else ""
             rows.append(f"{indent}{name}: {value.text}{note}")
         else:
-            rows += [f"{indent}{name}:", *_rows(below(values, name), depth + 1)]
+            inner = {
+                key.partition(".")[2]: n for key, n in notes.items() if key.startswith(f"{name}.")
+            }
+            rows += [f"{indent}{name}:", *_rows(below(values, name), depth + 1, inner)]
     return rows

@@ -11,6 +11,9 @@ from dataclasses import dataclass
 from functools import partial
 
 from stepload.errors import BadInputError
+from stepload.plan.leaves import LeafError
+from stepload.plan.payload import material
+from stepload.plan.sections import entries
 from stepload.units import QuantityError, parse_quantity
 
 Check = Callable[[str], None]
@@ -58,6 +61,15 @@ def _quantity(unit: str, words: tuple[str, ...], text: str) -> None:
         raise BadInputError(error.message, hint=error.hint) from None
     if not value > 0.0:
         raise BadInputError(f"{text!r} is not above 0", hint=f"a quantity in {unit}")
+
+
+def _as_in_a_plan(key: str, text: str) -> None:
+    leaf = next(entry.leaf for entry in entries(material) if entry.name == key)
+    assert leaf is not None
+    try:
+        leaf.read(text)
+    except LeafError as error:
+        raise BadInputError(error.message, hint=error.hint) from None
 
 
 def _either(*choices: str) -> Check:
@@ -117,7 +129,10 @@ _ALL = (
     Question("shape", "Its shape", None,
              _either("sphere", "cone_tip", "pyramid_tip", "flat_punch")),
     Question("radius", "Radius of sphere, tip or face", None, _in("m")),
-    Question("material", "Its material: a shipped one, or a file with its keys"),
+    Question("material", "Its material: a shipped one, a file with its keys, or unknown"),
+    Question("modulus", "Young's modulus, or a range: rubber 1 MPa to 20 MPa, plastics 0.5 GPa to"
+             " 5 GPa, metals 40 GPa to 250 GPa; of an unknown material only", None,
+             partial(_as_in_a_plan, "youngs_modulus")),
     Question("plate", "Material of the plate", "aluminium 6061"),
     Question("force_limit", "Elastic limit F_c where you know it; none: by theory", "none",
              _in("N", "none")),
@@ -137,7 +152,8 @@ QUESTIONS = {question.name: question for question in _ALL}
 """All questions by name."""
 
 OF_THE_PLAN = (
-    "payload", "payload_name", "shape", "radius", "material", "plate", "force_limit", "top_force",
+    "payload", "payload_name", "shape", "radius", "material", "modulus", "plate",
+    "force_limit", "top_force",
     "surface_distance", "surface_uncertainty", "procedure",
 )  # fmt: skip
 """Those that `stepload init` asks."""
