@@ -16,8 +16,10 @@ import stepload
 from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.plan.tags import tagged
-from stepload.record.reader import read_recording
+from stepload.record.reader import Event, read_recording
 from stepload.results.stored import evaluation_of, outcome_of
+from stepload.session import again
+from stepload.session.again import results_again
 
 
 def test_a_record_gives_the_results_of_its_run_again(cycles_run: Path, tmp_path: Path) -> None:
@@ -75,6 +77,52 @@ def test_recover_writes_report_and_results(cut: Path) -> None:
     assert "The record breaks off after" in found["why_it_ended"]
     assert found["levels_done"] > 0
     assert "unfinished" in (cut.parent / "report.html").read_text()
+
+
+def cut_off(record: Any, **changes: Any) -> Any:
+    """The recording as if it had never been finished, with some of it changed."""
+    return replace(record, results=None, partial=True, **changes)
+
+
+def test_the_outcome_of_a_cut_record_hides_nothing(cycles_run: Path) -> None:
+    whole, told = read_recording(cycles_run / "run.mcap"), results(cycles_run)
+    plain = outcome_of(cut_off(whole))
+    up = [e for e in whole.events if e.kind == "held" and e.data["loading"]]
+    assert plain.levels_done == len(up) == told["levels_done"]
+    assert plain.peak_force_n == pytest.approx(told["peak_force_n"], rel=1e-3)
+    pulled = cut_off(whole, ticks=whole.ticks._replace(force_n=-whole.ticks.force_n))
+    assert outcome_of(pulled).peak_force_n == pytest.approx(plain.peak_force_n)
+    trip = Event(3.0, "trip", {
+        "rule": "R1", "value": 400.0, "limit": 375.0, "unit": "N", "sample_age_s": "nan",
+        "time_s": 3.0, "message": "force 400 N is beyond 375 N",
+    })  # fmt: skip
+    events = (*(e for e in whole.events if e.kind != "end"), trip)
+    stopped = outcome_of(cut_off(whole, events=events))
+    assert stopped.cause is not None
+    assert stopped.cause.rule == "R1"
+    assert "had been stopped by R1: force 400 N is beyond 375 N" in stopped.why
+
+
+def test_limits_of_another_version_are_told(
+    cycles_run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert not any("of that day" in each for each in results_again(cycles_run).document.reasons)
+    had = again.limits_from
+
+    def other(attachments: Any) -> Any:
+        limits = had(attachments)
+        return replace(limits, force_limit_n=0.9 * limits.force_limit_n)
+
+    monkeypatch.setattr(again, "limits_from", other)
+    found = results_again(cycles_run)
+    assert "the run's force limit was 337.5 N" in found.document.reasons[0]
+    assert found.data["reasons"][0] == found.document.reasons[0]
+
+
+def test_the_results_name_the_devices(cycles_run: Path) -> None:
+    told = results(cycles_run)["run"]
+    assert told["arm"].startswith("sim: ")
+    assert told["force"].startswith("sim: ")
 
 
 def test_recover_leaves_results_that_somebody_wrote(cut: Path) -> None:

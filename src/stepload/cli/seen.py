@@ -27,6 +27,9 @@ class Watcher:
     """Looks at a run; keeps count of the time that is left."""
 
     def __init__(self) -> None:
+        from stepload.envelope.remaining import Remaining  # now, and not in a tick
+
+        self._make = Remaining
         self._remaining: Remaining | None = None
 
     def look(self, engine: Engine, envelope: Envelope) -> Seen | None:
@@ -35,9 +38,7 @@ class Watcher:
         if row is None:
             return None
         if self._remaining is None:
-            from stepload.envelope.remaining import Remaining
-
-            self._remaining = Remaining(envelope.stages, envelope.plan.procedure)
+            self._remaining = self._make(envelope.stages, envelope.plan.procedure)
         left_s = self._remaining.at(row)
         active_s = self._remaining.active_s
         force = f"{row.force_n:7.2f} N of {row.limit_n:.4g} N"

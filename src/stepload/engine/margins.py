@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from stepload.engine.motion import SEARCHING
-from stepload.engine.supervisor import LEASH_SHARE, Supervisor
+from stepload.engine.supervisor import ACROSS_SIGMAS, LEASH_SHARE, Supervisor
 from stepload.envelope.limits import RunLimits
 from stepload.record.rows import Phase
 
@@ -51,8 +51,10 @@ def margins(
             (now_s - sup.second.receive_s) / limits.stale_second_s if sup.second else 0.0,
         ),
         "R4": _largest(
-            _share(sup.force.same, limits.identical_counts),
-            _share(sup.second.same if sup.second else 0, limits.second_identical_counts),
+            _share(sup.force.same, limits.identical_counts or math.inf),
+            _share(sup.second.same, limits.second_identical_counts or math.inf)
+            if sup.second
+            else 0.0,
             _share(sup.standing_n, limits.second_stands_n) if sup.second else 0.0,
         ),
         "R7": _share(
@@ -62,13 +64,17 @@ def margins(
     }
     if phase in SEARCHING:
         found["R8"] = _largest(sup.arm.position_m / limits.search_end_m)
+        across_n = max(limits.touch_force_n, ACROSS_SIGMAS * limits.noise_n)
         found["R11"] = _largest(
-            -sup.force_n / limits.touch_force_n, sup.force.smooth_across_n / limits.touch_force_n
+            -sup.force_n / limits.touch_force_n, sup.force.smooth_across_n / across_n
         )
     if not sup.tared:
         return found
     limit_n = limits.force_limit_n
-    found["R1"] = _largest(math.hypot(sup.force_n, sup.force.across_n) / limit_n)
+    found["R1"] = _largest(
+        math.hypot(sup.force_n, sup.force.across_n) / limit_n,
+        math.hypot(sup.second_n, sup.second.across_n) / limit_n if sup.second else 0.0,
+    )
     found["R2"] = _largest(sup.predicted_n / limit_n)
     if limits.cross_check:
         tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(sup.smooth_n)
@@ -83,7 +89,8 @@ def margins(
 
 
 def _share(value: float, limit: float) -> float:
-    return _largest(value / limit) if limit > 0.0 else 0.0
+    """What of a limit is used; where there is no room left, anything is all of it."""
+    return _largest(value / limit if limit > 0.0 else float(value > 0.0))
 
 
 def _largest(*shares: float) -> float:

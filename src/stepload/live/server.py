@@ -117,11 +117,20 @@ def _first_line(fd: int) -> str:
     return text.decode().rstrip("\n")
 
 
+def _quiet() -> None:
+    """Keep standard error for our own words: the SDK logs there what any viewer makes it say."""
+    words, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, 2)
+    os.close(nothing)
+    sys.stderr = os.fdopen(words, "w", buffering=1)
+
+
 def main(host: str, port: int) -> int:
     """Serve until standard input ends; returns the exit code."""
     for name in ("SIGINT", "SIGHUP", "SIGQUIT"):
         signal.signal(getattr(signal, name), signal.SIG_IGN)
     os.nice(NICE)
+    _quiet()
     try:
         import foxglove
 

@@ -14,11 +14,11 @@ from mcap import records
 from mcap.opcode import Opcode
 
 from stepload.errors import BadInputError
+from stepload.record.container import MAGIC
 from stepload.record.layout import RECORD_HEAD
 from stepload.record.reader import results_in
 from stepload.record.scan import DamageError, RawRecord, open_scan, parse
 
-MAGIC = b"\x89MCAP0\r\n"
 _FOOTER = struct.Struct("<BQQQI")
 _HEAD = struct.Struct("<BQ")
 _WANTED = (Opcode.METADATA_INDEX, Opcode.ATTACHMENT_INDEX)

@@ -19,8 +19,14 @@ SCHEMA = "stepload-results/1"
 
 _TEXTS = (
     "run_id", "started", "plan", "payload", "rig", "specimen", "batch", "operator", "notes",
-    "calibration", "arm", "force", "second_force", "displacement", "stepload",
+    "calibration", "arm", "stepload",
 )  # fmt: skip
+_DEVICES = {
+    "force": "force_sensor",
+    "second_force": "second_force_sensor",
+    "displacement": "displacement_sensor",
+}
+"""Keys of the results by what a record calls the devices."""
 
 
 def schema_text() -> str:
@@ -41,9 +47,11 @@ def about(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> dict
         for name, data in attachments.items()
         if name.startswith("plan")
     }
+    devices = {name: metadata.get(role, "") for name, role in _DEVICES.items()}
+    texts = {name: metadata.get(name, "") for name in _TEXTS}
     return {
         "schema": SCHEMA,
-        "run": {name: metadata.get(name, "") for name in _TEXTS} | {"tags": tags, "files": sums},
+        "run": texts | devices | {"tags": tags, "files": sums},
         "versions": {
             "stepload": stepload.__version__,
             "python": platform.python_version(),

@@ -137,26 +137,30 @@ def _late(results: Mapping[str, Any]) -> Lateness:
 def _cut(recording: Recording, start_s: float, end_s: float) -> RunOutcome:
     """The outcome of a record that breaks off: what its ticks and events tell."""
     ticks, ended = recording.ticks, [e for e in recording.events if e.kind == "end"]
+    trips: list[Mapping[str, Any]] = [e.data for e in recording.events if e.kind == "trip"]
+    cause = _cause(trips[0]) if trips else None
     status, where = RunStatus.UNFINISHED, "before its first tick"
     if len(ticks.time_s):
         phase = Phase(int(ticks.phase[-1])).name.replace("_", " ").lower()
         where = f"in its cycle {int(ticks.cycle[-1])}, step {int(ticks.step[-1])} ({phase})"
     why = f"The record breaks off after {end_s - start_s:.1f} s, {where}."
+    if cause is not None:
+        why += f" The run had been stopped by {cause.rule}: {cause.message}{cause.numbers}."
     if ended:
         status = RunStatus(str(ended[-1].data.get("status")))
         why = f"{ended[-1].data.get('why', '')} The record was not finished."
     force_n = ticks.force_n[np.isfinite(ticks.force_n)]
     return RunOutcome(
         status=status,
-        cause=None,
+        cause=cause,
         why=why,
         retracted=False,
         safing=(),
         start_s=start_s,
         end_s=end_s,
-        peak_force_n=float(force_n.max()) if force_n.size else math.nan,
+        peak_force_n=float(np.abs(force_n).max()) if force_n.size else math.nan,
         zero_shift_n=math.nan,
-        levels_done=sum(e.kind == "held" for e in recording.events),
+        levels_done=sum(e.kind == "held" and bool(e.data.get("loading")) for e in recording.events),
         cycle=int(ticks.cycle[-1]) if len(ticks.cycle) else 0,
         touches=(),
         tares=(),

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import stepload
+from stepload.engine.replayed import limits_from
 from stepload.errors import BadInputError
 from stepload.record.plain import plain
+from stepload.results.analyse import Evaluation
 from stepload.results.data import run_data
 from stepload.results.model import Document
 from stepload.results.provenance import with_record
@@ -28,8 +33,26 @@ class Again(NamedTuple):
 def results_again(record: Path, wishes: Wishes | None = None) -> Again:
     """Evaluate a record; raises as `evaluation_of`."""
     run = evaluation_of(record, wishes)
-    document = with_record(run_document(run), record_in(record))
-    return Again(plain(run_data(run)), document)
+    data, document = plain(run_data(run)), with_record(run_document(run), record_in(record))
+    if told := _other_limits(run):
+        data = data | {"reasons": [told, *data["reasons"]]}
+        document = replace(document, reasons=(told, *document.reasons))
+    return Again(data, document)
+
+
+def _other_limits(run: Evaluation) -> str:
+    """That this version derives another force limit than the run had; "" where it does not.
+
+    Preflight and limits of an evaluation are always those of the version that makes it.
+    """
+    had_n = limits_from(run.recording.attachments).force_limit_n
+    now_n = run.envelope.force_limit_n
+    if math.isclose(had_n, now_n, rel_tol=1e-6):
+        return ""
+    return (
+        f"the run's force limit was {had_n:.4g} N; stepload {stepload.__version__} derives"
+        f" {now_n:.4g} N from its plan: preflight and limits shown here are not those of that day"
+    )
 
 
 def write_new(directory: Path, data: dict[str, Any], document: Document) -> Path:
