@@ -77,7 +77,8 @@ def plan_values(answers: Answers, home: Path) -> dict[str, Value]:
     if file := answers.text("payload"):
         values["payload"] = Value(quoted(file), YOU)
     else:
-        values["payload.name"] = Value(quoted(answers.text("payload_name")), YOU)
+        name = answers.text("payload_name")
+        values["payload.name"] = Value(quoted(name), answers.origin("payload_name"))
         for key in ("shape", "radius"):
             answer = answers.text(key)
             values[f"payload.geometry.{key}"] = Value(answer, answers.origin(key))

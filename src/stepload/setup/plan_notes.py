@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import chain
 
 from stepload.plan.model import IdentifyPlan, Procedure, RecordPlan
 from stepload.plan.sections import written_entries
 
 _BODY = {
-    "youngs_modulus": "E: data sheet of the material; a range where it is not known: 1 GPa to 5 GPa",
+    "youngs_modulus": "E: data sheet; where it is not known a range, 1 GPa to 5 GPa",
     "poisson_ratio": "ν: data sheet; metals 0.27 to 0.35, plastics 0.3 to 0.45, rubber 0.49",
     "yield_strength": "Y: data sheet. F_c goes with its third power: write ± what it is known to",
 }
@@ -20,14 +19,9 @@ NOTES: dict[str, str] = {
     "payload.geometry": "Shape where it touches the plate",
     "payload.geometry.radius": "At the contact: drawing, radius gauge, or half the diameter",
     "payload.material": "Of the payload: the numbers of its data sheet, with ± where it tells it",
-    **{
-        f"payload.{part}.{key}": note
-        for part in ("material", "plate")
-        for key, note in _BODY.items()
-    },
+    **{f"payload.material.{key}": note for key, note in _BODY.items()},
     "payload.plate": "What it is pressed onto: stiff, flat, and strong enough not to be marked",
-    "payload.force_limit": "F_c: never exceeded. A person answers for it: the maker's figure, or a"
-    " twin that was pressed until it yielded",
+    "payload.force_limit": "F_c: the maker's figure, or what a twin bore before it yielded",
     "rig": "A rig file (`stepload setup`) or a profile (`stepload profiles`)",
     "procedure": "How it is pressed",
     "procedure.surface_distance": "From the start pose to the payload's touch: lead the arm there,"
@@ -59,15 +53,3 @@ def offered(given: Mapping[str, object]) -> list[str]:
             value = _EXAMPLES.get(entry.name, shown)
             lines.append(f"#   {entry.name}: {value}  # {entry.key.meaning}")
     return lines
-
-
-def unknown_notes() -> list[str]:
-    """Keys that are noted and that no plan has; empty, or the notes are out of date."""
-    from stepload.plan.model import Plan
-    from stepload.plan.sections import sections_below
-
-    known = chain.from_iterable(
-        (entry.name for entry in written_entries(kind)) for kind in sections_below(Plan)
-    )
-    names = set(known)
-    return [key for key in NOTES if key.rpartition(".")[2] not in names]

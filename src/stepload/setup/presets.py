@@ -1,6 +1,7 @@
 """Answers to begin a plan with: the shapes that theory has a law for, and an unknown material.
 
-Tips are so blunt that a simulated rig can tell them; sizes are there to be changed. A preset never states an elastic limit: that a person does who answers for it.
+Tips are blunt enough for a usual rig; sizes are there to be changed. A preset never states an
+elastic limit: a person does who answers for it.
 """
 
 from __future__ import annotations
