@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from stepload.contact.elastic import law_for
 from stepload.contact.limit import elastic_limit
 from stepload.contact.limit_doubt import limit_in
+from stepload.contact.materials import Material
 from stepload.contact.power_law import ContactLaw
 from stepload.contact.unknown import softest, stiffest
 from stepload.envelope.envelope import Envelope, envelope_of
@@ -242,3 +244,51 @@ def test_the_budget_of_an_approach_grows_with_the_stiffness_of_what_is_met(n: fl
                 assert force_n + caught_n >= before
                 assert series_stiffness(rig.stiffness_n_per_m, tangent) <= rig.stiffness_n_per_m
                 before = force_n + caught_n
+
+
+@pytest.mark.parametrize("name", ["ur16e-polyurethane-sphere", "plastic-cone", "plastic-sphere"])
+def test_whatever_body_of_a_range_is_met_its_own_bounds_are_no_tighter(name: str) -> None:
+    """Of drawn ranges and drawn bodies in them, on rigs and shapes that we ship."""
+    drawn = random.Random(name)
+    shipped = load_plan(Path(__file__).parents[3] / "procedures" / f"{name}.yaml")
+    compared = 0
+    for _ in range(12):
+        low_pa = 10.0 ** drawn.uniform(6.5, 10.0)
+        moduli = (low_pa, low_pa * 10.0 ** drawn.uniform(0.1, 1.9))
+        low = drawn.uniform(-0.5, 0.4)
+        ratios = (low, drawn.uniform(low + 0.01, 0.5))
+        limit_n = drawn.uniform(100.0, 900.0)
+        ranged = envelope_of(
+            _of_body(
+                shipped,
+                limit_n,
+                Material(
+                    "x",
+                    math.sqrt(math.prod(moduli)),
+                    0.5 * sum(ratios),
+                    youngs_modulus_ends_pa=moduli,
+                    poisson_ratio_ends=ratios,
+                ),
+            )
+        )
+        if ranged.limits is None:
+            continue
+        for share in (0.0, drawn.random(), 1.0):
+            modulus_pa = moduli[0] * (moduli[1] / moduli[0]) ** share
+            for ratio in (*ratios, max(low, min(0.0, ratios[1]))):
+                body = Material("x", modulus_pa, ratio)
+                known = envelope_of(_of_body(shipped, limit_n, body)).run_limits
+                compared += 1
+                for bound in ("force_limit_n", "guarded_speed_m_s", "fast_speed_m_s", "ahead_m"):
+                    assert getattr(ranged.limits, bound) <= getattr(known, bound) * (1.0 + 1e-9)
+    assert compared > 20
+
+
+def _of_body(plan: Plan, limit_n: float, body: Material) -> Plan:
+    top_n = 0.6 * limit_n
+    return replace(
+        plan,
+        payload=replace(plan.payload, material=body, declared_force_limit_n=limit_n),
+        procedure=replace(plan.procedure, levels_n=(0.5 * top_n, top_n), top_force_n=top_n),
+        identify=replace(plan.identify, secant_force_n=top_n),
+    )
