@@ -1,9 +1,10 @@
-"""What preflight says of a payload whose material is known as a range only."""
+"""What is said of a payload whose material is known as a range only: before a run, and after."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+from stepload.contact.power_law import ContactLaw
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
 from stepload.plan.model import Plan
@@ -25,3 +26,33 @@ def range_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
         "narrow the range where you know more; a first run at a small force does",
         high / low, 1.0, "",
     )  # fmt: skip
+
+
+def beyond_range(
+    theory: Theory, interval_n_per_m: tuple[float, float], from_n: float, to_n: float
+) -> tuple[str, ...]:
+    """What a measured chord stiffness between two forces in N says of the range, in sentences."""
+    if not theory.is_range:
+        return ()
+    low, high = interval_n_per_m
+    least, most = (_chord(law, from_n, to_n) for law in (theory.softest, theory.stiffest))
+    if low > most:
+        return (
+            f"the payload is stiffer than the stiffest that was declared ({_words(most)} between"
+            " these forces): speeds and force budget of this run were made for a softer one; widen"
+            " the range before it is pressed again",
+        )
+    if high < least:
+        return (
+            f"the payload is softer than the softest that was declared ({_words(least)} between"
+            " these forces): the declared range is wrong, or more gives way than the payload",
+        )
+    return ()
+
+
+def _chord(law: ContactLaw, from_n: float, to_n: float) -> float:
+    return (to_n - from_n) / (law.deformation(to_n) - law.deformation(from_n))
+
+
+def _words(stiffness_n_per_m: float) -> str:
+    return format_quantity(stiffness_n_per_m, "N/m")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stepload.envelope.domains import payload_doubts
 from stepload.envelope.envelope import Envelope
+from stepload.envelope.ranges import beyond_range
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.runin import STEADY_CYCLES, RunIn, run_in
@@ -245,4 +246,8 @@ def beyond_theory(run: Evaluation) -> tuple[str, ...]:
         return ()
     envelope = run.envelope
     doubts = payload_doubts(envelope.plan.payload, envelope.theory, headline.from_n, headline.to_n)
-    return tuple(doubt.message for doubt in doubts if not doubt.harmless)
+    ends = headline.interval_n_per_m
+    return (
+        *beyond_range(envelope.theory, ends, headline.from_n, headline.to_n),
+        *(doubt.message for doubt in doubts if not doubt.harmless),
+    )

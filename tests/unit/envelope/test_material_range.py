@@ -18,6 +18,7 @@ from stepload.contact.power_law import ContactLaw
 from stepload.contact.unknown import softest, stiffest
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.envelope.press import series_stiffness
+from stepload.envelope.ranges import beyond_range
 from stepload.envelope.theory import theory_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
@@ -218,6 +219,23 @@ def test_ranges_that_are_none(planned_for: Planned, modulus: str, message: str) 
     with pytest.raises(PlanError, match=message) as caught:
         planned_for(modulus)
     assert "plan.yaml:5:" in str(caught.value)
+
+
+def test_a_payload_outside_of_its_range_is_said_after_the_run(planned_for: Planned) -> None:
+    theory = theory_of(planned_for().payload)
+    least, most = (
+        100.0 / (law.deformation(200.0) - law.deformation(100.0))
+        for law in (theory.softest, theory.stiffest)
+    )
+
+    def said(low: float, high: float) -> str:
+        return " ".join(beyond_range(theory, (low, high), 100.0, 200.0))
+
+    assert "stiffer than the stiffest" in said(1.01 * most, 1.2 * most)
+    assert "softer than the softest" in said(0.8 * least, 0.99 * least)
+    assert said(0.99 * most, 1.2 * most) == said(0.8 * least, 1.01 * least) == ""
+    known = theory_of(planned_for("1 GPa", "0.3").payload)
+    assert beyond_range(known, (2.0 * most, 3.0 * most), 100.0, 200.0) == ()
 
 
 @pytest.mark.parametrize("n", [1.0, 1.5, 2.0])
