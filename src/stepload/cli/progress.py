@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from stepload.cli.seen import Watcher
+from stepload.cli.pen import Show, pen
+from stepload.cli.seen import Seen, Watcher
 from stepload.live.words import KEYS, clock
 from stepload.record.rows import Phase
 
@@ -23,7 +24,8 @@ Progress = Callable[["Engine", "Envelope"], None]
 class Display(NamedTuple):
     """Where a run is shown (None: not at all), and where notices go: never left out.
 
-    `on_record` is told where the run is being recorded.
+    Both return at once, whatever the terminal does. `on_record` is told where the run is being
+    recorded.
     """
 
     show: Progress | None
@@ -34,8 +36,10 @@ class Display(NamedTuple):
 REFRESH_S = 0.1
 
 
-def _line(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
+def _line(item: Seen | str) -> None:
+    """A line on standard error; looks are shown by a bar alone."""
+    if isinstance(item, str):
+        print(item, file=sys.stderr, flush=True)
 
 
 def plain_lines(write: Callable[[str], None]) -> Progress:
@@ -61,22 +65,40 @@ def plain_lines(write: Callable[[str], None]) -> Progress:
 @contextmanager
 def progress(*, quiet: bool, watch: bool = False) -> Iterator[Display]:
     """The display that fits where standard error goes; quiet leaves out the progress alone."""
-    if quiet:
-        yield Display(None, _line)
-    elif not sys.stderr.isatty():
-        yield Display(plain_lines(_line), _line)
-    elif watch:
-        from stepload.live.view import screen
+    if quiet or watch or not sys.stderr.isatty():
+        with pen(_line) as line:
+            if quiet:
+                yield Display(None, line)
+            elif not sys.stderr.isatty():
+                yield Display(plain_lines(line), line)
+            else:
+                from stepload.live.view import screen
 
-        with screen(_line) as drawn:
-            yield Display(None, drawn.say, drawn.follow)
+                with screen(line) as drawn:
+                    yield Display(None, drawn.say, drawn.follow)
     else:
-        with _bar() as display:
-            yield display
+        with _bar() as show, pen(show) as hand_over:
+            yield Display(_looks(hand_over), hand_over)
+
+
+def _looks(hand_over: Show) -> Progress:
+    """Hands over what there is to see, ten times a second."""
+    watcher = Watcher()
+    due = [0.0]
+
+    def show(engine: Engine, envelope: Envelope) -> None:
+        if time.monotonic() < due[0]:
+            return
+        due[0] = time.monotonic() + REFRESH_S
+        if (seen := watcher.look(engine, envelope)) is not None:
+            hand_over(seen)
+
+    return show
 
 
 @contextmanager
-def _bar() -> Iterator[Display]:
+def _bar() -> Iterator[Show]:
+    """A bar in the terminal, with lines above it."""
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn
     from rich.progress import Progress as Bar
@@ -89,26 +111,21 @@ def _bar() -> Iterator[Display]:
         transient=True,
         auto_refresh=False,
     )
-    watcher = Watcher()
     with bar:
         bar.console.print(KEYS, markup=False, highlight=False)
         task = bar.add_task("", total=1.0, force="", eta="")
-        due = [0.0]
 
-        def show(engine: Engine, envelope: Envelope) -> None:
-            if time.monotonic() < due[0]:
-                return
-            due[0] = time.monotonic() + REFRESH_S
-            seen = watcher.look(engine, envelope)
-            if seen is None:
+        def show(item: Seen | str) -> None:
+            if isinstance(item, str):
+                bar.console.print(item, markup=False, highlight=False)
                 return
             bar.update(
                 task,
-                completed=seen.share,
-                description=seen.where,
-                force=seen.force,
-                eta=f"{clock(seen.left_s)} left",
+                completed=item.share,
+                description=item.where,
+                force=item.force,
+                eta=f"{clock(item.left_s)} left",
                 refresh=True,
             )
 
-        yield Display(show, lambda text: bar.console.print(text, markup=False, highlight=False))
+        yield show
