@@ -54,6 +54,7 @@ def as_text(node: Node) -> str:
 def quoted(text: str) -> str:
     """A text as YAML reads it back: in quotes where it could be something else."""
     plain = text[:1].isalnum() and not any(c in text for c in ':#"\n[]{},&*!|>%@`')
+    plain = plain and text.isprintable() and text == text.strip()
     if plain and text.lower() not in ("true", "false", "null") and not _number(text):
         return text
     return json.dumps(text, ensure_ascii=False)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from stepload.doctor import checkup
 from stepload.doctor.line import Mark
 from stepload.engine.operator import Operator
@@ -60,11 +62,13 @@ def doctor(setup: Setup) -> Found:
 
 def touch(setup: Setup) -> Found:
     """The engine's own approach, touch and the smallest step that preflight lets through."""
-    path = setup.rig.with_name(f"{setup.rig.stem}-touch.yaml")
-    text, top_n = touch_plan(setup.answers, setup.rig.name, path)
+    named = setup.rig.with_name(f"{setup.rig.stem}-touch.yaml")
+    text, top_n = touch_plan(setup.answers, setup.rig.name, named)
+    path = _free(named, text)
     shown = format_quantity(top_n, "N")
     setup.tell(f"the lightest touch that preflight lets through: one step of {shown}")
     path.write_text(text, encoding="utf-8")
+    setup.tell(f"its plan: {path.name}")
     envelope = envelope_of(load_plan(path))
     for reason in envelope.reasons:
         if reason.code == "shake":
@@ -89,3 +93,12 @@ def touch(setup: Setup) -> Found:
     note = f"touched with up to {peak}, the surface at {at} from the start pose"
     setup.tell(note)
     return Found({}, (note,))
+
+
+def _free(path: Path, text: str) -> Path:
+    """`path`, or the same with a number where something else stands in that file already."""
+    number, found = 1, path
+    while found.exists() and found.read_text(encoding="utf-8", errors="replace") != text:
+        number += 1
+        found = path.with_stem(f"{path.stem}-{number}")
+    return found

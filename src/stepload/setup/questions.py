@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from stepload.errors import BadInputError
-from stepload.plan.leaves import LeafError
+from stepload.plan.leaves import LeafError, Text
 from stepload.plan.payload import material
 from stepload.plan.sections import entries
 from stepload.units import QuantityError, parse_quantity
@@ -72,6 +72,13 @@ def _as_in_a_plan(key: str, text: str) -> None:
         raise BadInputError(error.message, hint=error.hint) from None
 
 
+def _name(text: str) -> None:
+    try:
+        Text(100).read(text)
+    except LeafError as error:
+        raise BadInputError(error.message, hint=error.hint) from None
+
+
 def _either(*choices: str) -> Check:
     return partial(_one_of, choices)
 
@@ -82,7 +89,7 @@ def _in(unit: str, *words: str) -> Check:
 
 _ALL = (
     # the arm
-    Question("name", "What the rig is called in records"),
+    Question("name", "What the rig is called in records", check=_name),
     Question("arm", "Driver of the arm (`stepload drivers` lists them)", "ur"),
     Question("host", "Address of the arm's controller, a number rather than a name"),
     Question("approach", "Approach direction in the arm's base frame", "[0, 0, -1]"),
@@ -118,14 +125,15 @@ _ALL = (
              check=_yes_or_no, consent=True),
     Question("towards_plate", "Does this direction lead from the tool to the plate?",
              check=_yes_or_no, consent=True, fact=True),
-    Question("hazards_read_by", "Who has read the hazards and answers for the rig: a name"),
+    Question("hazards_read_by", "Who has read the hazards and answers for the rig: a name",
+             check=_name),
     Question("may_back", "May the arm move back from the plate and to its start again?",
              check=_yes_or_no, consent=True),
     Question("back", "How far it backs away", "5 mm", _in("m")),
     # the first payload
     Question("plan", "Where the plan of the first payload is written", "first-payload.yaml"),
     Question("payload", "A payload file; empty: it is asked for", ""),
-    Question("payload_name", "What the payload is called", "first payload"),
+    Question("payload_name", "What the payload is called", "first payload", _name),
     Question("shape", "Its shape", None,
              _either("sphere", "cone_tip", "pyramid_tip", "flat_punch")),
     Question("radius", "Radius of sphere, tip or face", None, _in("m")),

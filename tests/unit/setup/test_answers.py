@@ -10,6 +10,7 @@ from stepload.plan.problems import PlanError
 from stepload.plan.source import Source
 from stepload.setup.answers import Answers, from_file, from_flags
 from stepload.setup.flat import flat, quoted, written
+from stepload.setup.questions import QUESTIONS
 
 
 def asked(given=None, person=None, **how):
@@ -97,8 +98,30 @@ def test_unknown_answers_are_refused_with_their_line_all_at_once(tmp_path):
         from_file(path)
 
 
+@pytest.mark.parametrize("name", ["name", "payload_name", "hazards_read_by"])
+def test_a_name_that_no_rig_file_takes_is_refused_where_it_is_given(name):
+    for wrong in ("a\tb", "a\nb", "x" * 101, " "):
+        with pytest.raises(BadInputError):
+            from_flags([QUESTIONS[name].flag, wrong])
+    assert from_flags([QUESTIONS[name].flag, "bench 3 (left)"]) == {name: "bench 3 (left)"}
+
+
 def test_texts_are_read_back_as_they_were():
-    texts = ["plain", "with: colon", "# no comment", "12", "true", "-fz", "a #b", "", "5 %", "1e3"]
+    texts = [
+        "plain",
+        "with: colon",
+        "# no comment",
+        "12",
+        "true",
+        "-fz",
+        "a #b",
+        "",
+        "5 %",
+        "1e3",
+        "a\tb",
+        "behind ",
+        "nul\x00",
+    ]
     rows = "\n".join(f"k{n}: {quoted(text)}" for n, text in enumerate(texts))
     source = Source("x", None, rows, rows.encode())
     found = flat(source, "here")

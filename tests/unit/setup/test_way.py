@@ -11,6 +11,7 @@ from bench_fakes import FakeArm, Hands, Rig, setup_of
 from stepload.errors import RefusedError
 from stepload.setup import way
 from stepload.setup.flat import Value
+from stepload.setup.proof import _free
 from stepload.setup.state import Done, Found
 
 
@@ -110,3 +111,12 @@ def test_a_touch_begins_only_where_the_arm_was_led():
     rig.tool.turned = (0.0, math.pi - 0.1, 0.0)
     with pytest.raises(RefusedError, match=r"0.00 mm and 5.7 degrees from the start pose"):
         way.stands_at_start(setup)
+
+
+def test_the_plan_of_a_touch_writes_over_nothing(tmp_path):
+    named = tmp_path / "rig-touch.yaml"
+    assert _free(named, "new") == named
+    named.write_text("mine")
+    assert _free(named, "mine") == named
+    (tmp_path / "rig-touch-2.yaml").write_text("mine too")
+    assert _free(named, "new") == tmp_path / "rig-touch-3.yaml"
