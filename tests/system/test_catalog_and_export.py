@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import json
 import shutil
 from dataclasses import replace
@@ -14,6 +15,7 @@ from real_runs import in_process
 
 import stepload
 from stepload.data import catalog
+from stepload.data.export import Format, write_tables
 from stepload.errors import BadInputError
 from stepload.record.reader import read_recording
 from stepload.record.summary import read_summary
@@ -96,6 +98,10 @@ def test_the_catalogue_is_a_frame(place: Path, tmp_path: Path) -> None:
     file = tmp_path / "runs.parquet"
     assert in_process("runs", place, "--parquet", file).returncode == 0
     assert len(__import__("pyarrow.parquet").parquet.read_table(file)) == 4
+    over = in_process("runs", place, "--parquet", place / "a" / "run.mcap")
+    assert over.returncode == 2
+    assert "there already" in over.stderr
+    assert len(catalog.rows(place)) == 4
 
 
 def test_a_run_is_found_by_its_id(place: Path) -> None:
@@ -177,8 +183,46 @@ def test_a_run_without_a_contact_gives_its_raw_streams(quick_run: Path, tmp_path
     said = in_process("export", tmp_path, "--csv", "--out", tmp_path / "tables")
     assert said.returncode == 0, said.stderr
     assert "ends early" in said.stdout
+    assert "no curve, levels or touches: " in said.stdout
     assert not (tmp_path / "tables" / "curve.csv").exists()
     assert (tmp_path / "tables" / "force.csv").exists()
+
+
+def test_what_somebody_wrote_into_a_record_is_no_formula_and_no_path(
+    quick_run: Path, tmp_path: Path
+) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    run = stepload.open(quick_run)
+    texts = {
+        "plan": "../../out of here",
+        "payload": '=HYPERLINK("http://x")',
+        "rig": "a\x1b[2Jb\x00",
+    }
+    told = replace(run, metadata={**run.metadata, **texts})
+    [path] = write_tables(told, tmp_path / "tables", Format.XLSX)
+    assert path.parent == tmp_path / "tables"
+    book = openpyxl.load_workbook(path)
+    cells = {row[0].value: row[1] for row in book["about"].iter_rows()}
+    assert cells["payload"].data_type == "s"
+    assert cells["payload"].value == texts["payload"]
+    assert cells["rig"].value == "a\\x1b[2Jb\\x00"
+
+
+@pytest.mark.parametrize("format", list(Format))
+def test_an_export_that_breaks_off_leaves_nothing_that_looks_whole(
+    quick_run: Path, tmp_path: Path, format: Format, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("openpyxl")
+    pytest.importorskip("pyarrow")
+    run = stepload.open(quick_run)
+    monkeypatch.setattr(Path, "rename", _full)
+    with pytest.raises(BadInputError, match="No space left"):
+        write_tables(run, tmp_path / "tables", format)
+    assert not list((tmp_path / "tables").iterdir())
+
+
+def _full(path: Path, target: Path) -> None:
+    raise OSError(errno.ENOSPC, "No space left on device")
 
 
 def test_no_format_is_an_error(quick_run: Path, tmp_path: Path) -> None:

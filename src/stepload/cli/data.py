@@ -90,7 +90,7 @@ def export(
 
     Example: stepload export runs/20260801-101500-demo --csv --out tables
     """
-    from stepload.data.export import Format, write_tables
+    from stepload.data.export import Format, no_curve, write_tables
     from stepload.data.opened import open_run
 
     output = Output(as_json=as_json)
@@ -104,6 +104,8 @@ def export(
         output.line("SIMULATED: what is exported is no measurement")
     if opened.damage:
         output.line(f"the record ends early: {opened.damage}")
+    if why := no_curve(opened):
+        output.line(f"no curve, levels or touches: {why}")
     written = [path for each in formats for path in write_tables(opened, out, each)]
     for path in written:
         output.line(str(path))

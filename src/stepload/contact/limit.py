@@ -47,8 +47,8 @@ def no_limit_reason(geometry: Geometry, material: Material, plate: Material) -> 
     """
     if equivalent_radius(geometry) is None:
         return (
-            f"theory gives no elastic limit for a {type(geometry).__name__}: (13) holds for "
-            "spheres and spherical tips"
+            "theory gives no elastic limit for this shape: (13) holds for spheres and spherical"
+            " tips"
         )
     if softer_body(material, plate) is not None:
         return ""

@@ -84,8 +84,10 @@ def write_parquet(found: Sequence[RunRow], path: Path) -> None:
     """Write rows of the catalogue to a Parquet file.
 
     Raises:
-        BadInputError: pyarrow is not installed, or the file cannot be written.
+        BadInputError: pyarrow is not installed, or the file is there already or cannot be written.
     """
+    if path.exists():
+        raise BadInputError(f"{path} is there already", hint="name another file")
     pa, parquet = library("pyarrow", "Parquet"), library("pyarrow.parquet", "Parquet")
     columns = {name: [getattr(row, name) for row in found] for name in COLUMNS}
     try:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict
 from enum import StrEnum
 from pathlib import Path
@@ -15,6 +17,7 @@ from stepload.data.libraries import library
 from stepload.data.opened import Run
 from stepload.data.table import PHASE, Table
 from stepload.errors import BadInputError
+from stepload.plan.problems import printable
 from stepload.record.rows import Phase
 
 EXCEL_ROWS = 1_048_575
@@ -51,11 +54,21 @@ def tables(run: Run) -> dict[str, Table]:
     return found | {name: table for name, table in raw.items() if table is not None}
 
 
+def no_curve(run: Run) -> str:
+    """Why a run has no curve, no levels and no touches; "" where it has them."""
+    try:
+        _ = run.curve
+    except BadInputError as error:
+        return error.message
+    return ""
+
+
 def write_tables(run: Run, directory: Path, format: Format) -> list[Path]:
     """Write every table of a run into a directory; the files that were written.
 
     One file a table, `curve.csv`, `levels.csv` and so on; of Excel one book with a sheet for each
-    table. Units are in the names of the columns. A file that is there already is not overwritten.
+    table. Units are in the names of the columns. A file that is there already is not overwritten,
+    and a file that could not be finished is not left.
 
     Raises:
         BadInputError: the library for the format is missing, a file is there already or cannot be
@@ -71,15 +84,19 @@ def write_tables(run: Run, directory: Path, format: Format) -> list[Path]:
     try:
         directory.mkdir(parents=True, exist_ok=True)
         if format is Format.XLSX:
-            path = directory / f"{run.metadata.get('plan', '') or 'run'}-{run.run_id}.xlsx"
+            path = directory / f"{_in_a_name(run.metadata.get('plan', ''))}.xlsx"
+            if run.run_id:
+                path = path.with_stem(f"{path.stem}-{_in_a_name(run.run_id)}")
             _refuse_existing([path])
-            _book(path, parts, about)
+            with _whole(path) as part:
+                _book(part, parts, about)
             return [path]
         paths = {name: directory / f"{name}.{format.value}" for name in parts}
         _refuse_existing(list(paths.values()))
         write = _WRITERS[format]
         for name, path in paths.items():
-            write(path, parts[name], about)
+            with _whole(path) as part:
+                write(part, parts[name], about)
         return list(paths.values())
     except OSError as error:
         raise BadInputError(f"{directory}: {error.strerror}") from error
@@ -89,6 +106,23 @@ def _refuse_existing(paths: list[Path]) -> None:
     for path in paths:
         if path.exists():
             raise BadInputError(f"{path} is there already", hint="name another directory")
+
+
+def _in_a_name(text: str) -> str:
+    """A text of a record, which anybody may have written, as a part of a file's name."""
+    return re.sub(r"[^\w-]+", "_", text)[:80] or "run"
+
+
+@contextmanager
+def _whole(path: Path) -> Iterator[Path]:
+    """A file to write in the place of `path`, which becomes it at the end; else nothing is left."""
+    part = path.with_name(f"{path.name}.part")
+    try:
+        yield part
+        part.rename(path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
 
 
 def _of_objects(objects: tuple[Any, ...], time: str) -> Table:
@@ -112,7 +146,7 @@ def _texts(table: Table) -> dict[str, list[Any]]:
 def _csv(path: Path, table: Table, about: Mapping[str, str]) -> None:
     """One header line with units in the names; numbers as Python writes them, exact."""
     columns = _texts(table)
-    with path.open("x", newline="", encoding="utf-8") as file:
+    with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(columns)
         writer.writerows(zip(*columns.values(), strict=True))
@@ -132,10 +166,13 @@ def _book(path: Path, parts: Mapping[str, Table], about: Mapping[str, str]) -> N
                 f"{name} has {table.rows} rows, a sheet of Excel takes {EXCEL_ROWS}",
                 hint="--parquet or --csv take all of them",
             )
-    book = library("openpyxl", "an Excel file").Workbook(write_only=True)
+    excel = library("openpyxl", "an Excel file")
+    book = excel.Workbook(write_only=True)
     sheet = book.create_sheet("about")
-    for pair in about.items():
-        sheet.append(list(pair))
+    for key, value in about.items():
+        told = excel.cell.WriteOnlyCell(sheet, printable(value, 1000))
+        told.data_type = "s"  # never a formula: anybody may have written the record
+        sheet.append([key, told])
     for name, table in parts.items():
         columns = _texts(table)
         sheet = book.create_sheet(name)

@@ -25,6 +25,6 @@ def untrusted(path: Path) -> Iterator[None]:
         if isinstance(error, BadInputError):
             raise
         raise BadInputError(
-            f"{path}: its numbers cannot be evaluated ({type(error).__name__}: {error})",
+            f"{path}: its numbers cannot be evaluated: {error}",
             hint="the file is damaged, or was not made by stepload",
         ) from error
