@@ -98,3 +98,16 @@ def test_recover_says_by_its_exit_code_what_it_did(finished: Path, tmp_path: Pat
     done = in_process("recover", tmp_path)
     assert done.returncode == 2
     assert "not repaired: " in done.stdout
+
+
+def test_a_cut_record_with_the_name_of_a_finished_one_is_repaired_where_it_lies(
+    finished: Path, tmp_path: Path
+) -> None:
+    data = finished.read_bytes()
+    (tmp_path / "run.mcap").write_bytes(data[: len(data) // 2])
+    said = in_process("recover", tmp_path)
+    assert said.returncode == 0, said.stderr
+    assert read_recording(tmp_path / "run.recovered.mcap").ticks.time_s.size > 100
+    (whole := tmp_path / "whole").mkdir()
+    (whole / "run.mcap").write_bytes(data)
+    assert f"no unfinished record in {whole}" in in_process("recover", whole).stdout

@@ -47,7 +47,8 @@ def runs(
         catalog.write_parquet(found, parquet)
     if found:
         columns = ("run", "started", "payload", "specimen", "verdict", "chord", "95 %", "ended")
-        output.table(f"{len(found)} runs in {directory}", columns, [_cells(row) for row in found])
+        count = "1 run" if len(found) == 1 else f"{len(found)} runs"
+        output.table(f"{count} in {directory}", columns, [_cells(row) for row in found])
     else:
         output.line(f"no run in {directory}")
     for row in found:

@@ -13,6 +13,19 @@ from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
 
+def _broken_in(directory: Path) -> Path | None:
+    """The record in a run's directory that has the name of a finished one and is none."""
+    from stepload.record.summary import read_summary
+
+    record = directory / "run.mcap"
+    if not record.is_file():
+        return None
+    try:
+        return record if read_summary(record).partial else None
+    except BadInputError:
+        return record
+
+
 def recover(
     file: Annotated[
         Path,
@@ -34,6 +47,8 @@ def recover(
     from stepload.session.unfinished import repair, repair_all
 
     output, on = Output(as_json=as_json), wanted_paper(pdf, paper)
+    if (broken := _broken_in(file)) is not None:
+        file = broken
     if file.is_dir():
         if out is not None:
             raise BadInputError("--out goes with one file", hint="name the record")

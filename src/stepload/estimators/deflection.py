@@ -26,6 +26,8 @@ share of its deflection at the largest force, within about this share of that fo
 BEGINS = 0.25
 """A table begins at this share of the peak force at the latest: below its first row it is a
 straight line to nothing, and a chord begins at 10 %."""
+REACHED = 0.97
+"""A run is held this near to its top force at least; a plan that has met `BEGINS` goes on to."""
 BEYOND = 1.05
 """A table's highest row is a mean over forces; so far beyond it nothing is extrapolated."""
 
@@ -89,7 +91,7 @@ class DeflectionTable:
     def beyond(self, peak_force_n: float) -> str:
         """What is doubtful about this table for a peak force; "" where its rows cover it."""
         last_n, first_n = self.force_n[-1], self.force_n[0]
-        if first_n > BEGINS * peak_force_n:
+        if REACHED * first_n > BEGINS * peak_force_n:
             return (
                 f"the table of the system's deflection begins at {first_n:.4g} N, above a quarter "
                 f"of the {peak_force_n:.4g} N of the data: below its first row nobody has looked"

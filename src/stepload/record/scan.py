@@ -105,7 +105,8 @@ def parse(kind: type[R], record: RawRecord) -> R:
     try:
         parsed: R = kind.read(ReadDataStream(BytesIO(record.body)))  # type: ignore[attr-defined]
     except (McapError, struct.error, ValueError, MemoryError, OverflowError) as error:
-        raise DamageError(record.at, f"{kind.__name__} record: {error!r}") from error
+        told = str(error) or "it ends too early"
+        raise DamageError(record.at, f"its {kind.__name__} record: {told}") from error
     return parsed
 
 

@@ -51,6 +51,11 @@ def test_beyond_its_rows_it_goes_straight_on_and_that_is_a_doubt() -> None:
     assert "ends at 300 N, the data reach 320 N" in TABLE.beyond(320.0)
 
 
+def test_a_table_that_begins_late_is_a_doubt_and_a_held_level_is_not() -> None:
+    assert TABLE.beyond(100.0) == TABLE.beyond(99.0) == ""  # planned, and as a level is held
+    assert "begins at 25 N, above a quarter of the 95 N" in TABLE.beyond(95.0)
+
+
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
