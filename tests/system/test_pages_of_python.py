@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
 from real_runs import CYCLES, ENVIRONMENT, ROOT
 
 PAGE = ROOT / "docs" / "python.md"
@@ -28,6 +30,54 @@ def test_every_block_of_the_python_page_runs(cycles_run: Path, tmp_path: Path) -
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "plastic" in done.stdout
+
+
+def test_every_block_of_the_batch_page_runs(cycles_run: Path, tmp_path: Path) -> None:
+    """The runs are one record with other names in it."""
+    page = (ROOT / "docs" / "batch.md").read_text()
+    blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    assert len(blocks) == 2
+    for piece in ("S01", "S02"):
+        _named_copy(cycles_run / "run.mcap", tmp_path / "runs" / piece / "run.mcap", piece)
+    (tmp_path / "page.py").write_text("\n".join(blocks))
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "page.py"],
+        cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "2 of 2 runs are identified" in done.stdout
+    assert done.stdout.count("S02") == 2
+
+
+def _named_copy(record: Path, path: Path, specimen: str) -> None:
+    """The same record of another specimen, written by the library of the format."""
+    path.parent.mkdir(parents=True)
+    with record.open("rb") as source, path.open("wb") as target:
+        reader, writer = make_reader(source), Writer(target, compression=CompressionType.NONE)
+        writer.start(profile="ros2", library="test")
+        for each in reader.iter_metadata():
+            more = {"batch": "B7", "specimen": specimen} if each.name == "run" else {}
+            writer.add_metadata(each.name, each.metadata | more)
+        for file in reader.iter_attachments():
+            writer.add_attachment(
+                file.create_time, file.log_time, file.name, file.media_type, file.data
+            )
+        channels: dict[int, int] = {}
+        for schema, channel, message in reader.iter_messages():
+            if channel.id not in channels:
+                assert schema is not None
+                named = writer.register_schema(schema.name, schema.encoding, schema.data)
+                channels[channel.id] = writer.register_channel(
+                    channel.topic, channel.message_encoding, named
+                )
+            writer.add_message(
+                channels[channel.id],
+                message.log_time,
+                message.data,
+                message.publish_time,
+                message.sequence,
+            )
+        writer.finish()
 
 
 def test_the_site_is_whole_and_asks_the_network_for_nothing(tmp_path: Path) -> None:
