@@ -296,6 +296,18 @@ def test_time_rests_while_a_run_is_paused(cycles_run: Path) -> None:
     assert remaining.share == share
 
 
+def test_a_run_that_is_resumed_has_fewer_cycles_left(cycles_run: Path) -> None:
+    run = stepload.open(cycles_run)
+    envelope = envelope_of(run.plan)
+    [row] = rows_of(TickRow, read_recording(run.path).ticks)[:1]
+    whole_s, rest_s = (
+        Remaining(envelope.stages, envelope.plan.procedure).at(row._replace(cycle=cycle))
+        for cycle in (1, 2)
+    )
+    assert row.cycle == 1
+    assert 0.3 * whole_s < rest_s < 0.8 * whole_s
+
+
 def test_lines_are_printed_where_nothing_draws_them(capsys: pytest.CaptureFixture[str]) -> None:
     said: list[str] = []
     with screen(said.append) as drawn:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -97,8 +98,11 @@ def _others(limits: RunLimits, wishes: Mapping[str, str]) -> dict[str, Any]:
     others: dict[str, Any] = {}
     for name, text in wishes.items():
         if name not in units:
+            near = get_close_matches(name, units, n=1)
+            guess = f"did you mean {near[0]}? " if near else ""
             raise BadInputError(
-                f"no threshold is called {name!r}", hint=f"one of {', '.join(sorted(units))}"
+                f"no threshold is called {name!r}",
+                hint=f"{guess}one of {', '.join(sorted(units))}",
             )
         unit = units[name]
         try:

@@ -127,7 +127,8 @@ class Remaining:
             steps = self._steps_of_run - self._step - 1
             between_s = (self._cycles - cycle) * self._between_s
             return max(self._step_s - in_it_s, 0.0) + steps * self._step_s + between_s + after_s
-        after_s += self._steps_of_run * self._step_s + (self._cycles - 1) * self._between_s
+        cycles = self._cycles - cycle + 1  # fewer from the beginning where a run is resumed
+        after_s += cycles * self._steps_of_cycle * self._step_s + (cycles - 1) * self._between_s
         after_s += sum(self._before[name] for name in self._names[self._at + 1 :])
         now_s = self._before[self._names[self._at]] if self._names else 0.0
         return max(now_s - in_it_s, 0.0) + after_s

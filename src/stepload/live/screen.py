@@ -28,6 +28,10 @@ from stepload.live.words import KEYS, clock, where
 from stepload.record.scan import DamageError
 from stepload.results.stored import plan_of
 
+_SHOWN = (
+    OSError, DamageError, SteploadError, ValueError, LookupError, TypeError, ArithmeticError,
+)  # fmt: skip
+"""What a record that nobody foresaw may raise: it ends the display in words."""
 LOOK_S, DRAW_S = 0.1, 0.25
 NICE = 10
 
@@ -126,7 +130,7 @@ def main() -> int:
                 if time.monotonic() - drawn_s >= DRAW_S:
                     live.update(screen.drawn(*console.size), refresh=True)
                     drawn_s = time.monotonic()
-        except (OSError, DamageError, SteploadError, ValueError, ArithmeticError) as error:
+        except _SHOWN as error:
             console.print(Text(f"the display ends: {error}; the run goes on"))
             while not lines.ended:
                 for line in lines.wait(1.0):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from typing import Any
 
+from stepload.plan.driver_schema import add_options
 from stepload.plan.model import Plan, Rig
 from stepload.plan.sections import (
     SHAPE,
@@ -37,6 +38,7 @@ def json_schema() -> _Schema:
         meaning = inline.pop("description")
         path = {"type": "string", "minLength": 1}
         schema["properties"][key] = {"anyOf": [inline, path], "description": meaning}
+    add_options(definitions)
     version = "https://json-schema.org/draft/2020-12/schema"
     return {"$schema": version, **schema, "$defs": definitions}
 

@@ -8,7 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import pytest
+import yaml
 
 from stepload.plan.calibration import CalibrationRecord
 from stepload.plan.load import json_schema, load_plan, profiles
@@ -56,7 +58,7 @@ def test_the_schema_is_whole() -> None:
     for node in _nodes(schema):
         if isinstance(reference := node.get("$ref"), str):
             assert reference.removeprefix("#/$defs/") in schema["$defs"]
-        if "pattern" in node:
+        if isinstance(node.get("pattern"), str):
             assert all(re.search(node["pattern"], example) for example in node["examples"])
 
 
@@ -66,7 +68,7 @@ def test_schema_defaults_are_written_as_a_plan_would() -> None:
     assert (procedure["hold"]["default"], procedure["touches"]["default"]) == ("3 s", 3)
     assert procedure["unload_fraction"]["default"] == "5 %"
     for node in _nodes(definitions):
-        if "pattern" in node and "default" in node:
+        if isinstance(node.get("pattern"), str) and "default" in node:
             assert re.search(node["pattern"], node["default"])
 
 
@@ -84,3 +86,40 @@ def test_profiles_are_known_by_name() -> None:
     assert set(profiles()) == {
         "stvf", "one-axis", "ur3e", "ur5e", "ur10e", "ur16e", "ur20", "ur30",
     }  # fmt: skip
+
+
+def test_no_object_of_the_schema_is_free() -> None:
+    for node in _nodes(json_schema()):
+        if node.get("type") == "object":
+            assert node["additionalProperties"] is False or isinstance(
+                node["additionalProperties"], dict
+            )
+
+
+ARM = "arm: {driver: %s, options: {%s}}"
+
+
+@pytest.mark.parametrize(
+    ("rig", "good"),
+    [
+        (ARM % ("ur", "host: 10.0.0.7, lookahead: 50 ms"), True),
+        (ARM % ("ur", "hots: 10.0.0.7"), False),
+        (ARM % ("ur", "lookahead: 0.05"), False),
+        (ARM % ("ur", "gain: 5"), False),
+        (ARM % ("ur", "approach: [0, 0]"), False),
+        ("arm: {options: {host: 10.0.0.7}}", True),
+        ("arm: {options: {no_driver_has_it: 1}}", False),
+        ("force: {driver: line_serial, options: {lookahead: 50 ms}}", False),
+    ],
+)
+def test_an_editor_sees_a_driver_s_options_as_the_driver_does(rig: str, good: bool) -> None:
+    text = (ROOT / "procedures" / "plastic-sphere.yaml").read_text()
+    plan = yaml.safe_load(text) | {"rig": yaml.safe_load("{" + rig + "}")}
+    assert jsonschema.Draft202012Validator(json_schema()).is_valid(plan) is good
+
+
+def test_every_shipped_plan_is_one_for_an_editor() -> None:
+    validator = jsonschema.Draft202012Validator(json_schema())
+    for path in sorted((ROOT / "procedures").glob("*.yaml")):
+        plan = json.loads(json.dumps(yaml.safe_load(path.read_text()), default=str))  # dates
+        assert [error.message for error in validator.iter_errors(plan)] == [], path

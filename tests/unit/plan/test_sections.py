@@ -290,7 +290,7 @@ def test_the_json_schema_of_a_plan() -> None:
     assert (levels[0]["type"], levels[0]["items"]["type"]) == ("array", "string")
     assert levels[1] == {"type": "null"}
     options = definitions["ArmSpec"]["properties"]["options"]
-    assert options["type"] == "object"
+    assert {"$ref": "#/$defs/ArmSpec options of ur"} in options["anyOf"]
     sphere = definitions["Payload"]["properties"]["geometry"]["oneOf"][0]
     assert sphere["properties"]["shape"] == {"const": "sphere"}
     assert sphere["required"] == ["radius", "shape"]
