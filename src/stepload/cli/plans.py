@@ -85,6 +85,11 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
     rows = [
         ("elastic limit F_c", f(theory.elastic_limit_n, "N"), theory.limit_equation),
         *_counted_rows(theory.counted),
+        (
+            "error common to the force channels",
+            f"{envelope.plan.rig.common_force_error:.3g}",
+            "rig.common_force_error, taken off F_allowed",
+        ),
         ("largest safe top force", f(envelope.largest_safe_force_n, "N"), "F_allowed - headroom"),
         ("force limit F_lim (R1)", f(envelope.force_limit_n, "N"), "supervisor"),
         ("top force", f(envelope.top_force_n, "N"), "plan"),

@@ -49,7 +49,10 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
             impact_n, pressing.forces.allowed_n, "N",
         )  # fmt: skip
     if plan.rig.second_force.source is not SecondForceSource.NONE:
+        common = 100.0 * plan.rig.common_force_error
         yield Reason(
             "both_channels_alike", Severity.NOTE,
-            "both force channels wrong in the same way cannot be seen", layer,
+            "both force channels wrong in the same way cannot be seen: up to"
+            f" {common:.3g} % too little together are allowed for (rig.common_force_error)", layer,
+            plan.rig.common_force_error, math.nan, "",
         )  # fmt: skip

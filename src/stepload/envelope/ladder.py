@@ -33,14 +33,16 @@ def force_limits(
     noise_n: float,
     tolerance_n: float,
     tolerance_relative: float,
+    common_relative: float,
     bias_n: float,
     capacity_n: float,
 ) -> ForceLimits:
     """F_lim and the largest safe top force, from the lower end of F_c.
 
-    A force error within the cross-check tolerance cannot be seen, hence
-    F_allowed = (F_c − tol_abs − |bias|)/(1 + tol_rel). F_lim lies a quarter above the top force,
-    never above F_allowed nor above `capacity_n`, what sensor and arm can bear.
+    A force error within the cross-check tolerance cannot be seen, nor one that all channels have
+    in common, hence F_allowed = (F_c − tol_abs − |bias|)(1 − common)/(1 + tol_rel). F_lim lies a
+    quarter above the top force, never above F_allowed nor above `capacity_n`, what sensor and arm
+    can bear.
 
     Raises:
         DomainError: a number is not finite and positive (or zero where that has a meaning).
@@ -53,14 +55,17 @@ def force_limits(
     require_positive(capacity_n, "force capacity of arm and sensor", "N")
     require_not_negative(tolerance_n, "cross-check tolerance", "N")
     require_not_negative(tolerance_relative, "relative cross-check tolerance", "")
+    require_not_negative(common_relative, "error common to the force channels", "")
     require_not_negative(bias_n, "allowed drift", "N")
     headroom_n = 8.0 * noise_n + max(0.5, 0.02 * step_n)
-    allowed_n = (elastic_limit_n - tolerance_n - bias_n) / (1.0 + tolerance_relative)
+    allowed_n = elastic_limit_n - tolerance_n - bias_n
+    allowed_n *= (1.0 - common_relative) / (1.0 + tolerance_relative)
     allowed_n = min(allowed_n, capacity_n)
     largest_top_n = allowed_n - headroom_n
     arithmetic = (
         f"({elastic_limit_n:.4g} N of F_c - {tolerance_n:.3g} N tolerance - {bias_n:.3g} N drift)"
-        f" / (1 + {tolerance_relative:.3g}), at most {capacity_n:.4g} N capacity,"
+        f" (1 - {common_relative:.3g} in common) / (1 + {tolerance_relative:.3g}),"
+        f" at most {capacity_n:.4g} N capacity,"
         f" less {headroom_n:.3g} N headroom = {largest_top_n:.4g} N"
     )
     if largest_top_n <= 0.0:

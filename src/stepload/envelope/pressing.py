@@ -158,6 +158,7 @@ def _forces(
         tolerance_relative=(
             second.tolerance_relative if has_second else 3.0 * rig.force.gain_uncertainty
         ),
+        common_relative=rig.common_force_error,
         bias_n=bias_n,
         capacity_n=min(rig.arm.max_push_n, 0.95 * rig.force.range_n),
     )

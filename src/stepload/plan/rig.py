@@ -300,6 +300,14 @@ class Rig:
     loop_delay_s: Annotated[
         Delay | None, Key("Measured delay of the whole control loop; none: sum of its parts.")
     ] = None
+    common_force_error: Annotated[
+        float,
+        Quantity("%", 0.0, 0.5),
+        Key(
+            "Share by which all force channels may read too little together, for no check sees it:"
+            " one calibration weight, one lever arm, tilt, temperature. Taken off F_allowed."
+        ),
+    ] = 0.05
     mechanical_fuse_n: Annotated[
         Force | None, Key("Force at which a mechanical fuse in the load path opens.")
     ] = None

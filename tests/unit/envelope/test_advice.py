@@ -227,7 +227,7 @@ def advice(directory: Path, **values: object) -> tuple[dict[str, Any], Envelope,
 def test_almost_all_of_f_c_may_be_pressed_where_the_strength_is_measured(tmp_path: Path) -> None:
     data, envelope, reasons = advice(tmp_path, procedure__top_force="500 N")
     reason = reasons["top_force_above_safe_limit"]
-    assert "reduce top_force to 46" in reason.remedy
+    assert "reduce top_force to 44" in reason.remedy
     assert "measure the yield strength of acetal" in reason.remedy
     assert check(tmp_path, data, envelope, reason) >= 2
 
@@ -280,7 +280,7 @@ def test_levels_that_are_written_out_end_at_the_new_top_force(tmp_path: Path) ->
     plan = read(tmp_path, data)
     reason = next(r for r in envelope_of(plan).reasons if r.severity is Severity.REFUSE)
     assert re.match(
-        r"reduce top_force to (46\d N) and end the levels with \1 and identify.secant_force to \1",
+        r"reduce top_force to (43\d N) and end the levels with \1 and identify.secant_force to \1",
         reason.remedy,
     )
     remedy = remedies_for(plan, reason, envelope_of(plan).reasons, lambda p: derive(p).reasons)[0]

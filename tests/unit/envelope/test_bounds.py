@@ -50,7 +50,7 @@ LAW = theory_of(PLAN.payload).law
 ALONE = SecondForce(SecondForceSource.NONE, 0, 0, 0, 0)
 LADDER: dict[str, float] = {
     "top_force_n": 100.0, "step_n": 10.0, "noise_n": 0.5, "tolerance_n": 8.0,
-    "tolerance_relative": 0.1, "bias_n": 2.0, "capacity_n": 1e4,
+    "tolerance_relative": 0.1, "common_relative": 0.0, "bias_n": 2.0, "capacity_n": 1e4,
 }  # fmt: skip
 
 
@@ -93,6 +93,7 @@ def test_the_largest_reading_allowed_leaves_room_for_all_that_cannot_be_seen() -
     assert ladder(tolerance_relative=0.0).allowed_n == pytest.approx(300.0 - 8.0 - 2.0)
     assert ladder(tolerance_n=0.0).allowed_n == pytest.approx((300.0 - 2.0) / 1.1)
     assert ladder(capacity_n=200.0).allowed_n == 200.0
+    assert ladder(common_relative=0.2).allowed_n == pytest.approx(0.8 * 290.0 / 1.1)
 
 
 def test_the_headroom_is_eight_sigma_and_some() -> None:
@@ -319,7 +320,7 @@ def test_noise_and_drift_found_in_the_run_count_where_they_are_worse() -> None:
     worse = pressing(measured=Measured(0.7, 4.0))
     assert worse.rig.noise_n == 0.7
     assert worse.forces.headroom_n == pytest.approx(8.0 * 0.7 + 1.0)
-    assert worse.forces.allowed_n == pytest.approx((F_C - 11.0 - 4.0) / 1.05)
+    assert worse.forces.allowed_n == pytest.approx(0.95 * (F_C - 11.0 - 4.0) / 1.05)
     better = pressing(measured=Measured(0.01, 0.0))
     assert better == pressing()
     with pytest.raises(RefusedError, match="noise would be taken for a touch"):
@@ -328,12 +329,14 @@ def test_noise_and_drift_found_in_the_run_count_where_they_are_worse() -> None:
 
 def test_one_channel_alone_pays_with_three_times_its_gain_and_capacity_bounds_all() -> None:
     alone = on_rig(second_force=ALONE)
-    assert pressing(alone).forces.allowed_n == pytest.approx((F_C - 1.0) / 1.015)
+    assert pressing(alone).forces.allowed_n == pytest.approx(0.95 * (F_C - 1.0) / 1.015)
     assert pressing(with_arm(max_push_n=500.0)).forces.allowed_n == 500.0
     assert pressing(with_force(range_n=500.0)).forces.allowed_n == pytest.approx(475.0)
     with pytest.raises(RefusedError, match="nothing checks"):
         pressing(alone, 14.99)
-    assert largest_top_force(alone, 300.0) == pytest.approx((300.0 - 1.0) / 1.015 - 8.0 * 0.3 - 1.0)
+    assert largest_top_force(alone, 300.0) == pytest.approx(
+        0.95 * (300.0 - 1.0) / 1.015 - 8.0 * 0.3 - 1.0
+    )
     assert largest_top_force(alone, 2.0) == 0.0
 
 

@@ -111,6 +111,7 @@ RANGES = {
     "0 to 2147483647 count": "rig.simulation.seed",
     "0.01 to 100": "rig.simulation.payload_factor rig.simulation.stiffness_factor",
     "-0.1 to 0.1 m": "rig.simulation.surface_error",
+    "0 to 50 %": "rig.common_force_error",
     "0 to 90 %": "rig.simulation.hysteresis",
     "-10 to 10 N/s": "rig.simulation.force_drift",
     "0 to 6 count": "rig.simulation.creep_decades",

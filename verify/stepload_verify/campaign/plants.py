@@ -153,6 +153,7 @@ def _rig(chance: Random, arm_class: str, two_channels: bool, elastic_limit_n: fl
         second_force=_second(chance, ur, range_n, two_channels),
         system_stiffness=_stiffness(chance, ur, arm.effective_mass_kg),
         loop_delay_s=None,
+        common_force_error=0.0,  # the claim is about the rest; what is drawn is drawn near F_c
         mechanical_fuse_n=None,
         simulation=Simulation(0, "smooth", 1.0, 1.0, 0.0, 0.0, 0.0, 50.0, 0.0),
     )

@@ -1,0 +1,45 @@
+"""Both force channels read too little together: no check sees it, so the ladder leaves room."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from run_bench import bench_for, run, spec_for
+from run_plans import envelope_for, stvf_plan
+
+from stepload.plan.model import Plan
+from stepload.rig.world import WorldFault
+
+F_C = 300.0
+
+
+def plan_at_the_limit(common: float) -> Plan:
+    """As hard as preflight lets it press, with channels that are checked to 1 N."""
+    plan = stvf_plan(hold_s=0.5, unload=False, levels_n=(100.0, 200.0), top_force_n=200.0)
+    second = replace(plan.rig.second_force, tolerance_n=5.0, tolerance_relative=0.0)
+    plan = replace(plan, rig=replace(plan.rig, second_force=second, common_force_error=common))
+    top_n = envelope_for(plan, F_C).largest_safe_force_n - 0.1
+    procedure = replace(plan.procedure, levels_n=(0.5 * top_n, top_n), top_force_n=top_n)
+    return replace(plan, procedure=procedure)
+
+
+@pytest.mark.parametrize(("common", "safe"), [(0.05, True), (0.0, False)])
+def test_channels_that_are_five_per_cent_low_together_stay_below_f_c(
+    common: float, safe: bool
+) -> None:
+    plan = plan_at_the_limit(common)
+    low = [WorldFault(kind, 0.0, math.inf, 0.95) for kind in ("force_gain", "arm_force_gain")]
+    bench = bench_for(plan, F_C, spec=spec_for(plan, faults=low))
+    engine = run(bench)
+    assert engine.cause is None  # nothing can see it
+    assert (bench.peak_n < F_C) is safe
+
+
+def test_preflight_says_what_it_allows_for() -> None:
+    for common, said in ((0.05, "up to 5 %"), (0.02, "up to 2 %")):
+        envelope = envelope_for(plan_at_the_limit(common), F_C)
+        [alike] = [each for each in envelope.reasons if each.code == "both_channels_alike"]
+        assert said in alike.message
+        assert alike.value == common
