@@ -45,7 +45,7 @@ def test_unknown_payload_strength_has_no_limit() -> None:
 @pytest.mark.parametrize("geometry", [SharpCone(0.3), FlatPunch(0.01), PowerProfile(3.0, 100.0)])
 def test_theory_has_no_limit_for_edges_and_general_profiles(geometry: Geometry) -> None:
     assert elastic_limit(geometry, PLASTIC, ALUMINIUM) is None
-    assert type(geometry).__name__ in no_limit_reason(geometry, PLASTIC, ALUMINIUM)
+    assert "no elastic limit for this shape" in no_limit_reason(geometry, PLASTIC, ALUMINIUM)
 
 
 @pytest.mark.parametrize(
