@@ -81,7 +81,7 @@ class Stage:
         for part, how in directions.get("break", {}).items():
             self._break(*PARTS[part], how)
         experiment.refuse_simulated = lambda plan: None  # on purpose: nothing is measured here
-        experiment._refuse_unproven = lambda envelope: None
+        experiment.refuse_unproven = lambda envelope: None
         if not directions.get("judge"):
             leave_out_judgement(setattr)
         if step_s := directions.get("clock"):

@@ -189,7 +189,7 @@ def try_driver(
     from stepload.plan.option_text import options_from_words
     from stepload.rig.contract import CheckStatus, Trial, run_trial, trial_of
     from stepload.rig.plugins import load_driver
-    from stepload.session.experiment import SIMULATED
+    from stepload.session.ready import SIMULATED
     from stepload.units import parse_quantity
 
     group = _group(name, kind)

@@ -44,8 +44,8 @@ def doctor(
     from stepload.engine.operator import Operator
     from stepload.envelope.envelope import envelope_of
     from stepload.plan.load import load_plan
-    from stepload.session.experiment import refuse_simulated
     from stepload.session.hazards import refuse_unread
+    from stepload.session.ready import refuse_simulated
 
     out = Output(as_json=as_json)
     operator = Operator()

@@ -57,7 +57,7 @@ def ask_hazards(envelope: Envelope) -> bool:
 
     from stepload.envelope.reason import PlanVerdict
     from stepload.plan.hazards import hazards_read, keep, keys_of
-    from stepload.session.experiment import refuse_simulated
+    from stepload.session.ready import refuse_simulated
 
     plan = envelope.plan
     if hazards_read(plan) or envelope.verdict is PlanVerdict.REFUSED:

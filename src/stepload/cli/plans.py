@@ -179,7 +179,7 @@ def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = Fal
     from stepload.envelope.reason import PlanVerdict
     from stepload.plan.load import load_plan
     from stepload.results.model import Finding
-    from stepload.session.experiment import PROVE, simulated_devices
+    from stepload.session.ready import PROVE, simulated_devices
 
     out = Output(as_json=as_json)
     envelope = envelope_of(load_plan(plan, payload=payload))

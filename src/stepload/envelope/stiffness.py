@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from stepload.envelope.reason import Reason, Severity
 from stepload.estimators.deflection import (
@@ -13,8 +14,10 @@ from stepload.estimators.deflection import (
     DeflectionTable,
     least_sigma,
 )
-from stepload.plan.model import Plan
 from stepload.units import format_quantity
+
+if TYPE_CHECKING:
+    from stepload.plan.model import Plan
 
 
 @dataclass(frozen=True, slots=True)

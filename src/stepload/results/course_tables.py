@@ -5,17 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
+from typing import TYPE_CHECKING
 
-from stepload.contact.power_law import ContactLaw
-from stepload.envelope.envelope import Envelope
-from stepload.evidence.quantity import Quantity
-from stepload.record.outcome import RunOutcome
-from stepload.record.reader import Recording
 from stepload.results import fields
-from stepload.results.analyse import Evaluation
 from stepload.results.model import NOTHING, Show, Table, number, quantity, table
-from stepload.results.press_data import PressData
 from stepload.units import format_quantity as f
+
+if TYPE_CHECKING:
+    from stepload.contact.power_law import ContactLaw
+    from stepload.envelope.envelope import Envelope
+    from stepload.evidence.quantity import Quantity
+    from stepload.record.outcome import RunOutcome
+    from stepload.record.reader import Recording
+    from stepload.results.analyse import Evaluation
+    from stepload.results.press_data import PressData
 
 
 def force_budget_table(envelope: Envelope, *, page_only: bool = False) -> Table:

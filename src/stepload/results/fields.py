@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from stepload.envelope.press import Term
-from stepload.envelope.schedule import Stage
-from stepload.estimators.budget import Budget, BudgetLine
-from stepload.estimators.fit import Fit
-from stepload.estimators.runin import Cycle
-from stepload.estimators.system import SystemStiffnessFit
-from stepload.evidence.answer import LawRow
-from stepload.evidence.gates import Gate
-from stepload.evidence.identification import REPORTED, Identification
-from stepload.evidence.quantity import Line, Quantity
-from stepload.record.align import ChannelClock
-from stepload.record.outcome import ActionResult
 from stepload.results.model import NOTHING, Field, data, interval, named, number, quantity
+
+if TYPE_CHECKING:
+    from stepload.envelope.press import Term
+    from stepload.envelope.schedule import Stage
+    from stepload.estimators.budget import Budget, BudgetLine
+    from stepload.estimators.fit import Fit
+    from stepload.estimators.runin import Cycle
+    from stepload.estimators.system import SystemStiffnessFit
+    from stepload.evidence.answer import LawRow
+    from stepload.evidence.gates import Gate
+    from stepload.evidence.identification import Identification
+    from stepload.evidence.quantity import Line, Quantity
+    from stepload.record.align import ChannelClock
+    from stepload.record.outcome import ActionResult
 
 
 class NamedFit(NamedTuple):
@@ -31,6 +33,8 @@ class NamedFit(NamedTuple):
 
 def fits_of(found: Identification, *, reported: bool = True) -> list[NamedFit]:
     """The fits that are reported and the believed one, or all the others."""
+    from stepload.evidence.identification import REPORTED  # loaded already: `found` is of it
+
     first = [*REPORTED, *({found.believe} - set(REPORTED))]
     names = first if reported else [name for name in found.fits if name not in first]
     return [

@@ -23,10 +23,8 @@ from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope, envelope_of, refusal_of
 from stepload.envelope.pose import plan_where_it_stands
-from stepload.envelope.proof import unproven
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import LeftEarlyError, RefusedError
-from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan
 from stepload.record.outcome import RunOutcome
 from stepload.record.plain import plain
 from stepload.record.reader import read_recording
@@ -41,15 +39,8 @@ from stepload.results.run_document import run_document
 from stepload.rig import pose
 from stepload.rig.device import ArmConfiguration
 from stepload.session import control, files, hazards
+from stepload.session.ready import refuse_simulated, refuse_unproven
 from stepload.session.resume import Resumed, resumable
-
-SIMULATED = "sim"
-
-PROVE = (
-    "push by hand on the tool, as the plate will, see which component answers with which sign,"
-    " write axis and pushed_on (stepload setup does it step by step); or state"
-    " rig.force.tool_mass, so that a shake in free air proves it before every approach"
-)
 
 Progress = Callable[[Engine, Envelope], None]
 RigOpener = Callable[..., contextlib.AbstractContextManager[OpenRig]]
@@ -202,42 +193,7 @@ def _check_that_it_may_run(envelope: Envelope, dry_run: bool, hazards_read_now: 
     if not dry_run:
         refuse_simulated(envelope.plan)
         hazards.refuse_unread(envelope.plan, hazards_read_now)
-        _refuse_unproven(envelope)
-
-
-def simulated_devices(plan: Plan) -> list[str]:
-    """Keys of the devices of a plan that are simulated: it can be rehearsed, not run."""
-    rig, second = plan.rig, plan.rig.second_force.sensor
-    specs: dict[str, ArmSpec | ForceSpec | DisplacementSpec | None] = {
-        "arm": rig.arm, "force": rig.force, "second_force.sensor": second,
-        "displacement": rig.displacement,
-    }  # fmt: skip
-    return [f"rig.{key}" for key, spec in specs.items() if spec and spec.driver.name == SIMULATED]
-
-
-def refuse_simulated(plan: Plan) -> None:
-    """Refuse simulated devices outside a dry run: they press a payload of their own.
-
-    Raises:
-        RefusedError: with the keys that name them; what they say is no measurement.
-    """
-    named = simulated_devices(plan)
-    if named:
-        raise RefusedError(
-            f"{named[0]} names the driver {SIMULATED}, which simulates a payload of its own and"
-            " not the plan's: what it says is no measurement",
-            hint="rehearse the plan with --dry-run, or name the drivers of your devices: "
-            + ", ".join(f"{key}.driver" for key in named),
-        )
-
-
-def _refuse_unproven(envelope: Envelope) -> None:
-    """Two channels that are wrong alike press through F_c: a person or the run itself must look."""
-    found = unproven(envelope.plan, envelope.telling_shake)
-    if found:
-        raise RefusedError(
-            f"axis and sign of the force are not proven: {'; '.join(found)}", hint=PROVE
-        )
+        refuse_unproven(envelope)
 
 
 @contextlib.contextmanager
