@@ -36,7 +36,7 @@ ACROSS_SIGMAS = 8.0
 ANSWER_FILTER_S = 0.3
 """Time constant of the force that R6 looks for an answer in."""
 
-_LOAD = int(Phase.LOAD)
+_LOAD, _HOLD = int(Phase.LOAD), int(Phase.HOLD)
 
 
 class Supervisor:
@@ -54,7 +54,8 @@ class Supervisor:
     """
 
     __slots__ = (
-        "_answer_alpha", "_answer_m", "_answer_n", "_answer_rise_n", "_cross", "_cross_s",
+        "_answer_alpha", "_answer_m", "_answer_n", "_answer_rise_n", "_averages",
+        "_cross", "_cross_s",
         "_found", "_last_n", "_limits", "_mean_n", "_second_is_arm", "_second_wrong_way",
         "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound", "_standing", "_tared",
         "_taut_s", "_wrong_way", "arm", "cause", "force", "force_n", "motion", "predicted_n",
@@ -110,6 +111,7 @@ class Supervisor:
         self._answer_n = self._answer_m = self._last_n = self._slow_n = 0.0
         self._answer_alpha = min(1.0, period_s / ANSWER_FILTER_S)
         self._mean_n = 0.0
+        self._averages = False
         self.zero_n = self.second_zero_n = 0.0
         self.force_n = self.smooth_n = self.slope_n_per_s = 0.0
         self.second_n = math.nan
@@ -285,8 +287,11 @@ class Supervisor:
         if phase == _LOAD:
             breach = breach or self._judge_load(target_m, smooth_n, speed)
         else:
-            self._answer_n = self._mean_n = smooth_n
+            weight = self._answer_alpha if phase == _HOLD and self._averages else 1.0
+            self._mean_n += weight * (smooth_n - self._mean_n)
+            self._answer_n = self._mean_n
             self._answer_m, self._taut_s = target_m, 0.0
+        self._averages = phase in (_LOAD, _HOLD)
         return breach
 
     def _judge_side(self, force_n: float, phase: int) -> Breach | None:

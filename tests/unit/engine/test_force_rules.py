@@ -325,6 +325,19 @@ def test_r6_the_leash_is_shorter_by_what_is_pressed_already(share: float, found:
     assert cause is None or cause.rule == "R6"
 
 
+def test_r6_begins_from_the_mean_of_the_hold_and_not_from_its_last_sample() -> None:
+    """A payload as soft as the leash allows answers with little more than noise."""
+    feed = Feed(**CALM, at_n=100.0)
+    feed.ticks(1000, 100.0)
+    feed.tick(100.0 + 6.0 * NOISE_N)
+    assert feed.supervisor.answer_n == pytest.approx(100.0, abs=0.1 * NOISE_N)
+    feed.tick(50.0, phase=Phase.UNLOAD)  # what is no hold is followed at once
+    feed.tick(50.0, phase=Phase.UNLOAD)
+    first_n = feed.supervisor.answer_n
+    feed.tick(50.0, phase=Phase.HOLD)
+    assert abs(feed.supervisor.answer_n - 50.0) < abs(first_n - 50.0)
+
+
 def test_r6_waits_its_whole_time_after_an_answer() -> None:
     feed = Feed(**CALM)
     feed.tick()
