@@ -45,6 +45,9 @@ def test_what_is_known_better_is_in_the_results(cycles_run: Path, tmp_path: Path
     said = in_process("identify", cycles_run, *options, "--out", out, "--json")
     assert results(out)["laws_chosen"] == ["hertz"]
     assert results(out)["headline"] == json.loads(said.stdout)["headline"]
+    assert results(out)["reasons"][0].startswith(
+        "the result was judged by F_c = 600 N; by its plan"
+    )
 
 
 def test_a_curve_gets_a_report_too(tmp_path: Path) -> None:

@@ -141,6 +141,30 @@ def test_a_link_in_a_circle_ends(place: Path) -> None:
     assert len(catalog.rows(place)) == 4
 
 
+def test_a_record_at_the_top_hides_no_run_below_it(place: Path) -> None:
+    before = [row.path for row in catalog.rows(place)]
+    shutil.copy(place / "a" / "run.mcap", place / "run.mcap")
+    shutil.copy(place / "a" / "run.mcap", place / "run.recovered.mcap")
+    after = [row.path for row in catalog.rows(place)]
+    assert sorted(after) == sorted([*before, str(place / "run.mcap")])
+
+
+def test_a_directory_that_cannot_be_looked_into_says_so(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain = Path.is_file
+
+    def locked(path: Path) -> bool:
+        if path.parent == place / "b":
+            raise PermissionError(errno.EACCES, "Permission denied")
+        return plain(path)
+
+    monkeypatch.setattr(Path, "is_file", locked)
+    found = {row.path: row for row in catalog.rows(place)}
+    assert len(found) == 4
+    assert found[str(place / "b")].problem == "cannot be looked into: Permission denied"
+
+
 def test_csv_holds_the_curve_exactly(cycles_run: Path, tmp_path: Path) -> None:
     out = tmp_path / "tables"
     said = in_process("export", cycles_run, "--csv", "--out", out)

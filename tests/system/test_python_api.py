@@ -217,3 +217,28 @@ def test_an_unknown_circumstance_names_those_there_are() -> None:
     with pytest.raises(BadInputError, match="f_c") as caught:
         stepload.identify([1.0] * 20, [1.0] * 20, f_c=3.0)
     assert "elastic_limit_n" in caught.value.hint
+
+
+LOADING_N = np.linspace(0.0, 300.0, 200)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("elastic_limit_n", float("nan")), ("elastic_limit_n", -3.0), ("elastic_limit_n", 0.0),
+        ("force_noise_n", -1.0), ("smooth_error_m", float("inf")), ("theory_k", "4.8e6 N/m"),
+        ("system_stiffness_n_per_m", "5e6 N/m"), ("secant_force_n", True),
+    ],
+)  # fmt: skip
+def test_a_known_number_that_cannot_be_is_refused(name: str, value: object) -> None:
+    """An F_c that is not a number would let every force pass as below it."""
+    with pytest.raises(BadInputError, match=name):
+        stepload.identify(LOADING_N, LOADING_N * 1e-7, **{name: value})
+
+
+def test_masked_and_complex_numbers_are_not_taken_for_measured_ones() -> None:
+    masked = np.ma.masked_greater(LOADING_N, 200.0)
+    with pytest.raises(BadInputError, match="masked"):
+        stepload.identify(masked, LOADING_N * 1e-7)
+    with pytest.raises(BadInputError, match="complex"):
+        stepload.identify(LOADING_N + 1j, LOADING_N * 1e-7)

@@ -118,8 +118,8 @@ def identify(
             `force_noise_n`, `position_noise_m`, `secant_force_n`, `laws` and others.
 
     Raises:
-        BadInputError: columns of unlike length, numbers that are not finite, an unknown name, or
-            nothing to identify.
+        BadInputError: columns of unlike length, numbers that are not finite or are masked, an
+            unknown name, a known number that cannot be, or nothing to identify.
     """
     if (deformation_m is None) == (position_m is None):
         raise BadInputError("give one of deformation_m and position_m")
@@ -161,8 +161,14 @@ def _column(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """One column, float64, shape (N,).
 
     Raises:
-        BadInputError: it is none, or has a number that is not finite.
+        BadInputError: it is none, or has a number that is not finite, is masked or is complex.
     """
+    if np.ma.is_masked(values):
+        raise BadInputError(
+            f"identify: {name} has rows that are masked", hint="leave out rows without a number"
+        )
+    if np.iscomplexobj(values):
+        raise BadInputError(f"identify: {name} holds complex numbers")
     try:
         column = np.ascontiguousarray(values, np.float64)
     except (TypeError, ValueError) as error:

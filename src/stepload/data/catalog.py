@@ -64,7 +64,10 @@ def rows(directory: str | Path) -> list[RunRow]:
     root = Path(directory)
     if not root.is_dir():
         raise BadInputError(f"{root} is no directory", hint="the directory that holds the runs")
-    found = [_row(record) for record in _records(root, MOST_DEEP)]
+    found = [
+        _unread(path, problem) if problem else _row(path)
+        for path, problem in _records(root, MOST_DEEP)
+    ]
     return sorted(found, key=lambda row: (row.started, row.path))
 
 
@@ -149,25 +152,28 @@ def find_run(text: str, directory: Path) -> Path:
     return Path(found[0].path)
 
 
-def _records(directory: Path, deep: int) -> Iterator[Path]:
-    """Records in a directory and below; links are not followed."""
-    for name in (RECORD, PART):
-        if (record := directory / name).is_file():
-            yield record
-            return
-    if not deep:
-        return
+def _records(directory: Path, deep: int) -> Iterator[tuple[Path, str]]:
+    """Records in a directory and below; links are not followed.
+
+    Files beside a run's record are its own, directories are not. A directory that cannot be looked
+    into is among them, with the reason; of a record that is "".
+    """
     try:
         entries = sorted(directory.iterdir())
-    except OSError:
+        record = next((r for n in (RECORD, PART) if (r := directory / n).is_file()), None)
+    except OSError as error:
+        yield directory, f"cannot be looked into: {error.strerror}"
         return
+    if record is not None:
+        yield record, ""
     for entry in entries:
         if entry.is_symlink():
             continue
         if entry.is_dir():
-            yield from _records(entry, deep - 1)
-        elif entry.suffix == ".mcap":
-            yield entry
+            if deep:
+                yield from _records(entry, deep - 1)
+        elif record is None and deep and entry.suffix == ".mcap":
+            yield entry, ""
 
 
 def _row(record: Path) -> RunRow:
@@ -175,9 +181,12 @@ def _row(record: Path) -> RunRow:
         with untrusted(record):
             return _told(read_summary(record))
     except BadInputError as error:
-        nothing: dict[str, Any] = dict.fromkeys(COLUMNS, "") | dict.fromkeys(_NUMBERS, math.nan)
-        told = error.message.removeprefix(f"{record}: ")
-        return RunRow(**nothing | {"simulated": False, "path": str(record), "problem": told})
+        return _unread(record, error.message.removeprefix(f"{record}: "))
+
+
+def _unread(path: Path, problem: str) -> RunRow:
+    nothing: dict[str, Any] = dict.fromkeys(COLUMNS, "") | dict.fromkeys(_NUMBERS, math.nan)
+    return RunRow(**nothing | {"simulated": False, "path": str(path), "problem": problem})
 
 
 _NUMBERS = (

@@ -57,16 +57,23 @@ def margins(
             else 0.0,
             _share(sup.standing_n, limits.second_stands_n) if sup.second else 0.0,
         ),
-        "R7": _share(
-            abs(sup.arm.position_m - motion.model_m),
-            limits.model_tolerance_m + limits.model_lag_s * motion.recent_m_s,
+        "R7": _largest(
+            _share(
+                abs(sup.arm.position_m - motion.model_m),
+                limits.model_tolerance_m + limits.model_lag_s * motion.recent_m_s,
+            ),
+            motion.still_share(sup.arm.position_m),
+            motion.waited_share(now_s),
         ),
     }
     if phase in SEARCHING:
         found["R8"] = _largest(sup.arm.position_m / limits.search_end_m)
         across_n = max(limits.touch_force_n, ACROSS_SIGMAS * limits.noise_n)
+        second_n = max(limits.touch_force_n, ACROSS_SIGMAS * limits.second_noise_n)
         found["R11"] = _largest(
-            -sup.force_n / limits.touch_force_n, sup.force.smooth_across_n / across_n
+            -sup.force_n / limits.touch_force_n,
+            sup.force.smooth_across_n / across_n,
+            sup.second.smooth_across_n / second_n if sup.second else 0.0,
         )
     if not sup.tared:
         return found
@@ -75,7 +82,7 @@ def margins(
         math.hypot(sup.force_n, sup.force.across_n) / limit_n,
         math.hypot(sup.second_n, sup.second.across_n) / limit_n if sup.second else 0.0,
     )
-    found["R2"] = _largest(sup.predicted_n / limit_n)
+    found["R2"] = _largest(math.hypot(sup.predicted_n, sup.force.across_n) / limit_n)
     if limits.cross_check:
         tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(sup.smooth_n)
         found["R5"] = _share(abs(sup.difference_n), tolerance_n)

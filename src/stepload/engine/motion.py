@@ -67,6 +67,18 @@ class MotionWatch:
         """The target of the last tick."""
         return self._last_target_m
 
+    def still_share(self, position_m: float) -> float:
+        """What R7 has seen of a frozen position, 1 where it trips; 0 while the arm follows."""
+        moved_m, seen_m = self._model_m - self._still_model_m, position_m - self._still_m
+        if moved_m == 0.0 or seen_m / moved_m >= STILL_SHARE:
+            return 0.0
+        limits = self._limits
+        return abs(moved_m) / (limits.still_m + limits.model_lag_s * self.recent_m_s)
+
+    def waited_share(self, now_s: float) -> float:
+        """How long R7 has waited for progress in an approach, 1 where it trips; NaN elsewhere."""
+        return (now_s - self._progress_s) / self._progress_time_s
+
     def adopt(self, limits: RunLimits) -> None:
         """Judge by these thresholds from now on."""
         self._limits = limits

@@ -52,7 +52,7 @@ def run_certificate(
         if envelope.plan.identify.kind == "system"
         else "Test report: contact stiffness of a payload",
         facts=(
-            specimen_facts(envelope, recording),
+            specimen_facts(envelope, recording, run.identification),
             rig_facts(envelope, recording, run.identification),
         ),
         tables=tables,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from datetime import date, datetime
 
 from stepload.contact.materials import (
@@ -44,13 +45,25 @@ def stated(text: str) -> str:
     return short(text) or NOT_STATED
 
 
-def specimen_facts(envelope: Envelope, recording: Recording) -> Facts:
-    """What was pressed and against what."""
+def other_elastic_limit(envelope: Envelope, found: Identification | None) -> float | None:
+    """The F_c that a result was judged by, in N, where it is not the plan's; None where it is."""
+    used_n = None if found is None else found.conditions.elastic_limit_n
+    if used_n is None or math.isclose(used_n, envelope.theory.elastic_limit_n, rel_tol=1e-6):
+        return None
+    return used_n
+
+
+def specimen_facts(
+    envelope: Envelope, recording: Recording, found: Identification | None = None
+) -> Facts:
+    """What was pressed and against what; `found` tells the F_c of the result."""
     told, payload = recording.metadata, envelope.plan.payload
     counted, limit_n = envelope.theory.counted, envelope.theory.elastic_limit_n
     limit = f"{f(limit_n, 'N')}, {counted.equation}"
     if counted.lower_n < limit_n:
         limit += f", counted on {f(counted.lower_n, 'N')}"
+    if (used_n := other_elastic_limit(envelope, found)) is not None:
+        limit = f"{f(used_n, 'N')}, taken for this result; by the plan {limit}"
     return [
         ("Specimen", stated(told.get("specimen", ""))),
         ("Batch", stated(told.get("batch", ""))),

@@ -28,6 +28,7 @@ from stepload.results.course_tables import (
 )
 from stepload.results.equations import equation_table
 from stepload.results.extras import Extras, extras_tables
+from stepload.results.facts import other_elastic_limit
 from stepload.results.identified_tables import (
     HEADLINE_BUDGET,
     identification_tables,
@@ -209,6 +210,8 @@ def _cards(run: Evaluation) -> list[Card]:
     of_limit = f"{outcome.peak_force_n / counted_n:.0%} of the {f(counted_n, 'N')} counted on"
     if counted_n < limit_n:
         of_limit += f" of F_c = {f(limit_n, 'N')}"
+    if (used_n := other_elastic_limit(envelope, found)) is not None:
+        of_limit = f"{outcome.peak_force_n / used_n:.0%} of F_c = {f(used_n, 'N')} of this result"
     cards = [Card("largest measured force", f(outcome.peak_force_n, "N"), of_limit)]
     if found is not None:
         cards += _stiffness_cards(found)

@@ -17,6 +17,7 @@ from stepload.record.rows import Phase
 from stepload.results import figures
 from stepload.results.analyse import Evaluation
 from stepload.results.conditions import measured, planned
+from stepload.results.facts import other_elastic_limit
 from stepload.results.model import Figure
 from stepload.results.press_data import LOADING, UNLOADING
 from stepload.units import format_quantity as f
@@ -103,7 +104,11 @@ def figures_of(run: Evaluation) -> list[Figure]:
         return []
     start_s = run.outcome.start_s
     trace = figures.Trace(data.time_s - start_s, data.force_n, data.travel_m, data.phase)
-    limit_n = run.envelope.theory.elastic_limit_n
+    limit_n, counted_n = (
+        run.envelope.theory.elastic_limit_n, run.envelope.theory.counted.lower_n,
+    )  # fmt: skip
+    if (used_n := other_elastic_limit(run.envelope, run.identification)) is not None:
+        limit_n = counted_n = used_n
     return [
         *_fit_figures(run),
         Figure(
@@ -119,7 +124,7 @@ def figures_of(run: Evaluation) -> list[Figure]:
             partial(
                 figures.against_limit, trace, ticks.predicted_peak_n, ticks.time_s - start_s,
                 {
-                    "F_c": limit_n, "counted on": run.envelope.theory.counted.lower_n,
+                    "F_c": limit_n, "counted on": counted_n,
                     "F_lim": run.envelope.force_limit_n,
                 },
             ),

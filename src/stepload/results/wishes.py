@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from pathlib import Path
 
 from stepload.contact.law_names import LAW_NAMES
@@ -43,6 +45,10 @@ class Wishes:
         theory_k, theory_n: the payload's law (3).
         tared: the force is zero in free air, though the file does not show it.
         laws: words of the laws that figures may rest on; empty: all that can be tried.
+
+    Raises:
+        BadInputError: a number is none, is not finite or is negative, or is zero where it may not
+            be: nothing could be judged by it.
     """
 
     system_stiffness_n_per_m: float | None = None
@@ -58,6 +64,20 @@ class Wishes:
     theory_n: float | None = None
     tared: bool = False
     laws: tuple[str, ...] | None = None
+
+    def __post_init__(self) -> None:
+        for name in (*_SOURCES, *_CONDITIONS[:-1]):
+            value = getattr(self, name)
+            if value is None:
+                continue
+            if isinstance(value, bool) or not isinstance(value, Real):
+                raise BadInputError(f"{name} is {value!r}, not a number")
+            if not math.isfinite(value) or value < 0.0 or (value == 0.0 and name in _CONDITIONS):
+                least = "greater than 0" if name in _CONDITIONS else "0 or more"
+                raise BadInputError(
+                    f"{name} is {value}; it must be finite and {least}",
+                    hint="leave out what is not known",
+                )
 
     @property
     def states_an_error(self) -> bool:

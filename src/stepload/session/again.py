@@ -14,6 +14,7 @@ from stepload.errors import BadInputError
 from stepload.record.plain import plain
 from stepload.results.analyse import Evaluation
 from stepload.results.data import run_data
+from stepload.results.facts import other_elastic_limit
 from stepload.results.model import Document
 from stepload.results.provenance import with_record
 from stepload.results.run_document import run_document
@@ -34,9 +35,9 @@ def results_again(record: Path, wishes: Wishes | None = None) -> Again:
     """Evaluate a record; raises as `evaluation_of`."""
     run = evaluation_of(record, wishes)
     data, document = plain(run_data(run)), with_record(run_document(run), record_in(record))
-    if told := _other_limits(run):
-        data = data | {"reasons": [told, *data["reasons"]]}
-        document = replace(document, reasons=(told, *document.reasons))
+    if told := [each for each in (_other_limits(run), _other_elastic_limit(run)) if each]:
+        data = data | {"reasons": [*told, *data["reasons"]]}
+        document = replace(document, reasons=(*told, *document.reasons))
     return Again(data, document)
 
 
@@ -52,6 +53,17 @@ def _other_limits(run: Evaluation) -> str:
     return (
         f"the run's force limit was {had_n:.4g} N; stepload {stepload.__version__} derives"
         f" {now_n:.4g} N from its plan: preflight and limits shown here are not those of that day"
+    )
+
+
+def _other_elastic_limit(run: Evaluation) -> str:
+    """That the result was judged by another F_c than the plan's; "" where it was not."""
+    used_n = other_elastic_limit(run.envelope, run.identification)
+    if used_n is None:
+        return ""
+    return (
+        f"the result was judged by F_c = {used_n:.4g} N; by its plan the run had"
+        f" {run.envelope.theory.elastic_limit_n:.4g} N"
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from stepload.engine.margins import margins
+from stepload.engine.motion import MotionWatch
 from stepload.record.rows import Phase
 
 
@@ -16,7 +17,7 @@ def limits(**other: Any) -> Any:
     told = {
         "stale_force_s": 0.012, "stale_arm_s": 0.012, "stale_second_s": 0.02,
         "identical_counts": 0, "second_identical_counts": 0, "second_stands_n": 5.0,
-        "model_tolerance_m": 1e-4, "model_lag_s": 0.0, "search_end_m": 0.01,
+        "second_noise_n": 0.5, "model_tolerance_m": 1e-4, "model_lag_s": 0.0, "search_end_m": 0.01,
         "touch_force_n": 3.0, "noise_n": 0.5, "force_limit_n": 375.0, "cross_check": "",
         "cross_tolerance_n": 0.0, "cross_relative": 0.0, "contact_n_s_per_m": 1e4,
         "stiffness_n_per_m": 3e6,
@@ -29,18 +30,26 @@ def stream(**other: Any) -> Any:
     return SimpleNamespace(**{**told, **other})
 
 
+def motion(**other: Any) -> Any:
+    told = {
+        "model_m": 0.0, "recent_m_s": 0.0, "speed_m_s": 0.0,
+        "still_share": lambda _: 0.0, "waited_share": lambda _: math.nan,
+    }  # fmt: skip
+    return SimpleNamespace(**{**told, **other})
+
+
 def supervisor(**other: Any) -> Any:
     told = {
         "force": stream(), "arm": stream(), "second": None, "tared": True, "force_n": 100.0,
         "second_n": math.nan, "smooth_n": 100.0, "predicted_n": 110.0, "difference_n": 0.0,
         "standing_n": 0.0, "answer_n": 0.0, "travel_m": 0.0,
-        "motion": SimpleNamespace(model_m=0.0, recent_m_s=0.0, speed_m_s=0.0),
+        "motion": motion(),
     }  # fmt: skip
     return SimpleNamespace(**{**told, **other})
 
 
 def test_a_rule_without_room_is_all_used() -> None:
-    moving = SimpleNamespace(model_m=0.0, recent_m_s=1e-3, speed_m_s=1e-3)
+    moving = motion(recent_m_s=1e-3, speed_m_s=1e-3)
     near = supervisor(smooth_n=374.0, answer_n=374.0, travel_m=1e-7, motion=moving)
     found = margins(near, limits(), 1.0, Phase.LOAD)
     assert found["CAP"] == found["R6"] == 1.0
@@ -68,3 +77,41 @@ def test_sideways_noise_counts_by_the_limit_that_stops_for_it() -> None:
     noisy = supervisor(force=stream(smooth_across_n=6.0), force_n=0.0)
     found = margins(noisy, limits(noise_n=1.0), 1.0, Phase.GUARDED_APPROACH)
     assert found["R11"] == pytest.approx(6.0 / 8.0)
+
+
+def test_a_predicted_peak_counts_with_the_force_across() -> None:
+    pushed = supervisor(force=stream(across_n=300.0), predicted_n=225.0)
+    assert margins(pushed, limits(), 1.0, Phase.LOAD)["R2"] == pytest.approx(1.0)
+
+
+def test_what_a_second_sensor_feels_across_in_the_approach_counts() -> None:
+    pushed = supervisor(second=stream(smooth_across_n=4.0), force_n=0.0)
+    assert margins(pushed, limits(), 1.0, Phase.FAST_APPROACH)["R11"] == pytest.approx(1.0)
+
+
+def watched(**other: Any) -> MotionWatch:
+    """A watch whose arm has been told to go 50 µm, within what its model tolerates."""
+    told = {
+        "period_s": 0.002, "arm_lag_s": 0.0, "command_delay_s": 0.002, "leash_time_s": 0.05,
+        "position_resolution_m": 1e-7, "guarded_speed_m_s": 1e-3, "still_m": 6e-5,
+        "model_tolerance_m": 1e-3, "model_lag_s": 0.0, "search_end_m": 0.01,
+    }  # fmt: skip
+    watch = MotionWatch(limits(**told), lambda *breach: breach)
+    for tick in range(40):
+        position_m = 0.0 if other["frozen"] else tick * 2e-6
+        watch.judge(tick * 0.002, min(tick * 2e-6, 5e-5), min(position_m, 5e-5), other["phase"])
+    return watch
+
+
+def test_a_frozen_position_has_no_room_though_its_model_is_near() -> None:
+    told = {"model_tolerance_m": 1e-3}
+    still = supervisor(motion=watched(frozen=True, phase=Phase.LOAD))
+    assert margins(still, limits(**told), 1.0, Phase.LOAD)["R7"] == pytest.approx(5.0 / 6.0)
+    still.arm.position_m, still.motion = 5e-5, watched(frozen=False, phase=Phase.LOAD)
+    assert margins(still, limits(**told), 1.0, Phase.LOAD)["R7"] == 0.0
+
+
+def test_an_approach_without_progress_uses_up_its_time() -> None:
+    watch = watched(frozen=True, phase=Phase.GUARDED_APPROACH)
+    assert watch.waited_share(0.002 + 0.025) == pytest.approx(0.5)
+    assert math.isnan(watched(frozen=True, phase=Phase.LOAD).waited_share(1.0))

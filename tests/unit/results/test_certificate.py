@@ -19,7 +19,7 @@ from stepload.record.outcome import RunStatus
 from stepload.record.summary import Summary
 from stepload.results import provenance
 from stepload.results.equations import cited
-from stepload.results.facts import LONGEST, rig_facts, source_of
+from stepload.results.facts import LONGEST, rig_facts, source_of, specimen_facts
 from stepload.results.level_tables import level_rows
 from stepload.results.levels import Level
 from stepload.results.model import Certificate, Document, Table, Verdict
@@ -256,6 +256,20 @@ def test_a_system_stiffness_that_is_not_the_plans_is_not_told_as_the_plans(
         facts = dict(rig_facts(envelope, run.recording, replace(found, conditions=conditions)))
         assert facts["K_s"].startswith(told)
         assert "not by the plan" in facts["K_s from"]
+
+
+def test_an_elastic_limit_that_is_not_the_plans_is_told_on_the_sheet(envelope: Envelope) -> None:
+    run = evaluated(envelope, pressed(6))
+    found = run.identification
+    assert found is not None
+    plans = specimen_facts(envelope, run.recording, found)
+    assert plans == specimen_facts(envelope, run.recording)
+    other = replace(found, conditions=replace(found.conditions, elastic_limit_n=200.0))
+    document = run_document(replace(run, identification=other))
+    told = dict(sheet_of(document).facts[0])["Elastic limit F_c"]
+    assert told.startswith("200 N, taken for this result; by the plan ")
+    share = f"{run.outcome.peak_force_n / 200.0:.0%} of F_c = 200 N of this result"
+    assert document.cards[0].note == share
 
 
 def test_nothing_is_collapsed_or_cut_on_paper(healthy: Document) -> None:
