@@ -50,6 +50,16 @@ def test_what_is_known_better_is_in_the_results(cycles_run: Path, tmp_path: Path
     )
 
 
+def test_another_payload_than_the_plans_is_told(cycles_run: Path, tmp_path: Path) -> None:
+    for name, told in (("silicone-sphere", True), ("plastic-sphere", False)):
+        payload = Path(__file__).parents[2] / "procedures" / "payloads" / f"{name}.yaml"
+        out = tmp_path / name
+        said = in_process("identify", cycles_run, "--payload", payload, "--out", out)
+        assert said.returncode == 0, said.stderr
+        reasons = " ".join(results(out)["reasons"])
+        assert ("another payload than the plan's" in reasons) is told
+
+
 def test_a_curve_gets_a_report_too(tmp_path: Path) -> None:
     rows = [f"{i * 1e-6},{6.5e8 * (i * 1e-6) ** 1.5}\n" for i in range(60)]
     curve = tmp_path / "curve.csv"

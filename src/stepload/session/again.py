@@ -35,7 +35,8 @@ def results_again(record: Path, wishes: Wishes | None = None) -> Again:
     """Evaluate a record; raises as `evaluation_of`."""
     run = evaluation_of(record, wishes)
     data, document = plain(run_data(run)), with_record(run_document(run), record_in(record))
-    if told := [each for each in (_other_limits(run), _other_elastic_limit(run)) if each]:
+    others = _other_limits(run), _other_elastic_limit(run), _other_payload(run, wishes)
+    if told := [each for each in others if each]:
         data = data | {"reasons": [*told, *data["reasons"]]}
         document = replace(document, reasons=(*told, *document.reasons))
     return Again(data, document)
@@ -64,6 +65,19 @@ def _other_elastic_limit(run: Evaluation) -> str:
     return (
         f"the result was judged by F_c = {used_n:.4g} N; by its plan the run had"
         f" {run.envelope.theory.elastic_limit_n:.4g} N"
+    )
+
+
+def _other_payload(run: Evaluation, wishes: Wishes | None) -> str:
+    """That another payload was stated than the plan's; "" where none was."""
+    law = run.envelope.theory.law
+    if wishes is None or wishes.theory_k is None or wishes.theory_n is None:
+        return ""
+    if math.isclose(wishes.theory_k, law.k, rel_tol=1e-6) and wishes.theory_n == law.n:
+        return ""
+    return (
+        f"the result was judged by another payload than the plan's, with K = {wishes.theory_k:.4g}"
+        f" N/m^n and n = {wishes.theory_n:.4g}; geometry and material shown here are the plan's"
     )
 
 
