@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -24,6 +26,8 @@ def verbs(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str
 _add_verbs()
 ROOT = get_command(app)
 VERBS = dict(verbs(ROOT))
+HOME = Path(__file__).resolve().parents[2]
+PAGES = [HOME / "README.md", *sorted((HOME / "docs").rglob("*.md"))]
 
 
 @pytest.mark.parametrize("words", sorted(VERBS), ids=" ".join)
@@ -34,7 +38,11 @@ def test_every_verb_has_an_example_that_can_be_typed(words: tuple[str, ...]) -> 
         for line in told.splitlines()
         if line.strip().startswith("Example: ")
     ]
-    typed = shlex.split(example)
+    assert parsed(shlex.split(example)).name == words[-1]
+
+
+def parsed(typed: list[str]) -> Any:
+    """The verb of a command line that the parser takes."""
     assert typed[0] == "stepload"
     command: Any = ROOT
     context = command.make_context("stepload", typed[1:])
@@ -43,7 +51,25 @@ def test_every_verb_has_an_example_that_can_be_typed(words: tuple[str, ...]) -> 
         _, command, rest = command.resolve_command(context, rest)
         context = command.make_context(command.name, list(rest), parent=context)
         rest = [*getattr(context, "_protected_args", ()), *context.args]
-    assert command.name == words[-1]
+    return command
+
+
+def shown(page: Path) -> list[str]:
+    """The command lines of stepload in the blocks of a page."""
+    blocks = re.findall(r"^```(?:console|sh|bash|)\n(.*?)^```", page.read_text(), re.M | re.S)
+    lines = "\n".join(blocks).replace("\\\n", " ").splitlines()
+    lines = [part for line in lines for part in line.removeprefix("$ ").split(" && ")]
+    return [line for line in lines if line.startswith("stepload ")]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_command_of_a_page_can_be_typed(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for line in shown(page):
+        typed = shlex.split(line, comments=True)
+        assert typed[1:] == ["--help"] or parsed(typed), line
 
 
 def test_codes_and_runs_are_completed(
