@@ -10,11 +10,17 @@ REST_S = 0.2
 
 def not_open(course: Course, limit_n: float) -> None:
     """The run ends: force is left where there should be none."""
-    left_n = course.sup.smooth_n
+    left_n, second_n = course.sup.smooth_n, course.sup.second_n
+    drifted = ""
+    if course.limits.cross_check and abs(second_n) < 0.5 * abs(left_n):
+        drifted = (
+            f"; the second channel reads {second_n:.3g} N, so it may be open and the force sensor's"
+            " zero may have moved since the tare"
+        )
     course.fail(
         "not_open", left_n, limit_n, "N",
         f"the contact did not open: {left_n:.3g} N are left after retracting by"
-        f" {course.plan.retract_m * 1e3:g} mm",
+        f" {course.plan.retract_m * 1e3:g} mm{drifted}",
     )  # fmt: skip
 
 

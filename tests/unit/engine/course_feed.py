@@ -32,7 +32,7 @@ class Stage:
         self.zeros: list[tuple[float, float]] = []
         self.sup = SimpleNamespace(
             force=SimpleNamespace(fresh=True, raw_n=0.0), arm=SimpleNamespace(position_m=0.0),
-            force_n=0.0, smooth_n=0.0, second_raw_n=0.0,
+            force_n=0.0, smooth_n=0.0, second_raw_n=0.0, second_n=0.0,
             tare=lambda zero_n, second_n: self.zeros.append((zero_n, second_n)),
         )  # fmt: skip
         self.events: list[tuple[float, str, dict[str, Any]]] = []

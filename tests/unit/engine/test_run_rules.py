@@ -170,6 +170,7 @@ def test_force_that_does_not_fall_does_not_lead_the_arm_back_for_ever(make: Any)
     engine = run(bench, 60.0, rows)
     assert engine.cause is not None
     assert engine.cause.rule == "not_open"
+    assert "zero may have moved" in engine.cause.message  # for the arm's own force is gone
     touched_m = engine.course.surface_m
     furthest_m = min(row.target_m for row in rows if row.phase == Phase.UNLOAD)
     assert 0.9 < (touched_m - furthest_m) / plan.procedure.retract_m < 1.1
