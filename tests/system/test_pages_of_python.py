@@ -13,7 +13,6 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from real_runs import CYCLES, ENVIRONMENT, ROOT
 
-PAGE = ROOT / "docs" / "python.md"
 RESOURCE = re.compile(r'<(?:script|link|img|iframe)[^>]+(?:src|href)="(?:https?:)?//')
 
 
@@ -21,32 +20,29 @@ def test_every_block_of_the_python_page_runs(cycles_run: Path, tmp_path: Path) -
     shutil.copytree(cycles_run, tmp_path / "runs" / "20260801-101500-demo")
     (tmp_path / "procedures").mkdir()
     (tmp_path / "procedures" / "plastic-sphere.yaml").write_text(CYCLES)
-    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
-    assert len(blocks) > 4
-    (tmp_path / "page.py").write_text("\n".join(blocks))
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "page.py"],
-        cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=120,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert "plastic" in done.stdout
+    assert "plastic" in printed_by(ROOT / "docs" / "python.md", tmp_path, blocks=5)
 
 
 def test_every_block_of_the_batch_page_runs(cycles_run: Path, tmp_path: Path) -> None:
     """The runs are one record with other names in it."""
-    page = (ROOT / "docs" / "batch.md").read_text()
-    blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    assert len(blocks) == 2
     for piece in ("S01", "S02"):
         _named_copy(cycles_run / "run.mcap", tmp_path / "runs" / piece / "run.mcap", piece)
-    (tmp_path / "page.py").write_text("\n".join(blocks))
+    printed = printed_by(ROOT / "docs" / "batch.md", tmp_path, blocks=2)
+    assert "2 of 2 runs are identified" in printed
+    assert printed.count("S02") == 2
+
+
+def printed_by(page: Path, directory: Path, *, blocks: int) -> str:
+    """What the Python of a page prints, run in a directory; there are so many blocks at least."""
+    found = re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
+    assert len(found) >= blocks
+    (directory / "page.py").write_text("\n".join(found))
     done = subprocess.run(
         [sys.executable, "-W", "error", "page.py"],
-        cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=120,
+        cwd=directory, env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=120,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert "2 of 2 runs are identified" in done.stdout
-    assert done.stdout.count("S02") == 2
+    return done.stdout
 
 
 def _named_copy(record: Path, path: Path, specimen: str) -> None:
