@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from stepload.errors import DeviceError
 from stepload.rig.samples import ArmSample
 from stepload_drivers.ur.arm import UrArm
 from stepload_verify.emulators.ur_process import UrEmulatorProcess
@@ -79,7 +80,12 @@ def follow() -> Callable[..., Drive]:
         target_m = driven.samples[-1].position_m if driven.samples else 0.0
         while not done() and time.monotonic() < give_up_s:
             target_m += 4e-6
-            arm.command(target_m)
+            try:
+                arm.command(target_m)
+            except DeviceError:
+                if arm.fault() is None:
+                    raise
+                break  # the arm has just found out, and takes no more targets
             driven.targets.append(target_m)
             time.sleep(0.004)
             driven.samples += arm.drain()
