@@ -110,5 +110,5 @@ def for_sale(told: Conditions) -> dict[str, Change]:
     found[f"gauge of {GAUGE_M * 1e6:g} µm"] = lambda one: gauged(one, GAUGE_M)
     found[f"pose {STIFFER:g} times as stiff"] = lambda one: stiffer(one, STIFFER)
     share = min(KNOWN, relative_sigma(told) / 2.0)
-    found[f"K_s known to {share:.2g}, by a table"] = lambda one: known(one, share)
+    found[f"K_s known to {100.0 * share:.2g} %, by a table"] = lambda one: known(one, share)
     return found

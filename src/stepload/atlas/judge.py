@@ -1,9 +1,10 @@
 """All runs of a cell identified at once, by the gates and the budget that judge one run.
 
 Stretches, weights and thresholds are those of the cell's `reference`; values, signs, creep in
-holds, shift of the touch, shape and the lines that follow from them are each run's own. Left out is what
-cannot change the headline: laws other than the believed one (but where none fits), the secants, the
-paper's fits. A run is brought to the forces of the reference by its compliance, to first order.
+holds, shift of the touch, shape and the lines that follow from them are each run's own. Left out is
+what cannot change the headline: laws other than the believed one (but where none fits), the
+secants, the paper's fits. A run is brought to the forces of the reference by its compliance, to
+first order.
 """
 
 from __future__ import annotations

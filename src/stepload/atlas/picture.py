@@ -28,6 +28,7 @@ TITLES = {
     BUY: "what to buy",
 }
 DPI = 100
+LABEL_ROWS = 4
 
 
 def png(found: Map) -> bytes:
@@ -51,8 +52,10 @@ def _draw(found: Map, save: Callable[[Figure], None]) -> None:
     with figure_of(1.6 + 0.3 * sum(counts) + 0.32 * len(shown), len(shown)) as (figure, axes):
         for own, series in zip(axes, shown, strict=True):
             _panel(own, found.of(series), [e for e in every if e.series == series], TITLES[series])
-        _payloads(axes, found)
-        axes[-1].set_xlabel(f"secant stiffness of the payload at {found.rig.top_n:.4g} N [N/m]")
+        beyond = _payloads(axes, found)
+        axes[-1].set_xlabel(
+            f"secant stiffness of the payload at {found.rig.top_n:.4g} N [N/m]{beyond}"
+        )
         figure.suptitle(
             f"{plain(found.rig.name)}: how often a payload is rightly IDENTIFIED "
             f"({found.samples} runs a cell)",
@@ -83,30 +86,30 @@ def _panel(axes: Axes, rows: Sequence[Row], every: Sequence[Reach], title: str) 
     axes.grid(False)
 
 
-def _payloads(axes: Sequence[Axes], found: Map) -> None:
-    """A line for every payload at its stiffness at the map's force; beyond the edge, an arrow."""
+def _payloads(axes: Sequence[Axes], found: Map) -> str:
+    """A line for every payload at its stiffness at the map's force; what lies beyond, in words."""
     low, high = axes[0].get_xlim()
-    height = 1.0
-    for at in sorted({each.at_top_n_per_m for each in found.specimens}):
-        names = [each.name for each in found.specimens if each.at_top_n_per_m == at]
-        pressed = any(
-            each.top_n >= found.rig.top_n for each in found.specimens if each.name in names
-        )
-        inside = low < at < high
-        if inside:
-            for own in axes:
-                own.axvline(
-                    at, color=GREEN if pressed else GREY, lw=1.0, ls="-" if pressed else ":"
-                )
-        edge = min(max(at, low), high)
-        text = plain(", ".join(names)) + ("" if inside else " →" if at >= high else " ←")
+    specimens = found.specimens
+    inside = sorted({each.at_top_n_per_m for each in specimens if low < each.at_top_n_per_m < high})
+    for number, at in enumerate(inside):
+        here = [each for each in specimens if each.at_top_n_per_m == at]
+        pressed = any(each.top_n >= found.rig.top_n for each in here)
+        colour = GREEN if pressed else GREY
+        for own in axes:
+            own.axvline(at, color=colour, lw=1.0, ls="-" if pressed else ":")
         axes[0].annotate(
-            text, (edge, 1.0), xycoords=("data", "axes fraction"),
-            xytext=(0, 16 + 10 * height), textcoords="offset points", fontsize=7.5,
-            color=GREEN if pressed else GREY, ha="center" if inside else "right" if at >= high
-            else "left", annotation_clip=False,
+            plain(", ".join(each.name for each in here)), (at, 1.0), color=colour, fontsize=7.5,
+            xycoords=("data", "axes fraction"), textcoords="offset points",
+            xytext=(0, 16 + 10 * (number % LABEL_ROWS)), ha="center", annotation_clip=False,
         )  # fmt: skip
-        height = (height + 1.0) % 3.0
+    softer = [each.name for each in specimens if 0.0 < each.at_top_n_per_m <= low]
+    stiffer = [each.name for each in specimens if each.at_top_n_per_m >= high]
+    told = [
+        f"\n{where} than shown: {plain(', '.join(names)).strip()}"
+        for where, names in (("softer", softer), ("stiffer", stiffer))
+        if names
+    ]
+    return "".join(told)
 
 
 def _legend(figure: Figure) -> None:

@@ -56,12 +56,12 @@ def k_max(told: Conditions, top_n: float) -> float:
     ).k_max_n_per_m  # fmt: skip
 
 
-def columns(rig: Bench, specimens: Sequence[Specimen], count: int = COLUMNS) -> list[float]:
+def columns(rig: Bench, specimens: Sequence[Specimen]) -> list[float]:
     """Secant stiffnesses of a map in N/m, about K_max and as far as the payloads."""
     middle = k_max(rig.conditions, rig.top_n)
     wanted = 1.3 * max((each.at_top_n_per_m for each in specimens), default=0.0)
     high = min(max(STIFFEST * middle, wanted), FARTHEST * middle)
-    found: list[float] = np.geomspace(SOFTEST * middle, high, count).tolist()
+    found: list[float] = np.geomspace(SOFTEST * middle, high, COLUMNS).tolist()
     return found
 
 

@@ -17,6 +17,7 @@ from stepload.plan.problems import PlanError
 from stepload.plan.references import names_a_file, profiles
 from stepload.plan.shipped import plan_path
 from stepload.results.conditions import planned
+from stepload.units import format_quantity
 
 PAPERS_N = 300.0
 """The top force of the paper's maps."""
@@ -101,7 +102,8 @@ def bench(rig: str, top_n: float | None) -> Bench:
     else:
         by = "a table of the pose" if known.deflection_force_n else "no table of the pose"
         share = known.system_stiffness_sigma_n_per_m / known.system_stiffness_n_per_m
-        note = f"K_s = {known.system_stiffness_n_per_m:.3g} N/m, known to {share:.2g} ({by})"
+        stiffness = format_quantity(known.system_stiffness_n_per_m, "N/m")
+        note = f"K_s = {stiffness}, known to {100.0 * share:.2g} % ({by})"
     return Bench(
         name=plan.rig.name,
         top_n=top_n,

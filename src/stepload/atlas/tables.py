@@ -57,7 +57,7 @@ def value_text(each: Reach) -> str:
     if each.change:
         return each.change
     if each.series == "sigma of K_s":
-        return f"{each.value:.2g} of K_s"
+        return f"{100.0 * each.value:.2g} %"
     unit = UNITS.get(each.series)
     return format_quantity(each.value, unit, 2) if unit else f"n = {each.value:g}"
 

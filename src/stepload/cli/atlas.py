@@ -64,6 +64,7 @@ def map_rig(
         ),
     )
     said = tables.data(found)
+    output.line(f"{found.rig.name} at {found.rig.top_n:.4g} N: {found.rig.note}")
     output.tables(tables.payload_table(found), tables.reach_table(found))
     for sentence in said["answers"]:
         output.line(sentence)
