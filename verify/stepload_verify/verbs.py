@@ -5,6 +5,7 @@ from __future__ import annotations
 import typer
 
 from stepload_verify.campaign_verb import campaign
+from stepload_verify.falsify_verb import falsify
 from stepload_verify.paper_verb import paper
 
 
@@ -21,6 +22,7 @@ def emulate(context: typer.Context) -> None:
 def register(app: typer.Typer) -> None:
     """Add them."""
     app.command()(campaign)
+    app.command()(falsify)
     app.command()(paper)
     app.command(
         context_settings={

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from random import Random
 
 from stepload.errors import DeviceError
 from stepload.rig.device import Arm, Health, Identity
@@ -28,6 +29,7 @@ class WorldArm(Arm):
         self._stream: Stream | None = None
         self._delay_s = self._last_target_m = 0.0
         self._faults: Schedule | None = None
+        self._chance = Random(0)
         self.period_s = 0.0
         self.has_force = False
 
@@ -38,6 +40,7 @@ class WorldArm(Arm):
             self._stream = Stream(_NAME, host, host.world.arm, timeout_s)
             self._host = host
             self._faults = Schedule.for_arm(spec.faults)
+            self._chance = Random(spec.seed)
             self._delay_s = spec.command_delay_s
             self._last_target_m = host.world.plant.target_m
             self.period_s = 1.0 / spec.arm_rate_hz
@@ -74,6 +77,8 @@ class WorldArm(Arm):
             if "command_lost" in active or "protective_stop" in active:
                 return
             delay_s += active.get("command_latency", 0.0)
+            if "command_jitter" in active:
+                delay_s += active["command_jitter"] * self._chance.random()
         host.world.plant.command(now_s + delay_s, position_m)
 
     def _send(self, position_m: float) -> str:

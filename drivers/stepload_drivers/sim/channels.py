@@ -58,6 +58,7 @@ class Channel:
         "_newest_s",
         "_noise",
         "_quantum",
+        "_ramp",
         "_range",
         "disturbed",
         "last",
@@ -101,6 +102,7 @@ class Channel:
         self._range = limit
         self._faults = faults
         self._held: float | None = None
+        self._ramp = 0.0
         self.last = 0.0
         """The newest reading that the device believes."""
         self._newest_s = -math.inf
@@ -138,6 +140,12 @@ class Channel:
             value = _quantised(value * active["gain"], self._quantum)
         if "bias" in active:
             value = _quantised(value + active["bias"], self._quantum)
+        if "gain_ramp" in active or "bias_ramp" in active:
+            self._ramp += self.period_s
+            value *= 1.0 + self._ramp * active.get("gain_ramp", 0.0)
+            value = _quantised(value + self._ramp * active.get("bias_ramp", 0.0), self._quantum)
+        if "clipped" in active:
+            value = max(-active["clipped"], min(active["clipped"], value))
         if "freeze" in active:
             value = self.last
         self.last = value
@@ -373,6 +381,8 @@ class ArmChannel(Channel):
         if "arm_force_reversed" in active:
             force = -force
         force += active.get("arm_force_bias", 0.0)
+        if "arm_force_clipped" in active:
+            force = max(-active["arm_force_clipped"], min(active["arm_force_clipped"], force))
         if "arm_force_freeze" in active:
             if self._force_held is None:
                 self._force_held = force

@@ -26,6 +26,9 @@ _CHANNEL = {
     "clock_step": "the device's clock jumps by `magnitude` seconds, and back at the end",
     "sequence_repeat": "the sequence number stands still",
     "raise": "`drain` raises an exception that no driver should let out",
+    "gain_ramp": "readings are multiplied by 1 + `magnitude` · t, t since its start",
+    "bias_ramp": "`magnitude` · t (N or m) is added to readings, t since its start",
+    "clipped": "readings go no further than ±`magnitude` (N or m); no status says so",
 }
 
 _WRENCH = {
@@ -50,10 +53,16 @@ _ARM = {
     "arm_force_deaf": "the arm's own force feels nothing; its noise stays alive",
     "arm_force_reversed": "the arm's own force has the opposite sign",
     "arm_force_bias": "`magnitude` N is added to the arm's own force",
+    "arm_force_clipped": "the arm's own force goes no further than ±`magnitude` N",
     "protective_stop": "the arm brakes, holds and takes no command",
     "command_latency": "commands take effect `magnitude` seconds later",
+    "command_jitter": "each command takes effect up to `magnitude` seconds later, in order",
     "command_lost": "commands do not arrive any more, whatever the duration says",
     "command_raise": "`command` raises an exception that no driver should let out",
+}
+
+_PLATE = {
+    "plate_moves": "it moves by `magnitude` m towards the arm, within 20 ms, and back at the end"
 }
 
 _HOST = {"host_stall": "the program stands still once for `magnitude` seconds; the rig goes on"}
@@ -65,6 +74,7 @@ FAULTS: dict[str, str] = (
     | {f"force_{name}": f"force sensor: {text}" for name, text in _WRENCH.items()}
     | {f"second_{name}": f"second force sensor: {text}" for name, text in _WRENCH.items()}
     | {name: f"arm: {text}" for name, text in _ARM.items()}
+    | {name: f"plate: {text}" for name, text in _PLATE.items()}
     | {name: f"host: {text}" for name, text in _HOST.items()}
 )
 """Every kind of fault with one line of help; `magnitude` is unused where the line does not name it.
@@ -112,6 +122,10 @@ class Schedule:
     @classmethod
     def for_arm(cls, faults: Iterable[WorldFault]) -> Schedule:
         return cls(faults, kinds=_ARM)
+
+    @classmethod
+    def for_plate(cls, faults: Iterable[WorldFault]) -> Schedule:
+        return cls(faults, kinds=_PLATE)
 
     @classmethod
     def for_host(cls, faults: Iterable[WorldFault]) -> Schedule:

@@ -1,25 +1,33 @@
-"""Mechanics in which something moves by itself: creep of the contact, drift of the load path."""
+"""Mechanics in which something moves by itself: creep, drift of the load path, a moving plate."""
 
 from __future__ import annotations
 
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.contact import Contact
+from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.plant import Plant
+
+PLATE_MOVES_S = 0.02
+"""How long a plate takes to move by the magnitude of its fault."""
 
 
 class SlowPlant(Plant):
     """A `Plant` whose contact creeps and whose surface comes nearer, both a base step at a time."""
 
-    __slots__ = ("_creep", "_nearer_m")
+    __slots__ = ("_creep", "_moved_m", "_nearer_m", "_plate", "_plate_m")
 
     def __init__(self, spec: WorldSpec, contact: Contact, *, step_s: float) -> None:
         self._creep = contact.creep
         self._nearer_m = spec.drift_m_s * step_s
+        self._plate = Schedule.for_plate(spec.faults)
+        self._moved_m = self._plate_m = 0.0
         super().__init__(spec, step_s=step_s, contact=contact)
 
     def step(self) -> None:
         """Go on by `step_s`: first what moves by itself, then the mechanics."""
         self._surface -= self._nearer_m
+        if self.time_s >= self._plate.next_s or self._moved_m != 0.0:
+            self._move_plate()
         if self._creep is not None:
             self._creep.flow(self.step_s)
         if self.force_n != 0.0:
@@ -30,9 +38,19 @@ class SlowPlant(Plant):
         self._contact_m = self._surface + self._law.residual_m
         super().step()
 
+    def _move_plate(self) -> None:
+        """Take the plate a base step on to where its fault has it."""
+        goal_m = self._plate.active(self.time_s).get("plate_moves", 0.0)
+        self._plate_m = max(abs(goal_m), self._plate_m)
+        most_m = self._plate_m * self.step_s / PLATE_MOVES_S
+        change_m = max(-most_m, min(most_m, goal_m - self._moved_m))
+        self._moved_m = goal_m if change_m == goal_m - self._moved_m else self._moved_m + change_m
+        self._surface -= change_m
+
 
 def plant_of(spec: WorldSpec, contact: Contact, *, step_s: float) -> Plant:
     """The mechanics of `spec`; only what moves by itself costs time."""
-    if contact.creep is not None or spec.drift_m_s:
+    plate = any(fault.kind == "plate_moves" for fault in spec.faults)
+    if contact.creep is not None or spec.drift_m_s or plate:
         return SlowPlant(spec, contact, step_s=step_s)
     return Plant(spec, step_s=step_s, contact=contact)

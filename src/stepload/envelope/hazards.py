@@ -48,6 +48,16 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
             "keep the way free; a quiet network; finer arm positions show it sooner",
             impact_n, pressing.forces.allowed_n, "N",
         )  # fmt: skip
+    top_n = plan.procedure.top_force_n
+    moved_m = max(0.0, (pressing.forces.elastic_limit_n - top_n) / k_s)
+    yield Reason(
+        "plate_moves", Severity.NOTE,
+        "whatever moves the plate or the arm's base while they press adds up to K_s times its way:"
+        f" more than {format_quantity(moved_m, 'm')} towards each other at"
+        f" {format_quantity(top_n, 'N')} can pass F_c before any reaction, a jolt less than that",
+        "bolt plate and arm down, touch neither while it presses; a softer mount makes more room",
+        moved_m, math.nan, "m",
+    )  # fmt: skip
     if plan.rig.second_force.source is not SecondForceSource.NONE:
         common = 100.0 * plan.rig.common_force_error
         yield Reason(

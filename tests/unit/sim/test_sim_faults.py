@@ -20,7 +20,8 @@ from stepload_drivers.sim.world import open_world
 START_S, DURATION_S, END_S = 0.3, 0.2, 0.8
 MAGNITUDES = {"gain": 0.5, "bias": -20.0, "delay": 0.05, "clock_step": 7.0, "position_drift": 1e-3}
 MAGNITUDES |= {"position_jump": 2e-3}
-MAGNITUDES |= {"command_latency": 0.1, "host_stall": 0.15}
+MAGNITUDES |= {"command_latency": 0.1, "command_jitter": 0.1, "host_stall": 0.15}
+MAGNITUDES |= {"gain_ramp": -0.5, "bias_ramp": -20.0, "clipped": 1e-6, "plate_moves": 20e-6}
 
 SPEC = replace(
     DEFAULT_SPEC,

@@ -18,15 +18,22 @@ from stepload.rig.world import WorldFault, load_world
 from stepload_verify.campaign import campaign as campaigns
 from stepload_verify.campaign import mishaps
 from stepload_verify.campaign.ablation import LAYERS, Ablation
-from stepload_verify.campaign.campaign import NOT_DECIDING, fingerprint, jobs_for
-from stepload_verify.campaign.mishaps import COMPONENTS, ERRORS, INCIDENTS, Incident, Times
+from stepload_verify.campaign.campaign import FILES, NOT_DECIDING, fingerprint, jobs_for
+from stepload_verify.campaign.mishaps import (
+    COMPONENTS,
+    ERRORS,
+    INCIDENTS,
+    WIDER_FAULTS,
+    Incident,
+    Times,
+)
 from stepload_verify.campaign.plants import geometry_for
 from stepload_verify.campaign.pool import Work, run_chunk
 from stepload_verify.campaign.replay import replay, timeline, wrong_rows
 from stepload_verify.campaign.result import KILLED, Result
 from stepload_verify.campaign.scenario import PLANTS, Scenario, draw, kinds_from
 from stepload_verify.campaign.single import run_scenario
-from stepload_verify.campaign.store import HEADER, LINES, Store
+from stepload_verify.campaign.store import Store
 from stepload_verify.campaign.summary import groups, quantile, rate_bound, summary
 from stepload_verify.campaign.truth import ANOMALIES
 
@@ -60,9 +67,9 @@ def test_a_run_depends_on_seed_series_and_index_alone() -> None:
 
 
 def test_every_kind_of_mishap_and_every_anomaly_is_drawn() -> None:
-    assert set(ALL) == {*load_world().faults, *INCIDENTS, PLANTS}
+    assert set(ALL) == {*load_world().faults, *INCIDENTS, PLANTS} - {*WIDER_FAULTS}
     seen: set[str] = set()
-    for kind in ALL:
+    for kind in (*ALL, *WIDER_FAULTS):
         wanted = set(ANOMALIES) if kind == PLANTS else {kind}
         for index in range(400):
             scenario = draw(TEMPLATE, 9, "two", index, (kind,))
@@ -233,20 +240,20 @@ def test_a_line_comes_back_and_nonsense_is_refused() -> None:
 
 def test_a_store_goes_on_only_with_its_own_campaign(tmp_path: Path) -> None:
     header: dict[str, object] = {"seed": 1}
-    with Store(tmp_path, header) as store:
+    with Store(tmp_path, FILES, header, Result.from_line) as store:
         store.add([result(index=0), result(index=1)])
-    with (tmp_path / LINES).open("a") as file:
+    with (tmp_path / FILES[1]).open("a") as file:
         file.write('{"series"')
-    with Store(tmp_path, header) as store:
-        assert [row.index for row in store.results] == [0, 1]
+    with Store(tmp_path, FILES, header, Result.from_line) as store:
+        assert [row.index for row in store.rows] == [0, 1]
         store.add([result(index=2)])
-    with Store(tmp_path, header) as store:
-        assert [row.index for row in store.results] == [0, 1, 2]
+    with Store(tmp_path, FILES, header, Result.from_line) as store:
+        assert [row.index for row in store.rows] == [0, 1, 2]
     with pytest.raises(RefusedError, match="seed"):
-        Store(tmp_path, {"seed": 2})
-    (tmp_path / HEADER).write_text("{")
+        Store(tmp_path, FILES, {"seed": 2}, Result.from_line)
+    (tmp_path / FILES[0]).write_text("{")
     with pytest.raises(BadInputError):
-        Store(tmp_path, header)
+        Store(tmp_path, FILES, header, Result.from_line)
 
 
 def test_results_belong_to_the_code_that_decided_them(monkeypatch: pytest.MonkeyPatch) -> None:

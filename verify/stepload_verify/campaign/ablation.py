@@ -29,6 +29,7 @@ LAYERS = {
     "R9": "no stop at a force jump without motion",
     "R10": "no stop at a sequence or clock out of order",
     "R11": "no stop at a force that grows the wrong way in an approach",
+    "standing": "a second sensor may stand while the main one moves (R4 of equal samples is left)",
     "leash": "the target is not bound to what the force has proved",
     "cap": "no speed cap in contact against a hidden hard stop",
     "approach": "no force budget: approach at 10 mm/s all the way",
@@ -39,6 +40,7 @@ FIXED_SPEED_M_S = 0.01
 LONGEST_S = 30.0
 """Without a layer a run may never end: the operator ends it then."""
 _NEVER = -1e12
+_ANY_FORCE_N = 1e12
 
 
 def named_rules(name: str) -> frozenset[str]:
@@ -82,6 +84,8 @@ class Ablation:
             )
         if self.name in ("leash", "all-but-R1"):
             limits = replace(limits, leash_free_m=1.0)
+        if self.name in ("standing", "all-but-R1"):
+            limits = replace(limits, second_stands_n=_ANY_FORCE_N)
         return limits
 
     def found(self, rule: str, *rest: Any) -> Breach | None:

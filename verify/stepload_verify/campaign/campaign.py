@@ -18,6 +18,7 @@ from stepload_verify.campaign.store import Store
 
 ONE_CHANNEL_SHARE = 10
 """One run on a rig with one force channel for so many on rigs with two; they are extra."""
+FILES = ("campaign.json", "runs.jsonl")
 NOT_DECIDING = ("campaign.py", "replay.py", "store.py", "summary.py", "without.py")
 """Files of this room that only order, keep and count runs."""
 DECIDING = ("contact", "engine", "envelope", "plan", "rig")
@@ -34,13 +35,17 @@ class Progress:
     false_trips: int
 
 
-def fingerprint() -> str:
-    """SHA-256 over the code that decides what a run comes to: ours and the simulator's."""
+def fingerprint(*more: Path) -> str:
+    """SHA-256 over the code that decides what a run comes to: ours and the simulator's.
+
+    Args:
+        more: directories of code that decides too.
+    """
     product, here = Path(stepload.__file__).parent, Path(__file__).parent
     simulator = Path(inspect.getfile(type(load_world()))).parent
     digest = hashlib.sha256()
     counting = {here / name for name in NOT_DECIDING}
-    for room in (*(product / name for name in DECIDING), here, simulator):
+    for room in (*(product / name for name in DECIDING), here, simulator, *more):
         for file in sorted(set(room.rglob("*.py")) - counting):
             digest.update(file.relative_to(room.parent).as_posix().encode())
             digest.update(file.read_bytes())
@@ -75,8 +80,8 @@ def run_campaign(
         "plan": work.template.sources[0].sha256 if work.template.sources else "",
         "code": fingerprint(),
     }
-    with Store(directory, header) as store:
-        return _ordered(_finish(work, jobs, store.results, processes, store, on_progress), jobs)
+    with Store(directory, FILES, header, Result.from_line) as store:
+        return _ordered(_finish(work, jobs, store.rows, processes, store, on_progress), jobs)
 
 
 def _finish(
@@ -84,7 +89,7 @@ def _finish(
     jobs: Sequence[Job],
     results: list[Result],
     processes: int,
-    store: Store | None,
+    store: Store[Result] | None,
     on_progress: Callable[[Progress], None] | None,
 ) -> list[Result]:
     wanted = set(jobs)

@@ -66,6 +66,13 @@ def draw_time(chance: Random, times: Times) -> float:
     return chance.uniform(times.touch_s, times.end_s)
 
 
+WIDER_FAULTS = (
+    "force_gain_ramp", "force_bias_ramp", "force_clipped", "second_gain_ramp", "second_bias_ramp",
+    "second_clipped", "gauge_gain_ramp", "gauge_bias_ramp", "gauge_clipped", "arm_force_clipped",
+    "command_jitter", "plate_moves",
+)  # fmt: skip
+"""Faults beyond the claim of the campaign: drawn only where they are named."""
+
 _Draw = Callable[[Random, float], float]
 
 
@@ -82,6 +89,11 @@ _MAGNITUDES: dict[str, _Draw] = {
     "position_jump": lambda c, _: _sign(c) * log_uniform(c, 1e-5, 0.02),
     "command_latency": lambda c, _: log_uniform(c, 0.02, 0.2),
     "host_stall": lambda c, _: log_uniform(c, 0.005, 0.5),
+    "gain_ramp": lambda c, _: -log_uniform(c, 0.005, 0.5),
+    "bias_ramp": lambda c, f_c: -f_c * log_uniform(c, 0.002, 0.2),
+    "clipped": lambda c, f_c: f_c * c.uniform(0.1, 1.0),
+    "command_jitter": lambda c, _: log_uniform(c, 0.005, 0.06),
+    "plate_moves": lambda c, _: log_uniform(c, 20e-6, 0.2e-3),
 }
 """Magnitude by the end of a fault's name; others have none."""
 _PREFIXES = ("force_", "second_", "gauge_", "arm_force_", "arm_")
@@ -95,7 +107,7 @@ def magnitude_of(kind: str, chance: Random, elastic_limit_n: float) -> float:
     draw = _MAGNITUDES.get(kind) or _MAGNITUDES.get(bare)
     if draw is None:
         return 0.0
-    if kind.startswith("gauge_") and bare == "bias":
+    if kind.startswith("gauge_") and bare in ("bias", "bias_ramp", "clipped"):
         return _sign(chance) * log_uniform(chance, 1e-6, 1e-3)
     return draw(chance, elastic_limit_n)
 
@@ -119,7 +131,11 @@ def draw_fault(
     chance: Random, kinds: list[str], times: Times, elastic_limit_n: float
 ) -> WorldFault:
     """One fault of the simulated rig."""
-    kind = chance.choice(kinds)
+    return fault_of(chance.choice(kinds), chance, times, elastic_limit_n)
+
+
+def fault_of(kind: str, chance: Random, times: Times, elastic_limit_n: float) -> WorldFault:
+    """A fault of this kind."""
     lasts_s = FOR_GOOD_S if chance.random() < FOR_GOOD_SHARE else log_uniform(chance, 0.01, 10.0)
     return WorldFault(
         kind, draw_time(chance, times), lasts_s, magnitude_of(kind, chance, elastic_limit_n)
@@ -128,7 +144,11 @@ def draw_fault(
 
 def draw_incidents(chance: Random, kinds: list[str], times: Times) -> tuple[Incident, ...]:
     """One incident; one to three when it is Ctrl+C."""
-    kind = chance.choice(kinds)
+    return incidents_of(chance.choice(kinds), chance, times)
+
+
+def incidents_of(kind: str, chance: Random, times: Times) -> tuple[Incident, ...]:
+    """One incident of this kind; one to three when it is Ctrl+C."""
     start_s = draw_time(chance, times)
     if kind == "signal_int":
         later = sorted(chance.uniform(0.0, 1.0) for _ in range(chance.randrange(3)))
@@ -146,7 +166,7 @@ def both_channels_blind(faults: Iterable[WorldFault], plan: Plan) -> bool:
     """
     source = plan.rig.second_force.source
     second = "second_" if source is SecondForceSource.SENSOR else "arm_force_"
-    silent = ("stuck_mean", "gain", "bias", "deaf")
+    silent = ("stuck_mean", "gain", "bias", "deaf", "gain_ramp", "bias_ramp", "clipped")
     kinds = {fault.kind for fault in faults if not _harmless(fault)}
     first_lies = any(f"force_{kind}" in kinds for kind in silent)
     second_lies = any(f"{second}{kind}" in kinds for kind in silent)

@@ -83,12 +83,17 @@ def _force(chance: Random, ur: bool, range_n: float) -> ForceSpec:
     )  # fmt: skip
 
 
-def _second(chance: Random, ur: bool, range_n: float, two_channels: bool) -> SecondForce:
+def _second(
+    chance: Random, ur: bool, range_n: float, source: SecondForceSource | None
+) -> SecondForce:
     u = chance.uniform
-    if not two_channels:
+    if source is SecondForceSource.NONE:
         return SecondForce(SecondForceSource.NONE, 0.0, 0.0, 0.0, 0.0)
     relative = u(0.02, 0.05)
-    if chance.random() < 0.5:
+    from_arm = chance.random() < 0.5
+    if source is not None:
+        from_arm = source is SecondForceSource.ARM
+    if from_arm:
         tolerance_n, noise_n = (u(8.0, 14.0), u(0.5, 1.5)) if ur else (u(3.0, 11.0), u(0.3, 1.2))
         return SecondForce(SecondForceSource.ARM, tolerance_n, relative, 0.02, noise_n)
     noise_n = u(0.05, 0.3)
@@ -133,14 +138,16 @@ def _payload(chance: Random, top_n: float, elastic_limit_n: float) -> Payload:
     return Payload("campaign", geometry, _PAYLOAD, _PLATE, None, None, elastic_limit_n)
 
 
-def _travel(rig: Rig, payload: Payload, force_n: float) -> float:
+def travel_to(rig: Rig, payload: Payload, force_n: float) -> float:
     """Travel from the surface to a force, as the plan believes it."""
     law = law_for(payload.geometry, payload.material, payload.plate)
     stiffness = rig.system_stiffness.stiffness_n_per_m
     return force_n / stiffness + law.deformation(force_n) + rig.arm.lost_motion_m
 
 
-def _rig(chance: Random, arm_class: str, two_channels: bool, elastic_limit_n: float) -> Rig:
+def _rig(
+    chance: Random, arm_class: str, source: SecondForceSource | None, elastic_limit_n: float
+) -> Rig:
     ur = arm_class == "UR"
     arm = _arm(chance, ur)
     range_n = max(100.0, elastic_limit_n * chance.uniform(0.6, 3.0))
@@ -150,7 +157,7 @@ def _rig(chance: Random, arm_class: str, two_channels: bool, elastic_limit_n: fl
         arm=arm,
         force=_force(chance, ur, range_n),
         displacement=gauge,
-        second_force=_second(chance, ur, range_n, two_channels),
+        second_force=_second(chance, ur, range_n, source),
         system_stiffness=_stiffness(chance, ur, arm.effective_mass_kg),
         loop_delay_s=None,
         common_force_error=0.0,  # the claim is about the rest; what is drawn is drawn near F_c
@@ -159,11 +166,20 @@ def _rig(chance: Random, arm_class: str, two_channels: bool, elastic_limit_n: fl
     )
 
 
-def _plan(chance: Random, template: Plan, arm_class: str, two_channels: bool) -> Plan | None:
-    """What the runner believes; None where the drawn figures leave no room to press."""
+def plan_from(
+    chance: Random, template: Plan, arm_class: str, source: SecondForceSource | None
+) -> Plan | None:
+    """What the runner believes; None where the drawn figures leave no room to press.
+
+    Args:
+        chance: where the figures come from.
+        template: order, times and distances.
+        arm_class: one of `ARM_CLASSES`.
+        source: of the second force channel; drawn if None.
+    """
     low, high = (15.0, 600.0) if arm_class == "UR" else (60.0, 3000.0)
     elastic_limit_n = log_uniform(chance, low, high)
-    rig = _rig(chance, arm_class, two_channels, elastic_limit_n)
+    rig = _rig(chance, arm_class, source, elastic_limit_n)
     second, force = rig.second_force, rig.force
     drift_n = max(1.0, 3.0 * force.resolution_n)
     room_n = (elastic_limit_n - second.tolerance_n - drift_n) / (1.0 + second.tolerance_relative)
@@ -175,7 +191,7 @@ def _plan(chance: Random, template: Plan, arm_class: str, two_channels: bool) ->
     count = len(template.procedure.levels_n)
     touch_n = max(0.01 * top_n, 1.0, 2.0 * force.resolution_n, 6.0 * force.noise_n)
     payload = _payload(chance, top_n, elastic_limit_n)
-    travel_m, touch_m = (_travel(rig, payload, force_n) for force_n in (top_n, touch_n))
+    travel_m, touch_m = (travel_to(rig, payload, force_n) for force_n in (top_n, touch_n))
     uncertainty_m = template.procedure.surface_uncertainty_m
     procedure = replace(
         template.procedure,
@@ -200,8 +216,9 @@ def draw_plan(chance: Random, template: Plan, arm_class: str, two_channels: bool
     Raises:
         RefusedError: none was found.
     """
+    source = None if two_channels else SecondForceSource.NONE
     for _ in range(_ATTEMPTS):
-        plan = _plan(chance, template, arm_class, two_channels)
+        plan = plan_from(chance, template, arm_class, source)
         if plan is None:
             continue
         envelope = derive(plan)

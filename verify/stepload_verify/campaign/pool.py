@@ -57,7 +57,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0))
 
 
-def _quiet() -> None:
+def quiet() -> None:
     """Ctrl+C is for the parent; a worker ends with its parent, however that ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = os.getppid()
@@ -80,7 +80,7 @@ def run_all(work: Work, jobs: Sequence[Job], processes: int) -> Generator[list[R
         for chunk in chunks:
             yield run_chunk(work, chunk)
         return
-    pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"), initializer=_quiet)
+    pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"), initializer=quiet)
     pending: set[Future[list[Result]]] = set()
     try:
         for chunk in islice(chunks, 2 * processes):

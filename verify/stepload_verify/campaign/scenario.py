@@ -12,6 +12,7 @@ from stepload.plan.model import Plan
 from stepload.rig.world import WorldFault, WorldSpec, load_world
 from stepload_verify.campaign.mishaps import (
     INCIDENTS,
+    WIDER_FAULTS,
     Incident,
     Times,
     applicable,
@@ -68,7 +69,7 @@ class Scenario:
 
 
 def kinds_from(text: str) -> tuple[str, ...]:
-    """The kinds named in `--faults`: "all", or names separated by commas.
+    """The kinds named in `--faults`: "all" of the claim, or names separated by commas.
 
     Raises:
         BadInputError: a name that is none.
@@ -76,7 +77,7 @@ def kinds_from(text: str) -> tuple[str, ...]:
     known = (*load_world().faults, *INCIDENTS, PLANTS)
     names = [name.strip() for name in text.split(",")]
     if names == ["all"]:
-        return known
+        return tuple(name for name in known if name not in WIDER_FAULTS)
     for name in names:
         if name not in known:
             raise BadInputError(

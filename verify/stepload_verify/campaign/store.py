@@ -1,46 +1,65 @@
-"""Results on disk: one file per campaign, appended to run by run, so that it can go on later."""
+"""Rows on disk: one file, appended to row by row, so that what was begun can go on later."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import TracebackType
-from typing import TextIO
+from typing import Generic, Protocol, TextIO, TypeVar
 
 from stepload.errors import BadInputError, RefusedError
-from stepload_verify.campaign.result import Result
-
-HEADER, LINES = "campaign.json", "runs.jsonl"
 
 
-class Store:
-    """The results of one campaign in a directory; `results` holds those that were there already.
+class Row(Protocol):
+    """What is kept of one run."""
+
+    def to_line(self) -> str:
+        """One line of JSON, without its line end."""
+        ...
+
+
+RowT = TypeVar("RowT", bound=Row)
+
+
+class Store(Generic[RowT]):
+    """The rows of one campaign in a directory; `rows` holds those that were there already.
 
     A last line that was cut off by a crash is taken away; its run is done again.
 
     Args:
         directory: made where missing.
-        header: what must be the same for results to belong together.
+        files: names of the header (JSON) and of the rows (JSON lines).
+        header: what must be the same for rows to belong together.
+        from_line: a row from its line; raises ValueError where it is none.
 
     Raises:
         RefusedError: the directory holds another campaign.
         BadInputError: it holds something that is none.
     """
 
-    def __init__(self, directory: Path, header: dict[str, object]) -> None:
+    def __init__(
+        self,
+        directory: Path,
+        files: tuple[str, str],
+        header: dict[str, object],
+        from_line: Callable[[str], RowT],
+    ) -> None:
         directory.mkdir(parents=True, exist_ok=True)
-        self._path = directory / LINES
-        self._check_header(directory / HEADER, header)
-        self.results = self._read()
+        self._path = directory / files[1]
+        self._check_header(directory / files[0], header)
+        self._from_line = from_line
+        self.rows = self._read()
         self._file: TextIO = self._path.open("a", encoding="utf-8")
 
     def _check_header(self, path: Path, header: dict[str, object]) -> None:
         text = json.dumps(header, indent=1)
         if not path.exists():
             if self._path.exists():
-                raise BadInputError(f"{path}: missing beside {LINES}", hint="use a new directory")
+                raise BadInputError(
+                    f"{path}: missing beside {self._path.name}", hint="use a new directory"
+                )
             path.write_text(text + "\n", encoding="utf-8")
             return
         try:
@@ -54,7 +73,7 @@ class Store:
                 hint="use a new directory, or go on with what that campaign was begun with",
             )
 
-    def _read(self) -> list[Result]:
+    def _read(self) -> list[RowT]:
         if not self._path.exists():
             return []
         data = self._path.read_bytes()
@@ -62,20 +81,20 @@ class Store:
         if whole < len(data):
             os.truncate(self._path, whole)
         lines = data[:whole].decode("utf-8").splitlines()
-        results = []
+        rows = []
         for number, line in enumerate(lines, 1):
             try:
-                results.append(Result.from_line(line))
+                rows.append(self._from_line(line))
             except ValueError as error:
                 raise BadInputError(f"{self._path}:{number}: {error}") from error
-        return results
+        return rows
 
-    def add(self, results: Iterable[Result]) -> None:
+    def add(self, rows: Iterable[RowT]) -> None:
         """Append finished runs."""
-        self._file.write("".join(result.to_line() + "\n" for result in results))
+        self._file.write("".join(row.to_line() + "\n" for row in rows))
         self._file.flush()
 
-    def __enter__(self) -> Store:
+    def __enter__(self) -> Store[RowT]:
         return self
 
     def __exit__(

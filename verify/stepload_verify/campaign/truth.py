@@ -14,6 +14,8 @@ from stepload_verify.campaign.plants import log_uniform
 
 ANOMALIES = ("K x 10", "K / 10", "surface too near", "hidden hard stop", "K_s wrong by 30 %")
 """Ways in which a plant may not be what its plan says."""
+WIDER_ANOMALIES = ("mass wrong", "filters not declared")
+"""Ways beyond the claim of the campaign: a tenth to ten times the mass, 5 to 20 ms more delay."""
 NEAREST_SHARE = 0.05
 """A surface that is too near lies between this share of its stated distance and the near edge."""
 PLASTIC_SHARE = 0.3
@@ -23,7 +25,10 @@ PAYLOAD_SPREAD = 0.3
 
 @dataclass(frozen=True, slots=True)
 class Anomaly:
-    """One of `ANOMALIES`; `value` is a factor, a surface error in m, or a share of the depth."""
+    """One of `ANOMALIES` or `WIDER_ANOMALIES`.
+
+    `value` is a factor, a surface error in m, a share of the depth, or a delay in s.
+    """
 
     kind: str
     value: float
@@ -31,8 +36,16 @@ class Anomaly:
 
 def draw_anomaly(chance: Random, plan: Plan) -> Anomaly:
     """One way in which the plant differs from the plan."""
-    kind = chance.choice(ANOMALIES)
+    return anomaly_of(chance.choice(ANOMALIES), chance, plan)
+
+
+def anomaly_of(kind: str, chance: Random, plan: Plan) -> Anomaly:
+    """This way of differing from the plan."""
     procedure = plan.procedure
+    if kind == "mass wrong":
+        return Anomaly(kind, log_uniform(chance, 0.1, 10.0))
+    if kind == "filters not declared":
+        return Anomaly(kind, chance.uniform(0.005, 0.02))
     if kind == "K x 10":
         return Anomaly(kind, 10.0)
     if kind == "K / 10":
@@ -74,6 +87,13 @@ def draw_truth(
     )
     believed = replace(plan, rig=replace(plan.rig, simulation=simulation))
     spec = world_for(replace(envelope, plan=believed), seed=seed)
+    late_s = values.get("filters not declared", 0.0)
+    spec = replace(
+        spec,
+        effective_mass_kg=spec.effective_mass_kg * values.get("mass wrong", 1.0),
+        force_delay_s=spec.force_delay_s + late_s,
+        second_force_delay_s=spec.second_force_delay_s + late_s,
+    )
     payload = spec.payload
     if payload.n == 1.5 and chance.random() < PLASTIC_SHARE:
         onset_n = payload.elastic_limit_n * chance.uniform(0.2, 1.0)

@@ -1,0 +1,277 @@
+"""The directed search: tapes, strata, scenes, the halving, what is kept, and what is found."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stepload.errors import BadInputError, DomainError, RefusedError
+from stepload.plan.load import load_plan
+from stepload.plan.model import SecondForceSource
+from stepload.rig.world import WorldFault
+from stepload_verify.campaign.mishaps import FOR_GOOD_S, WIDER_FAULTS, Incident
+from stepload_verify.campaign.scenario import Scenario
+from stepload_verify.falsify import workers
+from stepload_verify.falsify.falsify import FILES, SCENES, WORST, falsify, worst
+from stepload_verify.falsify.hunt import POPULATION, Hunt
+from stepload_verify.falsify.scene import BLIND, RIG, TRUTH, WRONG, length, scenario_at
+from stepload_verify.falsify.scene_file import read_scene, text_of
+from stepload_verify.falsify.search import rounds, search
+from stepload_verify.falsify.shrink import shrink
+from stepload_verify.falsify.strata import Stratum, kinds_for, named, strata
+from stepload_verify.falsify.tape import Tape
+from stepload_verify.falsify.trial import Point, Search, Trial, judge, no_run
+
+ROOT = Path(__file__).parents[3]
+TEMPLATE = load_plan(ROOT / "procedures/falsify.yaml")
+SENSOR = Stratum(SecondForceSource.SENSOR, ("force_gain", "second_freeze"))
+
+
+def scene(stratum: Stratum = SENSOR, seed: int = 1) -> tuple[Scenario, tuple[float, ...]]:
+    """The first point of a seed at which there is a run."""
+    for at in Hunt(stratum, seed).anywhere(200):
+        found = scenario_at(TEMPLATE, stratum, at.number, at.point)
+        if found is not None and found.hazard != BLIND:
+            return found, at.point
+    raise AssertionError(f"no run in {stratum.name}")
+
+
+def trial(at: Point, j: float, hazard: str = "") -> Trial:
+    return Trial(at.stratum.name, at.number, j, 0.0, hazard, 0.9, 1.0, "stopped", "R1", "LOAD")
+
+
+@given(st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+def test_every_draw_from_a_tape_is_monotone_in_its_number(low: float, high: float) -> None:
+    low, high = sorted((low, high))
+
+    def draws(u: float) -> list[float]:
+        tape = Tape((u,) * 6)
+        return [
+            tape.random(), tape.uniform(2.0, 3.0), tape.choice((1, 2, 3)), tape.randrange(5),
+            tape.gauss(0.0, 1.0), tape.getrandbits(32),
+        ]  # fmt: skip
+
+    assert all(a <= b for a, b in zip(draws(low), draws(high), strict=True))
+    assert all(map(math.isfinite, draws(high)))
+    assert draws(high)[2:4] <= [3, 4]
+
+
+def test_a_tape_that_is_used_up_says_so() -> None:
+    tape = Tape((0.5,), "rig")
+    tape.random()
+    with pytest.raises(DomainError, match="'rig'"):
+        tape.random()
+
+
+def test_strata_hold_every_pair_once_and_only_what_the_rig_has() -> None:
+    claimed, wider = strata(wider=False), strata(wider=True)
+    names = [one.name for one in (*claimed, *wider)]
+    assert len(names) == len(set(names))
+    kinds = {source: kinds_for(source, wider=False) for source in SecondForceSource}
+    pairs = sum(
+        len(k) * (len(k) + 1) // 2
+        for source, k in kinds.items()
+        if source is not SecondForceSource.NONE
+    )
+    assert len(claimed) == pairs
+    for one in (*claimed, *wider):
+        absent = "arm_force_" if one.source is SecondForceSource.SENSOR else "second_"
+        assert not any(kind.startswith(absent) for kind in one.wrong)
+    assert not any(set(WIDER_FAULTS) & set(one.wrong) for one in claimed)
+
+
+def test_strata_by_name() -> None:
+    assert named("second_freeze + force_gain") == [SENSOR]
+    assert [one.source.value for one in named("force_gain")] == ["sensor", "arm"]
+    assert len(named("force_gain+plate_moves+command_jitter")) == 2
+    with pytest.raises(BadInputError, match="unknown kind 'gremlin'"):
+        named("force_gain+gremlin")
+    with pytest.raises(BadInputError, match="no rig has all"):
+        named("second_freeze+arm_force_gain")
+
+
+@pytest.mark.parametrize("stratum", [*strata(wider=False)[:3], *strata(wider=True)[::61]])
+def test_a_point_is_one_run_and_its_parts_move_alone(stratum: Stratum) -> None:
+    found, point = scene(stratum)
+    assert scenario_at(TEMPLATE, stratum, found.index, point) == found
+    assert len(point) == length(stratum)
+    moved = list(point)
+    moved[RIG + TRUTH - 4] = 0.3
+    other = scenario_at(TEMPLATE, stratum, found.index, moved)
+    assert other is not None
+    assert other.plan == found.plan
+    moved[RIG + TRUTH + WRONG * len(stratum.wrong) - 1] = 0.1
+    again = scenario_at(TEMPLATE, stratum, found.index, moved)
+    assert again is not None
+    assert again.plan == found.plan
+    wrong = [fault.kind for fault in found.faults] + [a.kind for a in found.anomalies]
+    wrong += [incident.kind for incident in found.incidents]
+    assert set(wrong) == set(stratum.wrong)
+
+
+@pytest.mark.parametrize(("count", "trials"), [(1, 500), (8, 500), (2520, 30_000), (2520, 100)])
+def test_the_rounds_use_the_trials_and_halve_the_strata(count: int, trials: int) -> None:
+    first, later = rounds(count, trials)
+    used = first * count + sum(one.strata * one.generations * POPULATION for one in later)
+    assert first >= 4
+    assert used <= max(4 * count, 1.6 * trials)
+    assert [one.strata for one in later] == sorted((one.strata for one in later), reverse=True)
+    if trials > 10 * count:
+        assert used > 0.5 * trials
+
+
+def hidden(points: Sequence[Point]) -> list[Trial]:
+    """F_c is passed near one point of one stratum, with a slope that leads there."""
+    found = []
+    for at in points:
+        far = math.dist(at.point[:3], (0.8, 0.2, 0.7))
+        j = 1.05 - far if at.stratum == SENSOR else -0.5
+        found.append(no_run(at) if at.point[3] < 0.3 else trial(at, j))
+    return found
+
+
+def slope(points: Sequence[Point]) -> list[Trial]:
+    """The same where a rig can press."""
+    return [
+        one if scenario_at(TEMPLATE, at.stratum, at.number, at.point) else no_run(at)
+        for at, one in zip(points, hidden(points), strict=True)
+    ]
+
+
+def test_the_search_goes_where_it_is_worst_and_is_the_same_again() -> None:
+    where = [SENSOR, *named("force_bias"), *named("force_delay+arm_delay"), *named("killed")]
+    first, second = (search(where, 1600, 5, hidden) for _ in range(2))
+    assert worst(first) == worst(second)
+    assert worst(first) != worst(search(where, 1600, 6, hidden))
+    [found] = [hunt for hunt in first if hunt.stratum == SENSOR]
+    assert found.found_after is not None
+    assert worst(first)[0].stratum == SENSOR.name
+    assert all(hunt.found_after is None for hunt in first if hunt is not found)
+    assert found.runs < found.tried
+
+
+def test_dice_alone_do_not_find_it() -> None:
+    """What the slope is worth: as many points at random come nowhere near."""
+    points = Hunt(SENSOR, 5).anywhere(600)
+    assert not any(one.broken for one in hidden(points))
+
+
+def test_a_named_hazard_breaks_no_claim_and_a_blind_rig_is_not_run() -> None:
+    at = Point(SENSOR, 0, (0.5,) * length(SENSOR))
+    assert trial(at, 1.2).broken
+    assert not trial(at, 1.2, "plate_moves").broken
+    assert not no_run(at).broken
+    assert no_run(at).score == -math.inf
+    line = no_run(at, "both_channels_alike").to_line()
+    assert Trial.from_line(line) == no_run(at, "both_channels_alike")
+    assert json.loads(line)["j"] is None
+    with pytest.raises(ValueError, match="not a trial"):
+        Trial.from_line('{"j": 1.0}')
+
+
+def test_a_search_goes_on_where_it_was_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried: list[Point] = []
+
+    def fake(_search: Search, points: Sequence[Point]) -> list[Trial]:
+        if len(tried) > 150 and not allowed:
+            raise KeyboardInterrupt
+        tried.extend(points)
+        return slope(points)
+
+    monkeypatch.setattr(workers, "try_points", fake)
+    what, where = Search(TEMPLATE), [SENSOR, *named("killed")]
+    allowed = False
+    with pytest.raises(KeyboardInterrupt):
+        falsify(what, where, trials=400, seed=2, processes=1, directory=tmp_path)
+    left = len(tried)
+    with (tmp_path / FILES[1]).open("a") as file:
+        file.write('{"series":"cut')
+    allowed = True
+    hunts = falsify(what, where, trials=400, seed=2, processes=1, directory=tmp_path)
+    assert len({(p.stratum.name, p.number) for p in tried}) == len(tried) > left
+    assert worst(hunts) == worst(search(where, 400, 2, slope))
+    assert (tmp_path / WORST).read_text().count("\n") == 1 + len(where)
+    assert list((tmp_path / SCENES).iterdir())
+    with pytest.raises(RefusedError, match="seed"):
+        falsify(what, where, trials=400, seed=3, processes=1, directory=tmp_path)
+
+
+def test_processes_change_nothing() -> None:
+    what, where = Search(TEMPLATE), named("force_nan")
+    alone, two = (
+        worst(falsify(what, where, trials=8, seed=4, processes=count)) for count in (1, 2)
+    )
+    assert alone == two
+
+
+@pytest.mark.parametrize("text", ["force_gain+signal_int", "K x 10+force_delay", "plate_moves"])
+def test_a_scene_file_replays_exactly(tmp_path: Path, text: str) -> None:
+    found, _ = scene(named(text)[0])
+    before = judge(found)
+    path = tmp_path / "scene.json"
+    path.write_text(text_of(found, {"j": before.j, "peak_ratio": before.peak_ratio}))
+    again, figures = read_scene(path)
+    assert again.truth == found.truth
+    assert again.limits == found.limits
+    assert judge(again) == before
+    assert figures["j"] == before.j
+
+
+def test_a_hostile_scene_is_refused(tmp_path: Path) -> None:
+    found, _ = scene()
+    data = json.loads(text_of(found, {}))
+    path = tmp_path / "scene.json"
+
+    def refused(text: str, match: str) -> None:
+        path.write_text(text)
+        with pytest.raises(BadInputError, match=match):
+            read_scene(path)
+
+    refused("{", "scene.json")
+    refused("[" * 100_000, "scene.json")
+    refused("[]", "no scene of version")
+    refused(json.dumps(data | {"version": 2}), "no scene of version")
+    refused(json.dumps(data | {"more": 1}), "extra fields")
+    refused(json.dumps({k: v for k, v in data.items() if k != "plan"}), "plan")
+    refused(json.dumps(data | {"truth": data["truth"] | {"surface_m": "near"}}), "surface_m")
+    refused(" " * 1_000_001, "bytes")
+    with pytest.raises(BadInputError, match="nowhere"):
+        read_scene(tmp_path / "nowhere.json")
+
+
+def test_shrinking_keeps_what_the_finding_needs_and_nothing_else() -> None:
+    found, _ = scene()
+    gain = WorldFault("force_gain", 1.23456, 3.3, 0.45678)
+    freeze = WorldFault("second_freeze", 2.0, 1.0, 0.0)
+    truth = replace(found.truth, faults=(gain, freeze), slip_m=1e-6)
+    messy = replace(found, truth=truth, incidents=(Incident("signal_term", 3.0, ""),))
+    looked = []
+
+    def still(one: Scenario) -> bool:
+        looked.append(one)
+        return any(f.kind == "force_gain" and f.magnitude < 0.5 for f in one.faults)
+
+    simple = shrink(messy, still)
+    assert simple.incidents == ()
+    [fault] = simple.faults
+    assert fault == WorldFault("force_gain", 1.0, FOR_GOOD_S, 0.46)
+    assert simple.truth.slip_m == 0.0
+    assert len(looked) < 400
+
+
+def test_j_is_nothing_at_the_top_force_and_more_than_one_beyond_the_limit() -> None:
+    found, _ = scene(named("force_nan")[0])
+    sound = replace(found, truth=replace(found.truth, faults=()), healthy=True)
+    result = judge(sound)
+    assert result.status == "completed"
+    assert -0.2 < result.j < 0.2
+    assert result.reached == pytest.approx(1.0, abs=0.2)

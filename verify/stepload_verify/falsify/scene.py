@@ -1,0 +1,112 @@
+"""From a vector to a run within the bounds of a campaign: rig, truth, what goes wrong and when.
+
+The vector has one part for each of these, so that a step in one shifts nothing in another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from stepload.envelope.envelope import derive
+from stepload.plan.model import Plan
+from stepload.rig.world import WorldFault
+from stepload_verify.campaign.mishaps import (
+    INCIDENTS,
+    Incident,
+    both_channels_blind,
+    fault_of,
+    incidents_of,
+)
+from stepload_verify.campaign.plants import ARM_CLASSES, plan_from, travel_to
+from stepload_verify.campaign.scenario import Scenario, expected_times
+from stepload_verify.campaign.truth import (
+    ANOMALIES,
+    WIDER_ANOMALIES,
+    Anomaly,
+    anomaly_of,
+    draw_truth,
+)
+from stepload_verify.falsify.strata import Stratum
+from stepload_verify.falsify.tape import Tape
+
+BLIND, PLATE = "both_channels_alike", "plate_moves"
+"""Named hazards; with both channels blind nothing is left to stop a run: no use searching there."""
+RIG, TRUTH, WRONG = 34, 10, 7
+"""Numbers that a rig with its plan, its truth, and each thing that goes wrong may read."""
+LONGEST_S = 8.0
+"""Runs that would take longer are left out: slow rigs are safe, and use up the time."""
+SHORT_RETRACT_M = 1e-4
+"""Retract of a run that is searched, where twice the travel is not more: less free air."""
+
+
+def length(stratum: Stratum) -> int:
+    """How many numbers a run of this stratum is made of."""
+    return RIG + TRUTH + WRONG * len(stratum.wrong)
+
+
+def scenario_at(
+    template: Plan, stratum: Stratum, index: int, point: Sequence[float]
+) -> Scenario | None:
+    """The run at a point of the unit cube; None where that is no rig that can press, or too long.
+
+    Args:
+        template: order, times and distances of the run.
+        stratum: second channel, and what goes wrong.
+        index: number of the run in its stratum; a name and no more.
+        point: `length(stratum)` numbers between 0 and 1.
+
+    Raises:
+        DomainError: the point is too short.
+    """
+    rig, truth_tape = Tape(point[:RIG], "rig"), Tape(point[RIG : RIG + TRUTH], "truth")
+    rest = point[RIG + TRUTH :]
+    tapes = [Tape(rest[WRONG * i : WRONG * (i + 1)], kind) for i, kind in enumerate(stratum.wrong)]
+    believed = plan_from(rig, template, rig.choice(ARM_CLASSES), stratum.source)
+    if believed is None:
+        return None
+    plan = _shorter(believed)
+    envelope = derive(plan)
+    if envelope.limits is None:
+        return None
+    anomalies: tuple[Anomaly, ...] = ()
+    for kind, tape in zip(stratum.wrong, tapes, strict=True):
+        if kind in ANOMALIES or kind in WIDER_ANOMALIES:
+            anomalies += (anomaly_of(kind, tape, plan),)
+    truth = draw_truth(truth_tape, envelope, anomalies, truth_tape.getrandbits(32))
+    limits = envelope.limits
+    times = expected_times(plan, limits, truth.surface_m)
+    if times.end_s > LONGEST_S:
+        return None
+    faults: list[WorldFault] = []
+    incidents: tuple[Incident, ...] = ()
+    for kind, tape in zip(stratum.wrong, tapes, strict=True):
+        if kind in INCIDENTS:
+            incidents += incidents_of(kind, tape, times)
+        elif kind not in ANOMALIES and kind not in WIDER_ANOMALIES:
+            faults.append(fault_of(kind, tape, times, limits.elastic_limit_n))
+    return Scenario(
+        series=stratum.name,
+        index=index,
+        envelope=envelope,
+        truth=replace(truth, faults=tuple(faults)),
+        healthy=False,
+        anomalies=anomalies,
+        incidents=tuple(sorted(incidents, key=lambda incident: incident.start_s)),
+        hazard=_hazard(faults, plan),
+    )
+
+
+def _hazard(faults: Sequence[WorldFault], plan: Plan) -> str:
+    """The hazard that preflight names for what goes wrong here, or ""."""
+    if both_channels_blind(faults, plan):
+        return BLIND
+    return PLATE if any(fault.kind == PLATE for fault in faults) else ""
+
+
+def _shorter(plan: Plan) -> Plan:
+    """The same plan with less free air to cross."""
+    procedure = plan.procedure
+    travel_m = travel_to(plan.rig, plan.payload, procedure.top_force_n)
+    retract_m = max(SHORT_RETRACT_M, 2.0 * travel_m)
+    return replace(plan, procedure=replace(procedure, retract_m=retract_m))

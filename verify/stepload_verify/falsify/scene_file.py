@@ -1,0 +1,108 @@
+"""A run on disk, so that it can be done again exactly: what is believed, what is true, what breaks.
+
+The limits are not in the file: they are derived from the plan by the program that replays it, so
+that a counterexample is a test of every later program too.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from stepload.contact.materials import Geometry
+from stepload.envelope.envelope import derive
+from stepload.errors import BadInputError, DomainError, RefusedError
+from stepload.plan.model import Plan
+from stepload.rig.world import WorldSpec
+from stepload_verify.campaign.mishaps import Incident
+from stepload_verify.campaign.scenario import Scenario
+from stepload_verify.campaign.truth import Anomaly
+
+VERSION = 1
+LARGEST_BYTES = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class SceneFile:
+    """One run, and what it came to when it was written (`found`: figures by name)."""
+
+    version: int
+    series: str
+    index: int
+    hazard: str
+    found: Mapping[str, float]
+    incidents: tuple[Incident, ...]
+    anomalies: tuple[Anomaly, ...]
+    truth: WorldSpec
+    plan: Plan
+
+
+@cache
+def _converter() -> Any:
+    from cattrs.preconf.json import make_converter
+    from cattrs.strategies import configure_tagged_union
+
+    converter = make_converter(forbid_extra_keys=True)
+    converter.register_unstructure_hook(Path, str)
+    converter.register_structure_hook(Path, lambda value, _: Path(str(value)))
+    converter.register_structure_hook_func(lambda kind: kind is object, lambda value, _: value)
+    configure_tagged_union(Geometry, converter, tag_name="geometry")
+    return converter
+
+
+def text_of(scenario: Scenario, found: Mapping[str, float]) -> str:
+    """The file of a run, as JSON."""
+    plan = replace(scenario.plan, sources=(), path=Path("scene"), payload_file=None)
+    file = SceneFile(
+        VERSION, scenario.series, scenario.index, scenario.hazard, found, scenario.incidents,
+        scenario.anomalies, scenario.truth, plan,
+    )  # fmt: skip
+    return json.dumps(_converter().unstructure(file), indent=1) + "\n"
+
+
+def read_scene(path: Path) -> tuple[Scenario, Mapping[str, float]]:
+    """The run of a file with the limits that this program gives it, and what it came to once.
+
+    Raises:
+        BadInputError: not such a file.
+        RefusedError: this program sees no room to press in it.
+    """
+    from cattrs.errors import BaseValidationError
+
+    try:
+        if path.stat().st_size > LARGEST_BYTES:
+            raise BadInputError(f"{path}: more than {LARGEST_BYTES} bytes, no scene is that long")
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise BadInputError(f"{path}: {error}", hint="give a file of stepload falsify") from error
+    if not isinstance(data, dict) or data.get("version") != VERSION:
+        raise BadInputError(f"{path}: no scene of version {VERSION}")
+    try:
+        file: SceneFile = _converter().structure(data, SceneFile)
+        envelope = derive(file.plan)
+    except (BaseValidationError, TypeError, ValueError, DomainError) as error:
+        raise BadInputError(f"{path}: {_first(error)}", hint="it was changed by hand?") from error
+    if envelope.limits is None:
+        raise RefusedError(f"{path}: preflight sees no room to press in this plan any more")
+    scenario = Scenario(
+        series=file.series,
+        index=file.index,
+        envelope=envelope,
+        truth=file.truth,
+        healthy=not (file.truth.faults or file.incidents or file.anomalies),
+        anomalies=file.anomalies,
+        incidents=file.incidents,
+        hazard=file.hazard,
+    )
+    return scenario, file.found
+
+
+def _first(error: BaseException) -> str:
+    from cattrs import transform_error
+    from cattrs.errors import BaseValidationError
+
+    return transform_error(error)[0] if isinstance(error, BaseValidationError) else str(error)

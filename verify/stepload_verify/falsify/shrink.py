@@ -1,0 +1,93 @@
+"""A counterexample made simple: everything that it does not need is taken out of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from stepload.engine.rehearse import world_for
+from stepload.errors import SteploadError
+from stepload.rig.world import WorldFault
+from stepload_verify.campaign.mishaps import FOR_GOOD_S, Incident
+from stepload_verify.campaign.scenario import Scenario
+
+DIGITS = (1, 2, 3)
+"""Significant digits to which figures are rounded, fewest first."""
+
+Still = Callable[[Scenario], bool]
+"""Whether a simpler run still shows what the counterexample shows."""
+Edit = Callable[[Scenario], Scenario]
+
+
+def shrink(scenario: Scenario, still: Still) -> Scenario:
+    """The simplest run found in which `still` holds, as it does for `scenario`.
+
+    Each simplification is tried by itself, and kept if it keeps the finding, until none is left.
+    """
+    before = None
+    while scenario != before:
+        before = scenario
+        for edit in _edits(scenario):
+            candidate = edit(scenario)
+            if candidate != scenario and _holds(still, candidate):
+                scenario = candidate
+    return scenario
+
+
+def _holds(still: Still, scenario: Scenario) -> bool:
+    """A candidate that cannot be run at all shows nothing."""
+    try:
+        return still(scenario)
+    except SteploadError:
+        return False
+
+
+def _edits(scenario: Scenario) -> Iterator[Edit]:
+    """Ways to have less in a run: what goes wrong, then what is true, then digits."""
+    faults = scenario.truth.faults
+    yield from (partial(_without_fault, fault=fault) for fault in faults)
+    yield from (partial(_without_incident, incident=one) for one in scenario.incidents)
+    believed = world_for(scenario.envelope, seed=scenario.truth.seed)
+    for name in believed.__slots__:
+        if name not in ("faults", "seed"):
+            yield partial(_with_truth, name=name, value=getattr(believed, name))
+    yield partial(_with_truth, name="seed", value=1)
+    for index in range(len(faults)):
+        yield partial(_with_fault, index=index, name="duration_s", value=FOR_GOOD_S)
+        for name in ("start_s", "magnitude"):
+            for digits in DIGITS:
+                yield partial(_rounded, index=index, name=name, digits=digits)
+
+
+def _without_fault(scenario: Scenario, fault: WorldFault) -> Scenario:
+    left = tuple(one for one in scenario.truth.faults if one != fault)
+    return replace(scenario, truth=replace(scenario.truth, faults=left))
+
+
+def _without_incident(scenario: Scenario, incident: Incident) -> Scenario:
+    return replace(scenario, incidents=tuple(i for i in scenario.incidents if i != incident))
+
+
+def _with_truth(scenario: Scenario, name: str, value: Any) -> Scenario:
+    return replace(scenario, truth=replace(scenario.truth, **{name: value}))
+
+
+def _with_fault(scenario: Scenario, index: int, name: str, value: Any) -> Scenario:
+    """This fault with another figure; nothing changes where there are fewer faults by now."""
+    faults = list(scenario.truth.faults)
+    if index < len(faults):
+        faults[index] = replace(faults[index], **{name: value})
+    return replace(scenario, truth=replace(scenario.truth, faults=tuple(faults)))
+
+
+def _rounded(scenario: Scenario, index: int, name: str, digits: int) -> Scenario:
+    """This fault with fewer digits, where it has more."""
+    if index >= len(scenario.truth.faults):
+        return scenario
+    before = getattr(scenario.truth.faults[index], name)
+    value = float(f"{before:.{digits}g}")
+    if len(str(value)) >= len(str(before)):
+        return scenario
+    return _with_fault(scenario, index, name, value)

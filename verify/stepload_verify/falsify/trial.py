@@ -1,0 +1,152 @@
+"""One evaluation of a search: run the scenario at a point, and say how near to F_c it came."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cache
+from typing import NamedTuple
+
+from stepload.plan.model import Plan
+from stepload.record.rows import TickRow
+from stepload_verify.campaign.ablation import Ablation
+from stepload_verify.campaign.scenario import Scenario
+from stepload_verify.campaign.single import run_scenario
+from stepload_verify.falsify.scene import BLIND, scenario_at
+from stepload_verify.falsify.strata import Stratum
+
+NO_RUN = "no run"
+"""Status of a point at which there is no rig that can press, or none within the time."""
+UNSEEN_WEIGHT = REACHED_WEIGHT = 0.1
+"""Weights beside J of the force that nobody saw, and of the share of the top force reached.
+
+They tell runs apart that never passed the top force, of which J says no more than how small it was.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """What the run at one point came to.
+
+    Attributes:
+        series, index: stratum and number of the point in it.
+        j: (peak − F_top)/(F_c − F_top): 0 for a healthy run, above 1 where F_c was passed; −inf at
+            a point without a run.
+        unseen: what the true peak was above the largest force that the run believed, in the same
+            unit.
+        hazard: the hazard that preflight names for such a run and that takes it out of the claim,
+            or "".
+        peak_ratio: true peak force over F_c.
+        reached: true peak force over the top force.
+        status, rule, phase: how it ended.
+    """
+
+    series: str
+    index: int
+    j: float
+    unseen: float
+    hazard: str
+    peak_ratio: float
+    reached: float
+    status: str
+    rule: str
+    phase: str
+
+    @property
+    def score(self) -> float:
+        """What the search makes as large as it can."""
+        if self.status == NO_RUN:
+            return -math.inf
+        unseen = max(0.0, min(1.0, self.unseen))
+        return max(0.0, self.j) + UNSEEN_WEIGHT * unseen + REACHED_WEIGHT * min(1.0, self.reached)
+
+    @property
+    def broken(self) -> bool:
+        """F_c was passed, and no named hazard explains it."""
+        return self.j > 1.0 and not self.hazard
+
+    def to_line(self) -> str:
+        """One line of JSON, without its line end; a j of −inf is null."""
+        row = asdict(self)
+        row["j"] = None if math.isinf(self.j) else self.j
+        return json.dumps(row, separators=(",", ":"), allow_nan=False)
+
+    @classmethod
+    def from_line(cls, line: str) -> Trial:
+        """The inverse of `to_line`.
+
+        Raises:
+            ValueError: not such a line.
+        """
+        try:
+            row = json.loads(line)
+            return cls(**{**row, "j": -math.inf if row["j"] is None else float(row["j"])})
+        except (TypeError, KeyError) as error:
+            raise ValueError(f"not a trial of a search: {error}") from error
+
+
+class Point(NamedTuple):
+    """A point to be tried."""
+
+    stratum: Stratum
+    number: int
+    point: tuple[float, ...]
+
+
+class Search(NamedTuple):
+    """What all trials of a search have in common; `ablation` is what is left out, or ""."""
+
+    template: Plan
+    ablation: str = ""
+
+
+@cache
+def _without(name: str) -> Ablation | None:
+    return Ablation(name) if name else None
+
+
+def try_points(search: Search, points: Sequence[Point]) -> list[Trial]:
+    """Try these points here, one after another."""
+    return [try_point(search, point) for point in points]
+
+
+def try_point(search: Search, at: Point) -> Trial:
+    """What happens at a point."""
+    scenario = scenario_at(search.template, at.stratum, at.number, at.point)
+    if scenario is None:
+        return no_run(at)
+    if scenario.hazard == BLIND:
+        return no_run(at, scenario.hazard)
+    return judge(scenario, search.ablation)
+
+
+def no_run(at: Point, hazard: str = "") -> Trial:
+    """The trial of a point without a run."""
+    return Trial(at.stratum.name, at.number, -math.inf, 0.0, hazard, 0.0, 0.0, NO_RUN, "", "")
+
+
+def judge(scenario: Scenario, ablation: str = "") -> Trial:
+    """Run a scenario and say how near to F_c it came."""
+    believed_n = [0.0]
+
+    def look(row: TickRow) -> None:
+        if row.force_n > believed_n[0]:
+            believed_n[0] = row.force_n
+
+    result, _ = run_scenario(scenario, _without(ablation), look)
+    top_n = scenario.plan.procedure.top_force_n
+    room_n = scenario.limits.elastic_limit_n - top_n
+    return Trial(
+        series=scenario.series,
+        index=scenario.index,
+        j=(result.peak_n - top_n) / room_n,
+        unseen=(result.peak_n - believed_n[0]) / room_n,
+        hazard=scenario.hazard,
+        peak_ratio=result.peak_ratio,
+        reached=result.peak_n / top_n,
+        status=result.status,
+        rule=result.rule,
+        phase=result.phase,
+    )
