@@ -196,8 +196,8 @@ def sentences(found: Map) -> list[str]:
     said += [_how_stiff(each, found.rig.top_n) for each in bought[:1]]
     best = max(bought, key=lambda each: _number(each.to_n_per_m), default=None)
     if best is not None and _number(best.to_n_per_m) > _number(bought[0].to_n_per_m):
-        reach = format_quantity(best.to_n_per_m, "N/m")
-        said.append(f"Of the changes looked at, {best.change} reaches farthest: {reach}")
+        low, high = (format_quantity(n, "N/m") for n in (best.from_n_per_m, best.to_n_per_m))
+        said.append(f"Of the changes looked at, {best.change} reaches farthest: {low} to {high}")
     return said
 
 

@@ -44,12 +44,12 @@ def reach_table(found: Map) -> Table:
     """How stiff a payload may be, row by row of the panels."""
     rows = []
     for each in reaches(found):
-        reach = "nothing" if math.isnan(each.to_n_per_m) else format_quantity(
-            each.to_n_per_m, "N/m")  # fmt: skip
+        ends = (format_quantity(end, "N/m") for end in (each.from_n_per_m, each.to_n_per_m))
+        reach = "nothing" if math.isnan(each.to_n_per_m) else " to ".join(ends)
         limit = format_quantity(each.k_max_n_per_m, "N/m")
         rows.append((each.series, value_text(each), reach, limit, each.guideline))
-    columns = ("varied", "value", "measured up to", "(34)", "the guideline is")
-    return Table(f"Stiffest payload at {found.rig.top_n:.4g} N", columns, rows)
+    columns = ("varied", "value", "measured, without a gap", "(34)", "the guideline is")
+    return Table(f"Secant stiffness at {found.rig.top_n:.4g} N", columns, rows)
 
 
 def value_text(each: Reach) -> str:
