@@ -77,11 +77,11 @@ class Reach:
         if math.isnan(self.to_n_per_m):
             return "too bold: nothing is measured"
         if self.to_n_per_m > self.k_max_n_per_m:
-            return f"too careful, by {self.to_n_per_m / self.k_max_n_per_m:.2g} at least"
+            return f"too careful, by {self.to_n_per_m / self.k_max_n_per_m:.3g} at least"
         if math.isnan(self.beyond_n_per_m):
             return "not tested: the map ends below it"
         if self.beyond_n_per_m < self.k_max_n_per_m:
-            return f"too bold, by {self.k_max_n_per_m / self.beyond_n_per_m:.2g} at least"
+            return f"too bold, by {self.k_max_n_per_m / self.beyond_n_per_m:.3g} at least"
         return "right, as far as the columns tell"
 
 

@@ -1,7 +1,8 @@
 """What all runs of a cell share: weights of the signs, thresholds, the fixed lines of the budget.
 
-They are those of the run that the payload gives without any error, made by the functions that make
-them of a measured run. One run differs from the next in its noise, not in where its stretches lie.
+They are those of a run that has no error but the noise of its force, which decides where stretches
+end, made by the functions that make them of a measured run. One run differs from the next in its
+noise, little in where its stretches lie.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ _WORSE = 9.0
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """The run without errors, and what is derived from it once.
+    """The run without other errors than noise, and what is derived from it once.
 
     Attributes:
         run: as evidence takes it.
@@ -79,7 +80,8 @@ def reference(cell: Cell, course: Course) -> Reference:
     """
     told = cell.conditions
     law = cell.payload.deformation_m(course.force_n, np.array([told.rough_length_m or 0.0]))[0]
-    run = pressed_of(told, course, course.force_n, law + told.bend(course.force_n), 0.0)
+    noise_n = told.sources.force_noise_n * np.random.default_rng(12345).standard_normal(law.size)
+    run = pressed_of(told, course, course.force_n + noise_n, law + told.bend(course.force_n), 0.0)
     loops = loops_of(run.tracks, run.deflection, run.sources.force_noise_n)
     first = loops[0].loading
     main = chord(first)

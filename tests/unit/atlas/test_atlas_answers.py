@@ -68,8 +68,8 @@ def rows(told: dict[tuple[str, str], list[int]], specimens: list[Specimen]) -> M
 @pytest.mark.parametrize(
     ("counts", "said"),
     [
-        ([250, 250, 250, 0], "too careful, by 1.4"),
-        ([250, 0, 0, 0], "too bold, by 2.4"),
+        ([250, 250, 250, 0], "too careful, by 1.38"),
+        ([250, 0, 0, 0], "too bold, by 2.41"),
         ([250, 250, 0, 0], "right"),
         ([0, 0, 0, 0], "nothing is measured"),
     ],

