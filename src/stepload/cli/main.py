@@ -14,6 +14,7 @@ import typer
 
 from stepload import __version__
 from stepload.cli import (
+    atlas,
     data,
     devices,
     doctor,
@@ -44,7 +45,7 @@ app = typer.Typer(
 )
 for room in (
     plans, shipped, setup, experiments, live, identify, records, results, data, snippets,
-    devices, doctor, explain,
+    devices, doctor, explain, atlas,
 ):  # fmt: skip
     room.register(app)
 

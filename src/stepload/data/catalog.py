@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stepload.data.columns import write_columns
 from stepload.data.libraries import library
 from stepload.errors import BadInputError
 from stepload.record.summary import Summary, read_summary
@@ -89,14 +90,7 @@ def write_parquet(found: Sequence[RunRow], path: Path) -> None:
     Raises:
         BadInputError: pyarrow is not installed, or the file is there already or cannot be written.
     """
-    if path.exists():
-        raise BadInputError(f"{path} is there already", hint="name another file")
-    pa, parquet = library("pyarrow", "Parquet"), library("pyarrow.parquet", "Parquet")
-    columns = {name: [getattr(row, name) for row in found] for name in COLUMNS}
-    try:
-        parquet.write_table(pa.table(columns), path, compression="zstd")
-    except OSError as error:
-        raise BadInputError(f"cannot write {path}: {error.strerror or error}") from error
+    write_columns({name: [getattr(row, name) for row in found] for name in COLUMNS}, path)
 
 
 def chosen(found: Sequence[RunRow], wanted: Mapping[str, str]) -> list[RunRow]:

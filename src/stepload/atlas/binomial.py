@@ -1,0 +1,32 @@
+"""How often something happened, and between which probabilities that puts it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """`count` of `of`, with the ends of the 95 % interval (Clopper and Pearson)."""
+
+    count: int
+    of: int
+    low: float
+    high: float
+
+    @property
+    def value(self) -> float:
+        """The share; NaN of none."""
+        return self.count / self.of if self.of else float("nan")
+
+
+def share(count: int, of: int) -> Share:
+    """The share of `count` in `of`; of none it is between 0 and 1."""
+    from scipy.special import betaincinv
+
+    tail = (1.0 - CONFIDENCE) / 2.0
+    low = float(betaincinv(count, of - count + 1, tail)) if count else 0.0
+    high = float(betaincinv(count + 1, of - count, 1.0 - tail)) if count < of else 1.0
+    return Share(count, of, low, high)

@@ -1,0 +1,114 @@
+"""What may be changed about a rig: its position, its gauge, its stiffness and how that is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.deflection import LEAST_RELATIVE
+
+Change = Callable[[Conditions], Conditions]
+TABLE_ROWS = 10
+GAUGE_M, FINER, STIFFER = 1e-6, 4.0, 1.5
+KNOWN = 0.01
+"""A table of the pose, made with care: what its rows have in common."""
+
+
+def as_it_is(told: Conditions) -> Conditions:
+    """Nothing."""
+    return told
+
+
+def finer(told: Conditions, factor: float) -> Conditions:
+    """A travel that is resolved so many times finer, with so much less noise."""
+    sources = told.sources
+    return replace(
+        told,
+        position_resolution_m=told.position_resolution_m / factor,
+        sources=replace(
+            sources,
+            position_resolution_m=sources.position_resolution_m / factor,
+            position_noise_m=sources.position_noise_m / factor,
+        ),
+    )
+
+
+def gauged(told: Conditions, resolution_m: float) -> Conditions:
+    """A gauge across the contact, with noise of a third of its resolution; K_s leaves the chain."""
+    return replace(
+        told,
+        position_resolution_m=resolution_m,
+        sources=replace(
+            told.sources, system_stiffness_n_per_m=None, system_stiffness_sigma_n_per_m=0.0,
+            smooth_error_m=0.0, smooth_degrees=None, smooth_length_n=None,
+            position_noise_m=resolution_m / 3.0, position_resolution_m=resolution_m,
+            deflection_force_n=(), deflection_m=(), deflection_sigma_m=(), system_stiffness_note="",
+        ),
+    )  # fmt: skip
+
+
+def stiffer(told: Conditions, factor: float) -> Conditions:
+    """A load path so many times as stiff, known as well as before as a share of itself."""
+    sources = told.sources
+    if sources.system_stiffness_n_per_m is None:
+        return told
+    return replace(
+        told,
+        sources=replace(
+            sources,
+            system_stiffness_n_per_m=factor * sources.system_stiffness_n_per_m,
+            system_stiffness_sigma_n_per_m=factor * sources.system_stiffness_sigma_n_per_m,
+            deflection_m=tuple(each / factor for each in sources.deflection_m),
+        ),
+    )
+
+
+def known(told: Conditions, relative: float) -> Conditions:
+    """A K_s with this relative standard uncertainty.
+
+    Below 5 % that needs a table of the pose, whose rows have it in common; each row is as uncertain
+    as the misfit of the line was.
+    """
+    sources = told.sources
+    stiffness = sources.system_stiffness_n_per_m
+    if stiffness is None:
+        return told
+    sources = replace(sources, system_stiffness_sigma_n_per_m=relative * stiffness)
+    if relative < LEAST_RELATIVE and not sources.deflection_force_n:
+        force = told.secant_force_n * np.arange(1, TABLE_ROWS + 1) / TABLE_ROWS
+        sources = replace(
+            sources,
+            deflection_force_n=tuple(force.tolist()),
+            deflection_m=tuple((force / stiffness).tolist()),
+            deflection_sigma_m=(sources.smooth_error_m,) * TABLE_ROWS,
+            system_stiffness_note="",
+        )
+    elif relative >= LEAST_RELATIVE:
+        sources = replace(
+            sources, deflection_force_n=(), deflection_m=(), deflection_sigma_m=(),
+            system_stiffness_note="K_s without a table of the pose",
+        )  # fmt: skip
+    return replace(told, sources=sources)
+
+
+def relative_sigma(told: Conditions) -> float:
+    """How well K_s is known, as a share of it; 0 where it is not in the chain."""
+    stiffness = told.sources.system_stiffness_n_per_m
+    return told.sources.system_stiffness_sigma_n_per_m / stiffness if stiffness else 0.0
+
+
+def for_sale(told: Conditions) -> dict[str, Change]:
+    """What one can buy or do, by what it is called; the first is the rig as it is."""
+    found: dict[str, Change] = {"as it is": as_it_is}
+    resolution_um = told.position_resolution_m / FINER * 1e6
+    found[f"position of {resolution_um:.3g} µm"] = lambda one: finer(one, FINER)
+    if told.sources.system_stiffness_n_per_m is None:
+        return found
+    found[f"gauge of {GAUGE_M * 1e6:g} µm"] = lambda one: gauged(one, GAUGE_M)
+    found[f"pose {STIFFER:g} times as stiff"] = lambda one: stiffer(one, STIFFER)
+    share = min(KNOWN, relative_sigma(told) / 2.0)
+    found[f"K_s known to {100.0 * share:.2g} %, by a table"] = lambda one: known(one, share)
+    return found

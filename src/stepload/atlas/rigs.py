@@ -1,0 +1,216 @@
+"""A rig and its payloads, read and derived as a plan is: nothing of either is known twice."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from stepload.atlas.course import LEVELS
+from stepload.envelope.envelope import Envelope, derive
+from stepload.errors import BadInputError, DomainError, RefusedError
+from stepload.estimators.conditions import Conditions
+from stepload.plan.load import load_plan
+from stepload.plan.model import Plan
+from stepload.plan.problems import PlanError
+from stepload.plan.references import names_a_file, profiles
+from stepload.plan.shipped import plan_path
+from stepload.results.conditions import planned
+from stepload.units import format_quantity
+
+PAPERS_N = 300.0
+"""The top force of the paper's maps."""
+PROBE_N = 1e4
+"""A plan of this top force is read to know what a rig can push: above what any touch needs."""
+OF_PUSH = 0.8
+"""Where a rig cannot push that hard: this share of what it can."""
+
+
+@dataclass(frozen=True, slots=True)
+class Specimen:
+    """A payload, and what this rig may do to it.
+
+    Attributes:
+        name: its name; `path` its file.
+        top_n: the force it is pressed with here, 0 where it must not be pressed at all; `why` says
+            what makes that less than the map's top force, "" where nothing does.
+        at_top_n_per_m: its secant stiffness at the top force of the map, by theory.
+        secant_n_per_m: the same at `top_n`.
+        exponent: n.
+        conditions: of its identification at `top_n`; None where it is not pressed.
+        touch_n: force at which its touch is seen.
+    """
+
+    name: str
+    path: Path
+    top_n: float
+    why: str
+    at_top_n_per_m: float
+    secant_n_per_m: float
+    exponent: float
+    conditions: Conditions | None
+    touch_n: float
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """A rig as a map takes it.
+
+    Attributes:
+        name: what the rig calls itself.
+        top_n: the top force of the map.
+        conditions: of an identification of a payload that nothing is known of.
+        touch_n: force at which a touch is seen.
+        zero_drift_n_per_s: largest drift of the force's zero.
+        note: how well K_s is known, in words.
+    """
+
+    name: str
+    top_n: float
+    conditions: Conditions
+    touch_n: float
+    zero_drift_n_per_s: float
+    note: str
+
+
+def bench(rig: str, top_n: float | None) -> Bench:
+    """The rig of a name or a file.
+
+    Args:
+        rig: a profile that comes with stepload, or a rig file.
+        top_n: top force; None: the paper's 300 N, or 80 % of what the rig can push.
+
+    Raises:
+        BadInputError: no such rig, or it cannot press that hard.
+        PlanError: what is wrong in a rig file.
+    """
+    first = _plan(rig, _flat(), PROBE_N)
+    most_n = min(first.rig.arm.max_push_n, first.rig.force.range_n)
+    if top_n is None:
+        top_n = min(PAPERS_N, OF_PUSH * most_n)
+    if not 0.0 < top_n <= most_n:
+        raise BadInputError(
+            f"top force {top_n:.4g} N: rig {first.rig.name} can press with {most_n:.4g} N at most",
+            hint="--top-force between 0 and that",
+        )
+    plan = _plan(rig, _flat(), top_n)
+    told = planned(derive(plan))
+    known = told.sources
+    if known.system_stiffness_n_per_m is None:
+        note = "a gauge across the contact: K_s is not in the chain"
+    else:
+        by = "a table of the pose" if known.deflection_force_n else "no table of the pose"
+        share = known.system_stiffness_sigma_n_per_m / known.system_stiffness_n_per_m
+        stiffness = format_quantity(known.system_stiffness_n_per_m, "N/m")
+        note = f"K_s = {stiffness}, known to {100.0 * share:.2g} % ({by})"
+    return Bench(
+        name=plan.rig.name,
+        top_n=top_n,
+        conditions=replace(
+            told, secant_force_n=top_n, elastic_limit_n=None, roughness_m=None,
+            rough_length_m=None, theory_k=None, theory_n=None, modulus_pa=None,
+        ),
+        touch_n=plan.procedure.touch_force_n,
+        zero_drift_n_per_s=plan.rig.force.drift_n_per_s,
+        note=note,
+    )  # fmt: skip
+
+
+def specimen(rig: str, path: Path, top_n: float) -> Specimen:
+    """A payload on a rig, pressed no harder than is safe there.
+
+    Raises:
+        PlanError: what is wrong in the payload's file.
+    """
+    plan = _plan(rig, path, top_n)
+    name = plan.payload.name
+    try:
+        found = derive(plan)
+    except (RefusedError, DomainError) as error:
+        return Specimen(name, path, 0.0, error.message, 0.0, 0.0, 0.0, None, 0.0)
+    law = found.theory.stiffest
+    safe_n = min(top_n, found.largest_safe_force_n)
+    why = ""
+    pressed: tuple[Plan, Envelope] | None = plan, found
+    if safe_n < top_n:
+        why = (
+            f"pressed with {safe_n:.3g} N: its elastic limit is {found.theory.elastic_limit_n:.3g}"
+            f" N, of which {found.theory.counted.lower_n:.3g} N are counted on"
+        )
+        pressed = _softer(rig, path, safe_n)
+    if pressed is None:
+        why = (
+            f"must not be pressed here: its elastic limit is {found.theory.elastic_limit_n:.3g} N, "
+            f"and no top force that this rig resolves is safe"
+        )
+        secant = law.secant(top_n)
+        return Specimen(name, path, 0.0, why, secant, secant, law.n, None, 0.0)
+    own, envelope = pressed
+    told = replace(planned(envelope), secant_force_n=safe_n)
+    return Specimen(
+        name, path, safe_n, why, law.secant(top_n), law.secant(safe_n), law.n, told,
+        own.procedure.touch_force_n,
+    )  # fmt: skip
+
+
+def _softer(rig: str, path: Path, safe_n: float) -> tuple[Plan, Envelope] | None:
+    """The plan of a lower top force; None where there is none."""
+    if safe_n <= 0.0:
+        return None
+    try:
+        plan = _plan(rig, path, safe_n)
+        if plan.procedure.touch_force_n >= safe_n / LEVELS:
+            return None
+        return plan, derive(plan)
+    except (BadInputError, RefusedError, DomainError):
+        return None
+
+
+def _flat() -> Path:
+    """A payload that bears any force: of a map without payloads only the rig is looked at."""
+    return plan_path("system-stiffness").parent / "payloads" / "stiff-flat.yaml"
+
+
+def _plan(rig: str, payload: Path, top_n: float) -> Plan:
+    """A plan of six steps; the devices of a profile are simulated, for it names no addresses.
+
+    Raises:
+        BadInputError: no such rig or payload.
+        PlanError: what is wrong in their files.
+    """
+    if names_a_file(rig):
+        if not Path(rig).is_file():
+            raise BadInputError(f"{rig}: there is no such rig file")
+        named: object = str(Path(rig).resolve())
+    elif rig in profiles():
+        named = {"profile": rig, "arm": {"driver": "sim"}, "force": {"driver": "sim"}}
+    else:
+        raise BadInputError(
+            f"no rig profile is named {rig!r}", hint=f"there are {', '.join(profiles())}; or a FILE"
+        )
+    if not payload.is_file():
+        raise BadInputError(f"{payload}: there is no such payload file")
+    tree = {
+        "stepload": 1,
+        "payload": str(payload.resolve()),
+        "rig": named,
+        "procedure": {
+            "top_force": f"{top_n!r} N", "step": f"{top_n / LEVELS!r} N", "hold": "3 s",
+            "cycles": 2, "surface_distance": "5 mm",
+        },
+    }  # fmt: skip
+    with tempfile.TemporaryDirectory() as directory:
+        path = Path(directory) / "map.yaml"
+        path.write_text(json.dumps(tree), encoding="utf-8")
+        try:
+            return load_plan(path)
+        except PlanError as error:
+            # What is wrong in a plan that nobody has written is told without its place.
+            if all(problem.file == path.name for problem in error.problems):
+                first = error.problems[0]
+                raise BadInputError(
+                    f"at a top force of {top_n:.4g} N in {LEVELS} steps: {first.message}",
+                    hint="another --top-force",
+                ) from error
+            raise

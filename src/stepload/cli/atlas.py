@@ -1,0 +1,132 @@
+"""The verb `map`: which payloads a rig can measure, and what it would take to measure more."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stepload.errors import BadInputError
+from stepload.results.terminal import AsJson, Output
+
+if TYPE_CHECKING:
+    from stepload.atlas.answers import Map
+
+FILES = ("map.svg", "map.png", "map.json")
+
+
+def map_rig(
+    rig: Annotated[str, typer.Argument(help="Rig profile, or a rig file (YAML).")],
+    payload: Annotated[
+        list[Path] | None,
+        typer.Option("--payload", help="Payload file, beside those that come with stepload."),
+    ] = None,
+    top_force: Annotated[
+        str, typer.Option("--top-force", help='Top force with its unit: "300 N".')
+    ] = "",
+    samples: Annotated[
+        int, typer.Option("--samples", min=1, help="Simulated identifications of each cell.")
+    ] = 250,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything drawn.")] = 1,
+    processes: Annotated[
+        int | None, typer.Option("--processes", min=1, help="Processes; all cores by default.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Directory for the picture and the figures.")
+    ] = None,
+    parquet: Annotated[
+        Path | None, typer.Option("--parquet", help="Write every cell to a Parquet file.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say by simulation which payloads a rig can measure, and what to buy to measure more.
+
+    Example: stepload map stvf --payload procedures/payloads/plastic-sphere.yaml --out map
+    """
+    from stepload.atlas import make, tables
+    from stepload.data.columns import check_parquet, write_columns
+
+    output = Output(as_json=as_json)
+    if parquet is not None:
+        check_parquet(parquet)
+    _check_out(out)
+    found = make.make(
+        rig,
+        _payloads(payload or []),
+        top_n=_force(top_force),
+        samples=samples,
+        seed=seed,
+        processes=processes or len(os.sched_getaffinity(0)),
+        on_start=lambda cells: output.line(
+            f"{cells} cells of {samples} simulated identifications each"
+        ),
+    )
+    said = tables.data(found)
+    output.line(f"{found.rig.name} at {found.rig.top_n:.4g} N: {found.rig.note}")
+    output.tables(tables.payload_table(found), tables.reach_table(found))
+    for sentence in said["answers"]:
+        output.line(sentence)
+    output.line()
+    output.line(f"Drawn: {said['drawn']}.")
+    output.line(f"Not drawn: {said['not_drawn']}.")
+    output.line(
+        f"Left out: {said['left_out']}. Of {said['checked']} runs that were put through the whole "
+        f"pipeline too, {said['agreed']} have the same verdict; the headlines of those IDENTIFIED "
+        f"differ by {said['largest_difference']:.1%} at most."
+    )
+    output.line(
+        f"Of {said['identified']} runs called IDENTIFIED the headline of "
+        f"{said['identified_and_false']} is further than 1/t from the truth, the interval of "
+        f"{said['interval_true']} holds it."
+    )
+    if out is not None:
+        _write(found, out, said)
+        output.line(f"written: {', '.join(str(out / name) for name in FILES)}")
+    if parquet is not None:
+        cells = said["cells"]
+        write_columns({name: [each[name] for each in cells] for name in cells[0]}, parquet)
+        output.line(f"written: {parquet}")
+    output.result(said)
+
+
+def _payloads(own: list[Path]) -> list[Path]:
+    """The user's payloads, then the shipped ones that are not among them."""
+    from stepload.atlas.make import shipped_payloads
+
+    taken = {path.resolve() for path in own}
+    return [*own, *(path for path in shipped_payloads() if path.resolve() not in taken)]
+
+
+def _force(text: str) -> float | None:
+    from stepload.units import parse_quantity
+
+    if not text:
+        return None
+    return parse_quantity(text, "N")
+
+
+def _check_out(out: Path | None) -> None:
+    if out is None:
+        return
+    if out.exists() and not out.is_dir():
+        raise BadInputError(f"--out {out}: that is a file", hint="name a directory")
+    for name in FILES:
+        if (out / name).exists():
+            raise BadInputError(f"{out / name} is there already", hint="name another directory")
+
+
+def _write(found: Map, out: Path, said: dict[str, object]) -> None:
+    from stepload.atlas import picture
+    from stepload.record.plain import json_text
+
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "map.svg").write_text(picture.svg(found), encoding="utf-8")
+    (out / "map.png").write_bytes(picture.png(found))
+    (out / "map.json").write_text(json_text(said) + "\n", encoding="utf-8")
+
+
+def register(app: typer.Typer) -> None:
+    """Add this room's verb."""
+    app.command("map")(map_rig)
