@@ -15,11 +15,11 @@ from real_runs import ROOT, in_process
 PLAN = str(ROOT / "procedures" / "campaign.yaml")
 LAUNCH = [
     sys.executable, "-c",
-    "from stepload.cli.main import main\nfrom stepload_verify.campaign import pool\n"
-    "if __name__ == '__main__': pool.CHUNK = 2; main()",
+    "from stepload.cli.main import main\nfrom stepload.runner import jobs\n"
+    "if __name__ == '__main__': jobs.BATCH = 2; main()",
     "campaign", PLAN,
 ]  # fmt: skip
-"""The command, with results in small chunks: so a campaign can be cut short that is soon over."""
+"""The command, with results in small batches: so a campaign can be cut short that is soon over."""
 RUNS = 70
 
 

@@ -15,11 +15,12 @@ from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
+    from stepload.runner.jobs import Job, Pool
     from stepload_verify.campaign.campaign import Progress
-    from stepload_verify.campaign.pool import Job, Work
     from stepload_verify.campaign.result import Result
     from stepload_verify.campaign.summary import Group
     from stepload_verify.campaign.without import Without
+    from stepload_verify.campaign.work import Work
 
 PLAIN_EVERY_S = 30.0
 MOST = 3
@@ -56,14 +57,14 @@ def campaign(
     Example: stepload campaign procedures/campaign.yaml --runs 100
     """
     from stepload.plan.load import load_plan
+    from stepload.runner.choose import open_pool
     from stepload_verify.campaign.ablation import LAYERS, Ablation
     from stepload_verify.campaign.campaign import jobs_for
-    from stepload_verify.campaign.pool import Work, cores
     from stepload_verify.campaign.scenario import kinds_from
+    from stepload_verify.campaign.work import Work
 
     output = Output(as_json=as_json)
     work = Work(load_plan(plan), seed, kinds_from(faults))
-    count = processes or cores()
     layers = list(LAYERS) if ablation else [Ablation(name).name for name in ablate or ()]
     if replay is not None:
         if len(layers) > 1:
@@ -71,21 +72,23 @@ def campaign(
         _replay(work._replace(ablation="".join(layers)), replay, output)
         return
     begun_s = time.monotonic()
-    results = _campaign("campaign", work, jobs_for(runs), count, out)
+    with open_pool(processes) as pool:
+        results = _campaign("campaign", work, jobs_for(runs), pool, out)
+        again = [_without(name, work, results, pool, out) for name in layers]
     if layers:
-        _ablations(work, results, layers, count, out, output)
+        _ablations(results, again, output)
     else:
         _report(results, time.monotonic() - begun_s, output)
 
 
 def _campaign(
-    title: str, work: Work, jobs: Sequence[Job], processes: int, out: Path | None
+    title: str, work: Work, jobs: Sequence[Job], pool: Pool, out: Path | None
 ) -> list[Result]:
     from stepload_verify.campaign.campaign import run_campaign
 
     try:
         with _bar(title) as show:
-            return run_campaign(work, jobs, processes=processes, directory=out, on_progress=show)
+            return run_campaign(work, jobs, pool=pool, directory=out, on_progress=show)
     except KeyboardInterrupt:
         kept = f"the finished runs are in {out}; the same command goes on there"
         print(kept if out else "interrupted; with --out it could go on", file=sys.stderr)
@@ -123,26 +126,23 @@ def _report(results: Sequence[Result], elapsed_s: float, output: Output) -> None
     raise typer.Exit(ExitCode.STOPPED if claim.above_elastic_limit else ExitCode.OK)
 
 
-def _ablations(
-    work: Work,
-    results: Sequence[Result],
-    layers: Sequence[str],
-    processes: int,
-    out: Path | None,
-    output: Output,
-) -> None:
-    from stepload_verify.campaign.ablation import told
-    from stepload_verify.campaign.summary import claimed, group
+def _without(
+    name: str, work: Work, results: Sequence[Result], pool: Pool, out: Path | None
+) -> Without:
     from stepload_verify.campaign.without import jobs_without, without
 
+    title = f"without {name}"
+    directory = out / title.replace(" ", "-") if out else None
+    jobs = jobs_without(name, results)
+    again = _campaign(title, work._replace(ablation=name), jobs, pool, directory)
+    return without(name, results, again)
+
+
+def _ablations(results: Sequence[Result], found: Sequence[Without], output: Output) -> None:
+    from stepload_verify.campaign.ablation import told
+    from stepload_verify.campaign.summary import claimed, group
+
     base = group("nothing", claimed(results))
-    found: list[Without] = []
-    for name in layers:
-        title = f"without {name}"
-        directory = out / title.replace(" ", "-") if out else None
-        jobs = jobs_without(name, results)
-        again = _campaign(title, work._replace(ablation=name), jobs, processes, directory)
-        found.append(without(name, results, again))
     output.table(
         f"{base.runs} runs with everything, and without one layer",
         ("without", "done again", "above F_c", "max F/F_c", "p99.9", "not stopped", "stopped by",

@@ -57,8 +57,8 @@ def falsify(
     Example: stepload falsify procedures/falsify.yaml --trials 20000 --out falsify
     """
     from stepload.plan.load import load_plan
+    from stepload.runner.local import cores
     from stepload_verify.campaign.ablation import Ablation
-    from stepload_verify.campaign.pool import cores
     from stepload_verify.falsify.strata import named, strata
     from stepload_verify.falsify.trial import Search
 

@@ -15,10 +15,12 @@ from stepload.contact.materials import Material
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.load import load_plan
 from stepload.rig.world import WorldFault, load_world
+from stepload.runner.store import Store
 from stepload_verify.campaign import campaign as campaigns
 from stepload_verify.campaign import mishaps
 from stepload_verify.campaign.ablation import LAYERS, Ablation
-from stepload_verify.campaign.campaign import FILES, NOT_DECIDING, fingerprint, jobs_for
+from stepload_verify.campaign.campaign import FILES, jobs_for
+from stepload_verify.campaign.digest import NOT_DECIDING, fingerprint
 from stepload_verify.campaign.mishaps import (
     COMPONENTS,
     ERRORS,
@@ -28,14 +30,13 @@ from stepload_verify.campaign.mishaps import (
     Times,
 )
 from stepload_verify.campaign.plants import geometry_for
-from stepload_verify.campaign.pool import Work, run_chunk
 from stepload_verify.campaign.replay import replay, timeline, wrong_rows
 from stepload_verify.campaign.result import KILLED, Result
 from stepload_verify.campaign.scenario import PLANTS, Scenario, draw, kinds_from
 from stepload_verify.campaign.single import run_scenario
-from stepload_verify.campaign.store import Store
 from stepload_verify.campaign.summary import groups, quantile, rate_bound, summary
 from stepload_verify.campaign.truth import ANOMALIES
+from stepload_verify.campaign.work import Work
 
 TEMPLATE = load_plan(Path(__file__).parents[3] / "procedures" / "campaign.yaml")
 ALL = kinds_from("all")
@@ -62,7 +63,7 @@ def test_a_run_depends_on_seed_series_and_index_alone() -> None:
         draw(TEMPLATE, 3, "two", 18, ALL),
     ]  # fmt: skip
     assert draw(TEMPLATE, 3, "two", 17, ALL) not in others
-    first, again = (run_chunk(Work(TEMPLATE, 3, ALL), jobs_for(4)[2:4]) for _ in range(2))
+    first, again = (list(map(Work(TEMPLATE, 3, ALL).run, jobs_for(4)[2:4])) for _ in range(2))
     assert first == again
 
 
@@ -275,7 +276,7 @@ def test_results_belong_to_the_code_that_decided_them(monkeypatch: pytest.Monkey
 
 def test_a_replay_is_the_run_itself(tmp_path: Path) -> None:
     work = Work(TEMPLATE, 3, ALL)
-    [row] = run_chunk(work, jobs_for(3)[2:3])
+    row = work.run(jobs_for(3)[2])
     found = replay(work, "2")
     assert found.result == row
     assert replay(work, "one-0").result.series == "one"

@@ -8,11 +8,13 @@ from pathlib import Path
 import pytest
 
 from stepload.plan.load import load_plan
+from stepload.runner.jobs import Job
+from stepload.runner.local import LocalPool
 from stepload_verify.campaign.campaign import jobs_for, run_campaign
-from stepload_verify.campaign.pool import Job, Work, run_chunk
 from stepload_verify.campaign.result import KILLED, Result
 from stepload_verify.campaign.scenario import kinds_from
 from stepload_verify.campaign.without import jobs_without, without
+from stepload_verify.campaign.work import Work
 
 TEMPLATE = load_plan(Path(__file__).parents[3] / "procedures" / "campaign.yaml")
 STOPPED = Result(
@@ -55,8 +57,8 @@ def test_what_a_rule_had_stopped_goes_on_or_is_stopped_by_another() -> None:
 def test_a_rule_changes_only_the_runs_it_stopped(rule: str) -> None:
     work = Work(TEMPLATE, 5, kinds_from("force_lost, arm_lost, arm_freeze, second_gain"))
     jobs = jobs_for(14)[:14]
-    results = run_campaign(work, jobs, processes=1)
+    results = run_campaign(work, jobs, pool=LocalPool(1))
     changed = set(jobs_without(rule, results))
     assert 0 < len(changed) < len(jobs)
-    for before, after in zip(results, run_chunk(work._replace(ablation=rule), jobs), strict=True):
+    for before, after in zip(results, map(work._replace(ablation=rule).run, jobs), strict=True):
         assert after.status == KILLED or (before == after) != (Job("two", before.index) in changed)

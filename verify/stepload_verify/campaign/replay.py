@@ -10,7 +10,6 @@ from stepload.errors import BadInputError
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase, TickRow
 from stepload_verify.campaign.ablation import Ablation
-from stepload_verify.campaign.pool import Work
 from stepload_verify.campaign.result import Result
 from stepload_verify.campaign.scenario import (
     ONE_CHANNEL,
@@ -20,6 +19,7 @@ from stepload_verify.campaign.scenario import (
     expected_times,
 )
 from stepload_verify.campaign.single import run_scenario
+from stepload_verify.campaign.work import Work
 
 SPARSE_S = 0.1
 DENSE_S = 0.03

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from stepload.runner.jobs import Job
 from stepload_verify.campaign.ablation import named_rules
-from stepload_verify.campaign.pool import Job
 from stepload_verify.campaign.result import Result
 from stepload_verify.campaign.summary import Group, claimed, group
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stepload.errors import SteploadError
-from stepload_verify.campaign.campaign import fingerprint
-from stepload_verify.campaign.store import Store
+from stepload.runner.store import Store
+from stepload_verify.campaign.digest import fingerprint
 from stepload_verify.falsify.hunt import Hunt
 from stepload_verify.falsify.scene import scenario_at
 from stepload_verify.falsify.scene_file import text_of

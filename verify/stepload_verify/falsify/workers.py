@@ -7,7 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from types import TracebackType
 
-from stepload_verify.campaign.pool import quiet
+from stepload.runner.local import quiet
 from stepload_verify.falsify.trial import Point, Search, Trial, try_points
 
 BATCH = 12

@@ -1,0 +1,1 @@
+"""Many runs: jobs over processes or machines, and their rows on disk."""

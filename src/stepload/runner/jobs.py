@@ -1,0 +1,120 @@
+"""Many jobs in batches; a row depends on its work and its job, not on who does it, or when."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from typing import Protocol, TypeVar
+
+from stepload.errors import RefusedError
+
+BATCH = 25
+"""Jobs that are sent, done and kept together."""
+
+JobT = TypeVar("JobT")
+RowT = TypeVar("RowT")
+PartT = TypeVar("PartT")
+DoneT = TypeVar("DoneT")
+JobIn = TypeVar("JobIn", contravariant=True)
+RowOut = TypeVar("RowOut", covariant=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One run to be done.
+
+    Attributes:
+        series: runs of one kind.
+        index: number of the run in its series; with the seed of the work it decides all draws.
+        point: where a directed search wants it; empty where all is drawn.
+    """
+
+    series: str
+    index: int
+    point: tuple[float, ...] = ()
+
+
+class Work(Protocol[JobIn, RowOut]):
+    """What all jobs have in common; it is pickled and sent with every batch."""
+
+    @property
+    def digest(self) -> str:
+        """Digest of the code that decides what a job comes to, as it is on this machine."""
+        ...
+
+    def run(self, job: JobIn, /) -> RowOut:
+        """Do one job. The same work and job give the same row, wherever and whenever."""
+        ...
+
+
+class Pool(Protocol):
+    """Who does the batches: processes of this machine, or a cluster."""
+
+    def finished(
+        self, do: Callable[[PartT], DoneT], parts: Iterable[PartT]
+    ) -> Generator[DoneT, None, None]:
+        """What `do` gives for each part, once each, in the order in which they are done.
+
+        Closing the generator gives up what is under way.
+        """
+        ...
+
+
+def run_batch(work: Work[JobT, RowT], digest: str, jobs: Sequence[JobT]) -> list[RowT]:
+    """Do these jobs here, one after the other.
+
+    Raises:
+        RefusedError: the code here is not the code that `digest` was made from.
+    """
+    here = work.digest
+    if here != digest:
+        raise RefusedError(
+            f"this worker's code is not the code that asks (digest {here[:12]}, not {digest[:12]})",
+            hint="install the same version everywhere and restart the workers",
+        )
+    if not gc.get_freeze_count():
+        gc.freeze()  # what is there now stays for all runs: no use looking through it in each
+    rows = [work.run(job) for job in jobs]
+    gc.collect()
+    return rows
+
+
+def run_all(
+    work: Work[JobT, RowT], jobs: Sequence[JobT], pool: Pool, size: int | None = None
+) -> Generator[list[RowT], None, None]:
+    """Rows in batches, in the order in which the batches are done; each job is done once.
+
+    Args:
+        work: what all jobs have in common.
+        jobs: what is to be done.
+        pool: who does it.
+        size: jobs in a batch, `BATCH` where nothing is said.
+    """
+    yield from pool.finished(partial(run_batch, work, work.digest), _parts(jobs, size))
+
+
+def run_in_order(
+    work: Work[JobT, RowT], jobs: Sequence[JobT], pool: Pool, size: int | None = None
+) -> Generator[list[RowT], None, None]:
+    """The same in the order of the jobs: a batch that is early waits for those before it."""
+    do = partial(_numbered, partial(run_batch, work, work.digest))
+    early: dict[int, list[RowT]] = {}
+    due = 0
+    with closing(pool.finished(do, enumerate(_parts(jobs, size)))) as batches:
+        for number, rows in batches:
+            early[number] = rows
+            while due in early:
+                yield early.pop(due)
+                due += 1
+
+
+def _numbered(do: Callable[[PartT], DoneT], part: tuple[int, PartT]) -> tuple[int, DoneT]:
+    return part[0], do(part[1])
+
+
+def _parts(jobs: Sequence[JobT], size: int | None) -> Iterator[Sequence[JobT]]:
+    step = size or BATCH
+    return (jobs[start : start + step] for start in range(0, len(jobs), step))

@@ -1,0 +1,134 @@
+"""Batches over processes of this machine."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
+from types import TracebackType
+
+from stepload.runner.jobs import DoneT, PartT
+from stepload.runner.losses import Losses
+from stepload.runner.threads import one_thread
+
+PARENT_POLL_S = 1.0
+AHEAD = 2
+"""Batches under way for each worker: the next one is there when one is done."""
+
+
+def cores() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+class LocalPool:
+    """So many processes, kept until the end of the `with` block; none of their own where it is 1.
+
+    A process that is killed is replaced, and what was under way is done again.
+
+    Args:
+        processes: at least 1.
+    """
+
+    def __init__(self, processes: int) -> None:
+        self._processes = processes
+        self._executor: ProcessPoolExecutor | None = None
+
+    def finished(
+        self, do: Callable[[PartT], DoneT], parts: Iterable[PartT]
+    ) -> Generator[DoneT, None, None]:
+        """What `do` gives for each part, once each, in the order in which they are done.
+
+        Closing the generator (Ctrl+C) gives up what is under way.
+
+        Raises:
+            RefusedError: processes are killed again and again.
+        """
+        if self._processes <= 1:
+            yield from map(do, parts)
+            return
+        losses, left = Losses(), iter(parts)
+        again: deque[PartT] = deque()
+        pending: dict[Future[DoneT], PartT] = {}
+        try:
+            while True:
+                broken = not self._fill(pending, do, again, left)
+                if not (pending or broken):
+                    return
+                done = wait(pending, return_when=FIRST_COMPLETED).done if pending else set()
+                for future in done:
+                    if isinstance(future.exception(), BrokenProcessPool):
+                        broken = True
+                        continue
+                    del pending[future]
+                    losses.none()
+                    yield future.result()
+                if broken:
+                    again.extend(pending.values())
+                    pending.clear()
+                    self._end()
+                    losses.one("a process was lost")
+        finally:
+            for future in pending:
+                future.cancel()
+
+    def _fill(
+        self,
+        pending: dict[Future[DoneT], PartT],
+        do: Callable[[PartT], DoneT],
+        again: deque[PartT],
+        left: Iterator[PartT],
+    ) -> bool:
+        """Send parts until enough are under way; False where the processes are gone."""
+        while len(pending) < AHEAD * self._processes:
+            part = again.popleft() if again else next(left, None)
+            if part is None:
+                return True
+            try:
+                pending[self._send(do, part)] = part
+            except BrokenProcessPool:
+                again.appendleft(part)
+                return False
+        return True
+
+    def _send(self, do: Callable[[PartT], DoneT], part: PartT) -> Future[DoneT]:
+        if self._executor is None:
+            context = get_context("spawn")
+            self._executor = ProcessPoolExecutor(self._processes, context, initializer=quiet)
+        with one_thread():  # processes are started by what is sent
+            return self._executor.submit(do, part)
+
+    def _end(self) -> None:
+        executor, self._executor = self._executor, None
+        if executor is not None:
+            executor.shutdown(wait=True, cancel_futures=True)
+
+    def __enter__(self) -> LocalPool:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._end()
+
+
+def quiet() -> None:
+    """Ctrl+C is for the parent; a worker ends with its parent, however that ended."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = os.getppid()
+
+    def follow() -> None:
+        while os.getppid() == parent:
+            time.sleep(PARENT_POLL_S)
+        os._exit(1)
+
+    threading.Thread(target=follow, name="parent of the pool", daemon=True).start()

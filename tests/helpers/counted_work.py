@@ -1,0 +1,72 @@
+"""Work for the tests of the runner: cheap jobs that leave a trace of who did them."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from stepload.runner.jobs import Job
+from stepload.runner.threads import THREADS
+
+
+@dataclass(frozen=True, order=True)
+class Drawn:
+    """A row."""
+
+    series: str
+    index: int
+    value: float
+
+
+@dataclass(frozen=True)
+class Counted:
+    """Draws a number for each job.
+
+    Attributes:
+        seed: of the draws.
+        traces: where each job that is begun leaves an empty file `index-pid-time`.
+        deadly: the job that kills its process with SIGKILL.
+        times: how often it does.
+        takes_s: what a job takes.
+        code: the digest; "worker": what the process has in the environment variable CODE.
+    """
+
+    seed: int
+    traces: Path
+    deadly: int = -1
+    times: int = 1
+    takes_s: float = 0.0
+    code: str = "same"
+
+    @property
+    def digest(self) -> str:
+        return os.environ.get("CODE", "asks") if self.code == "worker" else self.code
+
+    def run(self, job: Job, /) -> Drawn:
+        own = f"{job.index}-{os.getpid()}-{time.monotonic_ns()}"
+        (self.traces / own).touch()
+        if job.index == self.deadly and len(begun(self.traces, job.index)) <= self.times:
+            os.kill(os.getpid(), signal.SIGKILL)
+        time.sleep(self.takes_s)
+        value = random.Random(f"{self.seed} {job.series} {job.index} {job.point}").random()
+        return Drawn(job.series, job.index, value)
+
+
+@dataclass(frozen=True)
+class Threads:
+    """Tells how many threads of linear algebra its process may use, and which process it is."""
+
+    digest: str = "same"
+
+    def run(self, job: Job, /) -> tuple[int, list[str | None]]:
+        time.sleep(0.05)
+        return os.getpid(), [os.environ.get(name) for name in THREADS]
+
+
+def begun(traces: Path, index: int) -> list[Path]:
+    """The traces of a job."""
+    return list(traces.glob(f"{index}-*"))

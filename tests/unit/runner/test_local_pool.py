@@ -1,0 +1,90 @@
+"""Batches over processes of this machine: the same rows, whoever is lost on the way."""
+
+from __future__ import annotations
+
+import os
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from counted_work import Counted, Threads, begun
+
+from stepload.errors import RefusedError
+from stepload.runner.jobs import Job, run_all, run_batch, run_in_order
+from stepload.runner.local import LocalPool
+from stepload.runner.losses import MOST_IN_A_ROW
+
+JOBS = [Job("a", index) for index in range(30)] + [Job("a", 30, (0.5, 0.25))]
+
+
+def test_rows_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:
+    work = Counted(5, tmp_path)
+    whole = [work.run(job) for job in JOBS]
+    for processes in (1, 2):
+        with LocalPool(processes) as pool:
+            batches = list(run_all(work, JOBS, pool, 4))
+            again = list(run_in_order(work, JOBS, pool, 4))
+        assert sorted(len(batch) for batch in batches) == [3, *[4] * 7]
+        assert sorted(row for batch in batches for row in batch) == sorted(whole)
+        assert [row for batch in again for row in batch] == whole
+    assert whole != [Counted(6, tmp_path).run(job) for job in JOBS]
+    assert work.run(JOBS[-1]) != work.run(Job("a", 30))
+    assert len({path.name.split("-")[1] for path in tmp_path.iterdir()}) == 3
+
+
+def test_a_process_that_is_killed_loses_nothing_and_nothing_is_done_twice(tmp_path: Path) -> None:
+    work = Counted(5, tmp_path, deadly=9, takes_s=0.002)
+    with LocalPool(2) as pool:
+        rows = [row for batch in run_all(work, JOBS, pool, 4) for row in batch]
+    assert len(begun(tmp_path, 9)) == 2
+    assert sorted(rows) == [Counted(5, tmp_path).run(job) for job in JOBS]
+
+
+def test_a_job_that_kills_every_process_ends_the_whole(tmp_path: Path) -> None:
+    work = Counted(5, tmp_path, deadly=0, times=99)
+    with LocalPool(2) as pool, pytest.raises(RefusedError, match="process was lost"):
+        list(run_all(work, JOBS[:1], pool))
+    assert len(begun(tmp_path, 0)) == MOST_IN_A_ROW + 1
+
+
+def test_what_is_given_up_ends_soon(tmp_path: Path) -> None:
+    work = Counted(5, tmp_path, takes_s=0.01)
+    jobs = [Job("a", index) for index in range(400)]
+    with LocalPool(2) as pool, closing(run_all(work, jobs, pool, 4)) as batches:
+        next(batches)
+    assert len(list(tmp_path.iterdir())) < 100
+
+
+def test_an_error_in_a_job_comes_through(tmp_path: Path) -> None:
+    work = Counted(5, tmp_path / "nowhere")
+    for processes in (1, 2):
+        with LocalPool(processes) as pool, pytest.raises(FileNotFoundError):
+            list(run_all(work, JOBS, pool))
+
+
+def test_other_code_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(RefusedError, match=r"digest same, not other"):
+        run_batch(Counted(5, tmp_path), "other", JOBS)
+    work = Counted(5, tmp_path, code="worker")
+    monkeypatch.setenv("CODE", "worker's")
+    with LocalPool(2) as pool:
+        batches = run_all(work, JOBS, pool, 4)
+        rows = next(batches)
+        batches.close()
+        assert len(rows) == 4
+        monkeypatch.setenv("CODE", "asks")  # the processes that are there keep theirs
+        before = len(list(tmp_path.iterdir()))
+        with pytest.raises(RefusedError, match="same version everywhere"):
+            list(run_all(work, JOBS, pool, 4))
+    assert len(list(tmp_path.iterdir())) <= before + 16
+
+
+def test_a_process_uses_one_thread_of_linear_algebra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "7")
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    with LocalPool(2) as pool:
+        told = [row for batch in run_all(Threads(), JOBS[:8], pool, 1) for row in batch]
+    assert {pid for pid, _ in told} - {os.getpid()}
+    assert all(counts == ["1", "1", "1"] for _, counts in told)
+    assert os.environ["OPENBLAS_NUM_THREADS"] == "7"
+    assert "OMP_NUM_THREADS" not in os.environ

@@ -1,0 +1,38 @@
+"""One run of the campaign from its numbers: draw it, run it, keep a row."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+from stepload.plan.model import Plan
+from stepload.runner.jobs import Job
+from stepload_verify.campaign.ablation import Ablation
+from stepload_verify.campaign.digest import loaded
+from stepload_verify.campaign.result import Result
+from stepload_verify.campaign.scenario import draw
+from stepload_verify.campaign.single import run_scenario
+
+
+class Work(NamedTuple):
+    """What all runs of a campaign have in common."""
+
+    template: Plan
+    seed: int
+    kinds: tuple[str, ...]
+    ablation: str = ""
+
+    @property
+    def digest(self) -> str:
+        """Digest of the code that decides what a run comes to."""
+        return loaded()
+
+    def run(self, job: Job, /) -> Result:
+        """Do one run; its draws are made here, from the numbers of the job."""
+        scenario = draw(self.template, self.seed, job.series, job.index, self.kinds)
+        return run_scenario(scenario, _without(self.ablation))[0]
+
+
+@cache
+def _without(name: str) -> Ablation | None:
+    return Ablation(name) if name else None
