@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.contact import Contact
 from stepload_drivers.sim.faults import Schedule
@@ -9,18 +11,20 @@ from stepload_drivers.sim.plant import Plant
 
 PLATE_MOVES_S = 0.02
 """How long a plate takes to move by the magnitude of its fault."""
+FINEST_M = 2e-8
+"""A plate that moves in contact does so in pieces of this size: the tip gives way between them."""
 
 
 class SlowPlant(Plant):
     """A `Plant` whose contact creeps and whose surface comes nearer, both a base step at a time."""
 
-    __slots__ = ("_creep", "_moved_m", "_nearer_m", "_plate", "_plate_m")
+    __slots__ = ("_creep", "_moved_m", "_moving_m", "_nearer_m", "_plate", "_plate_m")
 
     def __init__(self, spec: WorldSpec, contact: Contact, *, step_s: float) -> None:
         self._creep = contact.creep
         self._nearer_m = spec.drift_m_s * step_s
         self._plate = Schedule.for_plate(spec.faults)
-        self._moved_m = self._plate_m = 0.0
+        self._moved_m = self._moving_m = self._plate_m = 0.0
         super().__init__(spec, step_s=step_s, contact=contact)
 
     def step(self) -> None:
@@ -35,17 +39,32 @@ class SlowPlant(Plant):
             if self.force_n > self._peak_n:
                 self._peak_n = self.force_n
             self._resting = False
-        self._contact_m = self._surface + self._law.residual_m
+        self._contact_m = self._surface - self._moving_m + self._law.residual_m
         super().step()
+        self._surface -= self._moving_m  # the tip is apart: nothing has been pressed on the way
+        self._moving_m = 0.0
+
+    def _press(self, drive: float, speed: float, h: float) -> None:
+        """Press on a plate that may move at the same time."""
+        pieces = math.ceil(abs(self._moving_m) / FINEST_M) or 1
+        piece_m, self._moving_m = self._moving_m / pieces, 0.0
+        for _ in range(pieces):
+            if piece_m != 0.0:
+                self._surface -= piece_m
+                self.force_n, self._tangent = self._evaluate(self.tip_m - self._surface)
+                self._peak_n = max(self._peak_n, self.force_n)
+            super()._press(drive, speed, h / pieces)
+            drive += speed * h / pieces
 
     def _move_plate(self) -> None:
-        """Take the plate a base step on to where its fault has it."""
+        """How far the plate moves in this base step, towards where its fault has it."""
         goal_m = self._plate.active(self.time_s).get("plate_moves", 0.0)
         self._plate_m = max(abs(goal_m), self._plate_m)
         most_m = self._plate_m * self.step_s / PLATE_MOVES_S
         change_m = max(-most_m, min(most_m, goal_m - self._moved_m))
         self._moved_m = goal_m if change_m == goal_m - self._moved_m else self._moved_m + change_m
-        self._surface -= change_m
+        self._moving_m = change_m
+        self._resting = False
 
 
 def plant_of(spec: WorldSpec, contact: Contact, *, step_s: float) -> Plant:

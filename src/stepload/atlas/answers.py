@@ -196,8 +196,7 @@ def sentences(found: Map) -> list[str]:
     said += [_how_stiff(each, found.rig.top_n) for each in bought[:1]]
     best = max(bought, key=lambda each: _number(each.to_n_per_m), default=None)
     if best is not None and _number(best.to_n_per_m) > _number(bought[0].to_n_per_m):
-        low, high = (format_quantity(n, "N/m") for n in (best.from_n_per_m, best.to_n_per_m))
-        said.append(f"Of the changes looked at, {best.change} reaches farthest: {low} to {high}")
+        said.append(f"Of the changes looked at, {best.change} reaches farthest: {extent(best)}")
     return said
 
 
@@ -205,11 +204,18 @@ def _how_stiff(each: Reach, top_n: float) -> str:
     limit = format_quantity(each.k_max_n_per_m, "N/m")
     if math.isnan(each.to_n_per_m):
         return f"As it is this rig measures no stiffness of the map at {top_n:.4g} N; (34): {limit}"
-    low, high = (format_quantity(n, "N/m") for n in (each.from_n_per_m, each.to_n_per_m))
     return (
-        f"As it is this rig measures spheres of {low} to {high} (secant at {top_n:.4g} N) in at "
+        f"As it is this rig measures spheres of {extent(each)} (secant at {top_n:.4g} N) in at "
         f"least {REQUIRED:.0%} of its runs; the guideline (34), {limit}, is {each.guideline}"
     )
+
+
+def extent(each: Reach) -> str:
+    """The stretch of stiffness that is measured, in words; a single column is no stretch."""
+    if math.isnan(each.to_n_per_m):
+        return "nothing"
+    low, high = (format_quantity(n, "N/m") for n in (each.from_n_per_m, each.to_n_per_m))
+    return f"about {low}" if low == high else f"{low} to {high}"
 
 
 def _number(value: float) -> float:

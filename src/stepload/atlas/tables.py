@@ -5,7 +5,16 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from stepload.atlas.answers import REQUIRED, Map, Reach, can, payload_answers, reaches, sentences
+from stepload.atlas.answers import (
+    REQUIRED,
+    Map,
+    Reach,
+    can,
+    extent,
+    payload_answers,
+    reaches,
+    sentences,
+)
 from stepload.atlas.binomial import CONFIDENCE, Share
 from stepload.atlas.changes import relative_sigma
 from stepload.atlas.work import Row
@@ -44,10 +53,8 @@ def reach_table(found: Map) -> Table:
     """How stiff a payload may be, row by row of the panels."""
     rows = []
     for each in reaches(found):
-        ends = (format_quantity(end, "N/m") for end in (each.from_n_per_m, each.to_n_per_m))
-        reach = "nothing" if math.isnan(each.to_n_per_m) else " to ".join(ends)
         limit = format_quantity(each.k_max_n_per_m, "N/m")
-        rows.append((each.series, value_text(each), reach, limit, each.guideline))
+        rows.append((each.series, value_text(each), extent(each), limit, each.guideline))
     columns = ("varied", "value", "measured, without a gap", "(34)", "the guideline is")
     return Table(f"Secant stiffness at {found.rig.top_n:.4g} N", columns, rows)
 

@@ -168,6 +168,22 @@ class TestChannels:
         received = [s[2] for s in getattr(seen, name)]
         assert received == sorted(received)
 
+    def test_ramps_and_a_channel_that_clips(self, name: str) -> None:
+        def ratio(kind: str, magnitude: float) -> list[tuple[float, float, float]]:
+            window = watch(f"{name}_{kind}", magnitude).window(name)
+            return [
+                (s[2] - START_S - Seen.delay(name), reading(s), reading(h))
+                for s, h in zip(window, HEALTHY.window(name), strict=True)
+            ]
+
+        for after_s, got, sound in ratio("gain_ramp", -2.0):
+            assert got == pytest.approx((1.0 - 2.0 * after_s) * sound, abs=0.02 * abs(sound) + 0.1)
+        for after_s, got, sound in ratio("bias_ramp", -30.0):
+            assert got == pytest.approx(sound - 30.0 * after_s, abs=0.4)
+        clipped = 5e-6 if name == "gauge" else 4.0
+        for _, got, sound in ratio("clipped", clipped):
+            assert got == pytest.approx(max(-clipped, min(clipped, sound)), abs=1e-9)
+
     def test_gain_and_bias(self, name: str) -> None:
         pairs = zip(watch(f"{name}_gain").window(name), HEALTHY.window(name), strict=True)
         assert all(reading(s) == pytest.approx(0.5 * reading(h), abs=0.06) for s, h in pairs)
@@ -218,6 +234,30 @@ def test_arm_freeze_stops_both() -> None:
     window = watch("arm_freeze").window("arm")
     assert len({(s.position_m, s.force_n) for s in window}) == 1
     assert len({s.sequence for s in window}) == len(window)
+
+
+def test_a_plate_that_moves_presses_as_far_as_springs_give_way() -> None:
+    """Slowly, into a linear contact: the force grows by K_eff times the way, and falls again."""
+    stiff = replace(
+        SPEC, payload=replace(SPEC.payload, law="smooth", k=2e6, n=1.0, hysteresis=0.0),
+        faults=(WorldFault("plate_moves", 0.6, 0.5, 20e-6),),
+    )  # fmt: skip
+    rig = open_world(stiff)
+    rig.arm.open(1.0)
+    peak_n = before_n = held_n = 0.0
+    for tick in range(1, 701):
+        rig.clock.sleep_until(0.002 * tick)
+        rig.arm.command(min(0.08e-3, 0.4e-3 * rig.clock.now_s()))
+        if tick == 299:
+            before_n = rig.world.true_force_n
+        if tick == 500:
+            held_n, peak_n = rig.world.true_force_n, rig.world.true_peak_force_n
+    k_s = SPEC.system_stiffness_n_per_m
+    grown_n = 20e-6 / (1.0 / k_s + 1.0 / 2e6)
+    assert before_n > 1.0
+    assert held_n - before_n == pytest.approx(grown_n, rel=0.02)
+    assert held_n <= peak_n < held_n + grown_n
+    assert rig.world.true_force_n == pytest.approx(before_n, rel=0.02)
 
 
 def test_arm_force_faults() -> None:
