@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from dask_cluster import cluster
 from real_runs import ROOT, in_process
 
 PLAN = str(ROOT / "procedures" / "campaign.yaml")
@@ -48,7 +49,9 @@ def test_no_run_comes_above_the_elastic_limit(tmp_path: Path) -> None:
 def test_an_interrupted_campaign_goes_on_to_the_same_result(tmp_path: Path) -> None:
     """Of two processes, cut short; by one process, and all of it by one process."""
     options = ["--runs", "10", "--seed", "4", "--json"]
-    whole = in_process("campaign", PLAN, *options, "--processes", 1, "--out", tmp_path / "whole")
+    whole = in_process(
+        "campaign", PLAN, *options, "--processes", 1, "--out", tmp_path / "whole", "--parquet"
+    )
     part = tmp_path / "part"
     process = subprocess.Popen(
         [*LAUNCH, *options, "--processes", "2", "--out", str(part)],
@@ -61,12 +64,43 @@ def test_an_interrupted_campaign_goes_on_to_the_same_result(tmp_path: Path) -> N
     assert process.returncode in (0, 130)
     with (part / "runs.jsonl").open("a") as file:
         file.write('{"series":"two","ind')  # what a power cut leaves
-    rest = in_process("campaign", PLAN, *options, "--processes", 1, "--out", part)
+    rest = in_process("campaign", PLAN, *options, "--processes", 1, "--out", part, "--parquet")
     assert (whole.returncode, rest.returncode) == (0, 0), rest.stderr
     assert sorted(lines(part)) == sorted(lines(tmp_path / "whole"))
     first, second = json.loads(whole.stdout), json.loads(rest.stdout)
     first.pop("elapsed_s"), second.pop("elapsed_s")
     assert first == second
+    tables = [(at / "runs.parquet").read_bytes() for at in (part, tmp_path / "whole")]
+    assert tables[0] == tables[1]
+
+
+@pytest.mark.long
+def test_a_cluster_whose_workers_are_killed_comes_to_the_same_result(tmp_path: Path) -> None:
+    """A campaign over two workers, one of which is killed, beside one over one process."""
+    options = ["--runs", "40", "--seed", "4", "--json", "--parquet"]
+    here = in_process("campaign", PLAN, *options, "--processes", 1, "--out", tmp_path / "here")
+    with cluster(2) as own:
+        process = subprocess.Popen(
+            [*LAUNCH, *options, "--scheduler", own.address, "--out", str(tmp_path / "there")],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        )  # fmt: skip
+        while process.poll() is None and not lines(tmp_path / "there"):
+            time.sleep(0.01)
+        own.workers[0].kill()
+        told, errors = process.communicate()
+    assert process.returncode == here.returncode == 0, errors
+    first, second = json.loads(here.stdout), json.loads(told)
+    first.pop("elapsed_s"), second.pop("elapsed_s")
+    assert first == second
+    assert sorted(lines(tmp_path / "here")) == sorted(lines(tmp_path / "there"))
+    tables = [(tmp_path / at / "runs.parquet").read_bytes() for at in ("here", "there")]
+    assert tables[0] == tables[1]
+
+
+def test_parquet_needs_a_place(tmp_path: Path) -> None:
+    done = in_process("campaign", PLAN, "--runs", "1", "--parquet")
+    assert done.returncode == 2
+    assert "--parquet without --out" in done.stderr
 
 
 def test_an_ablation_takes_a_rule_from_a_campaign_that_is_there(tmp_path: Path) -> None:

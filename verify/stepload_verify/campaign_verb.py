@@ -40,6 +40,13 @@ def campaign(
     processes: Annotated[
         int | None, typer.Option("--processes", min=1, help="Processes; all cores by default.")
     ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", help="A Dask cluster instead, such as tcp://10.0.0.5:8786."),
+    ] = None,
+    parquet: Annotated[
+        bool, typer.Option("--parquet", help="Write runs.parquet into --out when it ends.")
+    ] = False,
     ablate: Annotated[
         list[str] | None,
         typer.Option("--ablate", help="Without this rule (or R1+R2) or layer; repeatable."),
@@ -58,8 +65,10 @@ def campaign(
     """
     from stepload.plan.load import load_plan
     from stepload.runner.choose import open_pool
+    from stepload.runner.parquet import needs_parquet, write_parquet
     from stepload_verify.campaign.ablation import LAYERS, Ablation
     from stepload_verify.campaign.campaign import jobs_for
+    from stepload_verify.campaign.result import Result
     from stepload_verify.campaign.scenario import kinds_from
     from stepload_verify.campaign.work import Work
 
@@ -72,9 +81,15 @@ def campaign(
         _replay(work._replace(ablation="".join(layers)), replay, output)
         return
     begun_s = time.monotonic()
-    with open_pool(processes) as pool:
+    if parquet:
+        if out is None:
+            raise BadInputError("--parquet without --out", hint="name a directory: --out")
+        needs_parquet()  # told before the runs and not after them
+    with open_pool(processes, scheduler) as pool:
         results = _campaign("campaign", work, jobs_for(runs), pool, out)
         again = [_without(name, work, results, pool, out) for name in layers]
+    if parquet and out is not None:
+        write_parquet(out / "runs.parquet", Result, results)
     if layers:
         _ablations(results, again, output)
     else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 from collections.abc import Callable, Iterable
@@ -35,7 +36,7 @@ class Store(Generic[RowT]):
         from_line: a row from its line; raises ValueError where it is none.
 
     Raises:
-        RefusedError: the directory holds another campaign.
+        RefusedError: the directory holds another campaign, or another command is at work there.
         BadInputError: it holds something that is none.
     """
 
@@ -48,15 +49,30 @@ class Store(Generic[RowT]):
     ) -> None:
         directory.mkdir(parents=True, exist_ok=True)
         self._path = directory / files[1]
-        self._check_header(directory / files[0], header)
         self._from_line = from_line
-        self.rows = self._read()
         self._file: TextIO = self._path.open("a", encoding="utf-8")
+        try:
+            self._take()
+            self._check_header(directory / files[0], header)
+            self.rows = self._read()
+        except BaseException:
+            self._file.close()
+            raise
+
+    def _take(self) -> None:
+        """No other command writes here until this one ends, however it ends."""
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise RefusedError(
+                f"{self._path.parent}: another command is at work there",
+                hint="wait for its end, or use another directory",
+            ) from error
 
     def _check_header(self, path: Path, header: dict[str, object]) -> None:
         text = json.dumps(header, indent=1)
         if not path.exists():
-            if self._path.exists():
+            if self._path.stat().st_size:
                 raise BadInputError(
                     f"{path}: missing beside {self._path.name}", hint="use a new directory"
                 )
@@ -74,8 +90,6 @@ class Store(Generic[RowT]):
             )
 
     def _read(self) -> list[RowT]:
-        if not self._path.exists():
-            return []
         data = self._path.read_bytes()
         whole = data.rfind(b"\n") + 1
         if whole < len(data):

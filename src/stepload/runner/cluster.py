@@ -1,0 +1,197 @@
+"""Batches over the workers of a Dask cluster that is there already."""
+
+from __future__ import annotations
+
+import gc
+import logging
+import pickle
+import time
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import suppress
+from types import TracebackType
+from typing import Any
+
+from stepload.errors import RefusedError
+from stepload.runner.extras import extra
+from stepload.runner.jobs import DoneT, PartT
+from stepload.runner.local import AHEAD
+from stepload.runner.losses import Losses
+
+CONNECT_S = 10.0
+"""How long a scheduler may take to answer, and to have a first worker."""
+PATIENCE_S = 600.0
+"""How long a scheduler that was lost is waited for."""
+LOOK_S = 2.0
+"""How often the cluster is asked how many workers it has."""
+_RETRY_S = 1.0
+_log = logging.getLogger(__name__)
+
+
+class DaskPool:
+    """The workers behind a scheduler, as many as there are at the time.
+
+    Workers may come and go; what a lost one had under way is done again by another. A scheduler
+    that was restarted is waited for, and what it had is asked for again.
+
+    Args:
+        address: of the scheduler, such as tcp://10.0.0.5:8786.
+        patience_s: how long a scheduler that was lost is waited for.
+
+    Raises:
+        BadInputError: the extra `dask` is not installed.
+        RefusedError: no scheduler answers there, or it has no workers.
+    """
+
+    def __init__(self, address: str, patience_s: float = PATIENCE_S) -> None:
+        self._dask: Any = extra("distributed", "--scheduler", "dask")
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # told by this pool
+        self._address = address
+        self._patience_s = patience_s
+        self._client: Any = None
+        self._workers, self._look_s = 0, 0.0
+        self._connect(CONNECT_S)
+        try:
+            self._client.wait_for_workers(1, timeout=CONNECT_S)
+        except TimeoutError:
+            self.close()
+            raise RefusedError(
+                f"the scheduler at {address} has no worker",
+                hint=f"start some: dask worker {address} --nthreads 1 --nworkers auto",
+            ) from None
+
+    def finished(
+        self, do: Callable[[PartT], DoneT], parts: Iterable[PartT]
+    ) -> Generator[DoneT, None, None]:
+        """What `do` gives for each part, once each, in the order in which they are done.
+
+        Closing the generator (Ctrl+C) gives up what is under way.
+
+        Raises:
+            RefusedError: workers are lost again and again, or the scheduler stays away.
+        """
+        losses, left = Losses(), iter(parts)
+        again: deque[PartT] = deque()
+        pending: dict[Any, PartT] = {}
+        try:
+            while True:
+                try:
+                    self._fill(pending, do, again, left)
+                    if not pending:
+                        return
+                    done = [self._come(future) for future in self._done(pending)]
+                except (OSError, CancelledError):
+                    again.extend(pending.values())
+                    pending.clear()
+                    losses.one("the scheduler was lost")
+                    _log.warning("the scheduler at %s was lost: waiting for it", self._address)
+                    self._connect(self._patience_s)
+                    continue
+                for future, lost, result in done:
+                    part = pending.pop(future)
+                    if lost:
+                        again.append(part)
+                        losses.one("the worker of a batch was lost")
+                        continue
+                    losses.none()
+                    yield result
+        finally:
+            with suppress(OSError, CancelledError):
+                self._client.cancel(list(pending), force=True)
+
+    def _fill(
+        self,
+        pending: dict[Any, PartT],
+        do: Callable[[PartT], DoneT],
+        again: deque[PartT],
+        left: Iterator[PartT],
+    ) -> None:
+        """Send parts until enough are under way."""
+        while len(pending) < self._wanted():
+            part = again.popleft() if again else next(left, None)
+            if part is None:
+                return
+            try:
+                future = self._client.submit(_there(), pickle.dumps((do, part)), pure=False)
+            except BaseException:
+                again.appendleft(part)
+                raise
+            pending[future] = part
+
+    def _wanted(self) -> int:
+        """How many batches are to be under way: some for each worker that there is now."""
+        if time.monotonic() >= self._look_s:
+            self._workers = len(self._client.nthreads())
+            self._look_s = time.monotonic() + LOOK_S
+        return AHEAD * max(1, self._workers)
+
+    def _done(self, pending: dict[Any, PartT]) -> list[Any]:
+        """Those that are done, of which there may be none for a while."""
+        with suppress(TimeoutError):
+            self._dask.wait(list(pending), timeout=LOOK_S, return_when="FIRST_COMPLETED")
+        return [future for future in pending if future.status != "pending"]
+
+    def _come(self, future: Any) -> tuple[Any, bool, Any]:
+        """A batch that is done: itself, whether it was lost with its workers, and its rows."""
+        error = future.exception()
+        if error is None:
+            return future, False, future.result()
+        if isinstance(error, self._dask.scheduler.KilledWorker):
+            return future, True, None
+        if isinstance(error, ModuleNotFoundError) and (error.name or "").startswith("stepload"):
+            raise RefusedError(
+                f"a worker of {self._address} has no {error.name}",
+                hint="install the same version everywhere and restart the workers",
+            ) from error
+        raise error
+
+    def _connect(self, patience_s: float) -> None:
+        """A new client; the old one knows of nothing that a restarted scheduler has."""
+        self.close()
+        give_up_s = time.monotonic() + patience_s
+        while (client := self._try()) is None:
+            if time.monotonic() >= give_up_s:
+                raise RefusedError(
+                    f"no scheduler answers at {self._address} for {patience_s:.0f} s",
+                    hint="look whether it runs; what is done is kept, the same command goes on",
+                )
+            time.sleep(_RETRY_S)
+        self._client = client
+        self._look_s = 0.0
+
+    def _try(self) -> Any:
+        try:
+            return self._dask.Client(self._address, timeout=CONNECT_S, name="stepload")
+        except OSError:
+            pass
+        gc.collect()  # a client that found no scheduler ends its thread when it is collected
+        return None
+
+    def close(self) -> None:
+        """Leave the cluster; it goes on without this program."""
+        client, self._client = self._client, None
+        if client is not None:
+            client.close()
+
+    def __enter__(self) -> DaskPool:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def _there() -> Callable[[bytes], Any]:
+    """What a worker is sent: a function that travels whole, for it may know no stepload."""
+
+    def there(data: bytes) -> Any:
+        from stepload.runner.there import unpack_and_do
+
+        return unpack_and_do(data)
+
+    return there

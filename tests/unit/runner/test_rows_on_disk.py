@@ -1,0 +1,83 @@
+"""Rows as lines and as Parquet: whole or not there, and nobody writes between."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stepload.errors import BadInputError, RefusedError
+from stepload.runner import parquet
+from stepload.runner.parquet import write_parquet
+from stepload.runner.store import Store
+
+
+@dataclass(frozen=True)
+class Kept:
+    series: str
+    index: int
+    good: bool
+    peak_n: float | None
+    wrong: tuple[str, ...]
+
+    def to_line(self) -> str:
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_line(cls, line: str) -> Kept:
+        data = json.loads(line)
+        return cls(**{**data, "wrong": tuple(data["wrong"])})
+
+
+ROWS = [Kept("two", 0, True, None, ()), Kept("two", 1, False, 0.1 + 0.2, ("a", "b"))]
+
+
+def store(directory: Path) -> Store[Kept]:
+    return Store(directory, ("head.json", "rows.jsonl"), {"seed": 1}, Kept.from_line)
+
+
+def test_two_commands_do_not_write_into_one_directory(tmp_path: Path) -> None:
+    with store(tmp_path) as first:
+        first.add(ROWS)
+        with pytest.raises(RefusedError, match="another command"):
+            store(tmp_path)
+    with store(tmp_path) as later:
+        assert later.rows == ROWS
+
+
+def test_rows_without_their_header_are_refused(tmp_path: Path) -> None:
+    with store(tmp_path) as first:
+        first.add(ROWS)
+    (tmp_path / "head.json").unlink()
+    for _ in range(2):
+        with pytest.raises(BadInputError, match="missing beside"):
+            store(tmp_path)
+
+
+def test_parquet_holds_the_rows_exactly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    read: Any = pytest.importorskip("pyarrow.parquet")
+    monkeypatch.setattr(parquet, "GROUP", 2)
+    rows = [*ROWS, *ROWS, ROWS[0]]
+    for name in ("a", "b"):
+        write_parquet(tmp_path / name, Kept, rows)
+    found = read.ParquetFile(tmp_path / "a")
+    assert [Kept(**{**r, "wrong": tuple(r["wrong"])}) for r in found.read().to_pylist()] == rows
+    assert found.num_row_groups == 3
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+    write_parquet(tmp_path / "a", Kept, [])
+    assert read.ParquetFile(tmp_path / "a").schema_arrow == found.schema_arrow
+    broken = [*ROWS, Kept("two", 2, True, "no number", ())]  # type: ignore[arg-type]
+    with pytest.raises(Exception, match="no number"):
+        write_parquet(tmp_path / "b", Kept, broken)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "b"]
+    assert read.ParquetFile(tmp_path / "b").metadata.num_rows == 5
+
+
+def test_a_missing_library_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(BadInputError, match=r"needs pyarrow[^$]*stepload\[data\]"):
+        write_parquet(tmp_path / "a", Kept, ROWS)
