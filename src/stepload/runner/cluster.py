@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import gc
 import logging
 import pickle
+import socket
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -13,7 +13,7 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Any
 
-from stepload.errors import RefusedError
+from stepload.errors import BadInputError, RefusedError
 from stepload.runner.extras import extra
 from stepload.runner.jobs import DoneT, PartT
 from stepload.runner.local import AHEAD
@@ -40,16 +40,17 @@ class DaskPool:
         patience_s: how long a scheduler that was lost is waited for.
 
     Raises:
-        BadInputError: the extra `dask` is not installed.
+        BadInputError: the extra `dask` is not installed, or this is no address.
         RefusedError: no scheduler answers there, or it has no workers.
     """
+
+    _client: Any = None
 
     def __init__(self, address: str, patience_s: float = PATIENCE_S) -> None:
         self._dask: Any = extra("distributed", "--scheduler", "dask")
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # told by this pool
-        self._address = address
+        self._address, self._host_port = address, _host_port(address)
         self._patience_s = patience_s
-        self._client: Any = None
         self._workers, self._look_s = 0, 0.0
         self._connect(CONNECT_S)
         try:
@@ -88,17 +89,20 @@ class DaskPool:
                     _log.warning("the scheduler at %s was lost: waiting for it", self._address)
                     self._connect(self._patience_s)
                     continue
-                for future, lost, result in done:
+                for future, error, result in done:
                     part = pending.pop(future)
-                    if lost:
+                    if isinstance(error, self._dask.scheduler.KilledWorker):
                         again.append(part)
                         losses.one("the worker of a batch was lost")
                         continue
+                    if error is not None:
+                        raise self._plain(error)
                     losses.none()
                     yield result
         finally:
-            with suppress(OSError, CancelledError):
-                self._client.cancel(list(pending), force=True)
+            if pending:
+                with suppress(OSError, CancelledError):
+                    self._client.cancel(list(pending), force=True)
 
     def _fill(
         self,
@@ -132,19 +136,19 @@ class DaskPool:
             self._dask.wait(list(pending), timeout=LOOK_S, return_when="FIRST_COMPLETED")
         return [future for future in pending if future.status != "pending"]
 
-    def _come(self, future: Any) -> tuple[Any, bool, Any]:
-        """A batch that is done: itself, whether it was lost with its workers, and its rows."""
+    def _come(self, future: Any) -> tuple[Any, BaseException | None, Any]:
+        """A batch that is done: itself, what went wrong there, and its rows."""
         error = future.exception()
-        if error is None:
-            return future, False, future.result()
-        if isinstance(error, self._dask.scheduler.KilledWorker):
-            return future, True, None
+        return future, error, future.result() if error is None else None
+
+    def _plain(self, error: BaseException) -> BaseException:
+        """What went wrong in a batch, in words where it is not the batch's own."""
         if isinstance(error, ModuleNotFoundError) and (error.name or "").startswith("stepload"):
-            raise RefusedError(
+            return RefusedError(
                 f"a worker of {self._address} has no {error.name}",
                 hint="install the same version everywhere and restart the workers",
-            ) from error
-        raise error
+            )
+        return error
 
     def _connect(self, patience_s: float) -> None:
         """A new client; the old one knows of nothing that a restarted scheduler has."""
@@ -161,12 +165,12 @@ class DaskPool:
         self._look_s = 0.0
 
     def _try(self) -> Any:
+        """A client, or None; asked first, for a client that finds nobody leaves a thread."""
         try:
+            socket.create_connection(self._host_port, timeout=CONNECT_S).close()
             return self._dask.Client(self._address, timeout=CONNECT_S, name="stepload")
         except OSError:
-            pass
-        gc.collect()  # a client that found no scheduler ends its thread when it is collected
-        return None
+            return None
 
     def close(self) -> None:
         """Leave the cluster; it goes on without this program."""
@@ -184,6 +188,15 @@ class DaskPool:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+
+def _host_port(address: str) -> tuple[str, int]:
+    host, _, port = address.rpartition("://")[2].rpartition(":")
+    if not (host and port.isdecimal() and int(port) < 65536):
+        raise BadInputError(
+            f"--scheduler {address!r}: no address with a port", hint="such as tcp://10.0.0.5:8786"
+        )
+    return host.strip("[]"), int(port)
 
 
 def _there() -> Callable[[bytes], Any]:

@@ -37,6 +37,8 @@ def test_rows_are_those_of_the_local_pool_and_other_code_is_refused(tmp_path: Pa
         assert rows_of(work, pool) == whole
         assert [row for batch in run_in_order(work, JOBS, pool, 4) for row in batch] == whole
         assert len(list(tmp_path.glob("*-*"))) == 2 * len(JOBS)
+        with pytest.raises(FileNotFoundError):  # of the job, and no sign of a lost scheduler
+            rows_of(Counted(5, tmp_path / "nowhere"), pool)
         own.workers[0].kill()
         own.add_worker(CODE="other")
         with pytest.raises(RefusedError, match="digest other, not asks"):
@@ -58,6 +60,19 @@ def test_workers_and_a_scheduler_are_killed_and_nothing_is_lost(tmp_path: Path) 
                 own.restart_scheduler(workers=2)
     assert sorted(found) == expected(tmp_path)
     assert len(list(tmp_path.glob("*-*"))) > len(JOBS)  # some were indeed done again
+
+
+@pytest.mark.long
+def test_a_scheduler_that_stays_away_ends_the_whole(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with cluster(1) as own, DaskPool(own.address, patience_s=0.5) as pool:
+        batches = run_all(Counted(5, tmp_path, takes_s=0.05), JOBS, pool, 4)
+        assert len(next(batches)) == 4
+        own.scheduler.kill()
+        with pytest.raises(RefusedError, match="no scheduler answers"):
+            list(batches)
+    assert "was lost: waiting" in caplog.text
 
 
 @pytest.mark.long
@@ -103,6 +118,12 @@ def test_what_would_not_be_the_same_is_refused(
     monkeypatch.setattr(clusters, "CONNECT_S", 0.5)
     with pytest.raises(RefusedError, match="no scheduler answers"):
         DaskPool(own.address)
+
+
+@pytest.mark.parametrize("text", ["", "10.0.0.5", "tcp://10.0.0.5", ":8786", "tcp://a:99999"])
+def test_an_address_without_a_port_is_refused(text: str) -> None:
+    with pytest.raises(BadInputError, match="no address with a port"):
+        DaskPool(text)
 
 
 def test_a_missing_library_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,113 @@
+"""What a second worker gains, and what a batch costs beside its runs, on both pools.
+
+python bench/scale.py                       this machine, and a Dask cluster of two workers on it
+python bench/scale.py --runs 400            runs of the campaign in each measurement
+
+"efficiency" is (time of one worker) / (2 × time of two), both by processes that are warm. On a machine
+that is busy it is less than the pool's own. "overhead" is the time of a batch whose jobs do nothing,
+batches one after the other. "CPU" of a run is that of this process alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from stepload.plan.load import load_plan
+from stepload.runner.cluster import DaskPool
+from stepload.runner.jobs import BATCH, Job, Pool, Work, run_all
+from stepload.runner.local import LocalPool
+from stepload.runner.threads import one_thread
+from stepload_verify.campaign.campaign import jobs_for
+from stepload_verify.campaign.scenario import kinds_from
+from stepload_verify.campaign.work import Work as Campaign
+
+PLAN = Path(__file__).parents[1] / "procedures" / "campaign.yaml"
+ADDRESS = "tcp://127.0.0.1:18787"
+REPEATS = 3
+EMPTY = 200
+"""Batches without work."""
+
+
+@dataclass(frozen=True)
+class Nothing:
+    """Work that takes no time."""
+
+    digest: str = ""
+
+    def run(self, job: Job, /) -> int:
+        return job.index
+
+
+@contextlib.contextmanager
+def cluster(workers: int) -> Iterator[str]:
+    """A scheduler and single workers of its own on loopback."""
+    dask = [sys.executable, "-m", "dask"]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    place = ("--host", "127.0.0.1", "--no-dashboard")
+    own = [*dask, "scheduler", "--port", ADDRESS.rpartition(":")[2], "--no-jupyter", *place]
+    each = [*dask, "worker", ADDRESS, "--nthreads", "1", "--no-nanny", *place]
+    with one_thread():
+        begun = [subprocess.Popen(own, **quiet)]  # type: ignore[call-overload]
+        begun += [subprocess.Popen(each, **quiet) for _ in range(workers)]  # type: ignore[call-overload]
+    try:
+        time.sleep(3.0)
+        yield ADDRESS
+    finally:
+        for process in reversed(begun):
+            process.terminate()
+            process.wait()
+
+
+def took(work: Work[Job, object], jobs: Sequence[Job], pool: Pool) -> float:
+    """Seconds for these jobs."""
+    begin_s = time.perf_counter()
+    for _ in run_all(work, jobs, pool):
+        pass
+    return time.perf_counter() - begin_s
+
+
+def shown(name: str, values: Sequence[float], unit: str) -> None:
+    low, high = min(values), max(values)
+    print(f"{name:44} {statistics.median(values):8.3g} {unit} ({low:.3g} to {high:.3g})")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", type=int, default=200)
+    jobs = jobs_for(parser.parse_args().runs)
+    work = Campaign(load_plan(PLAN), 1, kinds_from("all"))
+    warm, empty = jobs[: 4 * BATCH], [Job("", index) for index in range(BATCH * EMPTY)]
+    one, cpu, two, dask, waits = ([] for _ in range(5))
+    overheads: list[float] = []
+    with LocalPool(2) as pair, cluster(2) as address, DaskPool(address) as far:
+        for pool in (LocalPool(1), pair, far):
+            took(work, warm, pool)
+        for _ in range(REPEATS):
+            begin_s = time.process_time()
+            one.append(took(work, jobs, LocalPool(1)))
+            cpu.append(time.process_time() - begin_s)
+            two.append(took(work, jobs, pair))
+            dask.append(took(work, jobs, far))
+            overheads.append(took(Nothing(), empty, pair))
+            waits.append(took(Nothing(), empty, far))
+    print(f"{len(jobs)} runs of the campaign, load of the machine {os.getloadavg()[0]:.1f}")
+    shown("CPU of a run", [1e3 * s / len(jobs) for s in cpu], "ms")
+    shown("efficiency of two processes", [a / (2 * b) for a, b in zip(one, two, strict=True)], "")
+    shown(
+        "efficiency of two Dask workers", [a / (2 * b) for a, b in zip(one, dask, strict=True)], ""
+    )
+    shown("overhead of a batch, two processes", [1e3 * s / EMPTY for s in overheads], "ms")
+    shown("overhead of a batch, two Dask workers", [1e3 * s / EMPTY for s in waits], "ms")
+
+
+if __name__ == "__main__":
+    main()
