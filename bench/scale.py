@@ -3,15 +3,16 @@
 python bench/scale.py                       this machine, and a Dask cluster of two workers on it
 python bench/scale.py --runs 400            runs of the campaign in each measurement
 
-"efficiency" is (time of one worker) / (2 × time of two), both by processes that are warm. On a machine
-that is busy it is less than the pool's own. "overhead" is the time of a batch whose jobs do nothing,
-batches one after the other. "CPU" of a run is that of this process alone.
+"efficiency" is (time of one worker) / (2 × time of two), both by processes that are warm. On a
+machine that is busy it is less than the pool's own. "overhead" is the time of a batch whose jobs do
+nothing, batches one after the other. "CPU" of a run is that of this process alone.
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import importlib
 import os
 import statistics
 import subprocess
@@ -55,6 +56,7 @@ def cluster(workers: int) -> Iterator[str]:
     place = ("--host", "127.0.0.1", "--no-dashboard")
     own = [*dask, "scheduler", "--port", ADDRESS.rpartition(":")[2], "--no-jupyter", *place]
     each = [*dask, "worker", ADDRESS, "--nthreads", "1", "--no-nanny", *place]
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
     with one_thread():
         begun = [subprocess.Popen(own, **quiet)]  # type: ignore[call-overload]
         begun += [subprocess.Popen(each, **quiet) for _ in range(workers)]  # type: ignore[call-overload]
@@ -82,14 +84,16 @@ def shown(name: str, values: Sequence[float], unit: str) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--runs", type=int, default=200)
+    parser.add_argument("--runs", type=int, default=100)
     jobs = jobs_for(parser.parse_args().runs)
+    nothing = importlib.import_module("scale").Nothing()  # of this file, as workers find it
     work = Campaign(load_plan(PLAN), 1, kinds_from("all"))
     warm, empty = jobs[: 4 * BATCH], [Job("", index) for index in range(BATCH * EMPTY)]
     one, cpu, two, dask, waits = ([] for _ in range(5))
     overheads: list[float] = []
     with LocalPool(2) as pair, cluster(2) as address, DaskPool(address) as far:
         for pool in (LocalPool(1), pair, far):
+            took(nothing, empty[:BATCH], pool)
             took(work, warm, pool)
         for _ in range(REPEATS):
             begin_s = time.process_time()
@@ -97,8 +101,8 @@ def main() -> None:
             cpu.append(time.process_time() - begin_s)
             two.append(took(work, jobs, pair))
             dask.append(took(work, jobs, far))
-            overheads.append(took(Nothing(), empty, pair))
-            waits.append(took(Nothing(), empty, far))
+            overheads.append(took(nothing, empty, pair))
+            waits.append(took(nothing, empty, far))
     print(f"{len(jobs)} runs of the campaign, load of the machine {os.getloadavg()[0]:.1f}")
     shown("CPU of a run", [1e3 * s / len(jobs) for s in cpu], "ms")
     shown("efficiency of two processes", [a / (2 * b) for a, b in zip(one, two, strict=True)], "")

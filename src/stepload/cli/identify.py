@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from stepload.cli.identify_all import show_all
 from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
 from stepload.cli.run_paths import run_path
 from stepload.errors import BadInputError
@@ -65,6 +66,12 @@ def identify(
         typer.Option("--law", help="Laws that figures may rest on: hertz,power …; auto: all."),
     ] = None,
     kind: Annotated[str, typer.Option("--kind", help="payload or system.")] = "payload",
+    every: Annotated[
+        bool, typer.Option("--all", help="FILE is a directory: every record in it and below.")
+    ] = False,
+    processes: Annotated[
+        int | None, typer.Option("--processes", min=1, help="For --all; all cores by default.")
+    ] = None,
     write_to: Annotated[
         Path | None,
         typer.Option("--out", help="New directory for results.json and report.html."),
@@ -103,6 +110,15 @@ def identify(
     if payload is not None:
         wishes = wishes_of_payload(payload, wishes)
     out, on = Output(as_json=as_json), wanted_paper(pdf, paper)
+    if every:
+        if kind != "payload" or write_to is not None:
+            raise BadInputError(
+                "--all with --out or another --kind", hint="--all lists payloads; --json is whole"
+            )
+        show_all(file, wishes, processes, out)
+        return
+    if processes is not None:
+        raise BadInputError("--processes without --all", hint="one file is one process")
     if on and write_to is None:
         raise BadInputError("--pdf without --out", hint="name a directory for the report: --out")
     if kind == "system":

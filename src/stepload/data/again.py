@@ -1,0 +1,117 @@
+"""Every record of a directory identified again: what it said when it was made, and what now."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from math import isfinite
+from pathlib import Path
+
+import stepload
+from stepload.data.catalog import RunRow, rows
+from stepload.errors import BadInputError
+from stepload.results.from_file import results_of_file
+from stepload.results.wishes import Wishes
+from stepload.runner.digest import code_digest
+from stepload.runner.jobs import Pool, run_in_order
+
+DECIDING = ("contact", "estimators", "evidence", "plan", "record", "results")
+"""Rooms whose code decides what a record says."""
+AT_ONCE = 4
+"""Records in a batch: each takes about a second."""
+
+
+@dataclass(frozen=True, slots=True)
+class Again:
+    """One record, then and now; texts are "" and numbers None where there is nothing to tell.
+
+    `chord_n_per_m` is the headline, `low_n_per_m` and `high_n_per_m` its 95 % interval; `problem`
+    says why nothing could be identified now.
+    """
+
+    run_id: str
+    path: str
+    payload: str
+    simulated: bool
+    verdict_then: str
+    chord_then_n_per_m: float | None
+    verdict: str
+    chord_n_per_m: float | None
+    low_n_per_m: float | None
+    high_n_per_m: float | None
+    problem: str
+
+    @property
+    def differs(self) -> bool:
+        """Another verdict than then, or nothing to be identified any more."""
+        return self.verdict != self.verdict_then
+
+
+@dataclass(frozen=True, slots=True)
+class Reidentify:
+    """What all records of a directory are identified with."""
+
+    wishes: Wishes
+
+    @property
+    def digest(self) -> str:
+        """Digest of the code that decides what a record says."""
+        return _digest()
+
+    def run(self, job: RunRow, /) -> Again:
+        """Identify one record; a record that has nothing to identify says why."""
+        verdict = problem = ""
+        value = low = high = None
+        try:
+            if job.problem:
+                raise BadInputError(job.problem)
+            found = results_of_file(Path(job.path), self.wishes).found
+            verdict = found.judgement.verdict.value
+            if (headline := found.headline) is not None:
+                value = _number(headline.value_n_per_m)
+                low, high = map(_number, headline.interval_n_per_m)
+        except BadInputError as error:
+            problem = error.message
+        return Again(
+            job.run_id, job.path, job.payload, job.simulated,
+            job.verdict, _number(job.chord_n_per_m), verdict, value, low, high, problem,
+        )  # fmt: skip
+
+
+def identify_all(
+    directory: Path,
+    wishes: Wishes,
+    pool: Pool,
+    on_done: Callable[[int, int], None] | None = None,
+) -> list[Again]:
+    """Identify the records in a directory and below, the oldest first; nothing is changed.
+
+    Args:
+        directory: where the records are.
+        wishes: what the user knows, the same for all.
+        pool: who does it; it must see the same files.
+        on_done: called with how many are done, and how many there are.
+
+    Raises:
+        BadInputError: it is no directory, or there is no record.
+    """
+    jobs = rows(directory.resolve())
+    if not jobs:
+        raise BadInputError(f"{directory}: no record in it", hint="the directory that holds runs")
+    found: list[Again] = []
+    for batch in run_in_order(Reidentify(wishes), jobs, pool, AT_ONCE):
+        found += batch
+        if on_done is not None:
+            on_done(len(found), len(jobs))
+    return found
+
+
+def _number(value: float) -> float | None:
+    return value if isfinite(value) else None
+
+
+@cache
+def _digest() -> str:
+    product = Path(stepload.__file__).parent
+    return code_digest(product / name for name in DECIDING)

@@ -1,0 +1,22 @@
+"""Which code decides: a digest of source files, to be compared between machines and days."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Collection, Iterable
+from pathlib import Path
+
+
+def code_digest(rooms: Iterable[Path], without: Collection[Path] = ()) -> str:
+    """SHA-256 over the Python files of these directories and their names.
+
+    Args:
+        rooms: directories, looked into to their bottom.
+        without: files of them that are left out.
+    """
+    digest = hashlib.sha256()
+    for room in rooms:
+        for file in sorted(set(room.rglob("*.py")) - set(without)):
+            digest.update(file.relative_to(room.parent).as_posix().encode())
+            digest.update(file.read_bytes())
+    return digest.hexdigest()
