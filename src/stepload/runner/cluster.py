@@ -59,7 +59,7 @@ class DaskPool:
             self.close()
             raise RefusedError(
                 f"the scheduler at {address} has no worker",
-                hint=f"start some: dask worker {address} --nthreads 1 --nworkers auto",
+                hint=f"start some: dask worker {address} --nthreads 1 --nworkers -1",
             ) from None
 
     def finished(

@@ -23,7 +23,7 @@ def unpack_and_do(data: bytes) -> Any:
         raise RefusedError(
             f"the worker {worker.address} has {worker.state.nthreads} threads: runs disturb each"
             " other",
-            hint="start workers with --nthreads 1 and one for each core: --nworkers auto",
+            hint="start workers with --nthreads 1 and one for each core: --nworkers -1",
         )
     many = [name for name in THREADS if os.environ.get(name) != "1"]
     if many:
