@@ -57,7 +57,6 @@ def falsify(
     Example: stepload falsify procedures/falsify.yaml --trials 20000 --out falsify
     """
     from stepload.plan.load import load_plan
-    from stepload.runner.local import cores
     from stepload_verify.campaign.ablation import Ablation
     from stepload_verify.falsify.strata import named, strata
     from stepload_verify.falsify.trial import Search
@@ -73,21 +72,26 @@ def falsify(
         raise BadInputError("--shrink needs a scene", hint="give it with --replay FILE")
     where = [one for text in wrong for one in named(text)] if wrong else strata(wider=wider)
     begun_s = time.monotonic()
-    hunts = _hunts(what, where, trials, seed, processes or cores(), out)
+    hunts = _hunts(what, where, trials, seed, processes, out)
     _report(hunts, time.monotonic() - begun_s, output)
 
 
 def _hunts(
-    what: Search, where: Sequence[Any], trials: int, seed: int, processes: int, out: Path | None
+    what: Search,
+    where: Sequence[Any],
+    trials: int,
+    seed: int,
+    processes: int | None,
+    out: Path | None,
 ) -> list[Hunt]:
+    from stepload.runner.choose import open_pool
     from stepload_verify.falsify.falsify import falsify as search
 
     try:
-        with _shown(trials) as show:
+        with _shown(trials) as show, open_pool(processes) as pool:
             return search(
-                what, where, trials=trials, seed=seed, processes=processes, directory=out,
-                on_progress=show,
-            )  # fmt: skip
+                what, where, trials=trials, seed=seed, pool=pool, directory=out, on_progress=show
+            )
     except KeyboardInterrupt:
         kept = f"the finished trials are in {out}; the same command goes on there"
         print(kept if out else "interrupted; with --out it could go on", file=sys.stderr)
