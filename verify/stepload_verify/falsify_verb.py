@@ -103,7 +103,9 @@ def _report(hunts: Sequence[Hunt], elapsed_s: float, output: Output) -> None:
 
     rows = worst(hunts)
     broken = [row for row in rows if row.found_after is not None]
-    claimed = [row for row in rows if not row.hazard]
+    claimed = [row.j for row in rows if row.j is not None and not row.hazard]
+    largest = _figure(claimed[0]) if claimed else "unknown: none was run"
+    named = sum(row.j is not None and row.j > 1.0 and bool(row.hazard) for row in rows)
     runs = sum(row.runs for row in rows)
     output.table(
         "Worst run per stratum (J: 0 at the top force, above 1 beyond F_c)",
@@ -119,8 +121,8 @@ def _report(hunts: Sequence[Hunt], elapsed_s: float, output: Output) -> None:
     empty = sum(row.runs == 0 for row in rows)
     output.line(
         f"{runs} runs in {len(rows)} strata in {elapsed_s:.0f} s: F_c was passed in"
-        f" {len(broken)} strata; the largest J without a named hazard is"
-        f" {_figure(claimed[0].j if claimed else None)}"
+        f" {len(broken)} strata, and in {named} more by a hazard that preflight names;"
+        f" the largest J without one is {largest}"
     )
     if empty:
         output.line(f"{empty} strata had no run: --trials is too small to look at all of them")
