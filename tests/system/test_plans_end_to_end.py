@@ -32,6 +32,7 @@ VERDICTS: dict[str, tuple[str, set[str]]] = {
     "aluminium-sphere": ("refused", {UNSAFE, UNIDENTIFIABLE}),
     "campaign": ("go", set()),
     "demo-wire": ("warn", {"patient"}),
+    "falsify": ("go", set()),
     "plastic-cone": ("refused", {UNSAFE}),
     "plastic-pyramid": ("refused", {UNSAFE, "tip_exceeded"}),
     "plastic-sphere": ("go", set()),
@@ -151,7 +152,7 @@ def test_refused_plans_do_not_run(
 )
 def test_the_others_run(name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     path = PROCEDURES / f"{name}.yaml"
-    if name != "plastic-sphere":  # one of them as patient as it is meant to be
+    if name not in ("plastic-sphere", "falsify"):  # one is as patient as it is meant to be
         path = _sooner(path, tmp_path / path.name)
     ran = command(capsys, "run", path, "--dry-run", "--json", "--quiet", "--out", tmp_path / "run")
     data = ran.data

@@ -1,5 +1,6 @@
 """Sensor drivers and their emulators when all is well: settings, values, nothing lost."""
 
+import math
 import socket
 import statistics
 
@@ -41,6 +42,10 @@ def test_every_sample_arrives_once(emulated, name, device):
         assert health.errors == {}
         numbers = [sample.sequence for sample in pair.samples]
         assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+        stamps = [sample.device_time_s for sample in pair.samples]
+        if math.isfinite(stamps[0]):
+            rate_hz = (len(stamps) - 1) / (stamps[-1] - stamps[0])
+            assert rate_hz == pytest.approx(pair.driver.rate_hz, rel=0.1)
 
 
 @pytest.mark.parametrize(("name", "device"), SENSORS)

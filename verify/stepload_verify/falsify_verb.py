@@ -57,7 +57,6 @@ def falsify(
     Example: stepload falsify procedures/falsify.yaml --trials 20000 --out falsify
     """
     from stepload.plan.load import load_plan
-    from stepload.runner.local import cores
     from stepload_verify.campaign.ablation import Ablation
     from stepload_verify.falsify.strata import named, strata
     from stepload_verify.falsify.trial import Search
@@ -73,21 +72,26 @@ def falsify(
         raise BadInputError("--shrink needs a scene", hint="give it with --replay FILE")
     where = [one for text in wrong for one in named(text)] if wrong else strata(wider=wider)
     begun_s = time.monotonic()
-    hunts = _hunts(what, where, trials, seed, processes or cores(), out)
+    hunts = _hunts(what, where, trials, seed, processes, out)
     _report(hunts, time.monotonic() - begun_s, output)
 
 
 def _hunts(
-    what: Search, where: Sequence[Any], trials: int, seed: int, processes: int, out: Path | None
+    what: Search,
+    where: Sequence[Any],
+    trials: int,
+    seed: int,
+    processes: int | None,
+    out: Path | None,
 ) -> list[Hunt]:
+    from stepload.runner.choose import open_pool
     from stepload_verify.falsify.falsify import falsify as search
 
     try:
-        with _shown(trials) as show:
+        with _shown(trials) as show, open_pool(processes) as pool:
             return search(
-                what, where, trials=trials, seed=seed, processes=processes, directory=out,
-                on_progress=show,
-            )  # fmt: skip
+                what, where, trials=trials, seed=seed, pool=pool, directory=out, on_progress=show
+            )
     except KeyboardInterrupt:
         kept = f"the finished trials are in {out}; the same command goes on there"
         print(kept if out else "interrupted; with --out it could go on", file=sys.stderr)
@@ -99,7 +103,9 @@ def _report(hunts: Sequence[Hunt], elapsed_s: float, output: Output) -> None:
 
     rows = worst(hunts)
     broken = [row for row in rows if row.found_after is not None]
-    claimed = [row for row in rows if not row.hazard]
+    claimed = [row.j for row in rows if row.j is not None and not row.hazard]
+    largest = _figure(claimed[0]) if claimed else "unknown: none was run"
+    named = sum(row.j is not None and row.j > 1.0 and bool(row.hazard) for row in rows)
     runs = sum(row.runs for row in rows)
     output.table(
         "Worst run per stratum (J: 0 at the top force, above 1 beyond F_c)",
@@ -115,8 +121,8 @@ def _report(hunts: Sequence[Hunt], elapsed_s: float, output: Output) -> None:
     empty = sum(row.runs == 0 for row in rows)
     output.line(
         f"{runs} runs in {len(rows)} strata in {elapsed_s:.0f} s: F_c was passed in"
-        f" {len(broken)} strata; the largest J without a named hazard is"
-        f" {_figure(claimed[0].j if claimed else None)}"
+        f" {len(broken)} strata, and in {named} more by a hazard that preflight names;"
+        f" the largest J without one is {largest}"
     )
     if empty:
         output.line(f"{empty} strata had no run: --trials is too small to look at all of them")

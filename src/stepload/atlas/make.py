@@ -10,7 +10,7 @@ from stepload.atlas.points import columns, points
 from stepload.atlas.rigs import bench, specimen
 from stepload.atlas.work import Job, Row, Work, run_all
 from stepload.errors import BadInputError
-from stepload.plan.shipped import plan_path
+from stepload.plan.shipped import payload_folder
 
 CHECK_EVERY = 7
 """One run of every so many cells goes through the whole pipeline as well."""
@@ -19,7 +19,7 @@ Start = Callable[[int], None]
 
 def shipped_payloads() -> list[Path]:
     """The payloads that come with stepload."""
-    return sorted((plan_path("plastic-sphere").parent / "payloads").glob("*.yaml"))
+    return sorted(payload_folder().glob("*.yaml"))
 
 
 def make(

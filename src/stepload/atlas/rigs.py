@@ -15,7 +15,7 @@ from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.plan.problems import PlanError
 from stepload.plan.references import names_a_file, profiles
-from stepload.plan.shipped import plan_path
+from stepload.plan.shipped import payload_folder
 from stepload.results.conditions import planned
 from stepload.units import format_quantity
 
@@ -169,7 +169,7 @@ def _softer(rig: str, path: Path, safe_n: float) -> tuple[Plan, Envelope] | None
 
 def _flat() -> Path:
     """A payload that bears any force: of a map without payloads only the rig is looked at."""
-    return plan_path("system-stiffness").parent / "payloads" / "stiff-flat.yaml"
+    return payload_folder() / "stiff-flat.yaml"
 
 
 def _plan(rig: str, payload: Path, top_n: float) -> Plan:

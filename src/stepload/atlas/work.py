@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-import os
 import zlib
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from multiprocessing import get_context
 
 import numpy as np
 
@@ -22,10 +19,13 @@ from stepload.atlas.world import Cell, press
 from stepload.errors import DomainError
 from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.figures import HOPELESS
+from stepload.runner.jobs import run_in_order
+from stepload.runner.local import LocalPool
 
 AT_ONCE = 250
 """Runs that are drawn and identified together: what memory a process takes."""
-THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+BATCH = 4
+"""Cells that a process is given at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +85,12 @@ class Work:
     samples: int
     check_every: int = 0
 
-    def run(self, job: Job) -> Row:
+    @property
+    def digest(self) -> str:
+        """Nothing: a map is done on this machine, by processes that are started from this code."""
+        return ""
+
+    def run(self, job: Job, /) -> Row:
         """Do one cell."""
         cell, told = job.point.cell, job.point.cell.conditions
         limit = k_max(told, cell.top_n)
@@ -152,27 +157,11 @@ def run_all(
     work: Work, jobs: Sequence[Job], processes: int, on_row: Callable[[Row], None] | None = None
 ) -> list[Row]:
     """Do all jobs; the rows are in the order of the jobs, whatever the number of processes."""
-    found = []
-    for row in _rows(work, jobs, processes):
-        found.append(row)
-        if on_row is not None:
-            on_row(row)
+    found: list[Row] = []
+    with LocalPool(min(processes, len(jobs))) as pool:
+        for rows in run_in_order(work, jobs, pool, BATCH):
+            for row in rows:
+                found.append(row)
+                if on_row is not None:
+                    on_row(row)
     return found
-
-
-def _rows(work: Work, jobs: Sequence[Job], processes: int) -> Iterator[Row]:
-    if processes <= 1 or len(jobs) < 2:
-        yield from map(work.run, jobs)
-        return
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
-    try:
-        context = get_context("spawn")
-        with ProcessPoolExecutor(min(processes, len(jobs)), mp_context=context) as pool:
-            yield from pool.map(work.run, jobs, chunksize=4)
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value

@@ -49,7 +49,8 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
             impact_n, pressing.forces.allowed_n, "N",
         )  # fmt: skip
     top_n = plan.procedure.top_force_n
-    moved_m = max(0.0, (pressing.forces.elastic_limit_n - top_n) / k_s)
+    # F_allowed and the largest K_s: both may be worse than they read.
+    moved_m = max(0.0, pressing.forces.allowed_n - top_n) / pressing.rig.stiffness_n_per_m
     yield Reason(
         "plate_moves", Severity.NOTE,
         "whatever moves the plate or the arm's base while they press adds up to K_s times its way:"

@@ -16,10 +16,12 @@ from stepload.errors import BadInputError, DomainError, RefusedError
 from stepload.plan.load import load_plan
 from stepload.plan.model import SecondForceSource
 from stepload.rig.world import WorldFault
+from stepload.runner.local import LocalPool
 from stepload_verify.campaign.mishaps import FOR_GOOD_S, WIDER_FAULTS, Incident
 from stepload_verify.campaign.scenario import Scenario
-from stepload_verify.falsify import workers
-from stepload_verify.falsify.falsify import FILES, SCENES, WORST, falsify, worst
+from stepload_verify.campaign.truth import Anomaly
+from stepload_verify.falsify import trial as trials_of
+from stepload_verify.falsify.falsify import BATCH, FILES, SCENES, WORST, falsify, worst
 from stepload_verify.falsify.hunt import POPULATION, Hunt
 from stepload_verify.falsify.scene import BLIND, RIG, TRUTH, WRONG, length, scenario_at
 from stepload_verify.falsify.scene_file import read_scene, text_of
@@ -163,6 +165,22 @@ def test_dice_alone_do_not_find_it() -> None:
     assert not any(one.broken for one in hidden(points))
 
 
+def test_a_stratum_that_a_named_hazard_breaks_draws_no_more_trials() -> None:
+    plate, other = named("plate_moves")[0], SENSOR
+
+    def run(points: Sequence[Point]) -> list[Trial]:
+        return [
+            trial(at, 30.0, "plate_moves") if at.stratum == plate else trial(at, 0.1)
+            for at in points
+        ]
+
+    first, _ = rounds(2, 600)
+    broken, open_one = search([plate, other], 600, 1, run)
+    assert broken.done
+    assert broken.tried == first < open_one.tried
+    assert broken.found_after is None
+
+
 def test_a_named_hazard_breaks_no_claim_and_a_blind_rig_is_not_run() -> None:
     at = Point(SENSOR, 0, (0.5,) * length(SENSOR))
     assert trial(at, 1.2).broken
@@ -181,36 +199,42 @@ def test_a_search_goes_on_where_it_was_left(
 ) -> None:
     tried: list[Point] = []
 
-    def fake(_search: Search, points: Sequence[Point]) -> list[Trial]:
+    def fake(_search: Search, at: Point) -> Trial:
         if len(tried) > 150 and not allowed:
             raise KeyboardInterrupt
-        tried.extend(points)
-        return slope(points)
+        tried.append(at)
+        return slope([at])[0]
 
-    monkeypatch.setattr(workers, "try_points", fake)
+    monkeypatch.setattr(trials_of, "try_point", fake)
     what, where = Search(TEMPLATE), [SENSOR, *named("killed")]
     allowed = False
     with pytest.raises(KeyboardInterrupt):
-        falsify(what, where, trials=400, seed=2, processes=1, directory=tmp_path)
-    left = len(tried)
+        falsify(what, where, trials=400, seed=2, pool=LocalPool(1), directory=tmp_path)
+    rows = [json.loads(line) for line in (tmp_path / FILES[1]).read_text().splitlines()]
+    kept = {(row["series"], row["index"]) for row in rows}
+    assert len(kept) == len(rows) > len(tried) - BATCH
+    tried.clear()
     with (tmp_path / FILES[1]).open("a") as file:
         file.write('{"series":"cut')
     allowed = True
-    hunts = falsify(what, where, trials=400, seed=2, processes=1, directory=tmp_path)
-    assert len({(p.stratum.name, p.number) for p in tried}) == len(tried) > left
+    hunts = falsify(what, where, trials=400, seed=2, pool=LocalPool(1), directory=tmp_path)
+    again = [(p.stratum.name, p.number) for p in tried]
+    assert len(set(again)) == len(again) > 0
+    assert not kept.intersection(again)
     assert worst(hunts) == worst(search(where, 400, 2, slope))
     assert (tmp_path / WORST).read_text().count("\n") == 1 + len(where)
     assert list((tmp_path / SCENES).iterdir())
     with pytest.raises(RefusedError, match="seed"):
-        falsify(what, where, trials=400, seed=3, processes=1, directory=tmp_path)
+        falsify(what, where, trials=400, seed=3, pool=LocalPool(1), directory=tmp_path)
+    with pytest.raises(RefusedError, match="trials, strata"):
+        falsify(what, where[:1], trials=500, seed=2, pool=LocalPool(1), directory=tmp_path)
 
 
 def test_processes_change_nothing() -> None:
     what, where = Search(TEMPLATE), named("force_nan")
-    alone, two = (
-        worst(falsify(what, where, trials=8, seed=4, processes=count)) for count in (1, 2)
-    )
-    assert alone == two
+    with LocalPool(2) as two:
+        shared = falsify(what, where, trials=8, seed=4, pool=two)
+    assert worst(falsify(what, where, trials=8, seed=4, pool=LocalPool(1))) == worst(shared)
 
 
 @pytest.mark.parametrize("text", ["force_gain+signal_int", "K x 10+force_delay", "plate_moves"])
@@ -241,6 +265,7 @@ def test_a_hostile_scene_is_refused(tmp_path: Path) -> None:
     refused("[]", "no scene of version")
     refused(json.dumps(data | {"version": 2}), "no scene of version")
     refused(json.dumps(data | {"more": 1}), "extra fields")
+    refused(json.dumps(data | {"hazard": "plate_moves"}), "extra fields")
     refused(json.dumps({k: v for k, v in data.items() if k != "plan"}), "plan")
     refused(json.dumps(data | {"truth": data["truth"] | {"surface_m": "near"}}), "surface_m")
     refused(" " * 1_000_001, "bytes")
@@ -254,6 +279,8 @@ def test_shrinking_keeps_what_the_finding_needs_and_nothing_else() -> None:
     freeze = WorldFault("second_freeze", 2.0, 1.0, 0.0)
     truth = replace(found.truth, faults=(gain, freeze), slip_m=1e-6)
     messy = replace(found, truth=truth, incidents=(Incident("signal_term", 3.0, ""),))
+    surely = replace(messy, anomalies=(Anomaly("mass wrong", 3.0),))
+    assert shrink(surely, lambda one: bool(one.faults)).anomalies == ()
     looked = []
 
     def still(one: Scenario) -> bool:

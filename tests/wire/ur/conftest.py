@@ -83,9 +83,8 @@ def follow() -> Callable[..., Drive]:
             try:
                 arm.command(target_m)
             except DeviceError:
-                if arm.fault() is None:
+                if not done():
                     raise
-                break  # the arm has just found out, and takes no more targets
             driven.targets.append(target_m)
             time.sleep(0.004)
             driven.samples += arm.drain()

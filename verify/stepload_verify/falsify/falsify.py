@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import chain
 from pathlib import Path
 
 from stepload.errors import SteploadError
+from stepload.runner.jobs import Pool, run_in_order
 from stepload.runner.store import Store
-from stepload_verify.campaign.digest import fingerprint
 from stepload_verify.falsify.hunt import Hunt
 from stepload_verify.falsify.scene import scenario_at
 from stepload_verify.falsify.scene_file import text_of
 from stepload_verify.falsify.search import search
 from stepload_verify.falsify.strata import Stratum
 from stepload_verify.falsify.trial import Point, Search, Trial
-from stepload_verify.falsify.workers import Workers
 
 FILES = ("search.json", "trials.jsonl")
 WORST = "worst.csv"
 SCENES = "scenes"
+BATCH = 12
+"""Trials that are done and kept together."""
 KEPT_SCENES = 40
 """So many of the worst strata get a scene file of their worst run; every broken one gets one."""
 
@@ -47,7 +51,7 @@ def falsify(
     *,
     trials: int,
     seed: int,
-    processes: int,
+    pool: Pool,
     directory: Path | None = None,
     on_progress: Callable[[list[Hunt]], None] | None = None,
 ) -> list[Hunt]:
@@ -56,29 +60,37 @@ def falsify(
     Raises:
         RefusedError: the directory holds another search.
     """
-    with Workers(what, processes) as workers:
-        if directory is None:
-            return search(strata, trials, seed, workers, on_progress)
-        header: dict[str, object] = {
-            "seed": seed,
-            "without": what.ablation,
-            "plan": what.template.sources[0].sha256 if what.template.sources else "",
-            "code": fingerprint(Path(__file__).parent),
-        }
-        with Store(directory, FILES, header, Trial.from_line) as store:
-            run = _remembered(workers, store)
-            hunts = search(strata, trials, seed, run, on_progress)
+    run = partial(_in_batches, what, pool)
+    if directory is None:
+        return search(strata, trials, seed, lambda points: list(chain(*run(points))), on_progress)
+    names = "\n".join(stratum.name for stratum in strata)
+    header: dict[str, object] = {
+        "seed": seed,
+        "trials": trials,  # they decide how many points of a stratum are drawn at random
+        "strata": hashlib.sha256(names.encode()).hexdigest(),
+        "without": what.ablation,
+        "plan": what.template.sources[0].sha256 if what.template.sources else "",
+        "code": what.digest,
+    }
+    with Store(directory, FILES, header, Trial.from_line) as store:
+        hunts = search(strata, trials, seed, _remembered(run, store), on_progress)
     _write(directory, what, hunts)
     return hunts
 
 
-def _remembered(workers: Workers, store: Store[Trial]) -> Callable[[Sequence[Point]], list[Trial]]:
+def _in_batches(what: Search, pool: Pool, points: Sequence[Point]) -> Iterator[list[Trial]]:
+    return run_in_order(what, points, pool, BATCH)
+
+
+def _remembered(
+    run_anew: Callable[[Sequence[Point]], Iterable[list[Trial]]], store: Store[Trial]
+) -> Callable[[Sequence[Point]], list[Trial]]:
     """Tries what is not in the store yet, a little at a time, so that little is lost by a crash."""
     there = {(trial.series, trial.index): trial for trial in store.rows}
 
     def run(points: Sequence[Point]) -> list[Trial]:
         missing = [p for p in points if (p.stratum.name, p.number) not in there]
-        for done in workers.as_done(missing):
+        for done in run_anew(missing):
             store.add(done)
             there.update({(trial.series, trial.index): trial for trial in done})
         return [there[point.stratum.name, point.number] for point in points]

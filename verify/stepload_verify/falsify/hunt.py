@@ -49,6 +49,11 @@ class Hunt:
         self._strategy: Any = None
 
     @property
+    def done(self) -> bool:
+        """Whether F_c has been passed here, by a named hazard or not: there is no more to find."""
+        return self.worst is not None and self.worst[1].j > 1.0
+
+    @property
     def score(self) -> float:
         """The best score so far."""
         return self.best[1].score if self.best else -math.inf

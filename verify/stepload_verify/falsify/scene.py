@@ -93,11 +93,11 @@ def scenario_at(
         healthy=False,
         anomalies=anomalies,
         incidents=tuple(sorted(incidents, key=lambda incident: incident.start_s)),
-        hazard=_hazard(faults, plan),
+        hazard=hazard_of(faults, plan),
     )
 
 
-def _hazard(faults: Sequence[WorldFault], plan: Plan) -> str:
+def hazard_of(faults: Sequence[WorldFault], plan: Plan) -> str:
     """The hazard that preflight names for what goes wrong here, or ""."""
     if both_channels_blind(faults, plan):
         return BLIND

@@ -21,6 +21,7 @@ from stepload.rig.world import WorldSpec
 from stepload_verify.campaign.mishaps import Incident
 from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.campaign.truth import Anomaly
+from stepload_verify.falsify.scene import hazard_of
 
 VERSION = 1
 LARGEST_BYTES = 1_000_000
@@ -33,7 +34,6 @@ class SceneFile:
     version: int
     series: str
     index: int
-    hazard: str
     found: Mapping[str, float]
     incidents: tuple[Incident, ...]
     anomalies: tuple[Anomaly, ...]
@@ -58,7 +58,7 @@ def text_of(scenario: Scenario, found: Mapping[str, float]) -> str:
     """The file of a run, as JSON."""
     plan = replace(scenario.plan, sources=(), path=Path("scene"), payload_file=None)
     file = SceneFile(
-        VERSION, scenario.series, scenario.index, scenario.hazard, found, scenario.incidents,
+        VERSION, scenario.series, scenario.index, found, scenario.incidents,
         scenario.anomalies, scenario.truth, plan,
     )  # fmt: skip
     return json.dumps(_converter().unstructure(file), indent=1) + "\n"
@@ -96,7 +96,7 @@ def read_scene(path: Path) -> tuple[Scenario, Mapping[str, float]]:
         healthy=not (file.truth.faults or file.incidents or file.anomalies),
         anomalies=file.anomalies,
         incidents=file.incidents,
-        hazard=file.hazard,
+        hazard=hazard_of(file.truth.faults, file.plan),
     )
     return scenario, file.found
 

@@ -57,7 +57,8 @@ def search(
 ) -> list[Hunt]:
     """Search all strata; the same whatever runs the trials, and in whatever order.
 
-    A stratum in which F_c has been passed is not searched any further.
+    A stratum in which F_c has been passed is not searched any further, also where preflight names
+    that hazard: it would draw all trials to itself.
 
     Args:
         strata: where.
@@ -80,9 +81,9 @@ def search(
         tell([(hunt, hunt.anywhere(first)) for hunt in part])
     for one in later:
         best = sorted(hunts, key=lambda hunt: -hunt.score)
-        open_ones = [hunt for hunt in best if hunt.found_after is None][: one.strata]
+        open_ones = [hunt for hunt in best if not hunt.done][: one.strata]
         for _ in range(one.generations):
-            going_on = [hunt for hunt in open_ones if hunt.found_after is None]
+            going_on = [hunt for hunt in open_ones if not hunt.done]
             for part in _parts(going_on):
                 tell([(hunt, hunt.nearer()) for hunt in part])
     return hunts

@@ -12,12 +12,23 @@ from stepload.errors import SteploadError
 from stepload.rig.world import WorldFault
 from stepload_verify.campaign.mishaps import FOR_GOOD_S, Incident
 from stepload_verify.campaign.scenario import Scenario
+from stepload_verify.campaign.truth import Anomaly
 
 DIGITS = (1, 2, 3)
 """Significant digits to which figures are rounded, fewest first."""
 
 Still = Callable[[Scenario], bool]
 """Whether a simpler run still shows what the counterexample shows."""
+_SHOWN_BY = {
+    "K x 10": "payload",
+    "K / 10": "payload",
+    "hidden hard stop": "payload",
+    "surface too near": "surface_m",
+    "K_s wrong by 30 %": "system_stiffness_n_per_m",
+    "mass wrong": "effective_mass_kg",
+    "filters not declared": "force_delay_s",
+}
+"""What in the truth an anomaly changes."""
 Edit = Callable[[Scenario], Scenario]
 
 
@@ -33,7 +44,17 @@ def shrink(scenario: Scenario, still: Still) -> Scenario:
             candidate = edit(scenario)
             if candidate != scenario and _holds(still, candidate):
                 scenario = candidate
-    return scenario
+    return replace(scenario, anomalies=_left(scenario))
+
+
+def _left(scenario: Scenario) -> tuple[Anomaly, ...]:
+    """The anomalies of the plant that are still in its truth."""
+    believed = world_for(scenario.envelope, seed=scenario.truth.seed)
+    return tuple(
+        one
+        for one in scenario.anomalies
+        if getattr(scenario.truth, _SHOWN_BY[one.kind]) != getattr(believed, _SHOWN_BY[one.kind])
+    )
 
 
 def _holds(still: Still, scenario: Scenario) -> bool:

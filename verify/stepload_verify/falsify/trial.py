@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
+from pathlib import Path
 from typing import NamedTuple
 
 from stepload.plan.model import Plan
 from stepload.record.rows import TickRow
 from stepload_verify.campaign.ablation import Ablation
+from stepload_verify.campaign.digest import loaded
 from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.campaign.single import run_scenario
 from stepload_verify.falsify.scene import BLIND, scenario_at
@@ -101,15 +102,19 @@ class Search(NamedTuple):
     template: Plan
     ablation: str = ""
 
+    @property
+    def digest(self) -> str:
+        """Digest of the code that decides what a trial comes to."""
+        return loaded(Path(__file__).parent)
+
+    def run(self, at: Point, /) -> Trial:
+        """Try a point."""
+        return try_point(self, at)
+
 
 @cache
 def _without(name: str) -> Ablation | None:
     return Ablation(name) if name else None
-
-
-def try_points(search: Search, points: Sequence[Point]) -> list[Trial]:
-    """Try these points here, one after another."""
-    return [try_point(search, point) for point in points]
 
 
 def try_point(search: Search, at: Point) -> Trial:
