@@ -31,7 +31,7 @@ def campaign(
     plan: Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)],
     runs: Annotated[int, typer.Option("--runs", min=1, help="Runs on rigs with two channels.")],
     faults: Annotated[
-        str, typer.Option("--faults", help="all, or kinds separated by commas.")
+        str, typer.Option("--faults", help="all, none, or kinds separated by commas.")
     ] = "all",
     seed: Annotated[int, typer.Option("--seed", help="Decides every run.")] = 1,
     out: Annotated[

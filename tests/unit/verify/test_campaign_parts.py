@@ -200,6 +200,14 @@ def test_only_named_kinds_are_drawn() -> None:
         assert scenario.healthy != bool(scenario.anomalies)
 
 
+def test_with_none_every_rig_is_healthy() -> None:
+    for series in ("two", "one"):
+        for index in range(40):
+            scenario = draw(TEMPLATE, 1, series, index, kinds_from("none"))
+            assert scenario.healthy
+            assert (scenario.faults, scenario.incidents, scenario.anomalies) == ((), (), ())
+
+
 def test_the_bound_is_the_rule_of_three_and_clopper_pearson() -> None:
     assert rate_bound(0, 100_000) == pytest.approx(2.9957e-5, rel=1e-3)
     bound = rate_bound(2, 50)

@@ -69,7 +69,7 @@ class Scenario:
 
 
 def kinds_from(text: str) -> tuple[str, ...]:
-    """The kinds named in `--faults`: "all" of the claim, or names separated by commas.
+    """The kinds named in `--faults`: "all" of the claim, "none", or names separated by commas.
 
     Raises:
         BadInputError: a name that is none.
@@ -78,10 +78,12 @@ def kinds_from(text: str) -> tuple[str, ...]:
     names = [name.strip() for name in text.split(",")]
     if names == ["all"]:
         return tuple(name for name in known if name not in WIDER_FAULTS)
+    if names == ["none"]:
+        return ()
     for name in names:
         if name not in known:
             raise BadInputError(
-                f"unknown fault {name!r}", hint=f"all, or some of {', '.join(known)}"
+                f"unknown fault {name!r}", hint=f"all, none, or some of {', '.join(known)}"
             )
     return tuple(dict.fromkeys(names))
 
