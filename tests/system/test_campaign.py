@@ -118,3 +118,19 @@ def test_an_ablation_takes_a_rule_from_a_campaign_that_is_there(tmp_path: Path) 
     assert frozen["done_again"] == len(lines(tmp_path / "without-R4")) > 1
     assert frozen["figures"]["runs"] == found["everything"]["runs"] == 10
     assert searched["done_again"] == searched["not_stopped"] == 0
+
+
+@pytest.mark.long
+def test_searches_and_maps_over_a_cluster_come_to_the_same_result(tmp_path: Path) -> None:
+    search = ["falsify", PLAN, "--trials", "24", "--wrong", "force_gain+second_gain", "--json"]
+    chart = ["map", "stvf", "--samples", "2", "--json"]
+    with cluster(2) as own:
+        for words in (search, chart):
+            here, there = (
+                in_process(*words, *options)
+                for options in (("--processes", 1), ("--scheduler", own.address))
+            )
+            assert here.returncode == there.returncode == 0, there.stderr
+            first, second = json.loads(here.stdout), json.loads(there.stdout)
+            first.pop("elapsed_s", None), second.pop("elapsed_s", None)
+            assert first == second

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -40,6 +40,10 @@ def falsify(
     processes: Annotated[
         int | None, typer.Option("--processes", min=1, help="Processes; all cores by default.")
     ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", help="A Dask cluster instead, such as tcp://10.0.0.5:8786."),
+    ] = None,
     without: Annotated[
         str, typer.Option("--without", help="Leave out a rule or layer, as --ablate of campaign.")
     ] = "",
@@ -57,7 +61,9 @@ def falsify(
     Example: stepload falsify procedures/falsify.yaml --trials 20000 --out falsify
     """
     from stepload.plan.load import load_plan
+    from stepload.runner.choose import open_pool
     from stepload_verify.campaign.ablation import Ablation
+    from stepload_verify.falsify.falsify import falsify as search
     from stepload_verify.falsify.strata import named, strata
     from stepload_verify.falsify.trial import Search
 
@@ -72,30 +78,16 @@ def falsify(
         raise BadInputError("--shrink needs a scene", hint="give it with --replay FILE")
     where = [one for text in wrong for one in named(text)] if wrong else strata(wider=wider)
     begun_s = time.monotonic()
-    hunts = _hunts(what, where, trials, seed, processes, out)
-    _report(hunts, time.monotonic() - begun_s, output)
-
-
-def _hunts(
-    what: Search,
-    where: Sequence[Any],
-    trials: int,
-    seed: int,
-    processes: int | None,
-    out: Path | None,
-) -> list[Hunt]:
-    from stepload.runner.choose import open_pool
-    from stepload_verify.falsify.falsify import falsify as search
-
     try:
-        with _shown(trials) as show, open_pool(processes) as pool:
-            return search(
+        with _shown(trials) as show, open_pool(processes, scheduler) as pool:
+            hunts = search(
                 what, where, trials=trials, seed=seed, pool=pool, directory=out, on_progress=show
             )
     except KeyboardInterrupt:
         kept = f"the finished trials are in {out}; the same command goes on there"
         print(kept if out else "interrupted; with --out it could go on", file=sys.stderr)
         raise typer.Exit(ExitCode.INTERRUPTED) from None
+    _report(hunts, time.monotonic() - begun_s, output)
 
 
 def _report(hunts: Sequence[Hunt], elapsed_s: float, output: Output) -> None:

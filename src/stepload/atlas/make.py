@@ -11,6 +11,7 @@ from stepload.atlas.rigs import bench, specimen
 from stepload.atlas.work import Job, Row, Work, run_all
 from stepload.errors import BadInputError
 from stepload.plan.shipped import payload_folder
+from stepload.runner.jobs import Pool
 
 CHECK_EVERY = 7
 """One run of every so many cells goes through the whole pipeline as well."""
@@ -29,7 +30,7 @@ def make(
     top_n: float | None = None,
     samples: int,
     seed: int,
-    processes: int,
+    pool: Pool,
     on_start: Start | None = None,
     on_row: Callable[[Row], None] | None = None,
     only: Sequence[str] = (),
@@ -42,7 +43,7 @@ def make(
         top_n: top force; None: 300 N, or what the rig bears.
         samples: runs of each cell.
         seed: the same seed gives the same map, whatever the number of processes.
-        processes: how many share the work.
+        pool: who does it.
         on_start: hears the number of cells before they are done.
         on_row: hears each row.
         only: series to do; none: all.
@@ -63,5 +64,5 @@ def make(
     jobs = [Job(p.series, p.index, p) for p in cells if not only or p.series in only]
     if on_start is not None:
         on_start(len(jobs))
-    rows = run_all(Work(seed, samples, CHECK_EVERY), jobs, processes, on_row)
+    rows = run_all(Work(seed, samples, CHECK_EVERY), jobs, pool, on_row)
     return Map(base, bodies, rows, seed, samples)

@@ -6,9 +6,12 @@ import math
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 
+import stepload
 from stepload.atlas.binomial import Share, share
 from stepload.atlas.course import course
 from stepload.atlas.judge import judge
@@ -19,13 +22,15 @@ from stepload.atlas.world import Cell, press
 from stepload.errors import DomainError
 from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.figures import HOPELESS
-from stepload.runner.jobs import run_in_order
-from stepload.runner.local import LocalPool
+from stepload.runner.digest import code_digest
+from stepload.runner.jobs import Pool, run_in_order
 
 AT_ONCE = 250
 """Runs that are drawn and identified together: what memory a process takes."""
 BATCH = 4
 """Cells that a process is given at once."""
+DECIDING = ("atlas", "contact", "estimators", "evidence")
+"""Rooms whose code decides what comes of a cell."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,8 +92,8 @@ class Work:
 
     @property
     def digest(self) -> str:
-        """Nothing: a map is done on this machine, by processes that are started from this code."""
-        return ""
+        """Digest of the code that decides what comes of a cell."""
+        return _digest()
 
     def run(self, job: Job, /) -> Row:
         """Do one cell."""
@@ -154,14 +159,19 @@ def _median(half: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
 
 
 def run_all(
-    work: Work, jobs: Sequence[Job], processes: int, on_row: Callable[[Row], None] | None = None
+    work: Work, jobs: Sequence[Job], pool: Pool, on_row: Callable[[Row], None] | None = None
 ) -> list[Row]:
-    """Do all jobs; the rows are in the order of the jobs, whatever the number of processes."""
+    """Do all jobs; the rows are in the order of the jobs, whoever does them."""
     found: list[Row] = []
-    with LocalPool(min(processes, len(jobs))) as pool:
-        for rows in run_in_order(work, jobs, pool, BATCH):
-            for row in rows:
-                found.append(row)
-                if on_row is not None:
-                    on_row(row)
+    for rows in run_in_order(work, jobs, pool, BATCH):
+        for row in rows:
+            found.append(row)
+            if on_row is not None:
+                on_row(row)
     return found
+
+
+@cache
+def _digest() -> str:
+    product = Path(stepload.__file__).parent
+    return code_digest(product / name for name in DECIDING)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -33,6 +32,10 @@ def map_rig(
     processes: Annotated[
         int | None, typer.Option("--processes", min=1, help="Processes; all cores by default.")
     ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", help="A Dask cluster instead, such as tcp://10.0.0.5:8786."),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Directory for the picture and the figures.")
     ] = None,
@@ -47,22 +50,24 @@ def map_rig(
     """
     from stepload.atlas import make, tables
     from stepload.data.columns import check_parquet, write_columns
+    from stepload.runner.choose import open_pool
 
     output = Output(as_json=as_json)
     if parquet is not None:
         check_parquet(parquet)
     _check_out(out)
-    found = make.make(
-        rig,
-        _payloads(payload or []),
-        top_n=_force(top_force),
-        samples=samples,
-        seed=seed,
-        processes=processes or len(os.sched_getaffinity(0)),
-        on_start=lambda cells: output.line(
-            f"{cells} cells of {samples} simulated identifications each"
-        ),
-    )
+    with open_pool(processes, scheduler) as pool:
+        found = make.make(
+            rig,
+            _payloads(payload or []),
+            top_n=_force(top_force),
+            samples=samples,
+            seed=seed,
+            pool=pool,
+            on_start=lambda cells: output.line(
+                f"{cells} cells of {samples} simulated identifications each"
+            ),
+        )
     said = tables.data(found)
     output.line(f"{found.rig.name} at {found.rig.top_n:.4g} N: {found.rig.note}")
     output.tables(tables.payload_table(found), tables.reach_table(found))

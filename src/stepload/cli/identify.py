@@ -72,6 +72,10 @@ def identify(
     processes: Annotated[
         int | None, typer.Option("--processes", min=1, help="For --all; all cores by default.")
     ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", help="For --all: a Dask cluster, as tcp://10.0.0.5:8786."),
+    ] = None,
     write_to: Annotated[
         Path | None,
         typer.Option("--out", help="New directory for results.json and report.html."),
@@ -115,10 +119,11 @@ def identify(
             raise BadInputError(
                 "--all with --out or another --kind", hint="--all lists payloads; --json is whole"
             )
-        show_all(file, wishes, processes, out)
+        show_all(file, wishes, processes, scheduler, out)
         return
-    if processes is not None:
-        raise BadInputError("--processes without --all", hint="one file is one process")
+    if processes is not None or scheduler is not None:
+        name = "--scheduler" if processes is None else "--processes"
+        raise BadInputError(f"{name} without --all", hint="one file is one process")
     if on and write_to is None:
         raise BadInputError("--pdf without --out", hint="name a directory for the report: --out")
     if kind == "system":

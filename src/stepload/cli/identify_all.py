@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 EVERY_S = 10.0
 
 
-def show_all(directory: Path, wishes: Wishes, processes: int | None, output: Output) -> None:
+def show_all(
+    directory: Path, wishes: Wishes, processes: int | None, scheduler: str | None, output: Output
+) -> None:
     """Identify every record in a directory and below, and show one row for each.
 
     Raises:
@@ -34,7 +36,7 @@ def show_all(directory: Path, wishes: Wishes, processes: int | None, output: Out
             due_s[0] = time.monotonic() + EVERY_S
             print(f"{done} of {of} records", file=sys.stderr, flush=True)
 
-    with open_pool(processes) as pool:
+    with open_pool(processes, scheduler) as pool:
         found = identify_all(directory, wishes, pool, on_done)
     other = [row for row in found if row.differs]
     output.table(

@@ -18,6 +18,7 @@ from stepload.atlas.rigs import Specimen, bench, specimen
 from stepload.atlas.work import Job, Row, Work, run_all
 from stepload.errors import BadInputError
 from stepload.plan.problems import PlanError
+from stepload.runner.local import LocalPool
 
 STVF = bench("stvf", None)
 SPHERE, CONE = (
@@ -197,12 +198,13 @@ def test_a_cell_is_the_same_in_whatever_order_and_compared_on_the_same_draws(
     jobs = [Job(p.series, p.index, p) for p in points(STVF, [], [5e6]) if p.cell.payload.exponent
             == 1.5][:2]  # fmt: skip
     work = Work(seed=5, samples=12)
-    forth, back = run_all(work, jobs, 1), run_all(work, jobs[::-1], 1)[::-1]
+    pool = LocalPool(1)
+    forth, back = run_all(work, jobs, pool), run_all(work, jobs[::-1], pool)[::-1]
     assert forth == back
     panel, bought = forth
     assert (panel.point.series, bought.point.change) == ("exponent", "as it is")
     assert (panel.measured, panel.half_width) == (bought.measured, bought.half_width)
-    other = run_all(Work(seed=6, samples=12), jobs[:1], 1)[0]
+    other = run_all(Work(seed=6, samples=12), jobs[:1], pool)[0]
     assert other.half_width != panel.half_width
 
 

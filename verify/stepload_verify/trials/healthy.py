@@ -5,11 +5,9 @@ Prints per plan: runs, those stopped with their cause, the largest true force ov
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
 from stepload.engine.loop import run_loop
@@ -21,6 +19,7 @@ from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
 from stepload.rig.world import load_world
 from stepload_verify.campaign.incidents import NullRecorder
+from stepload_verify.trials.each import for_each
 
 PLANS = ("plastic-sphere", "ur5e-silicone-sphere", "ur16e-polyurethane-sphere")
 SEEDS = 20
@@ -45,8 +44,7 @@ def main() -> None:
     names, stopped = sys.argv[1:] or PLANS, 0
     for name in names:
         start_s = time.monotonic()
-        with ProcessPoolExecutor(os.cpu_count()) as pool:
-            found = list(pool.map(partial(one, name), range(SEEDS)))
+        found = for_each(partial(one, name), range(SEEDS))
         peak = max(ratio for _, ratio in found)
         print(f"{name}: peak {peak:.3f} of F_lim, {time.monotonic() - start_s:.0f} s")
         for ended, count in Counter(ended for ended, _ in found).items():

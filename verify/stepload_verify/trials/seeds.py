@@ -10,20 +10,18 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import statistics
 import sys
 import tempfile
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 from stepload.plan.shipped import plan_path
+from stepload_verify.trials.each import for_each
 
 PLAN = plan_path("plastic-sphere")
 TOLERANCE = 0.03
@@ -93,10 +91,8 @@ def main() -> int:
     parser.add_argument("--law", default="smooth", choices=("smooth", "rough", "declared"))
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        one_run = partial(run_seed, plan_file=options.plan, law=options.law)
-        done = list(pool.map(one_run, range(1, options.seeds + 1)))
+    one_run = partial(run_seed, plan_file=options.plan, law=options.law)
+    done = for_each(one_run, range(1, options.seeds + 1))
     if options.json:
         print(json.dumps([asdict(one) for one in done]))
     else:

@@ -17,7 +17,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 
@@ -29,6 +28,7 @@ from stepload.results.pressed import pressed
 from stepload.results.saved import saved_run
 from stepload_verify.trials.dynamic import press as dynamic
 from stepload_verify.trials.dynamic import worlds as dynamic_worlds
+from stepload_verify.trials.each import for_each
 from stepload_verify.trials.honest.answer import QUANTITIES, Outcome, evidence, judged
 from stepload_verify.trials.honest.held_out import HELD_OUT, HELD_OUT_IDEAL
 from stepload_verify.trials.honest.measure import record
@@ -137,6 +137,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--held-out", action="store_true", help="worlds kept from tuning")
     parser.add_argument("--dynamic", action="store_true", help="pressed by the whole engine")
     parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--scheduler", help="a Dask cluster instead, as tcp://10.0.0.5:8786")
     parser.add_argument("--quick", action="store_true", help="without the paper's fits")
     parser.add_argument("--json", type=Path, help="write every outcome there")
     told = parser.parse_args(arguments)
@@ -155,11 +156,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if told.dynamic:
         ask = dynamically_quick if told.quick else dynamically
     start_s = time.perf_counter()
-    if told.processes > 1:
-        with ProcessPoolExecutor(told.processes) as pool:
-            outcomes = list(pool.map(ask, cases, chunksize=4))
-    else:
-        outcomes = [ask(case) for case in cases]
+    outcomes = for_each(ask, cases, None if told.scheduler else told.processes, told.scheduler)
     took_s = time.perf_counter() - start_s
     print(f"{runs} runs, seed {told.seed}, {1e3 * took_s / runs:.0f} ms a run")
     print(report(outcomes))

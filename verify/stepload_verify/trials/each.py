@@ -1,0 +1,65 @@
+"""A function of one case, done over many of them by whoever is there."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import stepload
+import stepload_verify
+from stepload.rig.world import load_world
+from stepload.runner.choose import open_pool
+from stepload.runner.digest import code_digest
+from stepload.runner.jobs import run_in_order
+
+CaseT = TypeVar("CaseT")
+FoundT = TypeVar("FoundT")
+AT_ONCE = 4
+"""Cases in a batch: most take longer than a tenth of a second."""
+
+
+class Each(NamedTuple):
+    """The work of a trial: `do` for every case."""
+
+    do: Callable[[Any], Any]
+
+    @property
+    def digest(self) -> str:
+        """Digest of all our code: a trial may ask any of it."""
+        return _digest()
+
+    def run(self, job: Any, /) -> Any:
+        """Do one case."""
+        return self.do(job)
+
+
+@cache
+def _digest() -> str:
+    simulator = inspect.getfile(type(load_world()))
+    files = (stepload.__file__, stepload_verify.__file__, simulator)
+    return code_digest(Path(file).parent for file in files)
+
+
+def for_each(
+    do: Callable[[CaseT], FoundT],
+    cases: Sequence[CaseT],
+    processes: int | None = None,
+    scheduler: str | None = None,
+) -> list[FoundT]:
+    """What `do`, a function of a module, gives for every case, in their order.
+
+    Args:
+        do: does one case; the same case gives the same.
+        cases: what is to be done.
+        processes: of this machine; all cores by default.
+        scheduler: address of a Dask cluster instead.
+
+    Raises:
+        BadInputError, RefusedError: as `open_pool`.
+    """
+    with open_pool(processes, scheduler) as pool:
+        batches = run_in_order(Each(do), cases, pool, AT_ONCE)
+        return [found for batch in batches for found in batch]
