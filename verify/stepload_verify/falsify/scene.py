@@ -34,8 +34,11 @@ BLIND, PLATE = "both_channels_alike", "plate_moves"
 """Named hazards; with both channels blind nothing is left to stop a run: no use searching there."""
 RIG, TRUTH, WRONG = 34, 10, 7
 """Numbers that a rig with its plan, its truth, and each thing that goes wrong may read."""
-LONGEST_S = 8.0
-"""Runs that would take longer are left out: slow rigs are safe, and use up the time."""
+LONGEST_S, LONGEST_FROZEN_S = 8.0, 20.0
+"""Runs that would take longer are left out: slow rigs are safe, and use up the time.
+
+A channel that stands may be believed for as many samples as may be equal, which takes a longer run.
+"""
 SHORT_RETRACT_M = 1e-4
 """Retract of a run that is searched, where twice the travel is not more: less free air."""
 
@@ -76,7 +79,8 @@ def scenario_at(
     truth = draw_truth(truth_tape, envelope, anomalies, truth_tape.getrandbits(32))
     limits = envelope.limits
     times = expected_times(plan, limits, truth.surface_m)
-    if times.end_s > LONGEST_S:
+    frozen = any(kind.endswith("_freeze") for kind in stratum.wrong)
+    if times.end_s > (LONGEST_FROZEN_S if frozen else LONGEST_S):
         return None
     faults: list[WorldFault] = []
     incidents: tuple[Incident, ...] = ()
