@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from stepload.engine.course import Course, Then
 from stepload.engine.follow import Lead
 from stepload.engine.retract import REST_S, not_open
@@ -21,11 +23,14 @@ class Approach:
     Args:
         course: of the run.
         stopped: what to do when the operator stops the search.
+        zero: proves free air, takes the zero anew, and goes on.
     """
 
-    def __init__(self, course: Course, stopped: Then) -> None:
+    def __init__(self, course: Course, stopped: Then, zero: Callable[[float, Then], None]) -> None:
         self._course = course
         self._stopped = stopped
+        self._zero = zero
+        self._zeroed = False
         self._then: Then = stopped
         self._purpose = ""
         self._slow = False
@@ -36,8 +41,12 @@ class Approach:
 
     def begin(self, now_s: float, purpose: str, touches: int, then: Then) -> None:
         """Touch `touches` times, `then` go on in contact; `purpose` goes into the record."""
-        course, plan = self._course, self._course.plan
         self._purpose, self._left, self._then = purpose, touches, then
+        self._zeroed = False
+        self._fast_to_guarded(now_s)
+
+    def _fast_to_guarded(self, now_s: float) -> None:
+        course, plan = self._course, self._course.plan
         self._slow = known = course.surface_m == course.surface_m
         near_m = plan.surface_distance_m - plan.surface_uncertainty_m
         if known:
@@ -128,7 +137,12 @@ class Approach:
         return touch_gap_m(self._course.limits, self._course.plan.retract_m)
 
     def _part(self, now_s: float, step_s: float) -> None:
-        """Back off by as many gaps as it takes until the force is gone, then touch again."""
+        """Back off by as many gaps as it takes until the force is gone, then touch again.
+
+        Force that is left there may be a zero that has moved on the long way to the surface. Once,
+        and within the drift that the limits allow for, it is proved to be no contact and taken as
+        the new zero.
+        """
         course = self._course
         if not course.rest_at_goal(now_s, step_s, REST_S):
             return
@@ -136,7 +150,12 @@ class Approach:
         if abs(course.sup.smooth_n) > free_n:
             furthest_m = course.surface_m - course.plan.retract_m
             if course.goal_m <= furthest_m:
-                not_open(course, free_n)
+                if self._zeroed or abs(course.moved_n) > course.plan.max_drift_n:
+                    not_open(course, free_n)
+                else:
+                    self._zeroed = True
+                    self._zero(now_s, self._fast_to_guarded)
+                return
             course.aim(max(course.goal_m - self._gap_m(), furthest_m))
             return
         self._touching = 0

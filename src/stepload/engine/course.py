@@ -98,6 +98,11 @@ class Course:
         return known_m - self.retract_m
 
     @property
+    def moved_n(self) -> float:
+        """The force now, as it would be with the first zero of the run."""
+        return self.sup.smooth_n + self.tares[-1].mean_n - self.tares[0].mean_n
+
+    @property
     def retract_m(self) -> float:
         """Clearance that opens the contact."""
         return self.plan.retract_m

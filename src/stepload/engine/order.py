@@ -43,7 +43,7 @@ class RunOrder:
         self._course = course
         self._zeroing = Zeroing(course, self._leave, adopt)
         self._life = ProofOfLife(course, self._leave, shake)
-        self._approach = Approach(course, self._leave)
+        self._approach = Approach(course, self._leave, self._zeroing.take)
         self._retract = Retract(course)
         self._index = start_level
         self._standing_m = self._standing_s = math.nan

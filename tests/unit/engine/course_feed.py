@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -46,6 +46,12 @@ class Stage:
         self.position_m: float | None = None
         self.then: list[float] = []
         self.stopped: list[float] = []
+        self.zeroing: list[Callable[[float], None]] = []
+
+    def zero(self, _now_s: float, then: Callable[[float], None]) -> None:
+        """Takes a zero for ever; what follows is in `zeroing`."""
+        self.zeroing.append(then)
+        self.course.act = lambda _now_s, _step_s: None
 
     def ticks(self, count: int = 1, force_n: float | None = None) -> None:
         """So many ticks; a force is told by all readings of it."""

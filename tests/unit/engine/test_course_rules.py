@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -16,6 +17,7 @@ from stepload.engine.order import START_REST_S, RunOrder
 from stepload.engine.retract import Retract
 from stepload.engine.settle import BLOCK_S, BLOCKS, RingTest, SettleTest
 from stepload.engine.steps import LoadSteps
+from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
 
 NEAR_M = PLAN.surface_distance_m - PLAN.surface_uncertainty_m
@@ -27,7 +29,8 @@ def approach(
     limits: dict[str, Any] | None = None, touches: int = 1, **procedure: Any
 ) -> tuple[Stage, Approach]:
     stage = Stage(limits, procedure)
-    part = Approach(stage.course, stage.stopped.append)
+    stage.course.tares.append(Tare(9.0, 0.3, 300, 0.0, 0.1, 0.0, 0.0, 0.1))
+    part = Approach(stage.course, stage.stopped.append, stage.zero)
     part.begin(stage.now_s, "first", touches, stage.then.append)
     return stage, part
 
@@ -54,7 +57,8 @@ def test_the_fast_approach_ends_short_of_where_the_surface_may_be() -> None:
 def test_a_known_surface_is_approached_to_a_gap_and_half_as_fast() -> None:
     stage = Stage(WIDE)
     stage.course.surface_m = 2e-3
-    Approach(stage.course, stage.stopped.append).begin(stage.now_s, "cycle", 1, stage.then.append)
+    part = Approach(stage.course, stage.stopped.append, stage.zero)
+    part.begin(stage.now_s, "cycle", 1, stage.then.append)
     gap_m = max(20.0 * PLANNED.position_resolution_m, 0.3 * PLANNED.guarded_speed_m_s)
     assert stage.course.goal_m == pytest.approx(2e-3 - min(gap_m, PLAN.retract_m) - RUN_OUT_M)
     while stage.course.phase == Phase.FAST_APPROACH:
@@ -191,13 +195,55 @@ def test_a_stop_during_an_approach_leaves() -> None:
 
 
 def test_force_that_stays_between_touches_leads_back_by_the_retract_and_no_further() -> None:
-    stage = touched(2, retract_m=1e-4)
+    retract_m = 1.5 * approach()[1]._gap_m()
+    stage = touched(2, retract_m=retract_m)
     course = stage.course
     stage.ticks(20_000, 0.51 * PLANNED.touch_force_n + 3.0 * PLANNED.touch_force_n)
     assert course.failure is not None
     assert course.failure.reason == "not_open"
     assert course.failure.limit == 0.5 * PLANNED.touch_force_n
-    assert course.goal_m == pytest.approx(course.surface_m - 1e-4)
+    assert course.goal_m == pytest.approx(course.surface_m - retract_m)
+
+
+DRIFT_N = 2.5
+"""Allowed, in the following; more than half the touch force."""
+
+
+def drifted(left_n: float) -> Stage:
+    """Backed off as far as it goes after a touch, with so much force left."""
+    stage = touched(3, retract_m=1e-4, max_drift_n=DRIFT_N)
+    stage.ticks(100)
+    stage.ticks(5_000, left_n)
+    return stage
+
+
+def test_a_zero_that_moved_on_the_way_is_taken_again_and_the_surface_touched_again() -> None:
+    stage = drifted(0.99 * DRIFT_N)
+    course = stage.course
+    assert course.failure is None
+    assert len(stage.zeroing) == 1
+    assert course.target_m == pytest.approx(course.surface_m - 1e-4)
+    stage.zeroing[0](stage.now_s)
+    assert course.phase == Phase.FAST_APPROACH
+    stage.ticks(5_000, 0.0)
+    assert course.phase == Phase.GUARDED_APPROACH
+    stage.ticks(2, 1.5 * PLANNED.touch_force_n)
+    stage.ticks(300)
+    assert [touch.purpose for touch in course.touches] == ["first", "again"]
+    stage.ticks(5_000, 0.99 * DRIFT_N)
+    assert course.failure is not None
+    assert course.failure.reason == "not_open"
+    assert len(stage.zeroing) == 1
+
+
+def test_more_than_the_allowed_drift_is_no_new_zero() -> None:
+    assert drifted(1.01 * DRIFT_N).course.failure is not None
+    stage = touched(3, retract_m=1e-4, max_drift_n=DRIFT_N)
+    stage.course.tares.append(replace(stage.course.tares[0], mean_n=0.3 * DRIFT_N))
+    stage.ticks(100)
+    stage.ticks(5_000, 0.8 * DRIFT_N)
+    assert stage.course.failure is not None
+    assert not stage.zeroing
 
 
 def test_half_the_touch_force_is_free_again() -> None:

@@ -160,6 +160,21 @@ def test_a_position_that_was_wrong_from_the_first_sample_on_leads_nowhere() -> N
     assert bench.peak_n == 0.0
 
 
+def test_a_zero_that_moved_before_the_touch_is_taken_again() -> None:
+    """2 N of the 2.5 N that the plan allows; the next zero is as far off as the sensor is."""
+    plan = stvf_plan(**(QUICK | {"touches": 2, "max_drift_n": 2.5}))
+    touch_s = run_to(bench_for(plan, F_C, spec_for(plan, 3)), Phase.GUARDED_APPROACH, 0)
+    moved = WorldFault("force_bias", touch_s, 600.0, 2.0)
+    bench = bench_for(plan, F_C, spec_for(plan, 3, [moved]))
+    engine = run(bench, 60.0)
+    assert engine.cause is None
+    assert engine.course.done
+    first, again = engine.course.tares[:2]
+    assert again.mean_n - first.mean_n == pytest.approx(2.0, abs=0.3)
+    assert [touch.purpose for touch in engine.course.touches][:2] == ["first", "again"]
+    assert bench.peak_n < 160.0
+
+
 @pytest.mark.parametrize("make", [stvf_plan, ur_plan])
 def test_force_that_does_not_fall_does_not_lead_the_arm_back_for_ever(make: Any) -> None:
     plan = make(**(QUICK | {"settle_timeout_s": 10.0, "top_force_n": 100.0}))
