@@ -4,8 +4,9 @@ from dataclasses import replace
 from functools import partial
 
 import pytest
+from clock_checks import CONTRACT
 
-from stepload.rig.contract import CHECKS, SkippedCheck, Trial, trial_of
+from stepload.rig.contract import SkippedCheck, Trial, trial_of
 from stepload.rig.contract_loss import check_lost_link, check_stale
 from stepload.rig.plugins import load_driver
 from stepload_verify.emulators.catalog import EMULATORS, driver_options
@@ -62,7 +63,7 @@ def trial(request):
         )
 
 
-@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
+@pytest.mark.parametrize("check", CONTRACT)
 def test_driver_keeps_the_contract(trial, check):
     try:
         check(trial)

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
+from clock_checks import CONTRACT
 
-from stepload.rig.contract import CHECKS, SkippedCheck, Trial, trial_of
+from stepload.rig.contract import SkippedCheck, Trial, trial_of
 from stepload.rig.contract_loss import check_lost_link, check_stale
 from stepload_drivers.ur.arm import UrArm
 from stepload_drivers.ur.force import UrForce
@@ -38,7 +39,7 @@ def trial(emulator) -> Trial:
     )
 
 
-@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
+@pytest.mark.parametrize("check", CONTRACT)
 def test_ur_arm_keeps_the_contract(trial: Trial, check) -> None:
     try:
         check(trial)
@@ -62,7 +63,7 @@ def force_trial(emulator) -> Trial:
     )
 
 
-@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
+@pytest.mark.parametrize("check", CONTRACT)
 def test_the_sensor_in_its_flange_keeps_the_contract(force_trial: Trial, check) -> None:
     try:
         check(force_trial)
