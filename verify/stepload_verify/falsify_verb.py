@@ -26,7 +26,7 @@ PLAIN_EVERY_S = 30.0
 def falsify(
     plan: Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)],
     trials: Annotated[int, typer.Option("--trials", min=1, help="About how many runs.")] = 20_000,
-    seed: Annotated[int, typer.Option("--seed", help="Decides every run.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Decides every run.")] = 1,
     wrong: Annotated[
         list[str] | None,
         typer.Option("--wrong", help="Only these at once, as in force_gain+second_freeze."),
@@ -96,7 +96,7 @@ def _report(hunts: Sequence[Hunt], elapsed_s: float, output: Output) -> None:
     rows = worst(hunts)
     broken = [row for row in rows if row.found_after is not None]
     claimed = [row.j for row in rows if row.j is not None and not row.hazard]
-    largest = _figure(claimed[0]) if claimed else "unknown: none was run"
+    largest = _figure(claimed[0]) if claimed else "unknown: there was no such run"
     named = sum(row.j is not None and row.j > 1.0 and bool(row.hazard) for row in rows)
     runs = sum(row.runs for row in rows)
     output.table(
@@ -117,7 +117,10 @@ def _report(hunts: Sequence[Hunt], elapsed_s: float, output: Output) -> None:
         f" the largest J without one is {largest}"
     )
     if empty:
-        output.line(f"{empty} strata had no run: --trials is too small to look at all of them")
+        output.line(
+            f"not searched: {empty} of these strata, where no point was a run: both channels lie,"
+            " which preflight names, or no rig could press within the time"
+        )
     output.line("what a search did not find may exist: its figures bound nothing")
     output.result(
         {
@@ -129,6 +132,8 @@ def _report(hunts: Sequence[Hunt], elapsed_s: float, output: Output) -> None:
             "elapsed_s": elapsed_s,
         }
     )
+    if not runs:
+        raise BadInputError("nothing was searched: no point was a run", hint="other --wrong")
     raise typer.Exit(ExitCode.STOPPED if broken else ExitCode.OK)
 
 
@@ -151,7 +156,7 @@ def _replay(path: Path, simple: Path | None, what: Search, output: Output) -> No
     output.table("what goes wrong", ("when", "what"), list(wrong_rows(scenario)))
     output.line(
         f"{trial.series}: J = {trial.j:.4g}, true peak {trial.peak_ratio:.4f} F_c,"
-        f" {trial.status} by {trial.rule or 'nothing'} in {trial.phase}"
+        f" {trial.status}{f' by {trial.rule}' if trial.rule else ''} in {trial.phase}"
         f"{_before(found)}"
     )
     output.result({"trial": trial, "found": found})
@@ -159,11 +164,19 @@ def _replay(path: Path, simple: Path | None, what: Search, output: Output) -> No
 
 
 def _as_bad_as(trial: Trial, what: Search) -> Callable[[Scenario], bool]:
-    """Whether a simpler run passes F_c too; or nine tenths of J, where this one did not."""
+    """Whether a simpler run passes F_c too; or nine tenths of J, where this one did not.
+
+    A run that passes F_c without a named hazard is never made into one that a hazard explains.
+    """
     from stepload_verify.falsify.trial import judge
 
     least = 1.0 if trial.broken else 0.9 * trial.j
-    return lambda scenario: judge(scenario, what.ablation).j >= least
+
+    def still(scenario: Scenario) -> bool:
+        simpler = judge(scenario, what.ablation)
+        return simpler.j >= least and simpler.broken >= trial.broken
+
+    return still
 
 
 def _before(found: Mapping[str, float]) -> str:

@@ -60,6 +60,7 @@ class Reach:
         within_n_per_m: the stiffest column up to which the headline is right within 1/t as often,
             whatever the run says of it; NaN where there is none.
         k_max_n_per_m: (34).
+        unsure: the column beyond, or where none is measured any column, may be measured or not.
     """
 
     series: str
@@ -70,17 +71,20 @@ class Reach:
     beyond_n_per_m: float
     within_n_per_m: float
     k_max_n_per_m: float
+    unsure: bool = False
 
     @property
     def guideline(self) -> str:
         """What is to be said of (34) here."""
         if math.isnan(self.to_n_per_m):
+            if self.unsure:
+                return "not tested: more --samples would tell whether anything is measured"
             return "too bold: nothing is measured"
         if self.to_n_per_m > self.k_max_n_per_m:
             return f"too careful, by {self.to_n_per_m / self.k_max_n_per_m:.3g} at least"
         if math.isnan(self.beyond_n_per_m):
             return "not tested: the map ends below it"
-        if self.beyond_n_per_m < self.k_max_n_per_m:
+        if self.beyond_n_per_m < self.k_max_n_per_m and not self.unsure:
             return f"too bold, by {self.k_max_n_per_m / self.beyond_n_per_m:.3g} at least"
         return "right, as far as the columns tell"
 
@@ -97,7 +101,8 @@ def reaches(found: Map) -> list[Reach]:
 
 def _reach(series: str, value: float, change: str, rows: Sequence[Row]) -> Reach:
     secants = [row.point.cell.payload.secant_n_per_m for row in rows]
-    first, last = _block([can(row.measured) is Can.YES for row in rows])
+    said = [can(row.measured) for row in rows]
+    first, last = _block([each is Can.YES for each in said])
     within = _block([can(row.within) is Can.YES for row in rows])[1]
     return Reach(
         series,
@@ -108,6 +113,7 @@ def _reach(series: str, value: float, change: str, rows: Sequence[Row]) -> Reach
         secants[last + 1] if 0 <= last < len(rows) - 1 else math.nan,
         secants[within] if within >= 0 else math.nan,
         rows[0].k_max_n_per_m,
+        Can.UNSURE in (said if last < 0 else said[last + 1 : last + 2]),
     )
 
 
@@ -202,6 +208,11 @@ def sentences(found: Map) -> list[str]:
 
 def _how_stiff(each: Reach, top_n: float) -> str:
     limit = format_quantity(each.k_max_n_per_m, "N/m")
+    if math.isnan(each.to_n_per_m) and each.unsure:
+        return (
+            f"As it is this rig may measure some stiffness of the map at {top_n:.4g} N, or none: "
+            f"so few runs do not show it, more --samples would tell; (34): {limit}"
+        )
     if math.isnan(each.to_n_per_m):
         return f"As it is this rig measures no stiffness of the map at {top_n:.4g} N; (34): {limit}"
     return (
@@ -213,7 +224,7 @@ def _how_stiff(each: Reach, top_n: float) -> str:
 def extent(each: Reach) -> str:
     """The stretch of stiffness that is measured, in words; a single column is no stretch."""
     if math.isnan(each.to_n_per_m):
-        return "nothing"
+        return "not shown" if each.unsure else "nothing"
     low, high = (format_quantity(n, "N/m") for n in (each.from_n_per_m, each.to_n_per_m))
     return f"about {low}" if low == high else f"{low} to {high}"
 

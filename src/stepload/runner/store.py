@@ -14,7 +14,17 @@ from stepload.errors import BadInputError, RefusedError
 
 
 class Row(Protocol):
-    """What is kept of one run."""
+    """What is kept of one run, which its series and its number name."""
+
+    @property
+    def series(self) -> str:
+        """Runs of one kind."""
+        ...
+
+    @property
+    def index(self) -> int:
+        """Number of the run in its series."""
+        ...
 
     def to_line(self) -> str:
         """One line of JSON, without its line end."""
@@ -27,7 +37,8 @@ RowT = TypeVar("RowT", bound=Row)
 class Store(Generic[RowT]):
     """The rows of one campaign in a directory; `rows` holds those that were there already.
 
-    A last line that was cut off by a crash is taken away; its run is done again.
+    A last line that was cut off by a crash is taken away; its run is done again. A run that stands
+    there twice counts once.
 
     Args:
         directory: made where missing.
@@ -82,6 +93,8 @@ class Store(Generic[RowT]):
             found = json.loads(path.read_text(encoding="utf-8"))
         except ValueError as error:
             raise BadInputError(f"{path}: {error}", hint="use a new directory") from error
+        if not isinstance(found, dict):
+            raise BadInputError(f"{path}: no header of runs", hint="use a new directory")
         if found != json.loads(text):
             names = ", ".join(name for name in header if found.get(name) != header[name])
             raise RefusedError(
@@ -94,14 +107,17 @@ class Store(Generic[RowT]):
         whole = data.rfind(b"\n") + 1
         if whole < len(data):
             os.truncate(self._path, whole)
-        lines = data[:whole].decode("utf-8").splitlines()
-        rows = []
-        for number, line in enumerate(lines, 1):
+        rows: dict[tuple[str, int], RowT] = {}
+        for number, line in enumerate(data[:whole].splitlines(), 1):
             try:
-                rows.append(self._from_line(line))
+                row = self._from_line(line.decode("utf-8"))
+                if rows.setdefault((row.series, row.index), row) != row:
+                    raise ValueError(f"another {row.series} {row.index} than before")
             except ValueError as error:
-                raise BadInputError(f"{self._path}:{number}: {error}") from error
-        return rows
+                raise BadInputError(
+                    f"{self._path}:{number}: {error}", hint="use a new directory"
+                ) from error
+        return list(rows.values())
 
     def add(self, rows: Iterable[RowT]) -> None:
         """Append finished runs."""

@@ -73,6 +73,8 @@ def rows(told: dict[tuple[str, str], list[int]], specimens: list[Specimen]) -> M
         ([250, 0, 0, 0], "too bold, by 2.41"),
         ([250, 250, 0, 0], "right"),
         ([0, 0, 0, 0], "nothing is measured"),
+        ([232, 0, 0, 0], "not tested"),
+        ([250, 232, 0, 0], "right"),
     ],
 )
 def test_the_guideline_is_held_against_what_is_measured(counts: list[int], said: str) -> None:

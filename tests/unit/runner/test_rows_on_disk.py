@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +47,25 @@ def test_two_commands_do_not_write_into_one_directory(tmp_path: Path) -> None:
             store(tmp_path)
     with store(tmp_path) as later:
         assert later.rows == ROWS
+
+
+def test_a_run_that_is_there_twice_counts_once_and_two_answers_are_refused(tmp_path: Path) -> None:
+    with store(tmp_path) as first:
+        first.add([*ROWS, *ROWS])
+    with store(tmp_path) as later:
+        assert later.rows == ROWS
+        later.add([replace(ROWS[1], peak_n=0.0)])
+    with pytest.raises(BadInputError, match=r"rows.jsonl:5: another two 1 than before"):
+        store(tmp_path)
+
+
+@pytest.mark.parametrize(("name", "data"), [("head.json", b"[1]"), ("rows.jsonl", b"\xff\n")])
+def test_files_of_something_else_are_refused(tmp_path: Path, name: str, data: bytes) -> None:
+    with store(tmp_path) as first:
+        first.add(ROWS)
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(BadInputError, match=name):
+        store(tmp_path)
 
 
 def test_rows_without_their_header_are_refused(tmp_path: Path) -> None:

@@ -245,6 +245,9 @@ def test_a_line_comes_back_and_nonsense_is_refused() -> None:
     for line in ("", "[]", "{}", '{"series":"two"}'):
         with pytest.raises(ValueError, match=r"\w"):
             Result.from_line(line)
+    for text in ("NaN", "-5.0", "Infinity"):
+        with pytest.raises(ValueError, match="forces are none"):
+            Result.from_line(row.to_line().replace(f'"peak_n":{row.peak_n}', f'"peak_n":{text}'))
 
 
 def test_a_store_goes_on_only_with_its_own_campaign(tmp_path: Path) -> None:

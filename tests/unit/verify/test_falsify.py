@@ -7,6 +7,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -23,7 +25,15 @@ from stepload_verify.campaign.truth import Anomaly
 from stepload_verify.falsify import trial as trials_of
 from stepload_verify.falsify.falsify import BATCH, FILES, SCENES, WORST, falsify, worst
 from stepload_verify.falsify.hunt import POPULATION, Hunt
-from stepload_verify.falsify.scene import BLIND, RIG, TRUTH, WRONG, length, scenario_at
+from stepload_verify.falsify.scene import (
+    BLIND,
+    RIG,
+    TRUTH,
+    WRONG,
+    length,
+    scenario_at,
+    with_faults,
+)
 from stepload_verify.falsify.scene_file import read_scene, text_of
 from stepload_verify.falsify.search import rounds, search
 from stepload_verify.falsify.shrink import shrink
@@ -293,6 +303,40 @@ def test_shrinking_keeps_what_the_finding_needs_and_nothing_else() -> None:
     assert fault == WorldFault("force_gain", 1.0, FOR_GOOD_S, 0.46)
     assert simple.truth.slip_m == 0.0
     assert len(looked) < 400
+
+
+def test_a_plate_that_moves_excuses_only_what_it_broke(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, _ = scene(named("plate_moves")[0])
+    plate = WorldFault("plate_moves", 1.0, 1.0, 1e-4)
+    gain = WorldFault("force_gain", 1.0, FOR_GOOD_S, 0.5)
+    other, moved = with_faults(found, [gain]), with_faults(found, [gain, plate])
+    assert (other.hazard, moved.hazard) == ("", "plate_moves")
+
+    def run(worse: frozenset[str]) -> Any:
+        def run_scenario(one: Scenario, *_: Any) -> Any:
+            broken = worse & {fault.kind for fault in one.faults}
+            peak_n = (2.0 if broken else 0.5) * one.limits.elastic_limit_n
+            return SimpleNamespace(
+                peak_n=peak_n, peak_ratio=0.0, status="stopped", rule="R1", phase="LOAD"
+            ), None
+
+        monkeypatch.setattr(trials_of, "run_scenario", run_scenario)
+        return judge(moved)
+
+    assert not run(frozenset({"plate_moves"})).broken
+    assert run(frozenset({"force_gain"})).broken
+    assert run(frozenset({"force_gain", "plate_moves"})).broken
+    simple = shrink(moved, lambda one: any(f.kind == "force_gain" for f in one.faults))
+    assert simple.hazard == ""
+
+
+@pytest.mark.parametrize("figure", ["NaN", "Infinity"])
+def test_rows_without_figures_are_none(figure: str) -> None:
+    line = trial(Hunt(SENSOR, 1).anywhere(1)[0], 0.5).to_line()
+    assert Trial.from_line(line).j == 0.5
+    for name in ("0.5", "0.9"):
+        with pytest.raises(ValueError, match="figures are none"):
+            Trial.from_line(line.replace(name, figure))
 
 
 def test_j_is_nothing_at_the_top_force_and_more_than_one_beyond_the_limit() -> None:

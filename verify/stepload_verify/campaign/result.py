@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass
 
 NOT_OPENED = "not opened"
@@ -57,6 +58,10 @@ class Result:
         """
         try:
             data = json.loads(line)
-            return cls(**{**data, "wrong": tuple(data["wrong"])})
+            row = cls(**{**data, "wrong": tuple(data["wrong"])})
+            whole = 0.0 <= row.peak_n < math.inf and 0.0 < row.elastic_limit_n < math.inf
         except (TypeError, KeyError) as error:
             raise ValueError(f"not a result of a campaign: {error}") from error
+        if not whole:
+            raise ValueError("not a result of a campaign: its forces are none")
+        return row

@@ -108,6 +108,17 @@ def hazard_of(faults: Sequence[WorldFault], plan: Plan) -> str:
     return PLATE if any(fault.kind == PLATE for fault in faults) else ""
 
 
+def with_faults(scenario: Scenario, faults: Sequence[WorldFault]) -> Scenario:
+    """The same run with these faults instead, and the hazard that they are."""
+    truth = replace(scenario.truth, faults=tuple(faults))
+    return replace(scenario, truth=truth, hazard=hazard_of(faults, scenario.plan))
+
+
+def plate_still(scenario: Scenario) -> Scenario:
+    """The same run on a plate that does not move."""
+    return with_faults(scenario, [one for one in scenario.faults if one.kind != PLATE])
+
+
 def _shorter(plan: Plan) -> Plan:
     """The same plan with less free air to cross."""
     procedure = plan.procedure

@@ -13,6 +13,7 @@ from stepload.rig.world import WorldFault
 from stepload_verify.campaign.mishaps import FOR_GOOD_S, Incident
 from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.campaign.truth import Anomaly
+from stepload_verify.falsify.scene import with_faults
 
 DIGITS = (1, 2, 3)
 """Significant digits to which figures are rounded, fewest first."""
@@ -83,8 +84,7 @@ def _edits(scenario: Scenario) -> Iterator[Edit]:
 
 
 def _without_fault(scenario: Scenario, fault: WorldFault) -> Scenario:
-    left = tuple(one for one in scenario.truth.faults if one != fault)
-    return replace(scenario, truth=replace(scenario.truth, faults=left))
+    return with_faults(scenario, [one for one in scenario.truth.faults if one != fault])
 
 
 def _without_incident(scenario: Scenario, incident: Incident) -> Scenario:
@@ -100,7 +100,7 @@ def _with_fault(scenario: Scenario, index: int, name: str, value: Any) -> Scenar
     faults = list(scenario.truth.faults)
     if index < len(faults):
         faults[index] = replace(faults[index], **{name: value})
-    return replace(scenario, truth=replace(scenario.truth, faults=tuple(faults)))
+    return with_faults(scenario, faults)
 
 
 def _rounded(scenario: Scenario, index: int, name: str, digits: int) -> Scenario:

@@ -15,7 +15,7 @@ from stepload_verify.campaign.ablation import Ablation
 from stepload_verify.campaign.digest import loaded
 from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.campaign.single import run_scenario
-from stepload_verify.falsify.scene import BLIND, scenario_at
+from stepload_verify.falsify.scene import BLIND, PLATE, plate_still, scenario_at
 from stepload_verify.falsify.strata import Stratum
 
 NO_RUN = "no run"
@@ -83,9 +83,15 @@ class Trial:
         """
         try:
             row = json.loads(line)
-            return cls(**{**row, "j": -math.inf if row["j"] is None else float(row["j"])})
+            trial = cls(**{**row, "j": -math.inf if row["j"] is None else float(row["j"])})
+            whole = trial.j < math.inf and all(
+                map(math.isfinite, (trial.unseen, trial.peak_ratio, trial.reached))
+            )
         except (TypeError, KeyError) as error:
             raise ValueError(f"not a trial of a search: {error}") from error
+        if not whole:
+            raise ValueError("not a trial of a search: its figures are none")
+        return trial
 
 
 class Point(NamedTuple):
@@ -143,12 +149,15 @@ def judge(scenario: Scenario, ablation: str = "") -> Trial:
     result, _ = run_scenario(scenario, _without(ablation), look)
     top_n = scenario.plan.procedure.top_force_n
     room_n = scenario.limits.elastic_limit_n - top_n
+    j, hazard = (result.peak_n - top_n) / room_n, scenario.hazard
+    if j > 1.0 and hazard == PLATE and judge(plate_still(scenario), ablation).j > 1.0:
+        hazard = ""  # the rest passes F_c as well
     return Trial(
         series=scenario.series,
         index=scenario.index,
-        j=(result.peak_n - top_n) / room_n,
+        j=j,
         unseen=(result.peak_n - believed_n[0]) / room_n,
-        hazard=scenario.hazard,
+        hazard=hazard,
         peak_ratio=result.peak_ratio,
         reached=result.peak_n / top_n,
         status=result.status,
