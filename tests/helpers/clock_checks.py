@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from stepload.rig.contract import CHECKS
-from stepload.rig.contract_samples import check_drain, check_stamps
+from stepload.rig.contract_samples import check_drain, check_samples, check_stamps
 
-AGAINST_THE_CLOCK = (check_stamps, check_drain)
-"""They judge a driver by a millisecond of the host's clock."""
+AGAINST_THE_CLOCK = (check_samples, check_stamps, check_drain)
+"""They judge a driver by its rate, or by a millisecond of the host's clock."""
 CONTRACT = [
     pytest.param(
         check,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +56,7 @@ def test_two_seeds_of_a_plan(
     words = ["seeds", "--seeds", "2", "--plan", str(quick_plan), "--json"]
     monkeypatch.setattr(sys, "argv", words)
     leave_out_figures(monkeypatch)
-    monkeypatch.setattr(seeds, "ProcessPoolExecutor", lambda *_, **__: ThreadPoolExecutor(1))
+    monkeypatch.setattr(seeds, "for_each", lambda do, cases: [do(case) for case in cases])
     assert seeds.main() == 0
     found = json.loads(capsys.readouterr().out)
     assert [one["seed"] for one in found] == [1, 2]
