@@ -10,11 +10,13 @@ import math
 
 from stepload.engine.approach import Approach
 from stepload.engine.course import Course, Then
+from stepload.engine.enough import FarEnough, Verdict, judge, nearest
 from stepload.engine.proof_of_life import ProofOfLife
 from stepload.engine.retract import Retract
 from stepload.engine.steps import Control, LoadSteps
 from stepload.engine.zeroing import Adopt, Zeroing
 from stepload.envelope.shake import Shake
+from stepload.envelope.until import Until
 from stepload.record.rows import Phase
 
 START_REST_S = 0.05
@@ -29,6 +31,7 @@ class RunOrder:
         start_level: index of the first load level.
         controller: makes the step controller.
         shake: by which the force channels prove that they are alive; see `ProofOfLife`.
+        until: what every level needs where the plan may end its loading early, else None.
     """
 
     def __init__(
@@ -38,6 +41,7 @@ class RunOrder:
         start_level: int,
         controller: Control,
         shake: Shake | None,
+        until: Until | None = None,
     ) -> None:
         self.steps = LoadSteps(course, controller)
         self._course = course
@@ -46,6 +50,8 @@ class RunOrder:
         self._approach = Approach(course, self._leave, self._zeroing.take)
         self._retract = Retract(course)
         self._index = start_level
+        self._top = len(course.plan.levels_n)
+        self._far_enough = FarEnough(until) if until is not None else None
         self._standing_m = self._standing_s = math.nan
         self._resume: Then = course.finish
         course.act = self._start
@@ -91,6 +97,9 @@ class RunOrder:
             self._open_and_pause(now_s)
         else:
             self.steps.new_contact()
+            if self._far_enough is not None and course.cycle == 1:
+                touch = course.touches[-1]
+                self._far_enough.touched(touch.force_n, touch.position_m)
             self._load(now_s)
 
     def _load(self, now_s: float) -> None:
@@ -101,9 +110,13 @@ class RunOrder:
         course = self._course
         course.levels_done += 1
         self._index += 1
+        if course.cycle == 1:
+            self._look_whether_enough(now_s)
+        if course.failure is not None:
+            return
         if course.stop_asked():
             self._leave(now_s)
-        elif self._index < len(course.plan.levels_n):
+        elif self._index < self._top:
             if course.operator.paused:
                 self._open_and_pause(now_s)
             else:
@@ -113,6 +126,35 @@ class RunOrder:
             self._unloaded(now_s)
         else:
             self._end_cycle(now_s)
+
+    def _look_whether_enough(self, now_s: float) -> None:
+        """End the loading at this level, or the run, where the deformation says so."""
+        course, far = self._course, self._far_enough
+        if far is None:
+            return
+        index = self._index - 1
+        force_n, position_m = self.steps.held_mean
+        deformation_m = far.held(force_n, position_m)
+        needs, asked = far.until.needs, far.until.asked
+        verdict = judge(needs, index, deformation_m)
+        course.emit(
+            now_s,
+            "until",
+            {"verdict": verdict.value, "level_n": needs[index].level_n,
+             "deformation_m": deformation_m, "needed_m": needs[index].needed_m, "asked": asked},
+        )  # fmt: skip
+        reach = nearest(needs, index, deformation_m)
+        if verdict is Verdict.ENOUGH:
+            self._top = self._index
+        elif verdict is Verdict.UNREACHABLE and reach is not None:
+            course.fail(
+                "until", reach.most_m, reach.need.least_m, "m",
+                f"an interval of ±{100.0 * asked:g} % cannot be reached: at "
+                f"{needs[index].level_n:g} N the payload has given way by "
+                f"{deformation_m * 1e6:.3g} µm, so at {reach.need.level_n:g} N by "
+                f"{reach.most_m * 1e6:.3g} µm at the most, and at least "
+                f"{reach.need.least_m * 1e6:.3g} µm are needed there",
+            )  # fmt: skip
 
     def _unload(self, now_s: float) -> None:
         self._index -= 1
@@ -138,7 +180,7 @@ class RunOrder:
         if plan.lift_off or course.cycle >= plan.cycles:
             self._open_cycle(now_s)
         else:
-            level_n = plan.unload_fraction * plan.top_force_n
+            level_n = plan.unload_fraction * plan.levels_n[self._top - 1]
             self.steps.unload(now_s, 0, level_n, self._unloaded_between)
 
     def _unloaded_between(self, now_s: float) -> None:

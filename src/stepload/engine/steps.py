@@ -36,6 +36,8 @@ class LoadSteps:
         self._same_contact = False
         self._hold_phase = Phase.HOLD
         self._then: Then = course.finish
+        self._force_sum_n = self._position_sum_m = 0.0
+        self._ticks = 0
         self.controller = controller(course.limits)
 
     def adopt(self, limits: RunLimits) -> None:
@@ -45,6 +47,11 @@ class LoadSteps:
     def new_contact(self) -> None:
         """What was learned of the payload's compliance may be wrong now."""
         self._same_contact = False
+
+    @property
+    def held_mean(self) -> tuple[float, float]:
+        """Mean force in N and position in m of the last hold."""
+        return self._force_sum_n / self._ticks, self._position_sum_m / self._ticks
 
     def load(self, now_s: float, number: int, level_n: float, then: Then) -> None:
         """Rise to `level_n` and hold it, `then` go on; `number` is the step's in the record."""
@@ -78,6 +85,8 @@ class LoadSteps:
         limits = course.limits
         eps_n = max(limits.band_n, SETTLE_SHARE * course.level_n)
         self._settle.begin(now_s + 4.0 / limits.step_rate_per_s, course.plan.hold_s, eps_n)
+        self._force_sum_n = self._position_sum_m = 0.0
+        self._ticks = 0
         course.enter(self._hold_phase, now_s, self._hold)
 
     def _too_long(self, now_s: float) -> bool:
@@ -90,7 +99,11 @@ class LoadSteps:
 
     def _hold(self, now_s: float, _step_s: float) -> None:
         course, settle = self._course, self._settle
-        settle.add(now_s, course.sup.force_n)
+        sup = course.sup
+        settle.add(now_s, sup.force_n)
+        self._force_sum_n += sup.force_n
+        self._position_sum_m += sup.arm.position_m
+        self._ticks += 1
         held_s = now_s - course.since_s
         if held_s < course.plan.hold_s:
             return

@@ -77,8 +77,9 @@ class Engine:
             plan.procedure, limits, self.supervisor, operator, self._emit, start_cycle
         )
         self.steps = RunOrder(
-            self.course, self._adopt, start_level, controller, envelope.telling_shake
-        ).steps
+            self.course, self._adopt, start_level, controller, envelope.telling_shake,
+            envelope.until,
+        ).steps  # fmt: skip
         self._plan = plan
         self._measured = Measured(0.0, 0.0)
         self.cause: Cause | None = None

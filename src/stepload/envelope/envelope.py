@@ -27,6 +27,7 @@ from stepload.envelope.shake import Shake, shake_for
 from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
+from stepload.envelope.until import Until, until_of, until_reasons
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability, identifiability
 from stepload.plan.model import Plan
@@ -42,7 +43,8 @@ class Envelope:
     `limits` are the thresholds of the run; None where the plan may not be pressed as it stands,
     `refusal` says why. Speeds and force budget are then those at the largest safe force; where no
     force is safe the speeds are 0 and the budget is empty. `bounds` are the rig's delays and
-    inertia, `shake` is the best that can prove the force channels, None where no mass is stated.
+    inertia, `shake` is the best that can prove the force channels, None where no mass is stated,
+    `until` what every level needs where the plan asks for no more force than an interval takes.
     Secants and deformation are theory's, `top_force_n` is the plan's.
     """
 
@@ -64,6 +66,7 @@ class Envelope:
     force_budget: tuple[Term, ...]
     stages: tuple[Stage, ...]
     shake: Shake | None = None
+    until: Until | None = None
 
     @property
     def telling_shake(self) -> Shake | None:
@@ -114,7 +117,11 @@ def envelope_of(plan: Plan, measured: Measured | None = None) -> Envelope:
     envelope = derive(plan, measured)
     if measured is not None:
         return envelope
-    return replace(envelope, reasons=advised(plan, envelope.reasons, lambda p: derive(p).reasons))
+    told = advised(plan, envelope.reasons, lambda p: derive(p).reasons)
+    until = None if envelope.limits is None else until_of(plan, envelope.theory)
+    if until is not None:
+        told = (*told, *until_reasons(until))
+    return replace(envelope, until=until, reasons=told, verdict=verdict_of(told))
 
 
 def derive(plan: Plan, measured: Measured | None = None) -> Envelope:

@@ -94,7 +94,7 @@ def weigh(run: Pressed) -> Evidence:
     main = chord(first) if run.between_n is None else chord(first, *run.between_n)
     assumed = smooth_lengths(run.sources.smooth_length_n, elastic.top_n)
     here = middle(len(assumed))
-    errors = [_errors(run, first, elastic, drift, length_n) for length_n in assumed]
+    errors = [errors_of(run, first, elastic, drift, length_n) for length_n in assumed]
     fitted = [_fitted(run, first, parts) for parts in errors]
     drawn = draws(branches_of(loops), elastic, run, assumed[here])
     signs = contact_signs(run, loops, main, elastic, drift, drawn)
@@ -189,9 +189,10 @@ def _raw_chord(first: Branch) -> Chord:
     return raw
 
 
-def _errors(
+def errors_of(
     run: Pressed, first: Branch, elastic: Elastic, drift: Drift | None, length_n: float
 ) -> list[Component]:
+    """The covariance of every source along a loading, for one length of the smooth error."""
     force_n = first.path.force_n
     context = Context(
         compliance_m_per_n=elastic.payload_compliance(force_n),

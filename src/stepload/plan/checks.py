@@ -39,6 +39,8 @@ MAX_RUN_S = 86_400.0
 """Longest time, in s, that the holds of a run may add up to."""
 TABLE_AGREES = 0.1
 """So far, as a share, the table of the deflection may be from the stiffness beside it."""
+LEAST_LEVELS = 3
+"""A loading of fewer levels shows too little of its shape and of creep to be ended on purpose."""
 LEAST_TOUCH_SIGMAS = 4.0
 """A touch force below so many standard deviations of the force noise finds touches in the noise."""
 
@@ -439,6 +441,49 @@ def _duration(plan: Plan) -> Iterator[Impossibility]:
         )
 
 
+def _until(plan: Plan) -> Iterator[Impossibility]:
+    """Where ending a loading early would be for nothing, or could not be decided."""
+    procedure, path = plan.procedure, ("procedure", "until")
+    until = procedure.until
+    if until is None:
+        return
+    levels = len(procedure.levels_n)
+    if levels <= LEAST_LEVELS:
+        yield Impossibility(
+            path,
+            f"{levels} load levels: the loading ends after {LEAST_LEVELS} of them at the earliest, "
+            "so nothing is left to decide",
+            "plan more levels (a smaller step), or leave `until` out",
+        )
+    if plan.identify.kind == "system":
+        yield Impossibility(
+            path,
+            "a calibration of the system stiffness has no chord stiffness of a payload",
+            "leave `until` out: a calibration needs its whole range of force",
+        )
+    if procedure.cycles < 2 and not procedure.unload:
+        yield Impossibility(
+            path,
+            "only a loading: no figure of such a run is identified, so no force is enough for it",
+            "plan `unload: true` or `cycles: 2`",
+        )
+    accuracy = 1.0 / plan.identify.accuracy_t
+    if until > accuracy:
+        yield Impossibility(
+            path,
+            f"±{100.0 * until:.3g} % is wider than the ±{100.0 * accuracy:.3g} % that identify.t "
+            "asks for (1/t): the run would end where its figure is not identified",
+            f'write at most "±{100.0 * accuracy:.3g} %", or lower identify.t',
+        )
+    if plan.rig.displacement is not None:
+        yield Impossibility(
+            path,
+            "the deformation comes from a gauge across the contact, which is read after the run: "
+            "while it presses nobody knows whether it is enough",
+            "leave `until` out, or measure with the travel of the arm",
+        )
+
+
 def _directory(plan: Plan) -> Iterator[Impossibility]:
     if ".." in plan.record.directory.parts:
         yield Impossibility(
@@ -459,5 +504,5 @@ CHECKS: Mapping[Kind, tuple[Check, ...]] = {
 }
 PLAN_CHECKS: tuple[Check, ...] = (
     _touch_below_level, _touch_above_noise, _retract, _fuse, _secant, _duration, _directory,
-    _known_body,
+    _known_body, _until,
 )  # fmt: skip

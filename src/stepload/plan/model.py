@@ -11,6 +11,7 @@ from typing import Annotated, ClassVar
 
 from stepload.contact.law_names import LAW_NAMES
 from stepload.plan.leaves import (
+    Accuracy,
     Choice,
     Duration,
     DurationOrZero,
@@ -68,6 +69,14 @@ class Procedure:
             derived=True,
         ),
     ]
+    until: Annotated[
+        Accuracy | None,
+        Key(
+            'Half width of the interval that is enough, as in "±5 %": the first loading ends at '
+            "the level that needs no more, and the run stops where even `top_force` cannot reach "
+            "it. Left out, every run goes up to `top_force`."
+        ),
+    ] = None
     hold_s: Annotated[Duration, Key("How long each level is held once it has settled.")] = 3.0
     unload: Annotated[Flag, Key("Whether the levels are also held on the way down.")] = True
     cycles: Annotated[

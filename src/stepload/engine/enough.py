@@ -1,0 +1,99 @@
+"""Whether the first loading has gone far enough, or cannot become far enough.
+
+Looked at once per level, after its hold, by the deformation alone: how stiff the payload seems is
+never asked, nor how well a law fits. The errors that matter most are the same for all levels (the
+system stiffness, the smooth error of the travel), so a run that ends earlier for them is no more
+often wrong than one that does not end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from stepload.envelope.until import Need, Until
+from stepload.evidence.chord import REFERENCE_SHARE
+from stepload.plan.checks import LEAST_LEVELS
+
+SURE = 2.0
+"""Standard uncertainties that a deformation is given before it is called too small for good."""
+
+
+class Verdict(StrEnum):
+    """What a level says; values are stable, they are written to records."""
+
+    MORE = "more"
+    ENOUGH = "enough"
+    UNREACHABLE = "unreachable"
+
+
+class Held(NamedTuple):
+    """Mean force and position of a hold, or of a touch."""
+
+    force_n: float
+    position_m: float
+
+
+class Reach(NamedTuple):
+    """A level that is still to come and the deformation that it may have at the most."""
+
+    need: Need
+    most_m: float
+
+    @property
+    def share(self) -> float:
+        """Of the deformation without which that level cannot be enough."""
+        return self.most_m / self.need.least_m
+
+
+def nearest(needs: Sequence[Need], index: int, deformation_m: float) -> Reach | None:
+    """The level left that comes nearest to what it needs; None after the last.
+
+    At a higher force a contact that is loaded for the first time is never softer: its deformation
+    grows at the most in proportion to the force.
+
+    Args:
+        needs: of every level.
+        index: of the level that was held.
+        deformation_m: of the payload, from 10 % of that level to the level.
+    """
+    here = needs[index]
+    most_m = deformation_m + SURE * here.sigma_m
+    left = (Reach(later, most_m * later.level_n / here.level_n) for later in needs[index + 1 :])
+    return max(left, key=lambda reach: reach.share, default=None)
+
+
+def judge(needs: Sequence[Need], index: int, deformation_m: float) -> Verdict:
+    """What the deformation at a level says; arguments as those of `nearest`."""
+    if index + 1 >= LEAST_LEVELS and deformation_m >= needs[index].needed_m:
+        return Verdict.ENOUGH
+    reach = nearest(needs, index, deformation_m)
+    return Verdict.UNREACHABLE if reach is not None and reach.share < 1.0 else Verdict.MORE
+
+
+class FarEnough:
+    """The first loading as its touch and its holds tell it.
+
+    Args:
+        until: what every level needs.
+    """
+
+    def __init__(self, until: Until) -> None:
+        self.until = until
+        self._points: list[Held] = []
+
+    def touched(self, force_n: float, position_m: float) -> None:
+        """The loading begins here, or goes on after the contact was opened."""
+        self._points.append(Held(force_n, position_m))
+
+    def held(self, force_n: float, position_m: float) -> float:
+        """Take a hold in; the payload's deformation in m from 10 % of its force to it."""
+        self._points.append(Held(force_n, position_m))
+        forces, positions = (np.array(column) for column in zip(*self._points, strict=True))
+        order = np.argsort(forces, kind="stable")
+        deformation_m = positions - self.until.conditions.bend(forces)
+        low_m = np.interp(REFERENCE_SHARE * force_n, forces[order], deformation_m[order])
+        return float(deformation_m[-1] - low_m)

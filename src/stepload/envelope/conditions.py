@@ -1,0 +1,95 @@
+"""The conditions of an identification as a plan tells them, before anything is measured."""
+
+from __future__ import annotations
+
+from stepload.contact.elastic import equivalent_modulus
+from stepload.contact.materials import BluntTip, Sphere
+from stepload.contact.rough import RoughSphere, roughness_number
+from stepload.envelope.stiffness import known_stiffness
+from stepload.envelope.theory import Theory
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.linearity import ASSUMED_NONLINEARITY
+from stepload.estimators.sources import Sources
+from stepload.plan.model import Payload, Plan
+
+HARDNESS_PER_YIELD = 5.0
+UNKNOWN_LAG_SIGMA_S = 1e-3
+"""Standard uncertainty of the alignment where the ramps tell no better: a period at 1 kHz."""
+
+
+def conditions_of(plan: Plan, theory: Theory) -> Conditions:
+    """The conditions of a plan, with the rig's figures."""
+    rig, stiffness, wanted = plan.rig, plan.rig.system_stiffness, plan.identify
+    gauge, payload = rig.displacement, plan.payload
+    smooth_m, crooked = stiffness.smooth_error_m, rig.force.nonlinearity
+    known = known_stiffness(plan)
+    table = None if gauge else known.table
+    sources = Sources(
+        system_stiffness_n_per_m=None if gauge else stiffness.stiffness_n_per_m,
+        system_stiffness_sigma_n_per_m=0.0 if gauge else known.sigma_n_per_m,
+        smooth_error_m=0.0 if gauge else stiffness.msde_m if smooth_m is None else smooth_m,
+        smooth_degrees=None if gauge else stiffness.smooth_degrees,
+        smooth_length_n=None if gauge else stiffness.smooth_length_n,
+        force_noise_n=rig.force.noise_n,
+        force_resolution_n=rig.force.resolution_n,
+        position_noise_m=gauge.noise_m if gauge else rig.arm.position_noise_m,
+        position_resolution_m=gauge.resolution_m if gauge else rig.arm.position_resolution_m,
+        lag_sigma_s=UNKNOWN_LAG_SIGMA_S,
+        gain_sigma=rig.force.gain_uncertainty,
+        nonlinearity=ASSUMED_NONLINEARITY if crooked is None else crooked,
+        temperature_sigma_k=wanted.temperature_uncertainty_k,
+        position_m_per_k=payload.height_m * payload.thermal_expansion_per_k
+        + (0.0 if gauge else rig.load_path_m * rig.thermal_expansion_per_k),
+        modulus_per_k=payload.modulus_change_per_k,
+        deflection_force_n=table.force_n if table else (),
+        deflection_m=table.deflection_m if table else (),
+        deflection_sigma_m=table.sigma_m if table else (),
+        system_stiffness_note="" if gauge else known.note,
+    )
+    return Conditions(
+        sources=sources,
+        secant_force_n=wanted.secant_force_n,
+        touch_force_n=plan.procedure.touch_force_n,
+        position_resolution_m=sources.position_resolution_m,
+        elastic_limit_n=theory.elastic_limit_n,
+        roughness_m=payload.roughness_m,
+        rough_length_m=_rough_length(payload, theory),
+        p=wanted.resolution_multiple_p,
+        s=wanted.compensation_quality_s,
+        t=wanted.accuracy_t,
+        kind=wanted.kind,
+        theory_k=None if theory.is_range else theory.law.k,
+        theory_n=None if theory.is_range else theory.law.n,
+        modulus_pa=(
+            None if theory.is_range else equivalent_modulus(payload.material, payload.plate)
+        ),
+        plate_pa=payload.plate.youngs_modulus_pa / (1.0 - payload.plate.poisson_ratio**2),
+        laws=wanted.laws,
+        pose=rig.arm.pose,
+        temperature_c=wanted.temperature_c,
+    )
+
+
+def _rough_length(payload: Payload, theory: Theory) -> float | None:
+    """1.22 σ κ^-0.16 (11) in m; 0 where the plan says smooth, None where it does not say enough.
+
+    Where the micro-hardness is not told it is taken as five times the yield strength (of a metal or
+    a plastic within a factor of two, which moves the length by 11 %).
+    """
+    if payload.roughness_m == 0.0:
+        return 0.0
+    if payload.roughness_m is None or not isinstance(payload.geometry, Sphere | BluntTip):
+        return None
+    if theory.is_range:
+        return None
+    hardness = payload.micro_hardness_pa
+    if hardness is None and payload.material.yield_strength_pa is not None:
+        hardness = HARDNESS_PER_YIELD * payload.material.yield_strength_pa
+    if hardness is None:
+        return None
+    modulus = equivalent_modulus(payload.material, payload.plate)
+    # K = 4/3 E_eq √R_eq (7) holds for one sphere and for two.
+    k = theory.law.k
+    radius = (k / (4.0 / 3.0 * modulus)) ** 2
+    kappa = roughness_number(modulus, hardness, radius, payload.roughness_m)
+    return RoughSphere(k, payload.roughness_m, kappa).scale_m

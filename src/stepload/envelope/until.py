@@ -1,0 +1,182 @@
+"""How far a payload must be pressed for an interval that is asked for, level by level.
+
+Most errors of a chord are so many micrometres, whatever the payload: of the position, and of what
+the system takes of the travel. So how well a chord is known follows from the deformation that lies
+between its two forces, and every level of a plan has a deformation that is enough there. The run
+finds out by pressing which level has it; nothing of that rests on the fitted stiffness, nor on
+theory's but for the shape of its law.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from stepload.envelope.conditions import conditions_of
+from stepload.envelope.reason import Reason, Severity
+from stepload.envelope.theory import Theory
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.smooth import NORMAL_95
+from stepload.evidence.chord import REFERENCE_SHARE
+from stepload.evidence.expected import expected_chord, loading, without_error
+from stepload.evidence.path import Track
+from stepload.evidence.pressed import Pressed
+from stepload.plan.model import Plan
+from stepload.units import format_quantity
+
+MARGIN = 1.5
+"""The half width that the sources of error alone give must be smaller than the one asked for by
+this factor: what the contact adds of its own comes on top."""
+LEAST, MOST = 1e-2, 1e2
+"""Factors of theory's deformation between which the one that is enough is looked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Need:
+    """What one level needs; lengths are of the payload between 10 % of the level and the level.
+
+    Attributes:
+        level_n: the level.
+        needed_m: deformation that is enough, margin included; inf where none is, as below the
+            forces at which the table of the system's deflection says enough.
+        least_m: the same without the margin: less cannot be enough.
+        sigma_m: standard uncertainty of `expected_m`.
+        expected_m: what the believed law has there.
+        half_width: of the interval at `expected_m`, margin included.
+    """
+
+    level_n: float
+    needed_m: float
+    least_m: float
+    sigma_m: float
+    expected_m: float
+    half_width: float
+
+
+@dataclass(frozen=True, slots=True)
+class Until:
+    """Where a run may end its first loading.
+
+    `asked` is the half width of the plan, `needs` is one per level, `conditions` tell what the
+    system takes of the travel.
+    """
+
+    asked: float
+    needs: tuple[Need, ...]
+    conditions: Conditions
+
+    @property
+    def expected(self) -> int | None:
+        """Index of the first level that will do by the believed law."""
+        return next(
+            (i for i, need in enumerate(self.needs) if need.expected_m >= need.needed_m), None
+        )
+
+
+def until_of(plan: Plan, theory: Theory) -> Until | None:
+    """What every level of a plan needs; None where the plan does not ask.
+
+    Raises:
+        DomainError: no law of contact, or no loading, to expect anything of.
+    """
+    asked = plan.procedure.until
+    if asked is None:
+        return None
+    conditions = conditions_of(plan, theory)
+    levels = plan.procedure.levels_n
+    needs = (_need(plan, theory, conditions, levels[: i + 1], asked) for i in range(len(levels)))
+    return Until(asked, tuple(needs), conditions)
+
+
+def _need(
+    plan: Plan, theory: Theory, conditions: Conditions, levels_n: tuple[float, ...], asked: float
+) -> Need:
+    procedure, top_n = plan.procedure, levels_n[-1]
+    course = loading(
+        np.array(levels_n),
+        from_n=min(procedure.touch_force_n, 0.5 * levels_n[0]),
+        rate_n_per_s=procedure.load_rate_n_per_s,
+        hold_s=procedure.hold_s,
+    )
+    force_n = course[1]
+    law_m = np.array([theory.law.deformation(each) for each in np.unique(force_n)])
+    law_m = law_m[np.unique(force_n, return_inverse=True)[1]]
+    bend_m = conditions.bend(force_n)
+
+    def relative(factor: float) -> float:
+        tracks = without_error(course, factor * law_m + bend_m)
+        return expected_chord(_pressed(conditions, tracks)).relative
+
+    expected_m = theory.law.deformation(top_n) - theory.law.deformation(REFERENCE_SHARE * top_n)
+    by_theory = relative(1.0)
+    needed, least = math.inf, math.inf
+    if not conditions.table_doubts(top_n):
+        needed = _factor(relative, math.asinh(asked / MARGIN) / NORMAL_95)
+        least = _factor(relative, math.asinh(asked) / NORMAL_95)
+    return Need(
+        level_n=top_n,
+        needed_m=expected_m * needed,
+        least_m=expected_m * least,
+        sigma_m=expected_m * by_theory,
+        expected_m=expected_m,
+        half_width=MARGIN * math.sinh(NORMAL_95 * by_theory),
+    )
+
+
+def _pressed(conditions: Conditions, tracks: Sequence[tuple[int, Track, None]]) -> Pressed:
+    """A run as evidence takes it, with the errors that the plan tells."""
+    return Pressed(
+        tracks=tracks,
+        deflection=conditions.bend,
+        deflection_sigma=conditions.bend_sigma,
+        table_sigma=conditions.table_sigma,
+        sources=conditions.sources,
+    )
+
+
+def _factor(relative: Callable[[float], float], wanted: float) -> float:
+    """How many times theory's deformation has this relative uncertainty; inf where none has.
+
+    Its square is a constant and a share that goes with the inverse square of the deformation, as
+    good as: a straight line to whoever looks for its zero.
+    """
+
+    def beyond(inverse_square: float) -> float:
+        return relative(inverse_square**-0.5) ** 2 - wanted**2
+
+    low, high = MOST**-2, LEAST**-2
+    if beyond(low) > 0.0:
+        return math.inf
+    if beyond(high) <= 0.0:
+        return LEAST
+    found = float(brentq(beyond, low, high, xtol=1e-9, rtol=1e-3))
+    return math.sqrt(1.0 / found)
+
+
+def until_reasons(until: Until) -> Iterator[Reason]:
+    """What is to be expected of ending the loading early, before anything moves."""
+    top, asked = until.needs[-1], f"±{100.0 * until.asked:g} %"
+    if all(math.isinf(need.needed_m) for need in until.needs):
+        yield Reason(
+            "until_impossible", Severity.REFUSE,
+            f"until {asked}: on this rig no deformation of any payload is known so well up "
+            f"to {format_quantity(top.level_n, 'N')}: part of the uncertainty grows with it",
+            "ask for a wider interval, or know gain and linearity of the force sensor better",
+        )  # fmt: skip
+        return
+    place = until.expected
+    theory = format_quantity(top.expected_m, "m")
+    if place is None:
+        yield Reason(
+            "until_not_expected", Severity.WARN,
+            f"until {asked}: by theory no level will do; at {format_quantity(top.level_n, 'N')} "
+            f"±{top.half_width:.1%} is to be expected ({theory} of deformation, "
+            f"{format_quantity(top.needed_m, 'm')} needed), and the run stops as soon as that is "
+            "certain",
+            "ask for a wider interval, or make K_s and its table better known",
+            top.half_width, until.asked, "",
+        )  # fmt: skip
