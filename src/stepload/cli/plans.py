@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from stepload.envelope.envelope import Envelope
     from stepload.envelope.limits import RunLimits
     from stepload.envelope.theory import CountedLimit
+    from stepload.envelope.until import Until
 
 PlanFile = Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)]
 PayloadFile = Annotated[
@@ -51,7 +52,16 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "force_budget": [data(fields.FORCE_TERM, term) for term in envelope.force_budget],
         "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
         "duration_s": envelope.duration_s if envelope.stages else None,
+        **_until_data(envelope.until),
     }
+
+
+def _until_data(until: Until | None) -> dict[str, Any]:
+    """What every level needs, where the plan asks for no more force than an interval takes."""
+    if until is None:
+        return {}
+    expected = None if until.expected is None else until.needs[until.expected].level_n
+    return {"until": {"asked": until.asked, "expected_level_n": expected, "levels": until.needs}}
 
 
 MOODS = {"go": "good", "warn": "doubt", "refused": "bad"}
@@ -78,6 +88,7 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
     from stepload.results import fields
     from stepload.results.course_tables import force_budget_table
     from stepload.results.model import Table, table
+    from stepload.results.until import need_table
     from stepload.units import format_quantity as f
 
     show_verdict(envelope, out)
@@ -107,6 +118,8 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
             force_budget_table(envelope),
             table(f"Schedule: about {envelope.duration_s:.0f} s", fields.STAGE, envelope.stages),
         )
+    if envelope.until is not None:
+        out.tables(need_table(envelope.until))
 
 
 def _law_rows(envelope: Envelope) -> list[tuple[str, str, str]]:

@@ -16,7 +16,6 @@ import numpy as np
 
 from stepload.envelope.until import Need, Until
 from stepload.evidence.chord import REFERENCE_SHARE
-from stepload.plan.checks import LEAST_LEVELS
 
 SURE = 2.0
 """Standard uncertainties that a deformation is given before it is called too small for good."""
@@ -68,7 +67,7 @@ def nearest(needs: Sequence[Need], index: int, deformation_m: float) -> Reach | 
 
 def judge(needs: Sequence[Need], index: int, deformation_m: float) -> Verdict:
     """What the deformation at a level says; arguments as those of `nearest`."""
-    if index + 1 >= LEAST_LEVELS and deformation_m >= needs[index].needed_m:
+    if needs[index].is_enough(index, deformation_m):
         return Verdict.ENOUGH
     reach = nearest(needs, index, deformation_m)
     return Verdict.UNREACHABLE if reach is not None and reach.share < 1.0 else Verdict.MORE

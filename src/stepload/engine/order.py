@@ -141,7 +141,8 @@ class RunOrder:
             now_s,
             "until",
             {"verdict": verdict.value, "level_n": needs[index].level_n,
-             "deformation_m": deformation_m, "needed_m": needs[index].needed_m, "asked": asked},
+             "deformation_m": deformation_m, "needed_m": needs[index].needed_m, "asked": asked,
+             "top_force_n": course.plan.top_force_n},
         )  # fmt: skip
         reach = nearest(needs, index, deformation_m)
         if verdict is Verdict.ENOUGH:

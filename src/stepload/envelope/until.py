@@ -25,6 +25,7 @@ from stepload.evidence.chord import REFERENCE_SHARE
 from stepload.evidence.expected import expected_chord, loading, without_error
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed
+from stepload.plan.checks import LEAST_LEVELS
 from stepload.plan.model import Plan
 from stepload.units import format_quantity
 
@@ -56,6 +57,10 @@ class Need:
     expected_m: float
     half_width: float
 
+    def is_enough(self, index: int, deformation_m: float) -> bool:
+        """Whether this deformation at this level, of this index, is enough to end the loading."""
+        return index + 1 >= LEAST_LEVELS and deformation_m >= self.needed_m
+
 
 @dataclass(frozen=True, slots=True)
 class Until:
@@ -73,7 +78,7 @@ class Until:
     def expected(self) -> int | None:
         """Index of the first level that will do by the believed law."""
         return next(
-            (i for i, need in enumerate(self.needs) if need.expected_m >= need.needed_m), None
+            (i for i, need in enumerate(self.needs) if need.is_enough(i, need.expected_m)), None
         )
 
 

@@ -26,6 +26,7 @@ from stepload.results.extras import Extras, extras_of
 from stepload.results.levels import Level, levels_of
 from stepload.results.press_data import LOADING, UNLOADING, PressData, number, press_data
 from stepload.results.pressed import pressed
+from stepload.results.until import levels_to_load
 
 WHOLE_TICKS, MEAN_TICKS = 250_000, 80_000
 """A run longer than the first is evaluated as so many means."""
@@ -142,7 +143,7 @@ def _cycles(
         return None
     return cycles_of_run(
         data, found,
-        whole=whole_cycles(recording.events, len(procedure.levels_n)),
+        whole=whole_cycles(recording.events, levels_to_load(procedure, recording.events)),
         cycles=procedure.cycles, lift_off=procedure.lift_off,
         touched_before=recording.metadata.get("touched_before") == "true",
     )  # fmt: skip

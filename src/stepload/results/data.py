@@ -17,6 +17,7 @@ from stepload.results.extras import extras_data
 from stepload.results.model import data
 from stepload.results.press_data import PressData
 from stepload.results.remarks import alive, levels, remarks
+from stepload.results.until import loaded
 
 
 def fits_data(rows: list[fields.NamedFit]) -> dict[str, Any]:
@@ -133,6 +134,9 @@ def run_data(run: Evaluation) -> dict[str, Any]:
         made["verdict"] = "system stiffness measured"
     if run.run_in is not None:
         made["run_in"] = _run_in_data(run.run_in)
+    if (told_until := loaded(run.recording.events, run.identification)) is not None:
+        made["until"] = told_until
+        made["reasons"] = [*made["reasons"], told_until.text]
     if run.data is not None:
         told = (
             *remarks(run.data),

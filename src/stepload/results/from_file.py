@@ -26,6 +26,7 @@ from stepload.results.from_curve import prepare, pressed_system
 from stepload.results.press_data import number
 from stepload.results.pressed import pressed_curve
 from stepload.results.saved import SavedRun, saved_run
+from stepload.results.until import loaded
 from stepload.results.wishes import Wishes
 
 
@@ -83,7 +84,9 @@ def _identify_record(run: SavedRun, wishes: Wishes) -> tuple[Identification, tup
             *notes,
             f"the arm stood at the joints {joints} ({run.conditions.pose or 'no name'})",
         )
-    return identify_payload(run.data, wishes.applied(run.conditions)), notes
+    found = identify_payload(run.data, wishes.applied(run.conditions))
+    until = loaded(run.events, found)
+    return found, (*notes, until.text) if until is not None else notes
 
 
 def _cycles(run: SavedRun, found: Identification) -> RunIn | None:

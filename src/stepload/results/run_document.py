@@ -42,6 +42,7 @@ from stepload.results.provenance import provenance_table
 from stepload.results.remarks import alive, levels, remarks
 from stepload.results.run_figures import figures_of, law_figure
 from stepload.results.run_snippets import snippet_texts
+from stepload.results.until import levels_to_load, loaded, until_table
 from stepload.units import format_quantity as f
 
 MOOD: dict[ResultVerdict, Mood] = {
@@ -123,6 +124,8 @@ def _reasons(run: Evaluation) -> list[str]:
     told = run.envelope.reasons
     reasons = [f"preflight: {each.message}" for each in told if each.severity == Severity.REFUSE]
     reasons += found.judgement.reasons if found is not None else ()
+    if (until := loaded(run.recording.events, found)) is not None:
+        reasons.append(until.text)
     reasons += [f"preflight: {each.message}" for each in told if each.severity == Severity.WARN]
     if run.data is not None:
         reasons += [
@@ -147,6 +150,8 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
     tables.append(predicted_table(run))
     tables += health_tables(run)
     tables.append(ending_table(run.outcome))
+    if (until := loaded(run.recording.events, found)) is not None:
+        tables.append(until_table(until))
     tables += [provenance_table(metadata), hold_table(holds, way)]
     if run.data is not None:
         tables.append(touch_table(run.data.touches))
@@ -215,7 +220,7 @@ def _cards(run: Evaluation) -> list[Card]:
     cards = [Card("largest measured force", f(outcome.peak_force_n, "N"), of_limit)]
     if found is not None:
         cards += _stiffness_cards(found)
-    levels = len(procedure.levels_n) * procedure.cycles
+    levels = levels_to_load(procedure, run.recording.events) * procedure.cycles
     took = f"{outcome.end_s - outcome.start_s:.0f} s"
     return [
         *cards,

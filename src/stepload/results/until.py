@@ -1,0 +1,164 @@
+"""How far a run was loaded, and whether that was enough for the interval that its plan asks for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from stepload.envelope.until import Need, Until
+from stepload.estimators.judge import ResultVerdict
+from stepload.evidence.identification import Identification
+from stepload.plan.model import Procedure
+from stepload.record.reader import Event
+from stepload.results.model import Field, Table, named, quantity, table
+from stepload.results.press_data import number
+from stepload.units import format_quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """One level of the first loading: the payload's deformation from 10 % of the level to it, what
+    was needed there (inf where none is enough), and what followed: more, enough, unreachable."""
+
+    level_n: float
+    deformation_m: float
+    needed_m: float
+    verdict: str
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """How far a run was loaded.
+
+    Attributes:
+        asked: half width of the plan.
+        verdict: "enough", "unreachable"; "more" where the loading ended before either.
+        level_n: the highest level of the first loading.
+        top_force_n: that of the plan.
+        half_width: of the interval that came out; None where there is none.
+        met: whether the result is identified with an interval that is as narrow as asked for.
+        looks: every level.
+    """
+
+    asked: float
+    verdict: str
+    level_n: float
+    top_force_n: float
+    half_width: float | None
+    met: bool
+    looks: tuple[Look, ...]
+
+    @property
+    def text(self) -> str:
+        """The same in a sentence."""
+        asked, last = f"±{100.0 * self.asked:g} %", self.looks[-1]
+        top = format_quantity(self.top_force_n, "N")
+        said = f"loaded to {format_quantity(self.level_n, 'N')} of {top}: "
+        if self.verdict == "enough":
+            said += (
+                f"its deformation of {format_quantity(last.deformation_m, 'm')} was to be enough "
+                f"for {asked} ({format_quantity(last.needed_m, 'm')} needed)"
+            )
+        elif self.verdict == "unreachable":
+            return said + f"{asked} was out of reach, whatever is pressed up to {top}"
+        else:
+            said += f"no level before showed enough deformation for {asked}"
+        if self.met:
+            return said
+        if self.half_width is None or not math.isfinite(self.half_width):
+            return f"{said}; the run has no interval"
+        found = f"the interval came out as ±{self.half_width:.1%}"
+        if self.half_width <= self.asked:
+            return f"{said}; {found}, but the result is not identified"
+        return f"{said}; {found}: what the contact did of its own is in it"
+
+
+def loaded(events: Sequence[Event], found: Identification | None) -> Loaded | None:
+    """How far a run was loaded; None where its plan did not ask, or no level was held.
+
+    Raises:
+        BadInputError: the record does not tell what it should.
+    """
+    told = [event for event in events if event.kind == "until"]
+    if not told:
+        return None
+    looks = tuple(
+        Look(
+            number(event, "level_n"), number(event, "deformation_m"), number(event, "needed_m"),
+            str(event.data.get("verdict", "")),
+        )
+        for event in told
+    )  # fmt: skip
+    headline = found.headline if found is not None else None
+    half = headline.half_width if headline is not None else None
+    identified = headline is not None and headline.verdict is ResultVerdict.IDENTIFIED
+    asked = number(told[-1], "asked")
+    return Loaded(
+        asked=asked,
+        verdict=looks[-1].verdict,
+        level_n=looks[-1].level_n,
+        top_force_n=number(told[-1], "top_force_n"),
+        half_width=half,
+        met=identified and half is not None and half <= asked,
+        looks=looks,
+    )
+
+
+def levels_to_load(procedure: Procedure, events: Sequence[Event]) -> int:
+    """How many levels every cycle of a run has: fewer than its plan where fewer were enough."""
+    told = [event for event in events if event.kind == "until"]
+    ended = any(event.data.get("verdict") == "enough" for event in told)
+    return len(told) if ended else len(procedure.levels_n)
+
+
+def _needed(deformation_m: float) -> str:
+    return quantity("m")(deformation_m) if math.isfinite(deformation_m) else "none is enough"
+
+
+LOOK: tuple[Field[Look], ...] = (
+    named("level_n", "level", quantity("N")),
+    named("deformation_m", "deformation, from 10 % of it", quantity("m")),
+    Field(lambda look: look.needed_m, "", "needed", _needed),
+    named("verdict", "so"),
+)  # fmt: skip
+
+
+def until_table(found: Loaded) -> Table:
+    """What every level of the first loading showed."""
+    title = f"How far to load for ±{100.0 * found.asked:g} %"
+    return table(title, LOOK, found.looks, (found.text,), page_only=True)
+
+
+def _will_do(need: Need) -> str:
+    return "yes" if need.expected_m >= need.needed_m else "no"
+
+
+NEED: tuple[Field[Need], ...] = (
+    named("level_n", "level", quantity("N")),
+    Field(lambda need: need.needed_m, "", "deformation needed, from 10 % of it", _needed),
+    named("expected_m", "by theory", quantity("m")),
+    named("half_width", "interval by theory", lambda half: f"±{half:.1%}"),
+    Field(_will_do, "", "enough by theory"),
+)
+
+
+def need_table(until: Until) -> Table:
+    """What every level needs, before anything moves."""
+    place, top_n = until.expected, until.needs[-1].level_n
+    expected = (
+        f"By theory the loading ends at {quantity('N')(until.needs[place].level_n)} of "
+        f"{quantity('N')(top_n)}; the run goes by the deformation that it measures."
+        if place is not None
+        else f"By theory no level up to {quantity('N')(top_n)} is enough; the run goes by the "
+        "deformation that it measures."
+    )
+    title = f"How far to load for ±{100.0 * until.asked:g} %"
+    notes = [expected]
+    if any(math.isinf(need.needed_m) for need in until.needs):
+        notes.append(
+            "None is enough where a doubt stays that no deformation takes away: the rows of the "
+            "deflection table begin or end too far from the level, or errors that grow with the "
+            "deformation are too large by themselves."
+        )
+    return table(title, NEED, until.needs, notes)
