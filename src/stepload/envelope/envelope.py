@@ -125,7 +125,10 @@ def envelope_of(plan: Plan, measured: Measured | None = None) -> Envelope:
 
 
 def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
-    """The envelope of a plan with remedies as they come, none of them tried; as `envelope_of`."""
+    """The envelope of a plan with remedies as they come, none of them tried; as `envelope_of`.
+
+    What each level needs for `procedure.until` is left out: such a run goes up to the top force.
+    """
     theory = theory_of(plan.payload)
     safe_n = largest_top_force(plan, theory.counted.lower_n)
     pressing, limits, refusal = _pressed(plan, theory, safe_n, measured)
