@@ -64,10 +64,10 @@ class Ran(NamedTuple):
         return found
 
 
-def ran(place: Path, factor: float, asked: str) -> Ran:
+def ran(place: Path, factor: float, asked: str, more: str = "") -> Ran:
     """One dry run of a payload whose K is `factor` times the believed one."""
     path = place / "plan.yaml"
-    path.write_text(PLAN % asked, encoding="utf-8")
+    path.write_text(PLAN % asked + more, encoding="utf-8")
     plan = load_plan(path)
     simulation = replace(plan.rig.simulation, payload_factor=factor)
     envelope = envelope_of(replace(plan, rig=replace(plan.rig, simulation=simulation)))
@@ -114,6 +114,20 @@ def test_every_cycle_goes_to_the_same_level_and_none_above(soft: Ran) -> None:
 
 def test_its_limits_are_those_of_the_whole_plan(soft: Ran) -> None:
     assert float(soft.recording.ticks.limit_n.min()) == pytest.approx(1.25 * TOP_N)
+
+
+def test_between_cycles_a_share_of_the_force_that_was_reached_is_kept(tmp_path: Path) -> None:
+    kept = "  lift_off: false\n  unload: false\n  unload_fraction: 50 %\n"
+    run = ran(tmp_path, 0.3, "15", kept)
+    assert run.until["verdict"] == "enough"
+    between = [
+        float(str(event.data["level_n"]))
+        for event in run.recording.events
+        if event.kind == "held" and not event.data["loading"]
+    ]
+    assert between == [0.5 * run.until["level_n"]]
+    assert run.until["level_n"] < TOP_N
+    assert run.loaded_n[1] == run.loaded_n[2]
 
 
 def test_a_stiff_payload_stops_as_soon_as_nothing_can_be_enough(stiff: Ran) -> None:

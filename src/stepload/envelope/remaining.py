@@ -53,6 +53,7 @@ class Remaining:
         self._step_s = each_s.get(LOAD_STEP, 0.0)
         between = each_s.get(BETWEEN, each_s.get(UNLOAD_BETWEEN, 0.0))
         self._between_s, self._last_s = between, total_s.get(LAST, 0.0)
+        self._highest = 0
         self._at = 0
         self._step = -1
         self._first = -1
@@ -69,6 +70,7 @@ class Remaining:
             self.active_s += now_s - self._now_s
         self._now_s = now_s
         if phase in _UP or phase in _DOWN:
+            self._loaded(row)
             self._press(self._index(row))
         elif self._step < 0:
             self._approach(_BEFORE.get(phase, ""))
@@ -90,6 +92,14 @@ class Remaining:
     @property
     def _steps_of_run(self) -> int:
         return self._steps_of_cycle * self._cycles
+
+    def _loaded(self, row: TickRow) -> None:
+        """A loading that was ended early (`procedure.until`) is the pattern of all that follow."""
+        if row.phase in _UP and row.step > self._highest:
+            self._highest = row.step
+        elif row.phase in _DOWN and 0 < self._highest < self._levels:
+            self._levels = self._highest
+            self._down = self._levels - 1 if self._down else 0
 
     def _index(self, row: TickRow) -> int:
         """Which of all steps of the run a tick belongs to, from 0."""

@@ -152,7 +152,8 @@ def told(name: str, runs: Sequence[Pressed], asked: float) -> str:
         f"{held.count} of {held.of} [{held.low:.1%}, {held.high:.1%}]; half width, median "
         f"±{width:.1%}, as asked for in {narrow}; mean top "
         f"{statistics.mean(r.top_n for r in runs):.0f} N; mean time "
-        f"{statistics.mean(r.duration_s for r in runs):.0f} s; largest force {max(r.peak_share for r in runs):.3f} F_c"
+        f"{statistics.mean(r.duration_s for r in runs):.0f} s; largest force "
+        f"{max(r.peak_share for r in runs):.3f} F_c"
     )
 
 
