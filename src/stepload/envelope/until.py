@@ -114,7 +114,7 @@ def _need(
 
     def relative(factor: float) -> float:
         tracks = without_error(course, factor * law_m + bend_m)
-        return expected_chord(_pressed(conditions, tracks)).relative
+        return expected_chord(sources_only(conditions, tracks)).relative
 
     expected_m = theory.law.deformation(top_n) - theory.law.deformation(REFERENCE_SHARE * top_n)
     by_theory = relative(1.0)
@@ -132,7 +132,7 @@ def _need(
     )
 
 
-def _pressed(conditions: Conditions, tracks: Sequence[tuple[int, Track, None]]) -> Pressed:
+def sources_only(conditions: Conditions, tracks: Sequence[tuple[int, Track, None]]) -> Pressed:
     """A run as evidence takes it, with the errors that the plan tells."""
     return Pressed(
         tracks=tracks,
@@ -140,6 +140,7 @@ def _pressed(conditions: Conditions, tracks: Sequence[tuple[int, Track, None]]) 
         deflection_sigma=conditions.bend_sigma,
         table_sigma=conditions.table_sigma,
         sources=conditions.sources,
+        looked=True,
     )
 
 

@@ -31,6 +31,8 @@ OPEN = 5.0
 REACHED = 1.06
 """A force asked for counts as reached where the data end at most so little below: a step of small
 force is held within its band."""
+TWO_LOOKS = 2.2414
+"""Quantile of the normal distribution at 1 - 0.025/2: either of two looks misses in 5 %."""
 HOPELESS = 1.0
 """A figure whose interval is wider than itself is not identifiable."""
 
@@ -113,6 +115,7 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
         *scale, *common,
         Line("shape (local chord against the law's)", f"{left.shape:.2%}", left.shape),
     ]  # fmt: skip
+    lines += _of_looks(run, _size(lines))
     blocked = (*doubts, *fired(gates, of_law=False))
     found = {
         "chord": _made("chord", main.n_per_m, log_interval(main.n_per_m, lines), main.from_n,
@@ -145,6 +148,8 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
         rest = [*scale, *common]
         if kind == "tangent":
             rest.append(_upper(read_from, roughness))
+        whole = math.hypot(math.log(high / low) / 2.0 / NORMAL_95, _size(rest))
+        rest += _of_looks(run, whole)
         extra = NORMAL_95 * _size(rest)
         low, high = (stiffness * math.exp(side * math.hypot(math.log(end / stiffness), extra))
                      for side, end in ((-1.0, low), (1.0, high)))  # fmt: skip
@@ -160,6 +165,18 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
             beyond,
         )
     return found
+
+
+def _of_looks(run: Pressed, relative: float) -> list[Line]:
+    """What it costs that the loading might have ended earlier for what it had shown.
+
+    An error that ends it is one that makes the deformation large. Most of it is one and the same at
+    all levels, so all looks together count as two: `TWO_LOOKS` in place of 1.96.
+    """
+    if not run.looked:
+        return []
+    more = math.sqrt((TWO_LOOKS / NORMAL_95) ** 2 - 1.0)
+    return [Line("loading ended by its own deformation", "counts as 2 looks", more * relative)]
 
 
 def _as_rough(laws: Mapping[str, LawFit], roughness: Roughness) -> bool:

@@ -51,6 +51,7 @@ class Pressed:
         accuracy: half width that is asked for, 1/t.
         laws: words of the laws that were chosen, see `contact.law_names`; none: all are weighed.
         between_n: forces of the chord; None: 10 % of the top force, and the top.
+        looked: whether the loading might have ended at an earlier level for what it had shown.
         doubts: sentences from elsewhere that block every figure.
         law_doubts: sentences that block what rests on a law, and so on the zero of the force.
     """
@@ -69,6 +70,7 @@ class Pressed:
     accuracy: float = 0.2
     laws: tuple[str, ...] = ()
     between_n: tuple[float, float] | None = None
+    looked: bool = False
     doubts: tuple[str, ...] = ()
     law_doubts: tuple[str, ...] = ()
     table_sigma: Deflection = np.zeros_like

@@ -97,7 +97,10 @@ class Procedure:
     unload_fraction: Annotated[
         float,
         Quantity("%", 0.01, 0.5),
-        Key("Share of `top_force` kept between cycles without lift-off."),
+        Key(
+            "Share of the highest load that is kept between cycles without lift-off: of "
+            "`top_force`, or of the level that `until` ended at."
+        ),
     ] = 0.05
     surface_distance_m: Annotated[
         Length, Key("Travel from the start pose to where the surface is expected.")

@@ -64,6 +64,7 @@ class PressData:
         lateral_n: size of the force across the pressing axis, tared like the axial one; None where
             the sensor has no other axis. Noise makes it larger, never smaller.
         lateral_noise_n: its rms in free air; NaN without it.
+        looked: whether its levels were looked at for whether to end the loading (`until`).
     """
 
     time_s: FloatArray
@@ -81,6 +82,7 @@ class PressData:
     lateral_n: FloatArray | None = None
     lateral_noise_n: float = math.nan
     zero_step_n: float = math.nan
+    looked: bool = False
 
     @property
     def contact(self) -> IntArray:
@@ -267,4 +269,5 @@ def press_data(recording: Recording, axis: str | None = None) -> PressData:
         lateral_n=lateral_n,
         lateral_noise_n=lateral_noise_n,
         zero_step_n=largest_step(means),
+        looked=any(event.kind == "until" for event in recording.events),
     )

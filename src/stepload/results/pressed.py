@@ -67,6 +67,7 @@ def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = (
         secant_force_n=conditions.secant_force_n,
         accuracy=1.0 / conditions.t,
         laws=conditions.laws,
+        looked=data.looked,
         doubts=doubts,
     )
 
