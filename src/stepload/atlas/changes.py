@@ -70,14 +70,15 @@ def known(told: Conditions, relative: float) -> Conditions:
     """A K_s with this relative standard uncertainty.
 
     Below 5 % that needs a table of the pose, whose rows have it in common; each row is as uncertain
-    as the misfit of the line was.
+    as the misfit of the line was. A table that does not cover the secant's force is made anew.
     """
     sources = told.sources
     stiffness = sources.system_stiffness_n_per_m
     if stiffness is None:
         return told
     sources = replace(sources, system_stiffness_sigma_n_per_m=relative * stiffness)
-    if relative < LEAST_RELATIVE and not sources.deflection_force_n:
+    covered = sources.deflection_force_n and not told.table_doubts(told.secant_force_n)
+    if relative < LEAST_RELATIVE and not covered:
         force = told.secant_force_n * np.arange(1, TABLE_ROWS + 1) / TABLE_ROWS
         sources = replace(
             sources,

@@ -49,6 +49,15 @@ class Course:
         """The top force."""
         return float(self.force_n.max())
 
+    @property
+    def loading(self) -> NDArray[np.bool_]:
+        """(N,) the samples at which the force is on its way up, or held there."""
+        found = np.zeros(self.force_n.size, dtype=bool)
+        for each in self.stretches:
+            if each.loading:
+                found[each.start : each.stop] = True
+        return found
+
     def branch(self, cycle: int, *, loading: bool) -> tuple[Stretch, ...]:
         """The ramps and holds of one branch."""
         return tuple(s for s in self.stretches if s.cycle == cycle and s.loading == loading)

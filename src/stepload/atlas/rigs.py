@@ -34,7 +34,8 @@ class Specimen:
     Attributes:
         name: its name; `path` its file.
         top_n: the force it is pressed with here, 0 where it must not be pressed at all; `why` says
-            what makes that less than the map's top force, "" where nothing does.
+            what makes that less than the map's top force, and where the table of the rig's
+            deflection does not cover it; "" where nothing does.
         at_top_n_per_m: its secant stiffness at the top force of the map, by theory.
         secant_n_per_m: the same at `top_n`.
         exponent: n.
@@ -104,6 +105,7 @@ def bench(rig: str, top_n: float | None) -> Bench:
         share = known.system_stiffness_sigma_n_per_m / known.system_stiffness_n_per_m
         stiffness = format_quantity(known.system_stiffness_n_per_m, "N/m")
         note = f"K_s = {stiffness}, known to {100.0 * share:.2g} % ({by})"
+        note = "; ".join((note, *told.table_doubts(top_n)))
     return Bench(
         name=plan.rig.name,
         top_n=top_n,
@@ -148,6 +150,7 @@ def specimen(rig: str, path: Path, top_n: float) -> Specimen:
         return Specimen(name, path, 0.0, why, secant, secant, law.n, None, 0.0)
     own, envelope = pressed
     told = replace(planned(envelope), secant_force_n=safe_n)
+    why = "; ".join(filter(None, (why, *told.table_doubts(safe_n))))
     return Specimen(
         name, path, safe_n, why, law.secant(top_n), law.secant(safe_n), law.n, told,
         own.procedure.touch_force_n,
