@@ -10,6 +10,7 @@ import numpy as np
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.deflection import LEAST_RELATIVE
 
+AS_IT_IS = "as it is"
 Change = Callable[[Conditions], Conditions]
 TABLE_ROWS = 10
 GAUGE_M, FINER, STIFFER = 1e-6, 4.0, 1.5
@@ -103,7 +104,7 @@ def relative_sigma(told: Conditions) -> float:
 
 def for_sale(told: Conditions) -> dict[str, Change]:
     """What one can buy or do, by what it is called; the first is the rig as it is."""
-    found: dict[str, Change] = {"as it is": as_it_is}
+    found: dict[str, Change] = {AS_IT_IS: as_it_is}
     resolution_um = told.position_resolution_m / FINER * 1e6
     found[f"position of {resolution_um:.3g} µm"] = lambda one: finer(one, FINER)
     if told.sources.system_stiffness_n_per_m is None:

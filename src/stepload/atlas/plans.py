@@ -45,7 +45,7 @@ def plan_of(
             return load_plan(path)
         except PlanError as error:
             # What is wrong in a plan that nobody has written is told without its place.
-            if all(problem.file == path.name for problem in error.problems):
+            if all(problem.file == str(path) for problem in error.problems):
                 first = error.problems[0]
                 raise BadInputError(
                     f"at a top force of {top_n:.4g} N in {order.steps} steps: {first.message}",

@@ -196,8 +196,9 @@ def test_a_rig_that_cannot_push_as_hard_as_the_papers_is_mapped_at_what_it_can()
     ],
 )
 def test_bad_rigs_and_forces_are_told(rig: str, top_n: float | None, said: str) -> None:
-    with pytest.raises(BadInputError, match=said):
+    with pytest.raises(BadInputError, match=said) as found:
         bench(rig, top_n)
+    assert "map.yaml" not in str(found.value), "a file that nobody has written"
 
 
 def test_a_bad_rig_file_is_told_with_its_place(tmp_path: Path) -> None:
