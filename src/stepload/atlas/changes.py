@@ -10,7 +10,7 @@ import numpy as np
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.deflection import LEAST_RELATIVE
 
-AS_IT_IS = "as it is"
+AS_IT_IS, BY_A_TABLE = "as it is", "by a table"
 Change = Callable[[Conditions], Conditions]
 TABLE_ROWS = 10
 GAUGE_M, FINER, STIFFER = 1e-6, 4.0, 1.5
@@ -112,5 +112,5 @@ def for_sale(told: Conditions) -> dict[str, Change]:
     found[f"gauge of {GAUGE_M * 1e6:g} µm"] = lambda one: gauged(one, GAUGE_M)
     found[f"pose {STIFFER:g} times as stiff"] = lambda one: stiffer(one, STIFFER)
     share = min(KNOWN, relative_sigma(told) / 2.0)
-    found[f"K_s known to {100.0 * share:.2g} %, by a table"] = lambda one: known(one, share)
+    found[f"K_s known to {100.0 * share:.2g} %, {BY_A_TABLE}"] = lambda one: known(one, share)
     return found

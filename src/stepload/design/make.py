@@ -8,7 +8,7 @@ from itertools import product
 from pathlib import Path
 
 from stepload.atlas.answers import REQUIRED, Can, gain
-from stepload.atlas.changes import AS_IT_IS, for_sale
+from stepload.atlas.changes import AS_IT_IS, BY_A_TABLE, for_sale
 from stepload.atlas.make import CHECK_EVERY
 from stepload.atlas.work import Row, Work, run_all
 from stepload.design.ceiling import Ceiling, ceiling
@@ -21,6 +21,7 @@ AGAIN = 4
 """The best plans are judged again by so many times as many runs, none of them the same."""
 LONGER = 2.0
 """So many times the given time is looked at, to tell what more time would buy."""
+CALIBRATE = "stepload calibrate measures that table, in the pose of the experiment"
 Start = Callable[[int], None]
 
 
@@ -175,7 +176,8 @@ def _to_buy(own: Tried, best: Tried, limit: Ceiling) -> str:
     if own.can is Can.UNSURE:
         return "so few runs do not show it either way: more --samples would tell"
     if best.can is Can.YES:
-        return f"to buy: {said}"
+        table = f"; {CALIBRATE}" if best.row.point.change.endswith(BY_A_TABLE) else ""
+        return f"to buy: {said}{table}"
     if gain(best.row) > gain(own.row):
         return f"no single change will do; most is gained by: {said}; {limit.why}"
     return f"none of the changes looked at gains anything; {limit.why}"

@@ -27,8 +27,8 @@ def _expected(found: Design) -> str:
     return (
         f"To expect: IDENTIFIED, and rightly, in {share.value:.0%} of the runs ({share.low:.0%} to "
         f"{share.high:.0%}), and in half of them with a 95 % interval of ±{half:.1%} of the chord "
-        f"stiffness, or a narrower one. Of {covered.of} simulated runs that were IDENTIFIED the interval of "
-        f"{covered.count} held the truth."
+        f"stiffness, or a narrower one. Of {covered.of} simulated runs that were IDENTIFIED "
+        f"the interval of {covered.count} held the truth."
     )
 
 
