@@ -155,12 +155,16 @@ def _refusal(
     ]
     rows = run_all(work, jobs, pool)
     found = [Tried(each, row) for (each, _), row in zip(product(kept, changes), rows, strict=True)]
-    own = max((e for e in found if e.row.point.change == AS_IT_IS), key=lambda e: gain(e.row))
+    own = max((e for e in found if e.row.point.change == AS_IT_IS), key=_gain)
     return RefusedError(
         f"{what} was shown to be rightly IDENTIFIED in {REQUIRED:.0%} of its runs; the best is "
         f"{own.candidate.text}, {own.text}",
-        hint=_to_buy(own, max(found, key=lambda each: gain(each.row)), limit),
+        hint=_to_buy(own, found, limit),
     )
+
+
+def _gain(each: Tried) -> tuple[float, float]:
+    return gain(each.row)
 
 
 def _best(tried: Sequence[Tried], share: float) -> Candidate | None:
@@ -170,14 +174,24 @@ def _best(tried: Sequence[Tried], share: float) -> Candidate | None:
     return best.candidate if best is not None else None
 
 
-def _to_buy(own: Tried, best: Tried, limit: Ceiling) -> str:
+def _to_buy(own: Tried, found: Sequence[Tried], limit: Ceiling) -> str:
     """What would change it, as a sentence."""
-    said = f"{best.row.point.change}, {best.candidate.text}, {best.text}"
     if own.can is Can.UNSURE:
         return "so few runs do not show it either way: more --samples would tell"
-    if best.can is Can.YES:
-        table = f"; {CALIBRATE}" if best.row.point.change.endswith(BY_A_TABLE) else ""
-        return f"to buy: {said}{table}"
-    if gain(best.row) > gain(own.row):
-        return f"no single change will do; most is gained by: {said}; {limit.why}"
+    changed: dict[str, Tried] = {}
+    for each in found:
+        name = each.row.point.change
+        changed[name] = max((changed.get(name, each), each), key=_gain)
+    enough = [_changed(each) for each in changed.values() if each.can is Can.YES]
+    if enough:
+        return f"any one of these would do: {'; or '.join(enough)}"
+    best = max(found, key=_gain)
+    if _gain(best) > _gain(own):
+        return f"no single change will do; most is gained by {_changed(best)}; {limit.why}"
     return f"none of the changes looked at gains anything; {limit.why}"
+
+
+def _changed(each: Tried) -> str:
+    name = each.row.point.change
+    table = f"; {CALIBRATE}" if name.endswith(BY_A_TABLE) else ""
+    return f"{name} ({each.candidate.text}, {each.text}{table})"
