@@ -9,11 +9,12 @@ from pathlib import Path
 
 from stepload.atlas.answers import REQUIRED, Can, gain
 from stepload.atlas.changes import AS_IT_IS, BY_A_TABLE, for_sale
+from stepload.atlas.course import Order
 from stepload.atlas.make import CHECK_EVERY
 from stepload.atlas.work import Row, Work, run_all
 from stepload.design.ceiling import Ceiling, ceiling
 from stepload.design.front import Tried, choose, finalists, front
-from stepload.design.grid import SHARES, Candidate, Grid, grid
+from stepload.design.grid import HOLDS_S, SHARES, STEPS, Candidate, Grid, grid
 from stepload.errors import RefusedError
 from stepload.runner.jobs import Pool
 
@@ -87,7 +88,7 @@ def design(
         PlanError: what is wrong in their files.
         RefusedError: no plan is fast enough, or none was shown to be IDENTIFIED often enough.
     """
-    limit = ceiling(rig, payload)
+    limit = ceiling(rig, payload, Order(min(STEPS), max(HOLDS_S)))
     found = grid(rig, payload, limit, surface)
     soon = [each for each in found.candidates if each.duration_s <= LONGER * within_s]
     _check_time(limit, found, within_s)
