@@ -114,8 +114,8 @@ def _check_time(limit: Ceiling, found: Grid, within_s: float) -> None:
     """Raise where no plan may run, or none so soon."""
     if not found.candidates:
         raise RefusedError(
-            f"preflight refuses all {found.refused} plans for {limit.payload} on {limit.rig}; of "
-            f"that of the largest top force it says: {found.because}",
+            f"preflight refuses all {found.refused} plans for {limit.payload} on {limit.rig}. "
+            f"About the one with the largest top force it says: {found.because}",
             hint="stepload map RIG --payload PAYLOAD says what to buy",
         )
     fastest = min(found.candidates, key=lambda each: each.duration_s)
