@@ -16,6 +16,7 @@ from stepload import __version__
 from stepload.cli import (
     atlas,
     data,
+    design,
     devices,
     doctor,
     experiments,
@@ -45,7 +46,7 @@ app = typer.Typer(
 )
 for room in (
     plans, shipped, setup, experiments, live, identify, records, results, data, snippets,
-    devices, doctor, explain, atlas,
+    devices, doctor, explain, atlas, design,
 ):  # fmt: skip
     room.register(app)
 
