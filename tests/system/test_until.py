@@ -196,11 +196,11 @@ def test_a_run_with_until_is_not_resumed(soft: Ran) -> None:
 
 def test_preflight_says_what_every_level_needs(tmp_path: Path) -> None:
     path = tmp_path / "plan.yaml"
-    path.write_text(PLAN % "12", encoding="utf-8")
+    path.write_text(PLAN % "15", encoding="utf-8")
     said = in_process("preflight", path, "--json")
     assert said.returncode == ExitCode.OK
     told = json.loads(said.stdout)["until"]
-    assert told["asked"] == 0.12
+    assert told["asked"] == 0.15
     assert [each["level_n"] for each in told["levels"]] == [30.0 * (i + 1) for i in range(10)]
     by_theory = [
         each["level_n"]
