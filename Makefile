@@ -81,7 +81,7 @@ long: $(READY) ## Tests that are too long for every commit: the page's commands,
 campaign: $(READY) ## The fault campaign, 100,000 runs (hours; resumable)
 	$(BIN)/stepload campaign procedures/campaign.yaml --runs 100000 --faults all --seed 1 --out campaign
 
-bench: $(READY) ## Every figure of speed in one table, beside its goal and the kept table (ten minutes)
+bench: $(READY) ## Every figure of speed in one table, beside its goal and the kept table (a quarter of an hour)
 	$(BIN)/python bench/table.py
 
 benches: $(READY) ## Each bench by itself, with what the table leaves out

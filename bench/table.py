@@ -1,6 +1,6 @@
 """Every figure of speed in one table, beside its goal, a baseline and the table that was kept.
 
-    python bench/table.py              measure, compare with bench/table.json (some ten minutes)
+    python bench/table.py              measure, compare with bench/table.json (a quarter of an hour)
     python bench/table.py --keep       keep it there and in docs/speed.md
     python bench/table.py --quick      one small repeat of each: whether the table can be made
 

@@ -14,7 +14,7 @@ HOME = Path(__file__).resolve().parents[2]
 BENCH = HOME / "bench"
 FIGURES = (
     "stepload --help", "preflight", "make demo", "the loop of make demo", "repair", "map",
-    "100,000 identifications", "campaign, runs", "campaign, a run of", "efficiency at two",
+    "100,000 identifications", "campaign, runs", "campaign, CPU of a run", "efficiency at two",
     "joint fit", "RS-BTLS", "run and record", "identify",
 )  # fmt: skip
 
