@@ -176,20 +176,23 @@ class PayloadAnswer:
 def payload_answers(found: Map) -> list[PayloadAnswer]:
     """One answer for every payload."""
     rows = found.of(PAYLOADS)
-    answers = []
-    for each in found.specimens:
-        own = [row for row in rows if row.point.payload == each.name]
-        if not own:
-            answers.append(PayloadAnswer(each, Can.NO, None, None))
-            continue
-        now = can(own[0].measured)
-        best = max(own, key=_gain)
-        gains = best is not own[0] and now is Can.NO
-        answers.append(PayloadAnswer(each, now, own[0], best if gains else None))
-    return answers
+    return [
+        payload_answer(each, [row for row in rows if row.point.payload == each.name])
+        for each in found.specimens
+    ]
 
 
-def _gain(row: Row) -> tuple[float, float]:
+def payload_answer(specimen: Specimen, rows: Sequence[Row]) -> PayloadAnswer:
+    """The answer for one payload; of its rows the first is the rig as it is, the others changed."""
+    if not rows:
+        return PayloadAnswer(specimen, Can.NO, None, None)
+    now = can(rows[0].measured)
+    best = max(rows, key=gain)
+    gains = best is not rows[0] and now is Can.NO
+    return PayloadAnswer(specimen, now, rows[0], best if gains else None)
+
+
+def gain(row: Row) -> tuple[float, float]:
     """How good a row is: by what is measured, then by the width of the interval."""
     return row.measured.low, -math.inf if math.isnan(row.half_width) else -row.half_width
 

@@ -10,6 +10,7 @@ import numpy as np
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.deflection import LEAST_RELATIVE
 
+AS_IT_IS, BY_A_TABLE = "as it is", "by a table"
 Change = Callable[[Conditions], Conditions]
 TABLE_ROWS = 10
 GAUGE_M, FINER, STIFFER = 1e-6, 4.0, 1.5
@@ -70,14 +71,15 @@ def known(told: Conditions, relative: float) -> Conditions:
     """A K_s with this relative standard uncertainty.
 
     Below 5 % that needs a table of the pose, whose rows have it in common; each row is as uncertain
-    as the misfit of the line was.
+    as the misfit of the line was. A table that does not cover the secant's force is made anew.
     """
     sources = told.sources
     stiffness = sources.system_stiffness_n_per_m
     if stiffness is None:
         return told
     sources = replace(sources, system_stiffness_sigma_n_per_m=relative * stiffness)
-    if relative < LEAST_RELATIVE and not sources.deflection_force_n:
+    covered = sources.deflection_force_n and not told.table_doubts(told.secant_force_n)
+    if relative < LEAST_RELATIVE and not covered:
         force = told.secant_force_n * np.arange(1, TABLE_ROWS + 1) / TABLE_ROWS
         sources = replace(
             sources,
@@ -102,7 +104,7 @@ def relative_sigma(told: Conditions) -> float:
 
 def for_sale(told: Conditions) -> dict[str, Change]:
     """What one can buy or do, by what it is called; the first is the rig as it is."""
-    found: dict[str, Change] = {"as it is": as_it_is}
+    found: dict[str, Change] = {AS_IT_IS: as_it_is}
     resolution_um = told.position_resolution_m / FINER * 1e6
     found[f"position of {resolution_um:.3g} µm"] = lambda one: finer(one, FINER)
     if told.sources.system_stiffness_n_per_m is None:
@@ -110,5 +112,5 @@ def for_sale(told: Conditions) -> dict[str, Change]:
     found[f"gauge of {GAUGE_M * 1e6:g} µm"] = lambda one: gauged(one, GAUGE_M)
     found[f"pose {STIFFER:g} times as stiff"] = lambda one: stiffer(one, STIFFER)
     share = min(KNOWN, relative_sigma(told) / 2.0)
-    found[f"K_s known to {100.0 * share:.2g} %, by a table"] = lambda one: known(one, share)
+    found[f"K_s known to {100.0 * share:.2g} %, {BY_A_TABLE}"] = lambda one: known(one, share)
     return found

@@ -12,8 +12,28 @@ IntArray = NDArray[np.intp]
 
 RATE_HZ = 50.0
 """Samples per second. A rig is faster: a map does not count on its averaging more noise."""
-RAMP_S, HOLD_S, FREE_S = 1.0, 3.0, 4.0
-LEVELS, CYCLES = 6, 2
+RAMP_S, FREE_S = 1.0, 4.0
+CYCLES = 2
+"""One cycle cannot tell drift from creep, and a third one is not read by the identification."""
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What a run is told to do: equal steps up to its top force, and how long each level is held.
+
+    The default is what a map does.
+    """
+
+    steps: int = 6
+    hold_s: float = 3.0
+
+    @property
+    def cycle_s(self) -> float:
+        """Time of one cycle of a course, from touch to touch."""
+        return (2 * self.steps - 1) * (RAMP_S + self.hold_s) + FREE_S
+
+
+DEFAULT = Order()
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,19 +69,29 @@ class Course:
         """The top force."""
         return float(self.force_n.max())
 
+    @property
+    def loading(self) -> NDArray[np.bool_]:
+        """(N,) the samples at which the force is on its way up, or held there."""
+        found = np.zeros(self.force_n.size, dtype=bool)
+        for each in self.stretches:
+            if each.loading:
+                found[each.start : each.stop] = True
+        return found
+
     def branch(self, cycle: int, *, loading: bool) -> tuple[Stretch, ...]:
         """The ramps and holds of one branch."""
         return tuple(s for s in self.stretches if s.cycle == cycle and s.loading == loading)
 
 
-def course(top_n: float, touch_n: float) -> Course:
-    """Two cycles of six equal steps up and down, ramps of 1 s, holds of 3 s; then a last touch.
+def course(top_n: float, touch_n: float, order: Order = DEFAULT) -> Course:
+    """Two cycles of equal steps up and down with ramps of 1 s; then a last touch.
 
     Args:
         top_n: the top force, above `touch_n`.
         touch_n: the force at which a touch is seen; a loading begins there.
+        order: its steps and holds.
     """
-    levels = top_n * np.arange(1, LEVELS + 1) / LEVELS
+    levels = top_n * np.arange(1, order.steps + 1) / order.steps
     forces: list[FloatArray] = []
     stretches: list[Stretch] = []
     at = 0
@@ -77,7 +107,7 @@ def course(top_n: float, touch_n: float) -> Course:
         before = touch_n
         for loading, ends in ((True, levels), (False, levels[-2::-1])):
             for end in ends.tolist():
-                ramp, hold = add(RAMP_S, before, end), add(HOLD_S, end, end)
+                ramp, hold = add(RAMP_S, before, end), add(order.hold_s, end, end)
                 stretches.append(Stretch(ramp, hold, cycle, loading, False))
                 stretches.append(Stretch(hold, at, cycle, loading, True))
                 before = end

@@ -29,6 +29,9 @@ from stepload.evidence.loops import BETWEEN, EARLY
 from stepload.evidence.rehearse import TO_SIGMA
 from stepload.evidence.shape import rehearse_law
 
+TABLE = "deflection_table"
+"""What stops a run whose forces the rows of the table of the rig's deflection do not cover."""
+
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
@@ -55,7 +58,6 @@ class Judged:
 def judge(payload: Payload, course: Course, runs: Runs, own: Reference) -> Judged:
     """Identify every run of a cell."""
     main, elastic = own.main, own.elastic
-    count = runs.force_n.shape[0]
     travel, deformation = _at_reference(own, course, runs)
     shift = _value(own, "top_shift", travel)
     period_s = _period(own)
@@ -92,15 +94,16 @@ def judge(payload: Payload, course: Course, runs: Runs, own: Reference) -> Judge
         + (sources.temperature_sigma_k * sources.modulus_per_k) ** 2)
     )  # fmt: skip
     half = np.sinh(np.minimum(NORMAL_95 * relative, 700.0))
-    stopped = np.any(list(fires.values()), axis=0)
+    peaks = runs.force_n[:, course.loading].max(axis=1).tolist()
+    fires[TABLE] = np.array([bool(own.told.table_doubts(peak)) for peak in peaks])
     none = span <= 0.0
+    stopped = np.any(list(fires.values()), axis=0)
     asked = min(own.run.accuracy, HOPELESS)
-    blocked = bool(own.run.doubts) * np.ones(count, dtype=bool)
     return Judged(
         value_n_per_m=np.where(none, 0.0, (main.to_n - main.from_n) / safe),
         truth_n_per_m=(main.to_n - main.from_n) / true,
         half_width=half,
-        identified=~stopped & ~none & ~blocked & (half <= asked),
+        identified=~stopped & ~none & (half <= asked),
         vetoed={name: int(each.sum()) for name, each in fires.items() if each.any()},
     )
 

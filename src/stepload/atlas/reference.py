@@ -18,6 +18,7 @@ from stepload.atlas.course import Course
 from stepload.atlas.whole import pressed_of
 from stepload.atlas.world import Cell
 from stepload.errors import DomainError
+from stepload.estimators.conditions import Conditions
 from stepload.estimators.smooth import smooth_lengths
 from stepload.evidence.chord import Chord, chord
 from stepload.evidence.drift import Drift, drift_of
@@ -42,6 +43,7 @@ class Reference:
     """The run without other errors than noise, and what is derived from it once.
 
     Attributes:
+        told: what the identification knows.
         run: as evidence takes it.
         branches: its branches in the order of time.
         main, elastic, drift: as in `evidence`.
@@ -55,6 +57,7 @@ class Reference:
         allowed_chi2: what the best law may leave.
     """
 
+    told: Conditions
     run: Pressed
     branches: Sequence[Branch]
     main: Chord
@@ -111,6 +114,7 @@ def reference(cell: Cell, course: Course) -> Reference:
     deformation = drawn[0] - elastic.deflection(first.path.force_n)[:, None]
     left = rehearse_law(data, power, near(power.best.shape), deformation, main).chi2
     return Reference(
+        told=told,
         run=run,
         branches=branches,
         main=main,

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from stepload.atlas.course import LEVELS
+from stepload.atlas.course import DEFAULT
+from stepload.atlas.plans import plan_of
 from stepload.envelope.envelope import Envelope, derive
 from stepload.errors import BadInputError, DomainError, RefusedError
 from stepload.estimators.conditions import Conditions
-from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
-from stepload.plan.problems import PlanError
-from stepload.plan.references import names_a_file, profiles
 from stepload.plan.shipped import payload_folder
 from stepload.results.conditions import planned
 from stepload.units import format_quantity
@@ -34,7 +30,8 @@ class Specimen:
     Attributes:
         name: its name; `path` its file.
         top_n: the force it is pressed with here, 0 where it must not be pressed at all; `why` says
-            what makes that less than the map's top force, "" where nothing does.
+            what makes that less than the map's top force, and where the table of the rig's
+            deflection does not cover it; "" where nothing does.
         at_top_n_per_m: its secant stiffness at the top force of the map, by theory.
         secant_n_per_m: the same at `top_n`.
         exponent: n.
@@ -85,16 +82,15 @@ def bench(rig: str, top_n: float | None) -> Bench:
         BadInputError: no such rig, or it cannot press that hard.
         PlanError: what is wrong in a rig file.
     """
-    first = _plan(rig, _flat(), PROBE_N)
-    most_n = min(first.rig.arm.max_push_n, first.rig.force.range_n)
+    name, most_n = most_push(rig)
     if top_n is None:
         top_n = min(PAPERS_N, OF_PUSH * most_n)
     if not 0.0 < top_n <= most_n:
         raise BadInputError(
-            f"top force {top_n:.4g} N: rig {first.rig.name} can press with {most_n:.4g} N at most",
+            f"top force {top_n:.4g} N: rig {name} can press with {most_n:.4g} N at most",
             hint="--top-force between 0 and that",
         )
-    plan = _plan(rig, _flat(), top_n)
+    plan = plan_of(rig, _flat(), top_n)
     told = planned(derive(plan))
     known = told.sources
     if known.system_stiffness_n_per_m is None:
@@ -104,8 +100,9 @@ def bench(rig: str, top_n: float | None) -> Bench:
         share = known.system_stiffness_sigma_n_per_m / known.system_stiffness_n_per_m
         stiffness = format_quantity(known.system_stiffness_n_per_m, "N/m")
         note = f"K_s = {stiffness}, known to {100.0 * share:.2g} % ({by})"
+        note = "; ".join((note, *told.table_doubts(top_n)))
     return Bench(
-        name=plan.rig.name,
+        name=name,
         top_n=top_n,
         conditions=replace(
             told, secant_force_n=top_n, elastic_limit_n=None, roughness_m=None,
@@ -117,13 +114,24 @@ def bench(rig: str, top_n: float | None) -> Bench:
     )  # fmt: skip
 
 
+def most_push(rig: str) -> tuple[str, float]:
+    """Name of a rig, and what its arm and its force sensor can push, in N.
+
+    Raises:
+        BadInputError: no such rig.
+        PlanError: what is wrong in a rig file.
+    """
+    own = plan_of(rig, _flat(), PROBE_N).rig
+    return own.name, min(own.arm.max_push_n, own.force.range_n)
+
+
 def specimen(rig: str, path: Path, top_n: float) -> Specimen:
     """A payload on a rig, pressed no harder than is safe there.
 
     Raises:
         PlanError: what is wrong in the payload's file.
     """
-    plan = _plan(rig, path, top_n)
+    plan = plan_of(rig, path, top_n)
     name = plan.payload.name
     try:
         found = derive(plan)
@@ -148,6 +156,7 @@ def specimen(rig: str, path: Path, top_n: float) -> Specimen:
         return Specimen(name, path, 0.0, why, secant, secant, law.n, None, 0.0)
     own, envelope = pressed
     told = replace(planned(envelope), secant_force_n=safe_n)
+    why = "; ".join(filter(None, (why, *told.table_doubts(safe_n))))
     return Specimen(
         name, path, safe_n, why, law.secant(top_n), law.secant(safe_n), law.n, told,
         own.procedure.touch_force_n,
@@ -159,8 +168,8 @@ def _softer(rig: str, path: Path, safe_n: float) -> tuple[Plan, Envelope] | None
     if safe_n <= 0.0:
         return None
     try:
-        plan = _plan(rig, path, safe_n)
-        if plan.procedure.touch_force_n >= safe_n / LEVELS:
+        plan = plan_of(rig, path, safe_n)
+        if plan.procedure.touch_force_n >= safe_n / DEFAULT.steps:
             return None
         return plan, derive(plan)
     except (BadInputError, RefusedError, DomainError):
@@ -170,47 +179,3 @@ def _softer(rig: str, path: Path, safe_n: float) -> tuple[Plan, Envelope] | None
 def _flat() -> Path:
     """A payload that bears any force: of a map without payloads only the rig is looked at."""
     return payload_folder() / "stiff-flat.yaml"
-
-
-def _plan(rig: str, payload: Path, top_n: float) -> Plan:
-    """A plan of six steps; the devices of a profile are simulated, for it names no addresses.
-
-    Raises:
-        BadInputError: no such rig or payload.
-        PlanError: what is wrong in their files.
-    """
-    if names_a_file(rig):
-        if not Path(rig).is_file():
-            raise BadInputError(f"{rig}: there is no such rig file")
-        named: object = str(Path(rig).resolve())
-    elif rig in profiles():
-        named = {"profile": rig, "arm": {"driver": "sim"}, "force": {"driver": "sim"}}
-    else:
-        raise BadInputError(
-            f"no rig profile is named {rig!r}", hint=f"there are {', '.join(profiles())}; or a FILE"
-        )
-    if not payload.is_file():
-        raise BadInputError(f"{payload}: there is no such payload file")
-    tree = {
-        "stepload": 1,
-        "payload": str(payload.resolve()),
-        "rig": named,
-        "procedure": {
-            "top_force": f"{top_n!r} N", "step": f"{top_n / LEVELS!r} N", "hold": "3 s",
-            "cycles": 2, "surface_distance": "5 mm",
-        },
-    }  # fmt: skip
-    with tempfile.TemporaryDirectory() as directory:
-        path = Path(directory) / "map.yaml"
-        path.write_text(json.dumps(tree), encoding="utf-8")
-        try:
-            return load_plan(path)
-        except PlanError as error:
-            # What is wrong in a plan that nobody has written is told without its place.
-            if all(problem.file == path.name for problem in error.problems):
-                first = error.problems[0]
-                raise BadInputError(
-                    f"at a top force of {top_n:.4g} N in {LEVELS} steps: {first.message}",
-                    hint="another --top-force",
-                ) from error
-            raise

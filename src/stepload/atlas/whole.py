@@ -59,6 +59,7 @@ def pressed_of(
         secant_force_n=told.secant_force_n,
         accuracy=1.0 / told.t,
         laws=told.laws,
+        doubts=tuple(told.table_doubts(float(force_n[run.loading].max()))),
     )
 
 

@@ -25,8 +25,8 @@ from stepload.evidence.figures import HOPELESS
 from stepload.runner.digest import code_digest
 from stepload.runner.jobs import Pool, run_in_order
 
-AT_ONCE = 250
-"""Runs that are drawn and identified together: what memory a process takes."""
+AT_ONCE, MOST_SAMPLES = 250, 1_250_000
+"""Runs that are drawn and identified together, and their samples: what memory a process takes."""
 BATCH = 4
 """Cells that a process is given at once."""
 DECIDING = ("atlas", "contact", "estimators", "evidence")
@@ -100,7 +100,8 @@ class Work:
         cell, told = job.point.cell, job.point.cell.conditions
         limit = k_max(told, cell.top_n)
         rng = np.random.default_rng([self.seed, _own(cell)])
-        plan = course(cell.top_n, cell.touch_n)
+        plan = course(cell.top_n, cell.touch_n, cell.order)
+        at_once = min(AT_ONCE, max(1, MOST_SAMPLES // plan.force_n.size))
         try:
             own = reference(cell, plan)
         except (DomainError, np.linalg.LinAlgError) as error:
@@ -113,8 +114,8 @@ class Work:
         vetoes: dict[str, int] = {}
         checked = agreed = 0
         value_off = 0.0
-        for start in range(0, self.samples, AT_ONCE):
-            part = slice(start, min(start + AT_ONCE, self.samples))
+        for start in range(0, self.samples, at_once):
+            part = slice(start, min(start + at_once, self.samples))
             runs = press(cell, plan, part.stop - part.start, rng)
             found = judge(cell.payload, plan, runs, own)
             ratio = found.value_n_per_m / found.truth_n_per_m

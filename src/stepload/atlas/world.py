@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from stepload.atlas.course import RATE_HZ, Course
+from stepload.atlas.course import CYCLES, DEFAULT, RATE_HZ, Course, Order
 from stepload.atlas.law import Payload
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.linearity import linearity_errors
@@ -38,7 +38,8 @@ NOT_REPEATED = 0.2
 LENGTH_FACTOR = 2.0
 """A stated correlation length is right within this factor."""
 DRIFT_SHARE = 0.002
-"""Largest drift of the travel over a cycle, as a share of the deformation at the top."""
+"""Largest drift of the travel over a cycle of a map, as a share of the deformation at the top; in
+a longer cycle it drifts on."""
 ZERO_BOW = 0.25
 """How much of a drift of the force's zero from tare to tare is no straight line."""
 _GRID, _LENGTHS = 48, 4
@@ -48,9 +49,10 @@ DRAWN = (
     "is no table of the pose; force gain, bend and noise; drift of the force's zero; lag; warming; "
     "quanta and noise of the travel; a smooth error of the stated size whose length is unknown "
     f"within a factor of {LENGTH_FACTOR:g} and which does not repeat by up to {NOT_REPEATED:.0%}; "
-    f"drift of the travel up to {DRIFT_SHARE:.1%} a cycle; a loop of up to {LOOP:.0%}; in half of "
-    f"the runs a roughness length of {FINEST_M * 1e6:g} to {ROUGHEST_M * 1e6:g} µm that nobody has "
-    f"stated (a stated one within {ROUGH_SIGMA:.0%}), in half of them creep of up to {CREEP:.0%}"
+    f"drift of the travel up to {DRIFT_SHARE:.1%} in {DEFAULT.cycle_s:.0f} s; "
+    f"a loop of up to {LOOP:.0%}; in half of the runs a roughness length of {FINEST_M * 1e6:g} "
+    f"to {ROUGHEST_M * 1e6:g} µm that nobody has stated (a stated one within "
+    f"{ROUGH_SIGMA:.0%}), in half of them creep of up to {CREEP:.0%}"
 )
 NOT_DRAWN = (
     "yield, slip, adhesion, backlash, force across the axis, a K_s that is further off than it is "
@@ -68,6 +70,7 @@ class Cell:
         top_n: the top force.
         touch_n: force at which a touch is seen.
         zero_drift_n_per_s: largest drift of the force's zero.
+        order: steps and holds of its runs.
     """
 
     payload: Payload
@@ -75,6 +78,7 @@ class Cell:
     top_n: float
     touch_n: float
     zero_drift_n_per_s: float = 0.0
+    order: Order = DEFAULT
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +122,7 @@ def press(cell: Cell, run: Course, count: int, rng: Rng) -> Runs:
     travel += sources.position_noise_m * rng.standard_normal(travel.shape)
     travel = _quantised(travel, sources.position_resolution_m, rng.uniform(size=(count, 1)))
 
-    cycle_s = float(run.time_s[-1]) / 2.0
+    cycle_s = float(run.time_s[-1]) / CYCLES
     step = cell.zero_drift_n_per_s * cycle_s * rng.uniform(-1.0, 1.0, count)
     share = np.mod(run.time_s, cycle_s) / cycle_s
     bow = 4.0 * share * (1.0 - share) * ZERO_BOW
@@ -221,7 +225,7 @@ def _add_in_time(travel: FloatArray, cell: Cell, run: Course, rng: Rng) -> None:
     loading = run.branch(1, loading=True)
     loading_s = float(run.time_s[loading[-1].stop - 1] - run.time_s[loading[0].start])
     depth_m = cell.payload.at_n / cell.payload.secant_n_per_m
-    rate = DRIFT_SHARE * depth_m * rng.uniform(-1.0, 1.0, count) / (float(run.time_s[-1]) / 2.0)
+    rate = DRIFT_SHARE * depth_m * rng.uniform(-1.0, 1.0, count) / DEFAULT.cycle_s
     growth = sources.temperature_sigma_k * sources.position_m_per_k
     rate += growth * rng.standard_normal(count) / loading_s
     travel += np.outer(rate, run.time_s)

@@ -69,6 +69,10 @@ ROOMS = {
         "map": "Say by simulation which payloads a rig can measure, and what to buy to measure "
         "more.",
     },
+    "design": {
+        "design": "Write the plan with the narrowest interval, below the elastic limit and within "
+        "a time.",
+    },
 }
 
 VERBS = tuple(

@@ -153,6 +153,20 @@ def test_changes_change_what_they_say() -> None:
     assert list(for_sale(across)) == ["as it is", "position of 0.25 µm"]
 
 
+def test_forces_that_the_table_does_not_cover_are_told_and_a_table_that_is_bought_covers_them() -> (
+    None
+):
+    assert "ends at 300 N, the data reach 400 N" in bench("stvf", 400.0).note
+    assert "ends at" not in STVF.note
+    far = specimen("stvf", SPHERE, 400.0)
+    assert "ends at 300 N, the data reach 400 N" in far.why
+    assert far.conditions is not None
+    assert known(far.conditions, 0.005).table_doubts(400.0) == []
+    near = specimen("stvf", SPHERE, 300.0).conditions
+    assert near is not None
+    assert known(near, 0.005).deflection_m == near.deflection_m
+
+
 def test_a_gauge_of_the_rig_leaves_only_what_can_still_be_changed(tmp_path: Path) -> None:
     rig = tmp_path / "mine.yaml"
     rig.write_text(
@@ -182,8 +196,9 @@ def test_a_rig_that_cannot_push_as_hard_as_the_papers_is_mapped_at_what_it_can()
     ],
 )
 def test_bad_rigs_and_forces_are_told(rig: str, top_n: float | None, said: str) -> None:
-    with pytest.raises(BadInputError, match=said):
+    with pytest.raises(BadInputError, match=said) as found:
         bench(rig, top_n)
+    assert "map.yaml" not in str(found.value), "a file that nobody has written"
 
 
 def test_a_bad_rig_file_is_told_with_its_place(tmp_path: Path) -> None:

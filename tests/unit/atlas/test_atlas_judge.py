@@ -11,7 +11,7 @@ import pytest
 from stepload.atlas import world
 from stepload.atlas.changes import gauged, known
 from stepload.atlas.course import RATE_HZ, Course, course
-from stepload.atlas.judge import Judged, judge
+from stepload.atlas.judge import TABLE, Judged, judge
 from stepload.atlas.law import Payload
 from stepload.atlas.reference import reference
 from stepload.atlas.rigs import Bench, bench
@@ -62,6 +62,29 @@ def test_a_cell_at_once_says_what_the_whole_pipeline_says_of_every_run(name: str
     assert widths == pytest.approx([1.0] * 8, rel=0.2)
     assert np.median(widths) == pytest.approx(1.0, rel=0.1 if name == "gauge" else 0.03)
     assert same >= 7  # a half width of 19.9 % here may be one of 20.1 % there
+
+
+@pytest.mark.parametrize("last_n", [250.0, 150.0])
+def test_beyond_the_table_of_the_deflection_nothing_is_identified(last_n: float) -> None:
+    sources = STVF.conditions.sources
+    rows = sum(force <= last_n for force in sources.deflection_force_n)
+    short = replace(
+        sources,
+        deflection_force_n=sources.deflection_force_n[:rows],
+        deflection_m=sources.deflection_m[:rows],
+        deflection_sigma_m=sources.deflection_sigma_m[:rows],
+    )
+    cell = cell_of(STVF, 3e6, replace(STVF.conditions, sources=short))
+    plan, runs = pressed(cell, 4)
+    found = judged(cell, plan, runs)
+    for number in range(4):
+        whole = headline(cell.conditions, plan, runs, number)
+        assert whole is not None
+        assert whole.verdict is not ResultVerdict.IDENTIFIED
+        assert any(f"ends at {last_n:.4g} N" in each for each in whole.why)
+    assert not found.identified.any()
+    assert found.vetoed[TABLE] == 4
+    assert judged(cell_of(STVF, 3e6), plan, runs).vetoed.get(TABLE, 0) == 0
 
 
 def test_a_soft_payload_is_identified_and_rightly() -> None:

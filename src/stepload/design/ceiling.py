@@ -1,0 +1,115 @@
+"""How hard a payload may be pressed on a rig, and what that hangs on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from stepload.atlas.course import DEFAULT, Order
+from stepload.atlas.plans import plan_of
+from stepload.atlas.rigs import most_push
+from stepload.envelope.envelope import Envelope, derive
+from stepload.envelope.pressing import largest_top_force
+from stepload.errors import RefusedError
+from stepload.estimators.sources import Sources
+from stepload.plan.model import Plan
+from stepload.results.conditions import planned
+from stepload.units import format_quantity
+
+TRIES = 3
+"""The safe force falls by a hundredth of what the asked one rises, for the drift that is allowed
+rises with it: asked so often it is exact to a millionth."""
+ANY_N = 1e6
+"""More than any rig can push."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ceiling:
+    """The largest top force that is looked at.
+
+    Attributes:
+        rig, payload: what they call themselves.
+        top_n: the force.
+        why: what keeps it from being larger, a whole sentence.
+    """
+
+    rig: str
+    payload: str
+    top_n: float
+    why: str
+
+
+def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
+    """What arm and sensor can push, what is safe, and what the table of the deflection covers.
+
+    Args:
+        rig: a profile that comes with stepload, or a rig file.
+        payload: a payload file.
+        order: the order with the largest steps: larger ones need more room below F_c.
+
+    Raises:
+        BadInputError: no such rig or payload.
+        PlanError: what is wrong in their files.
+        RefusedError: nothing is known of the payload's elastic limit, or no force is safe.
+        DomainError: a number outside the domain of contact theory.
+    """
+    name, most_n = most_push(rig)
+    top_n, why = most_n, f"{name} can press with {format_quantity(most_n, 'N')} at most"
+    for _ in range(TRIES):
+        plan = plan_of(rig, payload, top_n, order)
+        envelope = derive(plan)
+        safe_n = envelope.largest_safe_force_n
+        if not safe_n > 0.0:
+            raise RefusedError(
+                f"{plan.payload.name} must not be pressed on {name}: {_limit(envelope)}, and no "
+                "top force that this rig resolves is safe",
+                hint="stepload preflight PLAN says how the force budget is spent",
+            )
+        if safe_n < most_n:
+            top_n, why = safe_n, _unsafe(plan, envelope)
+    last_n = _covered(planned(envelope).sources)
+    if last_n < top_n:
+        last, safe = format_quantity(last_n, "N"), format_quantity(top_n, "N")
+        why = (
+            f"the table of the rig's deflection ends at {last}, and nothing beyond it is "
+            f"IDENTIFIED; {safe} would be safe, so calibrate up to there to use them"
+        )
+    return Ceiling(name, plan.payload.name, min(top_n, last_n), why)
+
+
+def _covered(sources: Sources) -> float:
+    """The force that the table of the deflection reaches; infinite without one."""
+    table = sources.deflection()
+    return math.inf if table is None else table.force_n[-1]
+
+
+def _limit(envelope: Envelope) -> str:
+    theory = envelope.theory
+    limit, counted = (
+        format_quantity(force, "N") for force in (theory.elastic_limit_n, theory.counted.lower_n)
+    )
+    return f"its elastic limit F_c is {limit}, of which {counted} are counted on"
+
+
+def _unsafe(plan: Plan, envelope: Envelope) -> str:
+    """Why the largest safe force is no larger: by the payload, or by the rig."""
+    safe_n, rig = envelope.largest_safe_force_n, plan.rig
+    stronger = replace(
+        rig,
+        arm=replace(rig.arm, max_push_n=ANY_N),
+        force=replace(rig.force, range_n=ANY_N),
+    )
+    free_n = largest_top_force(replace(plan, rig=stronger), envelope.theory.counted.lower_n)
+    safe = format_quantity(safe_n, "N")
+    if free_n > safe_n:
+        return f"more than {safe} leaves too little room below what {rig.name} can press with"
+    return f"more than {safe} is not safe: {_limit(envelope)}"
+
+
+def rounded_down(force_n: float) -> float:
+    """A force in N with three significant digits, never larger than it was."""
+    if not force_n > 0.0:
+        return 0.0
+    unit = 10.0 ** (math.floor(math.log10(force_n)) - 2)
+    return float(f"{math.floor(force_n / unit * (1.0 + 1e-12)) * unit:.3g}")

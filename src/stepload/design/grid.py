@@ -1,0 +1,136 @@
+"""The plans that are looked at: top force, number of steps, holds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from stepload.atlas.course import CYCLES, Order
+from stepload.atlas.law import Payload
+from stepload.atlas.plans import plan_of
+from stepload.atlas.points import Point
+from stepload.atlas.rigs import Specimen
+from stepload.atlas.work import Job
+from stepload.atlas.world import Cell
+from stepload.design.ceiling import Ceiling, rounded_down
+from stepload.envelope.envelope import Envelope, derive
+from stepload.envelope.reason import PlanVerdict, Severity
+from stepload.errors import BadInputError, DomainError, RefusedError
+from stepload.estimators.conditions import Conditions
+from stepload.plan.problems import PlanError
+from stepload.results.conditions import planned
+from stepload.units import format_quantity
+
+SHARES = (0.25, 0.5, 0.75, 1.0)
+"""Top forces, as shares of the largest."""
+STEPS = (4, 6, 8, 12)
+"""Fewer steps would be faster still, but what happens between two of them only the ramps see."""
+HOLDS_S = (1.0, 2.0, 3.0, 5.0, 8.0)
+SERIES = "design"
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A plan that preflight lets run.
+
+    Attributes:
+        top_n, step_n: its forces.
+        share: its top force is about this share of the largest.
+        order: its steps and holds.
+        duration_s: how long preflight says that it takes.
+        specimen: the payload at this top force.
+        zero_drift_n_per_s: largest drift of the force's zero.
+    """
+
+    top_n: float
+    step_n: float
+    share: float
+    order: Order
+    duration_s: float
+    specimen: Specimen
+    zero_drift_n_per_s: float
+
+    @property
+    def text(self) -> str:
+        """The plan in a few words."""
+        return (
+            f"{format_quantity(self.top_n, 'N')} in {self.order.steps} steps of "
+            f"{format_quantity(self.step_n, 'N')}, holds of {self.order.hold_s:g} s, "
+            f"{CYCLES} cycles: {self.duration_s:.0f} s"
+        )
+
+    def job(self, index: int, told: Conditions, change: str = "") -> Job:
+        """Its simulated identifications, told what `told` says."""
+        body = self.specimen
+        cell = Cell(
+            Payload(body.secant_n_per_m, body.exponent, body.top_n),
+            replace(told, elastic_limit_n=None),
+            body.top_n,
+            body.touch_n,
+            self.zero_drift_n_per_s,
+            self.order,
+        )
+        return Job(SERIES, index, Point(SERIES, index, math.nan, change, body.name, cell))
+
+    @property
+    def conditions(self) -> Conditions:
+        """What its identification is told."""
+        assert self.specimen.conditions is not None
+        return self.specimen.conditions
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """The plans of a grid.
+
+    Attributes:
+        candidates: those that may run.
+        refused: how many may not; `because` is what preflight says of the
+            last, which has the largest top force.
+    """
+
+    candidates: tuple[Candidate, ...]
+    refused: int
+    because: str
+
+
+def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
+    """Every plan of the grid that preflight lets run."""
+    found: list[Candidate] = []
+    reasons: list[str] = []
+    for share, order in _orders():
+        step_n = rounded_down(share * limit.top_n / order.steps)
+        top_n = round(step_n * order.steps, 9)
+        try:
+            plan = plan_of(rig, payload, top_n, order, surface)
+            envelope = derive(plan)
+        except PlanError:
+            raise
+        except (BadInputError, RefusedError, DomainError) as error:
+            reasons.append(error.message)
+            continue
+        if envelope.verdict is PlanVerdict.REFUSED:
+            reasons.append(_why(envelope))
+            continue
+        law = envelope.theory.stiffest
+        secant = law.secant(top_n)
+        body = Specimen(
+            plan.payload.name, payload, top_n, "", secant, secant, law.n,
+            planned(envelope), plan.procedure.touch_force_n,
+        )  # fmt: skip
+        drift = plan.rig.force.drift_n_per_s
+        found.append(Candidate(top_n, step_n, share, order, envelope.duration_s, body, drift))
+    return Grid(tuple(found), len(reasons), reasons[-1] if reasons else "")
+
+
+def _orders() -> Iterator[tuple[float, Order]]:
+    for share in SHARES:
+        for steps in STEPS:
+            for hold_s in HOLDS_S:
+                yield share, Order(steps, hold_s)
+
+
+def _why(envelope: Envelope) -> str:
+    return next(r.message for r in envelope.reasons if r.severity is Severity.REFUSE)

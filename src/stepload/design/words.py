@@ -1,0 +1,75 @@
+"""A design in words: the plan, what to expect of it, what time and force would buy."""
+
+from __future__ import annotations
+
+import math
+
+from stepload.atlas.answers import Can
+from stepload.design.front import ALIKE, Tried, choose
+from stepload.design.grid import SHARES
+from stepload.design.make import LONGER, Design
+from stepload.units import format_quantity
+
+
+def sentences(found: Design) -> list[str]:
+    """What there is to say of a design, each a whole sentence or two."""
+    return [_plan(found), _expected(found), _top(found), _time(found), _what_matters(found)]
+
+
+def _plan(found: Design) -> str:
+    limit = found.ceiling
+    return f"The plan for {limit.payload} on {limit.rig}: {found.chosen.candidate.text}."
+
+
+def _expected(found: Design) -> str:
+    share, half = found.chosen.row.measured, found.chosen.half_width
+    covered = found.chosen.row.covered
+    return (
+        f"To expect: IDENTIFIED, and rightly, in {share.value:.0%} of the runs ({share.low:.0%} to "
+        f"{share.high:.0%}), and in half of them with a 95 % interval of ±{half:.1%} of the chord "
+        f"stiffness, or a narrower one. Of {covered.of} simulated runs that were IDENTIFIED "
+        f"the interval of {covered.count} held the truth."
+    )
+
+
+def _top(found: Design) -> str:
+    return f"The top force cannot be larger: {found.ceiling.why}."
+
+
+def _time(found: Design) -> str:
+    chosen, longer_s = found.chosen, LONGER * found.within_s
+    longer = choose(found.again, longer_s)
+    if longer is None or not longer.half_width * ALIKE < chosen.half_width:
+        more = f"up to {longer_s:.0f} s buy nothing"
+    else:
+        more = f"{longer.candidate.text} brings ±{longer.half_width:.1%}"
+    faster = [each for each in found.curve if each.duration_s < chosen.duration_s]
+    said = f"More time than the {found.within_s:.0f} s given: {more}."
+    if not faster:
+        return said
+    quick = faster[0]
+    return (
+        f"{said} Less: the fastest plan that is good enough takes {quick.duration_s:.0f} s and "
+        f"brings ±{quick.half_width:.1%}."
+    )
+
+
+def _what_matters(found: Design) -> str:
+    """How far the interval goes by the top force, and how far by steps and holds."""
+    told = []
+    for share in sorted(SHARES, reverse=True):
+        own = [each for each in found.tried if each.candidate.share == share]
+        half = [each.half_width for each in own if math.isfinite(each.half_width)]
+        if not half:
+            continue
+        top = format_quantity(max(each.candidate.top_n for each in own), "N")
+        good = sum(each.can is not Can.NO for each in own)
+        told.append(
+            f"{top}: ±{min(half):.1%} to ±{max(half):.1%}, {good} of {len(own)} good enough"
+        )
+    return f"Intervals by top force, over all steps and holds looked at: {'; '.join(told)}."
+
+
+def shown(each: Tried) -> str:
+    """The half width in words."""
+    return f"±{each.half_width:.1%}" if math.isfinite(each.half_width) else "wider than the figure"

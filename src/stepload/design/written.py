@@ -1,0 +1,95 @@
+"""The file of a plan that was designed: written new, read back, and let run by preflight."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+from stepload import __version__
+from stepload.atlas.course import CYCLES
+from stepload.design.make import Design
+from stepload.design.words import sentences
+from stepload.envelope.envelope import envelope_of, refusal_of
+from stepload.envelope.reason import PlanVerdict
+from stepload.errors import BadInputError
+from stepload.plan.load import load_plan
+from stepload.plan.problems import printable
+from stepload.plan.references import names_a_file
+
+LONGEST = 96
+"""Characters of a line of the comment."""
+
+
+def check_new(path: Path) -> None:
+    """A file that is there is not written over.
+
+    Raises:
+        BadInputError: it is there, or its directory is not.
+    """
+    if path.is_symlink() or path.exists():
+        raise BadInputError(f"{path} is there already", hint="name another file with --out")
+    if not path.absolute().parent.is_dir():
+        raise BadInputError(f"{path}: there is no such directory", hint="make it first")
+
+
+def text_of(found: Design, path: Path, payload: Path, rig: str, surface: str, command: str) -> str:
+    """The plan as it stands in the file `path`; files are named from there."""
+    plan = found.chosen.candidate
+    lines = [
+        "# Designed by simulation. Made by:",
+        f"#   {printable(command, 400)}",
+        f"# (stepload {__version__}).",
+        *(f"# {line}" for each in sentences(found)[:3] for line in _wrapped(printable(each, 900))),
+        "stepload: 1",
+        f"payload: {_file(payload, path)}",
+    ]
+    if names_a_file(rig):
+        lines.append(f"rig: {_file(Path(rig), path)}")
+    else:
+        lines += [
+            "rig:",
+            f"  profile: {rig}",
+            "  arm: {driver: sim} # simulated: name the drivers of your devices to press",
+            "  force: {driver: sim}",
+        ]
+    lines += [
+        "procedure:",
+        f"  step: {plan.step_n:.12g} N",
+        f"  top_force: {plan.top_n:.12g} N",
+        f"  hold: {plan.order.hold_s:g} s",
+        f"  cycles: {CYCLES}",
+        f"  surface_distance: {surface}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def write(path: Path, text: str) -> None:
+    """Write the plan where nothing is yet; what preflight would not let run does not stay.
+
+    Raises:
+        BadInputError: something is there by now, or the text makes no plan.
+        RefusedError: preflight refuses it.
+    """
+    check_new(path)
+    with path.open("x", encoding="utf-8") as file:
+        file.write(text)
+    try:
+        envelope = envelope_of(load_plan(path))
+        if envelope.verdict is PlanVerdict.REFUSED:
+            raise refusal_of(envelope)
+    except BaseException:
+        path.unlink()
+        raise
+
+
+def _file(named: Path, home: Path) -> str:
+    """A file as a plan in `home` names it."""
+    way = Path(os.path.relpath(named.resolve(), home.resolve().parent)).as_posix()
+    return json.dumps(way if "/" in way else f"./{way}", ensure_ascii=False)
+
+
+def _wrapped(text: str) -> list[str]:
+    import textwrap
+
+    return textwrap.wrap(text, LONGEST, break_long_words=False, break_on_hyphens=False)

@@ -1,0 +1,131 @@
+"""`stepload design`: small designs, whole."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from real_runs import ROOT, in_process
+
+from stepload.design import grid
+from stepload.plan.load import load_plan
+
+PAYLOADS = ROOT / "procedures" / "payloads"
+SPHERE = PAYLOADS / "plastic-sphere.yaml"
+SMALL = ("design", SPHERE, "stvf", "--samples", 60, "--seed", 3)
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A grid of few plans."""
+    monkeypatch.setattr(grid, "STEPS", (4,))
+    monkeypatch.setattr(grid, "HOLDS_S", (1.0, 5.0))
+
+
+def test_a_plan_is_designed_written_and_told_the_same_by_one_process_and_by_two(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "plans").mkdir()
+    one = in_process(
+        *SMALL, "--processes", 1, "--json", "--out", "plans/a.yaml", "--picture", "a.svg",
+        cwd=tmp_path,
+    )  # fmt: skip
+    two = in_process(
+        *SMALL, "--processes", 2, "--json", "--out", "plans/b.yaml", "--picture", "b.png",
+        cwd=tmp_path,
+    )  # fmt: skip
+    assert one.returncode == two.returncode == 0, one.stderr
+    said = json.loads(one.stdout)
+    assert said | {"path": 0} == json.loads(two.stdout) | {"path": 0}
+    assert said["chosen"]["can"] == "yes"
+    assert said["chosen"] in said["curve"]
+    assert said["chosen"]["samples"] == 240
+    assert said["agreed"] >= said["checked"] - 1 > 0
+    assert said["largest_top_force_n"] == 300.0
+    for words in ("The plan for plastic sphere", "To expect:", "The top force cannot", "written:"):
+        assert words in one.stderr
+    assert "<svg" in (tmp_path / "a.svg").read_text()
+    assert (tmp_path / "b.png").read_bytes().startswith(b"\x89PNG")
+
+    file = tmp_path / "plans" / "a.yaml"
+    assert file.read_text() == said["plan"]
+    assert "stepload design" in said["plan"]
+    assert "--seed 3" in said["plan"]
+    plan = load_plan(file).procedure
+    assert plan.top_force_n == said["chosen"]["top_force_n"]
+    assert plan.hold_s == said["chosen"]["hold_s"]
+    assert len(plan.levels_n) == said["chosen"]["steps"]
+    looked = in_process("preflight", "plans/a.yaml", "--json", cwd=tmp_path)
+    assert looked.returncode == 0, looked.stderr
+    preflight = json.loads(looked.stdout)
+    assert preflight["duration_s"] == pytest.approx(said["chosen"]["duration_s"])
+    assert preflight["top_force_n"] <= preflight["largest_safe_force_n"]
+
+
+def test_a_rig_file_is_named_from_where_the_plan_lies(tmp_path: Path) -> None:
+    (tmp_path / "plans").mkdir()
+    (tmp_path / "my rig.yaml").write_text("profile: stvf\nname: mine\n")
+    said = in_process(
+        "design", SPHERE, "./my rig.yaml", "--samples", 60, "--out", "plans/a.yaml", cwd=tmp_path
+    )
+    assert said.returncode == 0, said.stderr
+    assert 'rig: "../my rig.yaml"' in (tmp_path / "plans" / "a.yaml").read_text()
+    looked = in_process("preflight", "plans/a.yaml", cwd=tmp_path)
+    assert looked.returncode == 0, looked.stderr
+    assert "The plan for plastic sphere on mine" in said.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ((PAYLOADS / "plastic-cone.yaml", "stvf"), "must not be pressed on STVF"),
+        ((PAYLOADS / "aluminium-sphere.yaml", "stvf"), "preflight refuses all"),
+        ((SPHERE, "stvf", "--time", "40 s"), "takes only 40 s"),
+        ((SPHERE, "stvf", "--samples", 2), "more --samples would tell"),
+    ],
+)
+def test_where_no_plan_will_do_none_is_written(
+    tmp_path: Path, words: tuple[object, ...], told: str
+) -> None:
+    said = in_process("design", *words, cwd=tmp_path)
+    assert said.returncode == 3, said.stderr
+    assert told in said.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_bad_options_are_told_before_anything_is_simulated(tmp_path: Path) -> None:
+    (tmp_path / "mine.yaml").write_text("mine")
+    (tmp_path / "mine.png").write_text("mine")
+    for words, told in (
+        (("--time", "3 m"), "--time"),
+        (("--time", "0 s"), "not more than nothing"),
+        (("--time", "5"), "has no unit"),
+        (("--surface-distance", "-5 mm"), "--surface-distance"),
+        (("--out", "mine.yaml"), "mine.yaml is there already"),
+        (("--out", "none/new.yaml"), "no such directory"),
+        (("--picture", "mine.png"), "mine.png is there already"),
+        (("--picture", "new.gif"), "no kind of picture"),
+        (("--picture", "none/new.png"), "no such directory"),
+    ):
+        said = in_process(*SMALL, *words, cwd=tmp_path)
+        assert said.returncode == 2, words
+        assert told in said.stderr
+    for words in (("none.yaml", "stvf"), (SPHERE, "nothing")):
+        assert in_process("design", *words, cwd=tmp_path).returncode == 2
+    assert (tmp_path / "mine.yaml").read_text() == "mine"
+    assert (tmp_path / "mine.png").read_text() == "mine"
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_plan_that_preflight_refuses_does_not_stay(tmp_path: Path) -> None:
+    from stepload.design.written import write
+    from stepload.errors import RefusedError
+
+    file = tmp_path / "bold.yaml"
+    text = (ROOT / "procedures" / "plastic-sphere.yaml").read_text()
+    text = text.replace("payload: payloads", f"payload: {PAYLOADS}")
+    text = text.replace("top_force: 300 N", "top_force: 900 N")
+    with pytest.raises(RefusedError, match="preflight refused"):
+        write(file, text)
+    assert not file.exists()

@@ -1,0 +1,143 @@
+"""Which plans are worth their time, and which one is chosen."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from stepload.atlas.answers import Can
+from stepload.atlas.binomial import share
+from stepload.atlas.course import RATE_HZ, Order, course
+from stepload.atlas.work import Row
+from stepload.design import grid as room
+from stepload.design import make
+from stepload.design.ceiling import ceiling
+from stepload.design.front import ALIKE, Tried, choose, finalists, front
+from stepload.design.grid import grid
+from stepload.design.make import AGAIN, Design, design
+from stepload.design.words import sentences
+from stepload.errors import RefusedError
+from stepload.plan.shipped import payload_folder
+from stepload.runner.local import LocalPool
+
+SPHERE = payload_folder() / "plastic-sphere.yaml"
+CANDIDATE = grid("stvf", SPHERE, ceiling("stvf", SPHERE), "5 mm").candidates[-1]
+
+
+def tried(duration_s: float, half_width: float, right: int = 250) -> Tried:
+    """A plan that was rightly IDENTIFIED in so many of 250 runs."""
+    measured, all_of_them = share(right, 250), share(250, 250)
+    row = Row(CANDIDATE.job(0, CANDIDATE.conditions).point, 1.0, all_of_them, measured, measured,
+              all_of_them, half_width, "")  # fmt: skip
+    return Tried(replace(CANDIDATE, duration_s=duration_s), row)
+
+
+def test_the_front_holds_what_no_faster_plan_beats() -> None:
+    fast, slow, worse, hopeless = (
+        tried(60.0, 0.12), tried(120.0, 0.09), tried(90.0, 0.13), tried(50.0, math.nan)
+    )  # fmt: skip
+    assert front([worse, slow, hopeless, fast]) == [fast, slow]
+    assert front([]) == []
+
+
+def test_of_plans_of_one_second_only_the_better_one_is_on_the_front() -> None:
+    one, other = tried(72.1, 0.12), tried(72.3, 0.11)
+    assert front([one, other]) == [other]
+
+
+def test_finalists_are_the_front_and_those_behind_it_but_none_that_fails() -> None:
+    fast, slow, behind = tried(60.0, 0.12), tried(120.0, 0.09), tried(130.0, 0.10)
+    third = tried(140.0, 0.11)
+    failing = tried(55.0, 0.05, right=100)
+    assert finalists([third, failing, behind, slow, fast]) == [fast, slow, behind]
+
+
+def test_the_narrowest_within_the_time_is_chosen_and_of_those_alike_the_fastest() -> None:
+    slow, faster = tried(120.0, 0.09), tried(100.0, 0.09 * ALIKE * 0.999)
+    wide = tried(60.0, 0.12)
+    assert choose([slow, faster, wide], 300.0) is faster
+    assert choose([slow, replace(faster, row=tried(1.0, 0.09 * ALIKE * 1.001).row)], 300.0) is slow
+    assert choose([slow, faster, wide], 99.0) is wide
+    assert choose([slow, faster, wide], 59.0) is None
+
+
+def test_a_plan_that_is_not_shown_to_be_good_enough_is_never_chosen() -> None:
+    unsure, failing = tried(60.0, 0.05, right=232), tried(60.0, 0.05, right=150)
+    assert (unsure.can, failing.can) == (Can.UNSURE, Can.NO)
+    assert choose([unsure, failing], 300.0) is None
+    good = tried(70.0, 0.2)
+    assert choose([unsure, failing, good], 300.0) is good
+
+
+@pytest.mark.parametrize("order", [Order(4, 5.0), Order(12, 1.0), Order()])
+def test_a_course_follows_its_order(order: Order) -> None:
+    run = course(240.0, 4.0, order)
+    holds = [each for each in run.branch(1, loading=True) if each.held]
+    assert [run.force_n[each.start] for each in holds] == pytest.approx(
+        [240.0 * number / order.steps for number in range(1, order.steps + 1)]
+    )
+    assert {each.stop - each.start for each in holds} == {round(order.hold_s * RATE_HZ)}
+    assert run.time_s[-1] == pytest.approx(2.0 * order.cycle_s)
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A grid of two orders at the largest top force."""
+    monkeypatch.setattr(room, "SHARES", (1.0,))
+    monkeypatch.setattr(make, "SHARES", (1.0,))
+    monkeypatch.setattr(room, "STEPS", (4,))
+    monkeypatch.setattr(room, "HOLDS_S", (1.0, 5.0))
+
+
+def designed(within_s: float, samples: int, seed: int = 1, rig: str = "stvf") -> Design:
+    return design(
+        rig, SPHERE, within_s=within_s, surface="5 mm", samples=samples, seed=seed,
+        pool=LocalPool(1),
+    )  # fmt: skip
+
+
+@pytest.mark.usefixtures("few")
+def test_the_best_are_judged_again_by_more_runs_of_other_draws() -> None:
+    found = designed(150.0, 60)
+    assert found.chosen.candidate.order == Order(4, 5.0)
+    assert {each.row.measured.of for each in found.tried} == {60}
+    assert {each.row.measured.of for each in found.again} == {60 * AGAIN}
+    first = {each.candidate.order: each.half_width for each in found.tried}
+    assert all(each.half_width != first[each.candidate.order] for each in found.again)
+    assert found.chosen in found.again
+    again = designed(150.0, 60)
+    assert [each.row for each in again.again] == [each.row for each in found.again]
+    assert designed(100.0, 60).chosen.candidate.order == Order(4, 1.0)
+
+
+@pytest.mark.usefixtures("few")
+def test_what_is_said_of_a_design_bears_its_figures() -> None:
+    found = designed(100.0, 60)
+    said = "\n".join(sentences(found))
+    assert "300 N in 4 steps of 75 N, holds of 1 s, 2 cycles: 72 s" in said
+    assert f"±{found.chosen.half_width:.1%}" in said
+    assert "The top force cannot be larger: the table" in said
+    assert "More time than the 100 s given: 300 N in 4 steps of 75 N, holds of 5 s" in said
+
+
+@pytest.mark.usefixtures("few")
+def test_no_time_no_runs_and_no_rig_are_each_refused_with_a_reason() -> None:
+    with pytest.raises(RefusedError, match="takes only 60 s: the fastest") as short:
+        designed(60.0, 60)
+    assert "longer --time" in short.value.hint
+    with pytest.raises(RefusedError, match="was shown to be rightly IDENTIFIED") as unsure:
+        designed(100.0, 3)
+    assert "more --samples would tell" in unsure.value.hint
+
+
+def test_what_to_buy_is_said_where_no_plan_is_good_enough(few: None) -> None:
+    silicone = payload_folder() / "silicone-sphere.yaml"
+    with pytest.raises(RefusedError, match="no plan for silicone sphere on UR5e") as refused:
+        design(
+            "ur5e", silicone, within_s=300.0, surface="5 mm", samples=60, seed=1, pool=LocalPool(1)
+        )
+    assert "any one of these would do: " in refused.value.hint
+    assert "K_s known to 1 %, by a table (7" in refused.value.hint
+    assert "stepload calibrate" in refused.value.hint

@@ -1,0 +1,128 @@
+"""How hard a payload may be pressed, and which plans of it are looked at."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from stepload.atlas.course import Order
+from stepload.atlas.plans import plan_of
+from stepload.design import grid as room
+from stepload.design.ceiling import Ceiling, ceiling, rounded_down
+from stepload.design.grid import grid
+from stepload.envelope.envelope import envelope_of
+from stepload.envelope.reason import PlanVerdict
+from stepload.errors import BadInputError, RefusedError
+from stepload.plan.shipped import payload_folder
+
+PAYLOADS = payload_folder()
+SPHERE = PAYLOADS / "plastic-sphere.yaml"
+
+
+def test_the_table_of_the_rig_ends_the_top_force_below_what_is_safe() -> None:
+    found = ceiling("stvf", SPHERE)
+    assert (found.rig, found.payload, found.top_n) == ("STVF", "plastic sphere", 300.0)
+    assert "table of the rig's deflection ends at 300 N" in found.why
+    assert "would be safe" in found.why
+
+
+@pytest.mark.parametrize("name", ["polyurethane-sphere", "silicone-sphere"])
+def test_the_elastic_limit_ends_it_where_that_is_lower(name: str) -> None:
+    found = ceiling("stvf", PAYLOADS / f"{name}.yaml")
+    plan = plan_of("stvf", PAYLOADS / f"{name}.yaml", found.top_n)
+    envelope = envelope_of(plan)
+    assert found.top_n == pytest.approx(envelope.largest_safe_force_n, rel=1e-4)
+    assert found.top_n < envelope.theory.counted.lower_n
+    assert "is not safe: its elastic limit F_c" in found.why
+
+
+def test_the_rig_ends_it_where_the_payload_bears_more(tmp_path: Path) -> None:
+    rig = tmp_path / "mine.yaml"
+    rig.write_text("profile: stvf\narm: {max_push: 250 N}\n")
+    found = ceiling(str(rig), PAYLOADS / "stiff-flat.yaml")
+    assert 240.0 < found.top_n < 250.0
+    assert found.why.endswith("leaves too little room below what STVF can press with")
+
+
+def test_all_orders_of_the_largest_top_force_may_run_where_the_elastic_limit_ends_it(
+    tmp_path: Path,
+) -> None:
+    """Larger steps need more room below F_c: a plan of few steps is not left out for that."""
+    rig = tmp_path / "mine.yaml"
+    rig.write_text(
+        "profile: stvf\ndisplacement: {driver: sim, rate: 100 Hz, resolution: 1 um}\n"
+    )  # fmt: skip
+    limit = ceiling(str(rig), SPHERE, Order(min(room.STEPS)))
+    assert 400.0 < limit.top_n < ceiling(str(rig), SPHERE, Order(12)).top_n
+    found = grid(str(rig), SPHERE, limit, "5 mm")
+    highest = [each.order for each in found.candidates if each.share == 1.0]
+    assert len(highest) == len(room.STEPS) * len(room.HOLDS_S)
+
+
+def test_a_payload_that_bears_no_force_is_refused() -> None:
+    with pytest.raises(RefusedError, match="must not be pressed on STVF: its elastic limit"):
+        ceiling("stvf", PAYLOADS / "plastic-cone.yaml")
+
+
+@pytest.mark.parametrize(
+    ("force_n", "expected"),
+    [(74.1666, 74.1), (300.0, 300.0), (0.1239, 0.123), (99.99, 99.9), (1000.0, 1000.0),
+     (0.3, 0.3), (0.0, 0.0), (-1.0, 0.0)],
+)  # fmt: skip
+def test_forces_are_rounded_down(force_n: float, expected: float) -> None:
+    assert rounded_down(force_n) == expected
+
+
+def test_every_plan_of_the_grid_is_one_that_preflight_lets_run() -> None:
+    limit = ceiling("stvf", SPHERE)
+    found = grid("stvf", SPHERE, limit, "5 mm")
+    assert len(found.candidates) + found.refused == (
+        len(room.SHARES) * len(room.STEPS) * len(room.HOLDS_S)
+    )
+    for each in found.candidates:
+        assert each.top_n <= limit.top_n
+        assert each.step_n * each.order.steps == pytest.approx(each.top_n, rel=1e-12)
+    for each in found.candidates[:: len(found.candidates) - 1]:
+        envelope = envelope_of(plan_of("stvf", SPHERE, each.top_n, each.order))
+        assert envelope.verdict is not PlanVerdict.REFUSED
+        assert each.duration_s == envelope.duration_s
+        cell = each.job(0, each.conditions).point.cell
+        assert (cell.top_n, cell.order) == (each.top_n, each.order)
+        assert cell.payload.secant_n_per_m == envelope.secant_at_top_n_per_m
+
+
+def test_a_longer_way_to_the_surface_takes_longer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(room, "STEPS", (4,))
+    monkeypatch.setattr(room, "HOLDS_S", (3.0,))
+    limit = ceiling("stvf", SPHERE)
+    near, far = (grid("stvf", SPHERE, limit, way).candidates for way in ("5 mm", "500 mm"))
+    assert [each.top_n for each in near] == [each.top_n for each in far]
+    assert all(b.duration_s > a.duration_s + 1.0 for a, b in zip(near, far, strict=True))
+
+
+def test_what_preflight_refuses_is_no_candidate_and_its_reason_is_kept() -> None:
+    aluminium = PAYLOADS / "aluminium-sphere.yaml"
+    found = grid("stvf", aluminium, ceiling("stvf", aluminium), "5 mm")
+    assert found.candidates == ()
+    assert "not identifiable on this rig" in found.because
+
+
+def test_a_force_beyond_the_limit_is_refused_by_preflight_whatever_the_ceiling_says() -> None:
+    payload = PAYLOADS / "polyurethane-sphere.yaml"
+    honest = ceiling("stvf", payload)
+    bold = Ceiling(honest.rig, honest.payload, 2.0 * honest.top_n, "")
+    found = grid("stvf", payload, bold, "5 mm")
+    assert max(each.top_n for each in found.candidates) <= honest.top_n * 1.01
+    assert found.refused >= len(room.STEPS) * len(room.HOLDS_S)
+
+
+def test_bad_files_are_told_as_such(tmp_path: Path) -> None:
+    with pytest.raises(BadInputError, match="there is no such payload file"):
+        ceiling("stvf", tmp_path / "none.yaml")
+    bad = tmp_path / "bad.yaml"
+    bad.write_text("name: x\nradius: 3\n")
+    with pytest.raises(BadInputError, match=r"bad\.yaml:"):
+        ceiling("stvf", bad)
+    assert math.isfinite(ceiling("stvf", SPHERE).top_n)
