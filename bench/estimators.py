@@ -62,12 +62,12 @@ class Row(NamedTuple):
         return self.ratio >= (self.wanted or 0.0) and self.disagreement <= self.allowed
 
 
-def data() -> tuple[FloatArray, FloatArray]:
+def data(samples: int = SAMPLES) -> tuple[FloatArray, FloatArray]:
     """(deformation in m, force in N) of a ramp to 300 N with noise in both; δ0 = 1.5 µm."""
     rng = np.random.default_rng(1)
-    true_n = np.linspace(20.0, 300.0, SAMPLES)
-    deformation = ZERO_M + (true_n / K) ** (1.0 / N) + rng.normal(0.0, SIGMA_M, SAMPLES)
-    return deformation, true_n + rng.normal(0.0, SIGMA_N, SAMPLES)
+    true_n = np.linspace(20.0, 300.0, samples)
+    deformation = ZERO_M + (true_n / K) ** (1.0 / N) + rng.normal(0.0, SIGMA_M, samples)
+    return deformation, true_n + rng.normal(0.0, SIGMA_N, samples)
 
 
 def in_turns(
@@ -92,7 +92,7 @@ def three_columns(x: FloatArray, y: FloatArray) -> FloatArray:
     return rows
 
 
-def against_svd(x: FloatArray, y: FloatArray) -> tuple[Row, Row, Row]:
+def against_svd(x: FloatArray, y: FloatArray, rounds: int = 40) -> tuple[Row, Row, Row]:
     """RS-BTLS against numpy.linalg.svd, in three cuts.
 
     The ratio wanted is that of the first row: the whole call, from raw samples with the checks of
@@ -118,15 +118,21 @@ def against_svd(x: FloatArray, y: FloatArray) -> tuple[Row, Row, Row]:
     fit = rs_btls(x, y)
     off = max(abs(fit.n * v[2] / v[1] + 1.0), abs(math.log(fit.k) * v[2] / v[0] + 1.0))
     return (
-        Row("RS-BTLS : svd of L x 3", *in_turns(whole, bare, 40), 4.0, off, 1e-10),
+        Row("RS-BTLS : svd of L x 3", *in_turns(whole, bare, rounds), 4.0, off, 1e-10),
         Row(
             "RS-BTLS + residual : svd of L x 3",
-            *in_turns(with_residual, bare, 25),
+            *in_turns(with_residual, bare, rounds * 5 // 8 + 1),
             None,
             off,
             1e-10,
         ),
-        Row("RS-BTLS : L x 3 built + svd", *in_turns(whole, built, 25), None, off, 1e-10),
+        Row(
+            "RS-BTLS : L x 3 built + svd",
+            *in_turns(whole, built, rounds * 5 // 8 + 1),
+            None,
+            off,
+            1e-10,
+        ),
     )
 
 
@@ -206,12 +212,12 @@ def against_eigh(x: FloatArray, y: FloatArray) -> tuple[Row, Row]:
     return rows[0], rows[1]
 
 
-def against_least_squares(x: FloatArray, y: FloatArray) -> Row:
+def against_least_squares(x: FloatArray, y: FloatArray, rounds: int = 60) -> Row:
     """The joint fit of as many samples as a run gives it, against scipy's Levenberg–Marquardt.
 
     The same residuals, well scaled, with their Jacobian and a start close by.
     """
-    x, y = x[:: SAMPLES // PRODUCTION], y[:: SAMPLES // PRODUCTION]
+    x, y = x[:: x.size // PRODUCTION], y[:: y.size // PRODUCTION]
     log_force = np.log(y)
 
     def residual(q: FloatArray) -> FloatArray:
@@ -238,7 +244,7 @@ def against_least_squares(x: FloatArray, y: FloatArray) -> Row:
         theta: FloatArray = found.x
         return theta
 
-    spent = in_turns(lambda: joint(x, y), solve, rounds=60)
+    spent = in_turns(lambda: joint(x, y), solve, rounds)
     fit, (log_k, n, zero_um) = joint(x, y), solve()
     off = max(
         abs(fit.k / math.exp(log_k) - 1), abs(fit.n / n - 1), abs(fit.zero_m * 1e6 / zero_um - 1)

@@ -82,12 +82,37 @@ def shown(name: str, values: Sequence[float], unit: str) -> None:
     print(f"{name:44} {statistics.median(values):8.3g} {unit} ({low:.3g} to {high:.3g})")
 
 
+def campaign() -> Campaign:
+    """The fault campaign, every kind of fault, seed 1."""
+    return Campaign(load_plan(PLAN), 1, kinds_from("all"))
+
+
+def cpu_of(work: Work[Job, object], jobs: Sequence[Job]) -> float:
+    """CPU seconds for these jobs in this process."""
+    begin_s = time.process_time()
+    took(work, jobs, LocalPool(1))
+    return time.process_time() - begin_s
+
+
+def efficiencies(runs: int, repeats: int) -> list[float]:
+    """(Time of one process) / (2 × time of two), both warm."""
+    jobs, work = jobs_for(runs), campaign()
+    found = []
+    with LocalPool(2) as pair:
+        for pool in (LocalPool(1), pair):
+            took(work, jobs[: 4 * BATCH], pool)
+        for _ in range(repeats):
+            alone_s = took(work, jobs, LocalPool(1))
+            found.append(alone_s / (2.0 * took(work, jobs, pair)))
+    return found
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=100)
     jobs = jobs_for(parser.parse_args().runs)
     nothing = importlib.import_module("scale").Nothing()  # of this file, as workers find it
-    work = Campaign(load_plan(PLAN), 1, kinds_from("all"))
+    work = campaign()
     warm, empty = jobs[: 4 * BATCH], [Job("", index) for index in range(BATCH * EMPTY)]
     one, cpu, two, dask, waits = ([] for _ in range(5))
     overheads: list[float] = []

@@ -41,11 +41,11 @@ def lab_package(monkeypatch):
     own = EntryPoint("repeater", "some_lab:Repeater", "stepload.force_sensors")
     broken = EntryPoint("half", "some_lab:Nothing", "stepload.force_sensors")
 
-    def found(**wanted):
-        theirs = EntryPoints((own, broken)).select(**wanted)
-        return EntryPoints((*entry_points(**wanted), *theirs))
+    def found(group):
+        theirs = EntryPoints((own, broken)).select(group=group)
+        return EntryPoints((*entry_points(group=group), *theirs))
 
-    monkeypatch.setattr(plugins, "entry_points", found)
+    monkeypatch.setattr(plugins, "_installed", found)
 
 
 def invoke(*words):

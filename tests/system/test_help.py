@@ -2,37 +2,43 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
+import subprocess
+import sys
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.main import get_command
+import typer
+from typer.main import get_command, get_group
 
 from stepload.cli.explain import codes
-from stepload.cli.main import _add_verbs, app
+from stepload.cli.main import app
 from stepload.cli.run_paths import run_ids
+from stepload.cli.verbs import ROOMS, VERBS
 
 
 def verbs(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
     if not hasattr(command, "commands"):
         yield words, command
-    for name, each in sorted(getattr(command, "commands", {}).items()):
+    inside = command.all_built() if words == () else getattr(command, "commands", {}).items()
+    for name, each in sorted(inside):
         yield from verbs(each, (*words, name))
 
 
-_add_verbs()
-ROOT = get_command(app)
-VERBS = dict(verbs(ROOT))
+ROOT: Any = get_command(app)
+ALL = dict(verbs(ROOT))
 HOME = Path(__file__).resolve().parents[2]
 PAGES = [HOME / "README.md", *sorted((HOME / "docs").rglob("*.md"))]
 
 
-@pytest.mark.parametrize("words", sorted(VERBS), ids=" ".join)
+@pytest.mark.parametrize("words", sorted(ALL), ids=" ".join)
 def test_every_verb_has_an_example_that_can_be_typed(words: tuple[str, ...]) -> None:
-    told = VERBS[words].help or ""
+    told = ALL[words].help or ""
     [example] = [
         line.strip().removeprefix("Example: ")
         for line in told.splitlines()
@@ -82,3 +88,60 @@ def test_codes_and_runs_are_completed(
     assert run_ids("runs/") == []
     monkeypatch.setenv("STEPLOAD_RUNS", str(tmp_path / "none"))
     assert run_ids("") == []
+
+
+def test_the_line_of_a_verb_is_the_first_paragraph_of_its_own_help() -> None:
+    built = dict(ROOT.all_built())
+    assert {"campaign", "emulate"} < set(built)
+    for verb in VERBS:
+        assert " ".join(built[verb.name].help.split("\n\n")[0].split()) == verb.line
+
+
+def test_every_verb_of_every_room_is_declared() -> None:
+    cli = HOME / "src" / "stepload" / "cli"
+    rooms = {path.stem for path in cli.glob("*.py") if "\ndef register(" in path.read_text()}
+    assert rooms == set(ROOMS)
+    for room, declared in ROOMS.items():
+        own = typer.Typer()
+        import_module(f"stepload.cli.{room}").register(own)
+        assert set(get_group(own).commands) == set(declared)
+
+
+def in_a_new_process(*words: str, **environment: str) -> tuple[str, list[str]]:
+    """What `stepload WORDS` prints, and the verbs' modules it imported."""
+    program = (
+        "import sys, atexit; sys.argv[0] = 'stepload'\n"
+        f"rooms = {[*ROOMS]!r}\n"
+        "seen = lambda: [r for r in rooms if 'stepload.cli.' + r in sys.modules]\n"
+        "atexit.register(lambda: print(*seen(), file=sys.stderr))\n"
+        "from stepload.cli.main import main\n"
+        "main()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, *words],
+        capture_output=True, text=True, check=True, env={**os.environ, **environment},
+    )  # fmt: skip
+    return done.stdout, done.stderr.split()
+
+
+def test_only_the_verb_that_is_called_is_imported() -> None:
+    shown, rooms = in_a_new_process("--help")
+    assert all(name in shown for name in (*(verb.name for verb in VERBS), "campaign"))
+    assert rooms == []
+    assert in_a_new_process("explain", "--help")[1] == ["explain"]
+    assert in_a_new_process("plans")[1] == ["shipped"]
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [("pre", "preflight"), ("camp", "campaign"), ("explain unid", "unidentifiable"),
+     ("run --dry", "--dry-run"), ("drivers sh", "show"), ("drivers show robotous_u", "robotous_u")],
+)  # fmt: skip
+def test_the_shell_completes_verbs_that_are_not_built(typed: str, offered: str) -> None:
+    line = f"stepload {typed}"
+    shown, _ = in_a_new_process(
+        _STEPLOAD_COMPLETE="complete_bash",
+        COMP_WORDS=line,
+        COMP_CWORD=str(len(line.split()) - 1),
+    )
+    assert offered in shown

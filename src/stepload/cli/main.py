@@ -1,54 +1,34 @@
-"""The `stepload` command: thin verbs; every heavy import happens inside the verb that needs it."""
+"""The `stepload` command: thin verbs, built when they are called; heavy imports inside them."""
 
 from __future__ import annotations
 
+import atexit
+import gc
 import io
 import os
 import sys
 import traceback
 from functools import cache
-from importlib.metadata import entry_points
 from typing import Annotated
 
 import typer
 
 from stepload import __version__
-from stepload.cli import (
-    atlas,
-    data,
-    design,
-    devices,
-    doctor,
-    experiments,
-    explain,
-    identify,
-    live,
-    plans,
-    records,
-    results,
-    setup,
-    shipped,
-    snippets,
-)
+from stepload.cli.verbs import OwnVerbs
 from stepload.errors import BadInputError, ExitCode, LeftEarlyError, SteploadError
-from stepload.results.terminal import Output
 
 TRACEBACK = "STEPLOAD_TRACEBACK"
-VERBS = "stepload.verbs"
 
 app = typer.Typer(
     name="stepload",
+    cls=OwnVerbs,
     help="Press a stiff payload in load steps, below its elastic limit; identify F = K δⁿ.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     add_completion=True,
+    rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for room in (
-    plans, shipped, setup, experiments, live, identify, records, results, data, snippets,
-    devices, doctor, explain, atlas, design,
-):  # fmt: skip
-    room.register(app)
 
 
 @app.callback(invoke_without_command=True)
@@ -58,13 +38,6 @@ def _root(
     if version:
         print(__version__)
         raise typer.Exit
-
-
-@cache
-def _add_verbs() -> None:
-    """Verbs of other installed packages, once: entry points of the group `stepload.verbs`."""
-    for point in entry_points(group=VERBS):
-        point.load()(app)
 
 
 def _as_text(error: Exception) -> SteploadError:
@@ -91,11 +64,18 @@ def _give_streams() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
+@cache
+def _leave_quickly() -> None:
+    """The interpreter looks twice through all that was imported before it ends; a tenth of a second
+    of a short command goes there. What is frozen is not looked through."""
+    atexit.register(gc.freeze)
+
+
 def main() -> None:
     """Run the command line; every error ends in text and its own exit code, none in a traceback."""
     _give_streams()
+    _leave_quickly()
     try:
-        _add_verbs()
         code = app(standalone_mode=False)
     except LeftEarlyError as error:
         code = 128 + error.signal_number
@@ -106,6 +86,8 @@ def main() -> None:
         if show is None:
             if os.environ.get(TRACEBACK):
                 traceback.print_exc()
+            from stepload.results.terminal import Output
+
             known = error if isinstance(error, SteploadError) else _as_text(error)
             Output(as_json="--json" in sys.argv).error(known)
             code = known.exit_code

@@ -25,12 +25,14 @@ from stepload.record.scan import (
     RawRecord,
     Run,
     count_messages,
+    fingerprint,
     open_scan,
     parse,
     runs,
 )
 
 PART_SUFFIX = ".part"
+_WORD = np.dtype("<u8")
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +89,9 @@ class _Repair:
         self._out = out
         self._topics: dict[int, str] = {}
         self._schemas: set[int] = set()
+        self._alike: dict[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...]] = {}
+        self.checked: dict[bytes, tuple[tuple[int, int], ...]] = {}
+        """(Channel, messages) of each chunk that was taken, by its fingerprint."""
         self.cut_bytes = 0
         self.damage = ""
         out.start()
@@ -164,6 +169,8 @@ class _Repair:
             uncompressed_size=len(chunk.raw),
         )
         self._out.append_chunk(record.encoded(), entry, indexes)
+        inside = tuple((channel, number) for channel, (number, _) in indexes.items())
+        self.checked[fingerprint(record)] = self._alike.setdefault(inside, inside)
 
     def finish(self, source: str, damage: str) -> None:
         """Note the repair in the file and close it."""
@@ -182,8 +189,8 @@ class _Repair:
 def _index_entries(raw: bytes, run: Run) -> NDArray[np.void]:
     """Message index entries of one run, offsets from the chunk's start."""
     index = np.empty(run.number, INDEX_ENTRY)
-    index["log_ns"] = np.ndarray(run.number, "<u8", raw, run.at + LOG_TIME_AT, (run.stride,))
-    index["offset"] = np.arange(run.at, run.end, run.stride, dtype=np.uint64)
+    index["log_ns"] = np.ndarray(run.number, _WORD, raw, run.at + LOG_TIME_AT, (run.stride,))
+    index["offset"] = np.arange(run.at, run.end, run.stride)
     return index
 
 
@@ -234,7 +241,7 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
             raise
         finally:
             os.close(fd)
-    counts = count_messages(unverified)
+    counts = count_messages(unverified, repair.checked)
     if counts != repair.counts:
         raise BadInputError(f"{unverified}: read back {counts}, written {repair.counts}")
     os.rename(unverified, target)

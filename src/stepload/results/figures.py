@@ -75,11 +75,26 @@ def figure_of(
         yield figure, [row[0] for row in axes]
 
 
+def _lay_out(figure: Figure) -> None:
+    """What saving would do by drawing the whole figure once for nothing: place its axes."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    engine = figure.get_layout_engine()
+    if engine is None:
+        return
+    FigureCanvasSVG(figure)
+    dpi, figure.dpi = figure.dpi, FigureCanvasSVG.fixed_dpi
+    engine.execute(figure)
+    figure.dpi = dpi
+    figure.set_layout_engine("none")
+
+
 def svg_of(figure: Figure) -> str:
     """The figure as SVG text, the same for the same figure."""
     buffer = io.StringIO()
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing")  # a name in a script it cannot write
+        _lay_out(figure)
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     return buffer.getvalue()
 

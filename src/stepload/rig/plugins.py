@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
+from functools import cache
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
 
 from stepload.errors import BadInputError
 from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor
@@ -26,6 +27,12 @@ class Listed:
     problem: str
 
 
+@cache
+def _installed(group: str) -> EntryPoints:
+    """What the installed packages offer; they are looked through once in a process."""
+    return entry_points(group=group)
+
+
 def _load(group: str, point: EntryPoint) -> type[Device]:
     kind = GROUPS[group]
     loaded = point.load()
@@ -40,7 +47,7 @@ def list_drivers() -> list[Listed]:
     """Every installed driver; broken ones with the reason. Loads them, touches no device."""
     found = []
     for group in GROUPS:
-        for point in sorted(entry_points(group=group), key=lambda p: p.name):
+        for point in sorted(_installed(group), key=lambda p: p.name):
             problem = ""
             try:
                 _load(group, point)
@@ -52,7 +59,7 @@ def list_drivers() -> list[Listed]:
 
 def driver_names(group: str) -> list[str]:
     """Names installed in `group`, without loading anything."""
-    return sorted(point.name for point in entry_points(group=group))
+    return sorted(point.name for point in _installed(group))
 
 
 def load_driver(group: str, name: str) -> type[Device]:
@@ -61,7 +68,7 @@ def load_driver(group: str, name: str) -> type[Device]:
     Raises:
         BadInputError: not installed, or broken, with the reason.
     """
-    points = list(entry_points(group=group, name=name))
+    points = list(_installed(group).select(name=name))
     kind = GROUPS[group].__name__
     if not points:
         names = ", ".join(driver_names(group)) or "none"

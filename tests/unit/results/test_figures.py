@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 
 from stepload.record.rows import Phase
 from stepload.results import figures
@@ -63,3 +65,23 @@ def test_every_figure_is_an_svg(count: int) -> None:
 
 def test_the_same_data_give_the_same_picture() -> None:
     assert figures.over_time(trace(50)) == figures.over_time(trace(50))
+
+
+@pytest.mark.parametrize("rows", [1, 3])
+def test_a_figure_is_what_saving_would_make_of_it_by_itself(rows: int) -> None:
+    made = []
+    for draw in (figures.svg_of, saved):
+        with figures.figure_of(4.0, rows) as (figure, axes):
+            for number, each in enumerate(axes):
+                each.plot([0.0, 1.0, 2.0], [1e-6, 5e3 * 10**number, 2.0], label="a line")
+                each.set_ylabel(r"stiffness in N/$\mu$m")
+                each.legend()
+            axes[-1].set_xlabel("time in s")
+            made.append(draw(figure))
+    assert made[0] == made[1]
+
+
+def saved(figure: Figure) -> str:
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    return buffer.getvalue()

@@ -16,6 +16,7 @@ from stepload_verify.emulators import ur_command
 from stepload_verify.emulators.faults import FAULTS, FaultBoard, parse_fault
 
 app = typer.Typer(
+    rich_markup_mode=None,
     help="Emulated devices: their wire protocol on loopback or a pseudo-terminal.\n\n"
     "Each prints what a driver has to be given, then runs until Ctrl+C. Faults can be switched on "
     "with --fault, or by the same text as a line on standard input; `clear` ends them, `quit` "

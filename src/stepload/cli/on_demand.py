@@ -1,0 +1,104 @@
+"""Verbs that are built when they are called: until then a name and one line of help is enough.
+
+Parsing the options of every verb costs more than most verbs need to begin. The group below knows
+each verb's name, module and line; `--help` and the shell's completion of names need no more. Verbs
+of other installed packages (entry points of the group `stepload.verbs`) are asked for only where
+all names are needed, or one that is not stepload's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from importlib import import_module
+from typing import Any, NamedTuple
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+from typer.main import get_group
+
+ENTRY_POINTS = "stepload.verbs"
+
+
+class Verb(NamedTuple):
+    """What is known of a verb before it is built."""
+
+    name: str
+    room: str
+    """Module with a function `register(app)` that adds it."""
+    line: str
+    """The first paragraph of its help."""
+
+
+class Declared(TyperCommand):
+    """Stands for a verb where only its name and its line are looked at."""
+
+    def __init__(self, verb: Verb) -> None:
+        super().__init__(verb.name, help=verb.line, short_help=verb.line, rich_markup_mode=None)
+        self.verb = verb
+
+    def built(self) -> Any:
+        """The verb itself, from its module."""
+        rooms_own = typer.Typer(rich_markup_mode=None)
+        import_module(self.verb.room).register(rooms_own)
+        return _group_of(rooms_own).commands[self.verb.name]
+
+
+def _group_of(app: typer.Typer) -> TyperGroup:
+    """The verbs of an application; lists show the whole first paragraph of each one's help."""
+    group = get_group(app)
+    whole: list[Any] = [group]
+    for each in whole:
+        whole += getattr(each, "commands", {}).values()
+        each.short_help = each.short_help or " ".join((each.help or "").split("\n\n")[0].split())
+    return group
+
+
+@cache
+def _others() -> typer.Typer:
+    """What the other installed packages add, asked once in a process."""
+    from importlib.metadata import entry_points
+
+    app = typer.Typer(rich_markup_mode=None)
+    for point in entry_points(group=ENTRY_POINTS):
+        point.load()(app)
+    return app
+
+
+class VerbsOnDemand(TyperGroup):
+    """A group of verbs of which only the one that is called is built."""
+
+    VERBS: tuple[Verb, ...] = ()
+
+    def __init__(self, **attrs: Any) -> None:
+        super().__init__(**attrs)
+        self.commands = {verb.name: Declared(verb) for verb in self.VERBS} | dict(self.commands)
+        self._asked = False
+
+    def _ask_others(self) -> None:
+        if not self._asked:
+            self._asked = True
+            self.commands = {**_group_of(_others()).commands, **self.commands}
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The verb of this name, or what stands for it; None where there is none."""
+        if cmd_name not in self.commands:
+            self._ask_others()
+        return self.commands.get(cmd_name)
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Every verb's name: stepload's own, then those of other packages."""
+        self._ask_others()
+        own = [verb.name for verb in self.VERBS]
+        return own + [name for name in self.commands if name not in own]
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The verb that the words begin with, built."""
+        name, command, rest = super().resolve_command(ctx, args)
+        return name, command.built() if isinstance(command, Declared) else command, rest
+
+    def all_built(self) -> Iterator[tuple[str, Any]]:
+        """Every verb by name, built: for whoever wants to look at all of them."""
+        for name in self.list_commands(None):
+            command = self.commands[name]
+            yield name, command.built() if isinstance(command, Declared) else command
