@@ -209,7 +209,7 @@ def test_preflight_says_what_every_level_needs(tmp_path: Path) -> None:
     ]
     assert told["expected_level_n"] == by_theory[0]
     text = in_process("preflight", path).stdout
-    assert "How far to load for ±12 %" in text
+    assert "How far to load for ±15 %" in text
     assert f"By theory the loading ends at {by_theory[0]:g} N of 300 N" in text
 
 
