@@ -55,6 +55,7 @@ def test_a_plan_is_designed_written_and_told_the_same_by_one_process_and_by_two(
     plan = load_plan(file).procedure
     assert plan.top_force_n == said["chosen"]["top_force_n"]
     assert plan.hold_s == said["chosen"]["hold_s"]
+    assert plan.load_rate_n_per_s == pytest.approx(plan.step_n / said["chosen"]["ramp_s"])
     assert len(plan.levels_n) == said["chosen"]["steps"]
     looked = in_process("preflight", "plans/a.yaml", "--json", cwd=tmp_path)
     assert looked.returncode == 0, looked.stderr

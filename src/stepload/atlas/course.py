@@ -12,25 +12,26 @@ IntArray = NDArray[np.intp]
 
 RATE_HZ = 50.0
 """Samples per second. A rig is faster: a map does not count on its averaging more noise."""
-RAMP_S, FREE_S = 1.0, 4.0
+FREE_S = 4.0
 CYCLES = 2
 """One cycle cannot tell drift from creep, and a third one is not read by the identification."""
 
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What a run is told to do: equal steps up to its top force, and how long each level is held.
+    """What a run is told to do: equal steps up to its top force, and how long each ramp and each hold is.
 
     The default is what a map does.
     """
 
     steps: int = 6
     hold_s: float = 3.0
+    ramp_s: float = 1.0
 
     @property
     def cycle_s(self) -> float:
         """Time of one cycle of a course, from touch to touch."""
-        return (2 * self.steps - 1) * (RAMP_S + self.hold_s) + FREE_S
+        return (2 * self.steps - 1) * (self.ramp_s + self.hold_s) + FREE_S
 
 
 DEFAULT = Order()
@@ -84,12 +85,12 @@ class Course:
 
 
 def course(top_n: float, touch_n: float, order: Order = DEFAULT) -> Course:
-    """Two cycles of equal steps up and down with ramps of 1 s; then a last touch.
+    """Two cycles of equal steps up and down with ramps between them; then a last touch.
 
     Args:
         top_n: the top force, above `touch_n`.
         touch_n: the force at which a touch is seen; a loading begins there.
-        order: its steps and holds.
+        order: its steps, ramps and holds.
     """
     levels = top_n * np.arange(1, order.steps + 1) / order.steps
     forces: list[FloatArray] = []
@@ -107,7 +108,7 @@ def course(top_n: float, touch_n: float, order: Order = DEFAULT) -> Course:
         before = touch_n
         for loading, ends in ((True, levels), (False, levels[-2::-1])):
             for end in ends.tolist():
-                ramp, hold = add(RAMP_S, before, end), add(order.hold_s, end, end)
+                ramp, hold = add(order.ramp_s, before, end), add(order.hold_s, end, end)
                 stretches.append(Stretch(ramp, hold, cycle, loading, False))
                 stretches.append(Stretch(hold, at, cycle, loading, True))
                 before = end

@@ -35,6 +35,7 @@ def plan_of(
         "rig": rig_of(rig),
         "procedure": {
             "top_force": f"{top_n!r} N", "step": f"{top_n / order.steps!r} N",
+            "load_rate": f"{top_n / order.steps / order.ramp_s!r} N/s",
             "hold": f"{order.hold_s!r} s", "cycles": CYCLES, "surface_distance": surface,
         },
     }  # fmt: skip

@@ -97,7 +97,12 @@ def points(rig: Bench, specimens: Sequence[Specimen], secants: Sequence[float]) 
 
 def _cell(rig: Bench, told: Conditions, secant: float, exponent: float) -> Cell:
     return Cell(
-        Payload(secant, exponent, rig.top_n), told, rig.top_n, rig.touch_n, rig.zero_drift_n_per_s
+        Payload(secant, exponent, rig.top_n),
+        told,
+        rig.top_n,
+        rig.touch_n,
+        rig.zero_drift_n_per_s,
+        rig.damping_n_s_per_m,
     )
 
 
@@ -117,6 +122,7 @@ def _of_payloads(
                 each.top_n,
                 each.touch_n,
                 rig.zero_drift_n_per_s,
+                rig.damping_n_s_per_m,
             )
             found.append(Point(PAYLOADS, len(found), float("nan"), name, each.name, cell))
     return found

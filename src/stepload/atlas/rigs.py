@@ -60,6 +60,7 @@ class Bench:
         conditions: of an identification of a payload that nothing is known of.
         touch_n: force at which a touch is seen.
         zero_drift_n_per_s: largest drift of the force's zero.
+        damping_n_s_per_m: C_s of the load path.
         note: how well K_s is known, in words.
     """
 
@@ -68,6 +69,7 @@ class Bench:
     conditions: Conditions
     touch_n: float
     zero_drift_n_per_s: float
+    damping_n_s_per_m: float
     note: str
 
 
@@ -110,6 +112,7 @@ def bench(rig: str, top_n: float | None) -> Bench:
         ),
         touch_n=plan.procedure.touch_force_n,
         zero_drift_n_per_s=plan.rig.force.drift_n_per_s,
+        damping_n_s_per_m=plan.rig.system_stiffness.damping_n_s_per_m,
         note=note,
     )  # fmt: skip
 

@@ -46,13 +46,13 @@ _GRID, _LENGTHS = 48, 4
 
 DRAWN = (
     "K_s and its table wrong within the stated uncertainty, with a seat at small force where there "
-    "is no table of the pose; force gain, bend and noise; drift of the force's zero; lag; warming; "
-    "quanta and noise of the travel; a smooth error of the stated size whose length is unknown "
-    f"within a factor of {LENGTH_FACTOR:g} and which does not repeat by up to {NOT_REPEATED:.0%}; "
-    f"drift of the travel up to {DRIFT_SHARE:.1%} in {DEFAULT.cycle_s:.0f} s; "
-    f"a loop of up to {LOOP:.0%}; in half of the runs a roughness length of {FINEST_M * 1e6:g} "
-    f"to {ROUGHEST_M * 1e6:g} µm that nobody has stated (a stated one within "
-    f"{ROUGH_SIGMA:.0%}), in half of them creep of up to {CREEP:.0%}"
+    "is no table of the pose; force gain, bend and noise; drift of the force's zero; lag; damping "
+    "of the load path as stated; warming; quanta and noise of the travel; a smooth error of the "
+    f"stated size whose length is unknown within a factor of {LENGTH_FACTOR:g} and which does not "
+    f"repeat by up to {NOT_REPEATED:.0%}; drift of the travel up to {DRIFT_SHARE:.1%} in "
+    f"{DEFAULT.cycle_s:.0f} s; a loop of up to {LOOP:.0%}; in half of the runs a "
+    f"roughness length of {FINEST_M * 1e6:g} to {ROUGHEST_M * 1e6:g} µm that nobody has stated (a "
+    f"stated one within {ROUGH_SIGMA:.0%}), in half of them creep of up to {CREEP:.0%}"
 )
 NOT_DRAWN = (
     "yield, slip, adhesion, backlash, force across the axis, a K_s that is further off than it is "
@@ -70,6 +70,7 @@ class Cell:
         top_n: the top force.
         touch_n: force at which a touch is seen.
         zero_drift_n_per_s: largest drift of the force's zero.
+        damping_n_s_per_m: C_s of the load path, which gives way later than it is pressed.
         order: steps and holds of its runs.
     """
 
@@ -78,6 +79,7 @@ class Cell:
     top_n: float
     touch_n: float
     zero_drift_n_per_s: float = 0.0
+    damping_n_s_per_m: float = 0.0
     order: Order = DEFAULT
 
 
@@ -119,6 +121,7 @@ def press(cell: Cell, run: Course, count: int, rng: Rng) -> Runs:
     _add_smooth(travel, told, run, rng)
     _add_in_time(travel, cell, run, rng)
     _add_lag(travel, run, sources.lag_sigma_s * rng.standard_normal(count))
+    _add_damping(travel, cell, run)
     travel += sources.position_noise_m * rng.standard_normal(travel.shape)
     travel = _quantised(travel, sources.position_resolution_m, rng.uniform(size=(count, 1)))
 
@@ -233,15 +236,26 @@ def _add_in_time(travel: FloatArray, cell: Cell, run: Course, rng: Rng) -> None:
 
 def _add_lag(travel: FloatArray, run: Course, lag_s: FloatArray) -> None:
     """Travel that is recorded late or early: its own rate times the lag."""
-    step = np.zeros(run.force_n.size)
-    pressing = np.zeros(run.force_n.size, dtype=bool)
+    rate = np.diff(travel, axis=1, prepend=travel[:, :1]) * RATE_HZ
+    travel += np.where(_moving(run), rate * lag_s[:, None], 0.0)
+
+
+def _add_damping(travel: FloatArray, cell: Cell, run: Course) -> None:
+    """What F = K_s x + C_s dx/dt takes off the deflection in a steady ramp: C_s/K_s² dF/dt."""
+    stiffness = cell.conditions.sources.system_stiffness_n_per_m
+    if stiffness is None:
+        return
+    rate = np.diff(run.force_n, prepend=run.force_n[0]) * RATE_HZ
+    travel -= np.where(_moving(run), rate * cell.damping_n_s_per_m / stiffness**2, 0.0)
+
+
+def _moving(run: Course) -> NDArray[np.bool_]:
+    """(N,) the samples of the ramps, but for the first of each."""
+    found = np.zeros(run.force_n.size, dtype=bool)
     for each in run.stretches:
         if not each.held:
-            step[each.start : each.stop] = 1.0
-            pressing[each.start + 1 : each.stop] = True
-    rate = np.zeros_like(travel)
-    rate[:, 1:] = np.diff(travel, axis=1) * RATE_HZ
-    travel += np.where(pressing, rate * lag_s[:, None], 0.0)
+            found[each.start + 1 : each.stop] = True
+    return found
 
 
 def _quantised(values: FloatArray, quantum: float, offset: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The plans that are looked at: top force, number of steps, holds."""
+"""The plans that are looked at: top force, number of steps, ramps, holds."""
 
 from __future__ import annotations
 
@@ -28,6 +28,8 @@ SHARES = (0.25, 0.5, 0.75, 1.0)
 STEPS = (4, 6, 8, 12)
 """Fewer steps would be faster still, but what happens between two of them only the ramps see."""
 HOLDS_S = (1.0, 2.0, 3.0, 5.0, 8.0)
+RAMPS_S = (1.0, 2.0)
+"""From one level to the next: what is damped stays behind the force in a fast one."""
 SERIES = "design"
 
 
@@ -38,10 +40,11 @@ class Candidate:
     Attributes:
         top_n, step_n: its forces.
         share: its top force is about this share of the largest.
-        order: its steps and holds.
+        order: its steps, ramps and holds.
         duration_s: how long preflight says that it takes.
         specimen: the payload at this top force.
         zero_drift_n_per_s: largest drift of the force's zero.
+        damping_n_s_per_m: C_s of the load path.
     """
 
     top_n: float
@@ -51,13 +54,15 @@ class Candidate:
     duration_s: float
     specimen: Specimen
     zero_drift_n_per_s: float
+    damping_n_s_per_m: float
 
     @property
     def text(self) -> str:
         """The plan in a few words."""
         return (
             f"{format_quantity(self.top_n, 'N')} in {self.order.steps} steps of "
-            f"{format_quantity(self.step_n, 'N')}, holds of {self.order.hold_s:g} s, "
+            f"{format_quantity(self.step_n, 'N')}, ramps of {self.order.ramp_s:g} s, "
+            f"holds of {self.order.hold_s:g} s, "
             f"{CYCLES} cycles: {self.duration_s:.0f} s"
         )
 
@@ -70,6 +75,7 @@ class Candidate:
             body.top_n,
             body.touch_n,
             self.zero_drift_n_per_s,
+            self.damping_n_s_per_m,
             self.order,
         )
         return Job(SERIES, index, Point(SERIES, index, math.nan, change, body.name, cell))
@@ -120,8 +126,12 @@ def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
             plan.payload.name, payload, top_n, "", secant, secant, law.n,
             planned(envelope), plan.procedure.touch_force_n,
         )  # fmt: skip
-        drift = plan.rig.force.drift_n_per_s
-        found.append(Candidate(top_n, step_n, share, order, envelope.duration_s, body, drift))
+        found.append(
+            Candidate(
+                top_n, step_n, share, order, envelope.duration_s, body,
+                plan.rig.force.drift_n_per_s, plan.rig.system_stiffness.damping_n_s_per_m,
+            )
+        )  # fmt: skip
     return Grid(tuple(found), len(reasons), reasons[-1] if reasons else "")
 
 
@@ -129,7 +139,8 @@ def _orders() -> Iterator[tuple[float, Order]]:
     for share in SHARES:
         for steps in STEPS:
             for hold_s in HOLDS_S:
-                yield share, Order(steps, hold_s)
+                for ramp_s in RAMPS_S:
+                    yield share, Order(steps, hold_s, ramp_s)
 
 
 def _why(envelope: Envelope) -> str:

@@ -23,13 +23,14 @@ def curve_table(found: Design) -> Table:
             f"{each.duration_s:.0f} s" + (" *" if each is found.chosen else ""),
             format_quantity(each.candidate.top_n, "N"),
             str(each.candidate.order.steps),
+            f"{each.candidate.order.ramp_s:g} s",
             f"{each.candidate.order.hold_s:g} s",
             shown(each),
             f"{each.row.measured.value:.0%}",
         )
         for each in found.curve
     ]
-    columns = ("time", "top force", "steps", "hold", "half width", "rightly IDENTIFIED")
+    columns = ("time", "top force", "steps", "ramp", "hold", "half width", "rightly IDENTIFIED")
     return Table("What time buys (* the plan that was chosen)", columns, rows)
 
 
@@ -68,6 +69,7 @@ def tried(each: Tried) -> dict[str, Any]:
         "top_force_n": plan.top_n,
         "step_n": plan.step_n,
         "steps": plan.order.steps,
+        "ramp_s": plan.order.ramp_s,
         "hold_s": plan.order.hold_s,
         "cycles": CYCLES,
         "duration_s": plan.duration_s,

@@ -57,6 +57,7 @@ def text_of(found: Design, path: Path, payload: Path, rig: str, surface: str, co
         "procedure:",
         f"  step: {plan.step_n:.12g} N",
         f"  top_force: {plan.top_n:.12g} N",
+        f"  load_rate: {plan.step_n / plan.order.ramp_s:.12g} N/s",
         f"  hold: {plan.order.hold_s:g} s",
         f"  cycles: {CYCLES}",
         f"  surface_distance: {surface}",

@@ -27,7 +27,10 @@ UR = bench("ur10e", None)
 
 def cell_of(rig: Bench, secant: float, told: Conditions | None = None, n: float = 1.5) -> Cell:
     payload = Payload(secant, n, rig.top_n)
-    return Cell(payload, told or rig.conditions, rig.top_n, rig.touch_n, rig.zero_drift_n_per_s)
+    return Cell(
+        payload, told or rig.conditions, rig.top_n, rig.touch_n,
+        rig.zero_drift_n_per_s, rig.damping_n_s_per_m,
+    )  # fmt: skip
 
 
 def pressed(cell: Cell, count: int, seed: int = 3) -> tuple[Course, Runs]:
@@ -62,6 +65,21 @@ def test_a_cell_at_once_says_what_the_whole_pipeline_says_of_every_run(name: str
     assert widths == pytest.approx([1.0] * 8, rel=0.2)
     assert np.median(widths) == pytest.approx(1.0, rel=0.1 if name == "gauge" else 0.03)
     assert same >= 7  # a half width of 19.9 % here may be one of 20.1 % there
+
+
+def test_a_damped_load_path_stays_behind_in_every_ramp() -> None:
+    cell = cell_of(STVF, 5e6)
+    stiffness = STVF.conditions.sources.system_stiffness_n_per_m
+    assert stiffness is not None
+    plan, damped = pressed(cell, 2)
+    undamped = pressed(replace(cell, damping_n_s_per_m=0.0), 2)[1]
+    steady_m = 3.87e4 / stiffness**2 * STVF.top_n / cell.order.steps / cell.order.ramp_s
+    quantum_m = STVF.conditions.position_resolution_m
+    for stretch in plan.stretches:
+        inside = slice(stretch.start + 1, stretch.stop)
+        late = np.mean(undamped.travel_m[:, inside] - damped.travel_m[:, inside])
+        expected = 0.0 if stretch.held else steady_m * (1.0 if stretch.loading else -1.0)
+        assert late == pytest.approx(expected, abs=0.1 * quantum_m)
 
 
 @pytest.mark.parametrize("last_n", [250.0, 150.0])

@@ -101,7 +101,7 @@ def designed(within_s: float, samples: int, seed: int = 1, rig: str = "stvf") ->
 @pytest.mark.usefixtures("few")
 def test_the_best_are_judged_again_by_more_runs_of_other_draws() -> None:
     found = designed(150.0, 60)
-    assert found.chosen.candidate.order == Order(4, 5.0)
+    assert found.chosen.candidate.order == Order(4, 5.0, 2.0)
     assert {each.row.measured.of for each in found.tried} == {60}
     assert {each.row.measured.of for each in found.again} == {60 * AGAIN}
     first = {each.candidate.order: each.half_width for each in found.tried}
@@ -109,17 +109,17 @@ def test_the_best_are_judged_again_by_more_runs_of_other_draws() -> None:
     assert found.chosen in found.again
     again = designed(150.0, 60)
     assert [each.row for each in again.again] == [each.row for each in found.again]
-    assert designed(100.0, 60).chosen.candidate.order == Order(4, 1.0)
+    assert designed(100.0, 60).chosen.candidate.order == Order(4, 1.0, 2.0)
 
 
 @pytest.mark.usefixtures("few")
 def test_what_is_said_of_a_design_bears_its_figures() -> None:
     found = designed(100.0, 60)
     said = "\n".join(sentences(found))
-    assert "300 N in 4 steps of 75 N, holds of 1 s, 2 cycles: 72 s" in said
+    assert "300 N in 4 steps of 75 N, ramps of 2 s, holds of 1 s, 2 cycles: 86 s" in said
     assert f"±{found.chosen.half_width:.1%}" in said
     assert "The top force cannot be larger: the table" in said
-    assert "More time than the 100 s given: 300 N in 4 steps of 75 N, holds of 5 s" in said
+    assert "More time than the 100 s given: 300 N in 4 steps of 75 N, ramps of 2 s, holds of 5 s" in said
 
 
 @pytest.mark.usefixtures("few")

@@ -58,7 +58,7 @@ def test_all_orders_of_the_largest_top_force_may_run_where_the_elastic_limit_end
     assert 400.0 < limit.top_n < ceiling(str(rig), SPHERE, Order(12)).top_n
     found = grid(str(rig), SPHERE, limit, "5 mm")
     highest = [each.order for each in found.candidates if each.share == 1.0]
-    assert len(highest) == len(room.STEPS) * len(room.HOLDS_S)
+    assert len(highest) == len(room.STEPS) * len(room.HOLDS_S) * len(room.RAMPS_S)
 
 
 def test_a_payload_that_bears_no_force_is_refused() -> None:
@@ -79,7 +79,7 @@ def test_every_plan_of_the_grid_is_one_that_preflight_lets_run() -> None:
     limit = ceiling("stvf", SPHERE)
     found = grid("stvf", SPHERE, limit, "5 mm")
     assert len(found.candidates) + found.refused == (
-        len(room.SHARES) * len(room.STEPS) * len(room.HOLDS_S)
+        len(room.SHARES) * len(room.STEPS) * len(room.HOLDS_S) * len(room.RAMPS_S)
     )
     for each in found.candidates:
         assert each.top_n <= limit.top_n
@@ -115,7 +115,7 @@ def test_a_force_beyond_the_limit_is_refused_by_preflight_whatever_the_ceiling_s
     bold = Ceiling(honest.rig, honest.payload, 2.0 * honest.top_n, "")
     found = grid("stvf", payload, bold, "5 mm")
     assert max(each.top_n for each in found.candidates) <= honest.top_n * 1.01
-    assert found.refused >= len(room.STEPS) * len(room.HOLDS_S)
+    assert found.refused >= len(room.STEPS) * len(room.HOLDS_S) * len(room.RAMPS_S)
 
 
 def test_bad_files_are_told_as_such(tmp_path: Path) -> None:

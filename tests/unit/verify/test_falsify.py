@@ -169,6 +169,14 @@ def test_the_search_goes_where_it_is_worst_and_is_the_same_again() -> None:
     assert found.runs < found.tried
 
 
+def test_every_second_point_lies_towards_the_ends() -> None:
+    numbers = [x for at in Hunt(SENSOR, 5).anywhere(200)[1::2] for x in at.point]
+    near = sum(not 0.1 < x < 0.9 for x in numbers) / len(numbers)
+    assert near == pytest.approx(0.41, abs=0.03)
+    even = [x for at in Hunt(SENSOR, 5).anywhere(200)[::2] for x in at.point]
+    assert sum(not 0.1 < x < 0.9 for x in even) / len(even) == pytest.approx(0.2, abs=0.03)
+
+
 def test_dice_alone_do_not_find_it() -> None:
     """What the slope is worth: as many points at random come nowhere near."""
     points = Hunt(SENSOR, 5).anywhere(600)

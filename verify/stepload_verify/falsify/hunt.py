@@ -1,4 +1,9 @@
-"""The search in one stratum: points at random first, then CMA-ES from the best of them."""
+"""The search in one stratum: points at random first, then CMA-ES from the best of them.
+
+Every second of these points is drawn towards the ends of all its numbers. What breaks a rule is
+often a rig with several figures at an end at once, such as a coarse sensor with hardly any noise,
+and that is a corner that even draws seldom come to.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +24,11 @@ POPULATION = 12
 NOWHERE = 1e6
 """The cost of a point without a run; the ranks alone matter."""
 _FIRST = 0x57E9
+
+
+def to_the_ends(number: float) -> float:
+    """An even draw of 0 to 1 as one of the arcsine law: in 41 % within a tenth of an end."""
+    return math.sin(0.5 * math.pi * number) ** 2
 
 
 class Hunt:
@@ -59,8 +69,9 @@ class Hunt:
         return self.best[1].score if self.best else -math.inf
 
     def anywhere(self, count: int) -> list[Point]:
-        """So many points drawn at random."""
+        """So many points drawn at random: even ones and such as are near the ends, in turn."""
         rows = [[self._chance.random() for _ in range(self._length)] for _ in range(count)]
+        rows[1::2] = [[to_the_ends(number) for number in row] for row in rows[1::2]]
         return self._points(rows)
 
     def nearer(self) -> list[Point]:
