@@ -19,7 +19,7 @@ CYCLES = 2
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What a run is told to do: equal steps up to its top force, and how long each ramp and each hold is.
+    """What a run is told to do: equal steps up to its top force, and how long ramps and holds are.
 
     The default is what a map does.
     """
