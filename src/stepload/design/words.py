@@ -41,7 +41,7 @@ def _time(found: Design) -> str:
     chosen, longer_s = found.chosen, LONGER * found.within_s
     longer = choose(found.again, longer_s)
     if longer is None or not longer.half_width * ALIKE < chosen.half_width:
-        more = f"up to {longer_s:.0f} s would not make the interval narrower"
+        more = f"up to {longer_s:.0f} s would narrow the interval by less than {ALIKE - 1.0:.0%}"
     else:
         more = f"{longer.candidate.text}, gives ±{longer.half_width:.1%}"
     faster = [each for each in found.curve if each.duration_s < chosen.duration_s]
