@@ -78,7 +78,7 @@ class Reach:
         """What is to be said of (34) here."""
         if math.isnan(self.to_n_per_m):
             if self.unsure:
-                return "not tested: more --samples would tell whether anything is measured"
+                return "not tested: too few --samples"
             return "too bold: nothing is measured"
         if self.to_n_per_m > self.k_max_n_per_m:
             return f"too careful, by {self.to_n_per_m / self.k_max_n_per_m:.3g} at least"

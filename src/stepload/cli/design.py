@@ -18,16 +18,23 @@ def design_plan(
         str, typer.Argument(help="Rig profile, or a rig file (YAML).", show_default=False)
     ],
     time: Annotated[
-        str, typer.Option("--time", help='How long the run may take, with its unit: "5 min".')
+        str, typer.Option("--time", help='How long the whole run may take, with its unit: "5 min".')
     ] = "5 min",
     surface_distance: Annotated[
         str,
-        typer.Option("--surface-distance", help="Travel from the start pose to the surface."),
+        typer.Option(
+            "--surface-distance", help="Travel from the start pose to the surface, with its unit."
+        ),
     ] = "5 mm",
     samples: Annotated[
-        int, typer.Option("--samples", min=1, help="Simulated identifications of each plan.")
+        int, typer.Option("--samples", min=1, help="Simulated runs of each plan that is tried.")
     ] = 250,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything drawn.")] = 1,
+    seed: Annotated[
+        int,
+        typer.Option(
+            "--seed", min=0, help="Seed of all random draws; the same seed gives the same plan."
+        ),
+    ] = 1,
     processes: Annotated[
         int | None, typer.Option("--processes", min=1, help="Processes; all cores by default.")
     ] = None,
@@ -45,8 +52,9 @@ def design_plan(
 ) -> None:
     """Write the plan with the narrowest interval, below the elastic limit and within a time.
 
-    Top force, number of steps and holds are chosen by simulated identifications. Exit 3: no plan
-    was shown to be rightly IDENTIFIED in 90 % of its runs; the reason and what to buy are told.
+    Top force, number of steps and holds are chosen by simulated runs; nothing is moved. Exit 3: no
+    plan was shown to be rightly IDENTIFIED in 90 % of its runs; the reason and what would help are
+    told.
 
     Example: stepload design procedures/payloads/plastic-sphere.yaml stvf --time "3 min"
     """
@@ -83,10 +91,10 @@ def design_plan(
     for sentence in words.sentences(found):
         output.line(sentence)
     output.line(
-        f"Of {said['checked']} of these runs that were put through the whole pipeline too, "
-        f"{said['agreed']} have the same verdict. Not drawn: {said['not_drawn']}."
+        f"{said['checked']} of these runs were put through the whole pipeline too; "
+        f"{said['agreed']} have the same verdict there. Not simulated: {said['not_drawn']}."
     )
-    output.line(f"written: {out}")
+    output.line(f"written: {out}; look at it next with: stepload preflight {shlex.quote(str(out))}")
     if picture is not None:
         write_picture(found, picture)
         output.line(f"written: {picture}")

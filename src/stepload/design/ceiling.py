@@ -73,7 +73,7 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
         last, safe = format_quantity(last_n, "N"), format_quantity(top_n, "N")
         why = (
             f"the table of the rig's deflection ends at {last}, and nothing beyond it is "
-            f"IDENTIFIED; {safe} would be safe, so calibrate up to there to use them"
+            f"IDENTIFIED; {safe} would be safe, so calibrate up to there to use it"
         )
     return Ceiling(name, plan.payload.name, min(top_n, last_n), why)
 

@@ -27,8 +27,9 @@ def _expected(found: Design) -> str:
     return (
         f"To expect: IDENTIFIED, and rightly, in {share.value:.0%} of the runs ({share.low:.0%} to "
         f"{share.high:.0%}), and in half of them with a 95 % interval of ±{half:.1%} of the chord "
-        f"stiffness, or a narrower one. Of {covered.of} simulated runs that were IDENTIFIED "
-        f"the interval of {covered.count} held the truth."
+        f"stiffness, or a narrower one. In {covered.count} of the {covered.of} simulated runs that "
+        "were IDENTIFIED the interval held the truth. Rightly: the stiffness is within 1/t of the "
+        "truth (identify.t)."
     )
 
 
@@ -40,17 +41,17 @@ def _time(found: Design) -> str:
     chosen, longer_s = found.chosen, LONGER * found.within_s
     longer = choose(found.again, longer_s)
     if longer is None or not longer.half_width * ALIKE < chosen.half_width:
-        more = f"up to {longer_s:.0f} s buy nothing"
+        more = f"up to {longer_s:.0f} s would narrow the interval by less than {ALIKE - 1.0:.0%}"
     else:
-        more = f"{longer.candidate.text} brings ±{longer.half_width:.1%}"
+        more = f"{longer.candidate.text}, gives ±{longer.half_width:.1%}"
     faster = [each for each in found.curve if each.duration_s < chosen.duration_s]
     said = f"More time than the {found.within_s:.0f} s given: {more}."
     if not faster:
         return said
     quick = faster[0]
     return (
-        f"{said} Less: the fastest plan that is good enough takes {quick.duration_s:.0f} s and "
-        f"brings ±{quick.half_width:.1%}."
+        f"{said} With less time: the fastest plan that will do takes {quick.duration_s:.0f} s and "
+        f"gives ±{quick.half_width:.1%}."
     )
 
 
@@ -65,9 +66,9 @@ def _what_matters(found: Design) -> str:
         top = format_quantity(max(each.candidate.top_n for each in own), "N")
         good = sum(each.can is not Can.NO for each in own)
         told.append(
-            f"{top}: ±{min(half):.1%} to ±{max(half):.1%}, {good} of {len(own)} good enough"
+            f"{top}: ±{min(half):.1%} to ±{max(half):.1%}, {good} of {len(own)} plans not ruled out"
         )
-    return f"Intervals by top force, over all steps and holds looked at: {'; '.join(told)}."
+    return f"Half widths by top force, over all steps and holds tried: {'; '.join(told)}."
 
 
 def shown(each: Tried) -> str:

@@ -181,8 +181,9 @@ def until_reasons(until: Until) -> Iterator[Reason]:
             "until_not_expected", Severity.WARN,
             f"until {asked}: by theory no level will do; at {format_quantity(top.level_n, 'N')} "
             f"±{top.half_width:.1%} is to be expected ({theory} of deformation, "
-            f"{format_quantity(top.needed_m, 'm')} needed), and the run stops as soon as that is "
-            "certain",
-            "ask for a wider interval, or make K_s and its table better known",
+            f"{format_quantity(top.needed_m, 'm')} needed, margin included); the run stops where "
+            f"it is certain that {asked} is out of reach",
+            "ask for a wider interval, plan a higher top force, or make K_s and its table better "
+            "known",
             top.half_width, until.asked, "",
         )  # fmt: skip

@@ -73,8 +73,8 @@ class Procedure:
         Accuracy | None,
         Key(
             'Half width of the interval that is enough, as in "±5 %": the first loading ends at '
-            "the level that needs no more, and the run stops where even `top_force` cannot reach "
-            "it. Left out, every run goes up to `top_force`."
+            "the first level that is expected to give it, and the run stops where even `top_force` "
+            "cannot give it. Left out, every run goes up to `top_force`."
         ),
     ] = None
     hold_s: Annotated[Duration, Key("How long each level is held once it has settled.")] = 3.0

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stepload.envelope.until import Need, Until
+from stepload.envelope.until import MARGIN, Need, Until
 from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.identification import Identification
 from stepload.plan.model import Procedure
@@ -57,13 +57,13 @@ class Loaded:
         said = f"loaded to {format_quantity(self.level_n, 'N')} of {top}: "
         if self.verdict == "enough":
             said += (
-                f"its deformation of {format_quantity(last.deformation_m, 'm')} was to be enough "
-                f"for {asked} ({format_quantity(last.needed_m, 'm')} needed)"
+                f"by its deformation of {format_quantity(last.deformation_m, 'm')}, {asked} was to "
+                f"be expected there ({format_quantity(last.needed_m, 'm')} needed)"
             )
         elif self.verdict == "unreachable":
-            return said + f"{asked} was out of reach, whatever is pressed up to {top}"
+            return said + f"{asked} was out of reach, even at {top}"
         else:
-            said += f"no level before showed enough deformation for {asked}"
+            said += f"no level showed enough deformation for {asked}"
         if self.met:
             return said
         if self.half_width is None or not math.isfinite(self.half_width):
@@ -71,7 +71,7 @@ class Loaded:
         found = f"the interval came out as ±{self.half_width:.1%}"
         if self.half_width <= self.asked:
             return f"{said}; {found}, but the result is not identified"
-        return f"{said}; {found}: what the contact did of its own is in it"
+        return f"{said}; {found}: it also has in it what the contact did of its own, such as creep"
 
 
 def loaded(events: Sequence[Event], found: Identification | None) -> Loaded | None:
@@ -118,9 +118,9 @@ def _needed(deformation_m: float) -> str:
 
 LOOK: tuple[Field[Look], ...] = (
     named("level_n", "level", quantity("N")),
-    named("deformation_m", "deformation, from 10 % of it", quantity("m")),
-    Field(lambda look: look.needed_m, "", "needed", _needed),
-    named("verdict", "so"),
+    named("deformation_m", "deformation from 10 % of it to the level", quantity("m")),
+    Field(lambda look: look.needed_m, "", "deformation needed", _needed),
+    named("verdict", "decision"),
 )  # fmt: skip
 
 
@@ -136,9 +136,9 @@ def _will_do(need: Need) -> str:
 
 NEED: tuple[Field[Need], ...] = (
     named("level_n", "level", quantity("N")),
-    Field(lambda need: need.needed_m, "", "deformation needed, from 10 % of it", _needed),
-    named("expected_m", "by theory", quantity("m")),
-    named("half_width", "interval by theory", lambda half: f"±{half:.1%}"),
+    Field(lambda need: need.needed_m, "", "deformation needed", _needed),
+    named("expected_m", "deformation by theory", quantity("m")),
+    named("half_width", "half width by theory", lambda half: f"±{half:.1%}"),
     Field(_will_do, "", "enough by theory"),
 )
 
@@ -154,11 +154,16 @@ def need_table(until: Until) -> Table:
         "deformation that it measures."
     )
     title = f"How far to load for ±{100.0 * until.asked:g} %"
-    notes = [expected]
+    notes = [
+        expected,
+        "Deformation is that of the payload from 10 % of a level to the level. Half width is that "
+        f"of the 95 % interval of the chord, {MARGIN:g} times what the known errors give: the rest "
+        "is room for what the contact does of its own, such as creep.",
+    ]
     if any(math.isinf(need.needed_m) for need in until.needs):
         notes.append(
-            "None is enough where a doubt stays that no deformation takes away: the rows of the "
-            "deflection table begin or end too far from the level, or errors that grow with the "
-            "deformation are too large by themselves."
+            '"None is enough" stands where no deformation would do, whatever the half width: the '
+            "rows of the deflection table begin or end too far from the level, or errors that grow "
+            "with the deformation are too large by themselves."
         )
     return table(title, NEED, until.needs, notes)
