@@ -217,7 +217,9 @@ class Engine:
         target_m = max(self._safe_m, self.target_m - self._safe_speed_m_s * step_s)
         self.target_m = self.course.target_m = target_m
         near_m = min(limits.model_tolerance_m, ARRIVAL_SHARE * self.course.retract_m)
-        clear = self.supervisor.arm.position_m <= self._safe_m + near_m
+        sup, there_m = self.supervisor, self._safe_m + near_m
+        # A position that jumped back says "there" at once: the commands must have had their time.
+        clear = sup.arm.position_m <= there_m and not sup.motion.model_m > there_m
         if not (self.target_m <= self._safe_m and clear):
             return False
         self.still_closed = self.supervisor.still_closed(now_s)

@@ -56,6 +56,8 @@ class Rig:
         self.engine.trip(Cause("device", 1.0, 0.0, "", 0.0, self.now_s, "broken"))
 
 
+FOLLOWED = 200
+"""Ticks after which the arm is where its commands put it, lag and delay included."""
 CALM = {"model_tolerance_m": 1.0, "still_m": 1.0}
 
 
@@ -115,9 +117,24 @@ def test_an_arm_that_is_not_seen_to_arrive_is_not_called_retracted() -> None:
             goal_m = rig.engine._safe_m
             while rig.engine.target_m > goal_m:
                 rig.tick(0.0)
+            for _ in range(FOLLOWED):
+                rig.tick(0.0)
             assert not rig.engine.safe_reached
             assert rig.tick(goal_m + off * near_m) is reached
             assert rig.engine.safe_reached is reached
+
+
+def test_a_position_that_jumps_back_is_not_there_before_the_commands_had_their_time() -> None:
+    """R7 trips on it, and it says at once that the arm is 5 mm further back than it is."""
+    rig = Rig(arm_lag_s=0.3, command_delay_s=0.05)
+    rig.trip()
+    goal_m, near_m = rig.engine._safe_m, PLANNED.model_tolerance_m
+    waited = 0
+    while not rig.tick(goal_m - 5e-3):
+        waited += rig.engine.target_m <= goal_m
+    assert rig.engine.safe_reached
+    assert rig.engine.supervisor.motion.model_m <= goal_m + near_m
+    assert waited * PERIOD_S > 0.05
 
 
 def test_safing_gives_up_after_twice_its_time_and_some_seconds() -> None:

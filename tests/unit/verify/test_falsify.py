@@ -268,6 +268,15 @@ def test_a_scene_file_replays_exactly(tmp_path: Path, text: str) -> None:
     assert figures["j"] == before.j
 
 
+def test_a_position_that_jumps_back_while_pressing_does_not_end_the_retract() -> None:
+    """Found by a search: the arm was told to stop where it still pressed, and hit the payload."""
+    found, figures = read_scene(ROOT / "docs/scenes/position-jump.json")
+    assert figures["peak_ratio"] > 11.0
+    now = judge(found)
+    assert now.rule == "R7"
+    assert now.peak_ratio < 0.25
+
+
 def test_a_hostile_scene_is_refused(tmp_path: Path) -> None:
     found, _ = scene()
     data = json.loads(text_of(found, {}))
