@@ -7,7 +7,9 @@ import json
 import struct
 import subprocess
 import sys
+from collections.abc import Iterator
 from importlib import resources
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +84,30 @@ def test_what_is_no_record_is_told(tmp_path: Path) -> None:
     tail.close()
 
 
+PARTS = 8
+"""Into so many a chunk of a record is cut: whole ones would miss phases by chance."""
+
+
+def in_parts(rows: tuple[Any, ...]) -> Iterator[tuple[Any, ...]]:
+    """Ticks and samples of a chunk, one part of its time after the other."""
+    ticks = rows[0].time_s
+    if len(ticks) < PARTS:
+        yield rows
+        return
+    cuts = [-np.inf, *np.quantile(ticks, np.arange(1, PARTS) / PARTS), np.inf]
+    for low, high in pairwise(cuts):
+        samples = (_between(each, "receive_time_s", low, high) for each in rows[1:])
+        yield _between(rows[0], "time_s", low, high), *samples
+
+
+def _between(columns: Any, name: str, low: float, high: float) -> Any:
+    if columns is None:
+        return None
+    time_s = getattr(columns, name)
+    inside = (low < time_s) & (time_s <= high)
+    return type(columns)(*(each[inside] for each in columns))
+
+
 @pytest.fixture(scope="module")
 def looks(cycles_run: Path, tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
     """What viewers are told of a run, look by look, with the tick each was told of."""
@@ -94,9 +120,14 @@ def looks(cycles_run: Path, tmp_path_factory: pytest.TempPathFactory) -> list[di
         if state is None and tail.attachments.get("limits.json") and len(rows[0].time_s):
             state = State(tail.metadata, tail.attachments)
         if state is not None:
-            state.take(*rows, events, ended=tail.ended)
-            if (told := state.told()) is not None:
-                found.append(told | {"row": state.row, "tared": state.tared_wrench})
+            for part in in_parts(rows):
+                state.take(*part, events, ended=False)
+                events = ()
+                if (told := state.told()) is not None:
+                    found.append(told | {"row": state.row, "tared": state.tared_wrench})
+    assert state is not None
+    state.take(None, None, None, None, (), ended=True)
+    found.append(state.told() | {"row": state.row, "tared": state.tared_wrench})
     tail.close()
     return found
 
