@@ -8,13 +8,12 @@ from stepload.engine.course import Course, Then
 from stepload.engine.follow import Lead
 from stepload.engine.retract import REST_S, not_open
 from stepload.engine.settle import RingTest
+from stepload.engine.touch import TouchTest
 from stepload.envelope.schedule import SLOW_SHARE, touch_gap_m
 from stepload.record.outcome import Touch
 from stepload.record.rows import Phase
 
 RING_TIMEOUT_S = 2.0
-TOUCH_SAMPLES = 2
-"""Fresh samples in a row above the touch force that make a touch."""
 
 
 class Approach:
@@ -36,7 +35,7 @@ class Approach:
         self._slow = False
         self._left = 0
         self._lead = Lead(course.limits.period_s)
-        self._touching = 0
+        self._felt = TouchTest(course.limits.touch_force_n)
         self._ring = RingTest(course.limits.noise_n)
 
     def begin(self, now_s: float, purpose: str, touches: int, then: Then) -> None:
@@ -52,13 +51,13 @@ class Approach:
         if known:
             near_m = course.surface_m - self._gap_m()
         run_out_m = 2.0 * course.limits.fast_speed_m_s * course.limits.reaction_s
-        self._touching = 0
+        self._felt = TouchTest(course.limits.touch_force_n)
         course.enter(Phase.FAST_APPROACH, now_s, self._fast)
         course.aim(near_m - run_out_m)
 
     def _fast(self, now_s: float, step_s: float) -> None:
         course = self._course
-        if self._touched(now_s) or self._stop_asked(now_s):
+        if self._touched(now_s) or self._stop_asked(now_s) or self._felt.waits(now_s):
             return
         fastest_m_s = course.limits.fast_speed_m_s
         if course.target_m >= course.goal_m or course.move(fastest_m_s, step_s):
@@ -74,7 +73,7 @@ class Approach:
 
     def _guarded(self, now_s: float, step_s: float) -> None:
         course = self._course
-        if self._touched(now_s) or self._stop_asked(now_s):
+        if self._touched(now_s) or self._stop_asked(now_s) or self._felt.waits(now_s):
             return
         limits = course.limits
         speed = min(limits.guarded_speed_m_s, course.speed_m_s + limits.acceleration_m_s2 * step_s)
@@ -103,8 +102,8 @@ class Approach:
         course = self._course
         sup, limits = course.sup, course.limits
         if sup.force.fresh:
-            self._touching = self._touching + 1 if sup.force_n > limits.touch_force_n else 0
-        if self._touching < TOUCH_SAMPLES:
+            self._felt.add(now_s, sup.force_n)
+        if not self._felt.touched:
             return False
         position_m = sup.arm.position_m
         touch = Touch(
@@ -158,5 +157,5 @@ class Approach:
                 return
             course.aim(max(course.goal_m - self._gap_m(), furthest_m))
             return
-        self._touching = 0
+        self._felt = TouchTest(course.limits.touch_force_n)
         self._begin_guarded(now_s)

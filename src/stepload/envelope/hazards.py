@@ -7,15 +7,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from stepload.envelope.catch_up import catch_up_force
-from stepload.envelope.pressing import HARD_STOP_N_PER_M, Pressing
+from stepload.envelope.pressing import (
+    GUARDED_SHARE,
+    HARD_STOP_N_PER_M,
+    Pressing,
+    rigid_coefficient,
+)
 from stepload.envelope.reason import Reason, Severity
 from stepload.plan.model import Plan, SecondForceSource
 from stepload.units import format_quantity
 
 UR_FORCE_LIMIT_REACTION_S = 0.25
 """Reaction time of a UR safety force limit; its tolerance is 25 N."""
+HEAVIER = 10.0
+"""How many times the stated mass a moving arm is feared to have."""
+BOUNCING = 4.0
+"""On v sqrt(m k) of such an arm, which bounces and hits again before a sample tells of it."""
+LARGEST_UNSTATED_S = 0.1
+"""Delays that a plan may have left out: a filter, a USB adapter, a network; longer ones show."""
 
 
 def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
@@ -48,6 +60,25 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
             "keep the way free; a quiet network; finer arm positions show it sooner",
             impact_n, pressing.forces.allowed_n, "N",
         )  # fmt: skip
+    heavy_n = heavier_force(pressing)
+    if heavy_n > pressing.forces.elastic_limit_n:
+        yield Reason(
+            "heavier_arm", Severity.NOTE,
+            f"something rigid that the plan does not know of is hit with up to"
+            f" {format_quantity(heavy_n, 'N')} by an arm {HEAVIER:g} times as heavy as"
+            f" rig.arm.effective_mass says ({format_quantity(arm.effective_mass_kg, 'kg')})",
+            "state the mass of all that moves with the tool, links and tool together",
+            heavy_n, pressing.forces.elastic_limit_n, "N",
+        )  # fmt: skip
+    late_s = unstated_delay_s(plan, pressing)
+    if 0.0 < late_s < LARGEST_UNSTATED_S:
+        yield Reason(
+            "unstated_delays", Severity.NOTE,
+            f"readings and commands that together come more than {late_s * 1e3:.3g} ms later than"
+            " the plan says can pass F_c before it is seen",
+            "state every filter and link (delay, command_delay), or take a lower load_rate",
+            late_s, LARGEST_UNSTATED_S, "s",
+        )  # fmt: skip
     top_n = plan.procedure.top_force_n
     # F_allowed and the largest K_s: both may be worse than they read.
     moved_m = max(0.0, pressing.forces.allowed_n - top_n) / pressing.rig.stiffness_n_per_m
@@ -67,3 +98,29 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
             f" {common:.3g} % too little together are allowed for (rig.common_force_error)", layer,
             plan.rig.common_force_error, math.nan, "",
         )  # fmt: skip
+
+
+def heavier_force(pressing: Pressing) -> float:
+    """Upper bound in N of the force on something rigid of an arm that is `HEAVIER` than stated.
+
+    F_lim + C v, C with that mass and room for bounces, v the largest speed that the stated mass
+    allows.
+    """
+    rig, limit_n = pressing.rig, pressing.forces.limit_n
+    heavy = replace(rig, mass_kg=HEAVIER * rig.mass_kg)
+    speed_m_s = max(
+        pressing.guarded_speed_m_s, pressing.fast_speed_m_s, limit_n / pressing.contact_n_s_per_m
+    )
+    return limit_n + rigid_coefficient(heavy, limit_n, BOUNCING) * speed_m_s
+
+
+def unstated_delay_s(plan: Plan, pressing: Pressing) -> float:
+    """The delay in s, in all that reads and commands, in which the force can go on up to F_c.
+
+    A load step rises at its rate from the top force, an approach at K_s v from what it may reach.
+    """
+    forces, procedure = pressing.forces, plan.procedure
+    load_s = (forces.elastic_limit_n - procedure.top_force_n) / procedure.load_rate_n_per_s
+    met_n = max(GUARDED_SHARE * forces.limit_n, procedure.touch_force_n)
+    rise_n_per_s = pressing.rig.stiffness_n_per_m * pressing.fast_speed_m_s
+    return min(load_s, (forces.elastic_limit_n - met_n) / rise_n_per_s)

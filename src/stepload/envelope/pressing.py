@@ -121,7 +121,7 @@ def pressing_for(
         position_resolution_m=rig.arm.position_resolution_m,
     )
     room_n = forces.allowed_n - procedure.touch_force_n - NOISE_MULTIPLE * noise_n
-    rigid = room_n / _rigid_coefficient(press, forces.limit_n, IMPACT_FACTOR)
+    rigid = room_n / rigid_coefficient(press, forces.limit_n, IMPACT_FACTOR)
     guarded, fast = min(guarded, rigid), min(fast, rigid)
     catch_up_m = largest_catch_up(press, forces.allowed_n, tangent)
     follow_m = follow_travel(rig.arm)
@@ -136,7 +136,7 @@ def pressing_for(
         leash_free_m=leash_m,
         guarded_speed_m_s=min(guarded, top_speed),
         fast_speed_m_s=min(fast, top_speed),
-        contact_n_s_per_m=_rigid_coefficient(press, forces.limit_n, HARD_STOP_IMPACT_FACTOR),
+        contact_n_s_per_m=rigid_coefficient(press, forces.limit_n, HARD_STOP_IMPACT_FACTOR),
         ahead_m=max(catch_up_m, follow_m),
         follow_m=follow_m,
     )
@@ -220,8 +220,8 @@ def _budgeted_speeds(
     return guarded, fast
 
 
-def _rigid_coefficient(rig: PressRig, limit_n: float, impact_factor: float) -> float:
-    """Force per speed, in N s/m, where a hidden hard stop is met."""
+def rigid_coefficient(rig: PressRig, limit_n: float, impact_factor: float) -> float:
+    """Force per speed, in N s/m, where a hidden hard stop is met at a force up to `limit_n`."""
     travel = rig.stiffness_n_per_m * (rig.reaction_s + rig.cross_check_s)
     impact = impact_factor * math.sqrt(rig.mass_kg * HARD_STOP_N_PER_M)
     linear = 1.1 * travel + rig.damping_n_s_per_m + impact

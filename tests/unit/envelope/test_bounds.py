@@ -25,7 +25,7 @@ from stepload.envelope.bounds import (
 )
 from stepload.envelope.catch_up import catch_up_force, largest_catch_up
 from stepload.envelope.envelope import envelope_of
-from stepload.envelope.hazards import hazards
+from stepload.envelope.hazards import HEAVIER, hazards, heavier_force, unstated_delay_s
 from stepload.envelope.ladder import ForceLimits, force_limits
 from stepload.envelope.leash import leash_travel
 from stepload.envelope.limits import LEASH_TIME_S, MODEL_LAG_S, identical_counts
@@ -437,8 +437,39 @@ def test_a_heavy_arm_and_a_runaway_drive_are_named() -> None:
     beyond_n = found.forces.elastic_limit_n - PLAN.procedure.top_force_n
     assert named["plate_moves"].value < beyond_n / 3.49e6
     assert "both_channels_alike" in named
+    assert named["heavier_arm"].value == heavier_force(found) > found.forces.elastic_limit_n
     alone = on_rig(second_force=ALONE)
     assert "both_channels_alike" not in {r.code for r in hazards(alone, pressing(alone))}
+
+
+def test_a_heavier_arm_hits_harder_than_the_budget_allows_a_light_one() -> None:
+    found = pressing()
+    light = replace(found, rig=replace(found.rig, mass_kg=found.rig.mass_kg / HEAVIER))
+    assert heavier_force(light) < heavier_force(found)
+    limit_n = found.forces.limit_n
+    # Ten times the mass is sqrt(10) times the impact, and bouncing twice as much again.
+    assert 2.0 * limit_n < heavier_force(found) < 8.0 * limit_n
+
+
+def pressed_at(load_rate_n_per_s: float) -> Plan:
+    procedure = replace(PLAN.procedure, load_rate_n_per_s=load_rate_n_per_s)
+    return replace(PLAN, procedure=procedure)
+
+
+def test_delays_that_nobody_stated_are_named_where_little_is_enough() -> None:
+    slow = pressing()
+    beyond_n = slow.forces.elastic_limit_n - PLAN.procedure.top_force_n
+    fast = pressed_at(beyond_n / 0.02)
+    assert unstated_delay_s(fast, slow) == pytest.approx(0.02)
+    named = {reason.code: reason for reason in hazards(fast, slow)}
+    assert named["unstated_delays"].value == pytest.approx(0.02)
+    assert "20 ms" in named["unstated_delays"].message
+    calm = pressed_at(beyond_n / 10.0)
+    approach_s = unstated_delay_s(calm, slow)
+    assert approach_s < 10.0
+    quick = replace(slow, fast_speed_m_s=2.0 * slow.fast_speed_m_s)
+    assert unstated_delay_s(calm, quick) == pytest.approx(0.5 * approach_s)
+    assert ("unstated_delays" in {r.code for r in hazards(calm, slow)}) == (approach_s < 0.1)
 
 
 def codes(plan: Plan) -> set[str]:

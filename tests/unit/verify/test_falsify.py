@@ -23,6 +23,7 @@ from stepload_verify.campaign.mishaps import FOR_GOOD_S, WIDER_FAULTS, Incident
 from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.campaign.truth import Anomaly
 from stepload_verify.falsify import trial as trials_of
+from stepload_verify.falsify.excuses import excuses
 from stepload_verify.falsify.falsify import BATCH, FILES, SCENES, WORST, falsify, worst
 from stepload_verify.falsify.hunt import POPULATION, Hunt
 from stepload_verify.falsify.scene import (
@@ -277,6 +278,46 @@ def test_a_position_that_jumps_back_while_pressing_does_not_end_the_retract() ->
     assert now.peak_ratio < 0.25
 
 
+HAZARDS_FOUND = ("held-back-commands", "heavier-arm", "unstated-delays")
+
+
+@pytest.mark.parametrize("name", HAZARDS_FOUND)
+def test_what_a_search_found_and_nothing_mends_is_a_hazard_that_preflight_names(name: str) -> None:
+    found, _ = read_scene(ROOT / f"docs/scenes/{name}.json")
+    code = name.replace("-", "_")
+    assert code in {reason.code for reason in found.envelope.reasons}
+    now = judge(found)
+    assert now.j > 1.0
+    assert (now.hazard, now.broken) == (code, False)
+
+
+@pytest.mark.parametrize("name", HAZARDS_FOUND)
+def test_a_hazard_excuses_no_more_than_it_says(name: str) -> None:
+    found, _ = read_scene(ROOT / f"docs/scenes/{name}.json")
+    [(code, rest)] = excuses(found, 1.0)
+    assert not list(excuses(rest, 1.0))
+    said = {reason.code: reason.value for reason in found.envelope.reasons}[code]
+    if code == "unstated_delays":
+        little = [replace(fault, magnitude=0.9 * said - 0.0193) for fault in found.faults]
+        assert not list(excuses(with_faults(found, little), 1e9))
+    else:
+        assert list(excuses(found, said))
+        assert not list(excuses(found, 1.001 * said))
+        assert not list(excuses(replace(found, anomalies=()), 1.0))  # nothing rigid is there
+    silent = replace(found, envelope=replace(found.envelope, reasons=()))
+    assert not list(excuses(silent, 1.0))
+    if code == "heavier_arm":
+        beyond = replace(found.truth, effective_mass_kg=11.0 * rest.truth.effective_mass_kg)
+        assert not list(excuses(replace(found, truth=beyond), 1.0))
+
+
+def test_a_heavy_arm_that_bounces_is_felt_at_its_first_hit() -> None:
+    """Found by a search: hits shorter than a sample, 7.6 F_c before two in a row were seen."""
+    found, figures = read_scene(ROOT / "docs/scenes/heavier-arm.json")
+    assert figures["peak_ratio"] > 7.5
+    assert judge(found).peak_ratio < 3.5
+
+
 def test_a_hostile_scene_is_refused(tmp_path: Path) -> None:
     found, _ = scene()
     data = json.loads(text_of(found, {}))
@@ -326,8 +367,7 @@ def test_a_plate_that_moves_excuses_only_what_it_broke(monkeypatch: pytest.Monke
     found, _ = scene(named("plate_moves")[0])
     plate = WorldFault("plate_moves", 1.0, 1.0, 1e-4)
     gain = WorldFault("force_gain", 1.0, FOR_GOOD_S, 0.5)
-    other, moved = with_faults(found, [gain]), with_faults(found, [gain, plate])
-    assert (other.hazard, moved.hazard) == ("", "plate_moves")
+    moved = with_faults(found, [gain, plate])
 
     def run(worse: frozenset[str]) -> Any:
         def run_scenario(one: Scenario, *_: Any) -> Any:
@@ -343,8 +383,6 @@ def test_a_plate_that_moves_excuses_only_what_it_broke(monkeypatch: pytest.Monke
     assert not run(frozenset({"plate_moves"})).broken
     assert run(frozenset({"force_gain"})).broken
     assert run(frozenset({"force_gain", "plate_moves"})).broken
-    simple = shrink(moved, lambda one: any(f.kind == "force_gain" for f in one.faults))
-    assert simple.hazard == ""
 
 
 @pytest.mark.parametrize("figure", ["NaN", "Infinity"])

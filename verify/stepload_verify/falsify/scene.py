@@ -30,8 +30,8 @@ from stepload_verify.campaign.truth import (
 from stepload_verify.falsify.strata import Stratum
 from stepload_verify.falsify.tape import Tape
 
-BLIND, PLATE = "both_channels_alike", "plate_moves"
-"""Named hazards; with both channels blind nothing is left to stop a run: no use searching there."""
+BLIND = "both_channels_alike"
+"""A named hazard: nothing is left to stop such a run, and no use searching there."""
 RIG, TRUTH, WRONG = 34, 10, 7
 """Numbers that a rig with its plan, its truth, and each thing that goes wrong may read."""
 LONGEST_S, LONGEST_FROZEN_S = 8.0, 20.0
@@ -102,21 +102,14 @@ def scenario_at(
 
 
 def hazard_of(faults: Sequence[WorldFault], plan: Plan) -> str:
-    """The hazard that preflight names for what goes wrong here, or ""."""
-    if both_channels_blind(faults, plan):
-        return BLIND
-    return PLATE if any(fault.kind == PLATE for fault in faults) else ""
+    """`BLIND` where these faults leave no channel to tell the force, else ""."""
+    return BLIND if both_channels_blind(faults, plan) else ""
 
 
 def with_faults(scenario: Scenario, faults: Sequence[WorldFault]) -> Scenario:
     """The same run with these faults instead, and the hazard that they are."""
     truth = replace(scenario.truth, faults=tuple(faults))
     return replace(scenario, truth=truth, hazard=hazard_of(faults, scenario.plan))
-
-
-def plate_still(scenario: Scenario) -> Scenario:
-    """The same run on a plate that does not move."""
-    return with_faults(scenario, [one for one in scenario.faults if one.kind != PLATE])
 
 
 def _shorter(plan: Plan) -> Plan:

@@ -15,7 +15,8 @@ from stepload_verify.campaign.ablation import Ablation
 from stepload_verify.campaign.digest import loaded
 from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.campaign.single import run_scenario
-from stepload_verify.falsify.scene import BLIND, PLATE, plate_still, scenario_at
+from stepload_verify.falsify.excuses import excuses
+from stepload_verify.falsify.scene import BLIND, scenario_at
 from stepload_verify.falsify.strata import Stratum
 
 NO_RUN = "no run"
@@ -150,8 +151,11 @@ def judge(scenario: Scenario, ablation: str = "") -> Trial:
     top_n = scenario.plan.procedure.top_force_n
     room_n = scenario.limits.elastic_limit_n - top_n
     j, hazard = (result.peak_n - top_n) / room_n, scenario.hazard
-    if j > 1.0 and hazard == PLATE and judge(plate_still(scenario), ablation).j > 1.0:
-        hazard = ""  # the rest passes F_c as well
+    if j > 1.0 and not hazard:
+        for name, rest in excuses(scenario, result.peak_n):
+            if judge(rest, ablation).j <= 1.0:
+                hazard = name
+                break
     return Trial(
         series=scenario.series,
         index=scenario.index,

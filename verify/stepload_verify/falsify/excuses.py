@@ -1,0 +1,62 @@
+"""What a hazard that preflight names excuses: what it broke, within what it says, and no more.
+
+Each is tried by taking its cause out of the run: where the rest passes F_c as well, or where more
+happened than the hazard says, it was no excuse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from stepload.engine.rehearse import world_for
+from stepload.envelope.hazards import HEAVIER
+from stepload.rig.world import WorldSpec
+from stepload_verify.campaign.scenario import Scenario
+from stepload_verify.falsify.scene import with_faults
+
+PLATE, HELD_BACK, HEAVY, LATE = (
+    "plate_moves", "held_back_commands", "heavier_arm", "unstated_delays",
+)  # fmt: skip
+LINK_FAULTS = ("command_latency", "command_jitter")
+"""Faults in which a link holds commands back and delivers them together."""
+
+
+def excuses(scenario: Scenario, peak_n: float) -> Iterator[tuple[str, Scenario]]:
+    """The hazards that may explain this peak: code, and the run without what they are about."""
+    named = {reason.code: reason.value for reason in scenario.envelope.reasons}
+    kinds = {fault.kind for fault in scenario.faults}
+    rigid = any(anomaly.kind == "hidden hard stop" for anomaly in scenario.anomalies)
+    if PLATE in kinds:
+        yield PLATE, without(scenario, PLATE)
+    if rigid and kinds.intersection(LINK_FAULTS) and peak_n <= named.get(HELD_BACK, 0.0):
+        yield HELD_BACK, without(scenario, *LINK_FAULTS)
+    believed = world_for(scenario.envelope, seed=scenario.truth.seed)
+    heavier = scenario.truth.effective_mass_kg / believed.effective_mass_kg
+    if rigid and 1.0 < heavier <= HEAVIER and peak_n <= named.get(HEAVY, 0.0):
+        truth = replace(scenario.truth, effective_mass_kg=believed.effective_mass_kg)
+        yield HEAVY, replace(scenario, truth=truth)
+    if LATE in named and unstated_s(scenario, believed) > named[LATE]:
+        rest = without(scenario, "command_jitter")
+        truth = replace(
+            rest.truth,
+            force_delay_s=believed.force_delay_s,
+            second_force_delay_s=believed.second_force_delay_s,
+        )
+        yield LATE, replace(rest, truth=truth)
+
+
+def unstated_s(scenario: Scenario, believed: WorldSpec) -> float:
+    """How much later readings and commands together come than the plan says, in s."""
+    truth = scenario.truth
+    readings_s = max(
+        truth.force_delay_s - believed.force_delay_s,
+        truth.second_force_delay_s - believed.second_force_delay_s,
+    )
+    jitter = (fault.magnitude for fault in scenario.faults if fault.kind == "command_jitter")
+    return readings_s + sum(jitter)
+
+
+def without(scenario: Scenario, *kinds: str) -> Scenario:
+    """The same run without faults of these kinds."""
+    return with_faults(scenario, [one for one in scenario.faults if one.kind not in kinds])
