@@ -17,6 +17,7 @@ from stepload.engine.order import START_REST_S, RunOrder
 from stepload.engine.retract import Retract
 from stepload.engine.settle import BLOCK_S, BLOCKS, RingTest, SettleTest
 from stepload.engine.steps import LoadSteps
+from stepload.engine.touch import BOUNCE_S, SURE
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
 
@@ -144,6 +145,20 @@ def test_a_touch_never_moves_the_target_on() -> None:
     stage.ticks(1, 2.0 * PLANNED.touch_force_n)
     assert stage.course.phase == Phase.DWELL
     assert stage.course.target_m == moved_m < before_m + 1e-6
+
+
+@pytest.mark.parametrize("phase", [Phase.FAST_APPROACH, Phase.GUARDED_APPROACH])
+def test_an_approach_waits_after_a_hit_and_goes_on_where_none_follows(phase: Phase) -> None:
+    stage = guarded(WIDE) if phase == Phase.GUARDED_APPROACH else approach(WIDE)[0]
+    stage.ticks(20)
+    hit_m = stage.course.target_m
+    stage.ticks(1, 1.01 * SURE * PLANNED.touch_force_n)
+    stage.ticks(round(0.95 * BOUNCE_S / PERIOD_S), 0.0)
+    assert stage.course.target_m == hit_m
+    stage.ticks(round(0.2 * BOUNCE_S / PERIOD_S))
+    assert stage.course.target_m > hit_m
+    assert stage.course.phase == phase
+    assert stage.course.touches == []
 
 
 def touched(touches: int, **options: Any) -> Stage:
