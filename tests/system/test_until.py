@@ -47,6 +47,7 @@ class Ran(NamedTuple):
     envelope: Envelope
     finished: Finished
     recording: Recording
+    said: list[str]
 
     @property
     def until(self) -> dict[str, Any]:
@@ -71,8 +72,9 @@ def ran(place: Path, factor: float, asked: str, more: str = "") -> Ran:
     plan = load_plan(path)
     simulation = replace(plan.rig.simulation, payload_factor=factor)
     envelope = envelope_of(replace(plan, rig=replace(plan.rig, simulation=simulation)))
-    finished = run_plan(envelope, dry_run=True, out=place / "run", seed=1)
-    return Ran(envelope, finished, read_recording(place / "run" / "run.mcap"))
+    said: list[str] = []
+    finished = run_plan(envelope, dry_run=True, out=place / "run", seed=1, on_notice=said.append)
+    return Ran(envelope, finished, read_recording(place / "run" / "run.mcap"), said)
 
 
 @pytest.fixture(scope="module")
@@ -101,6 +103,8 @@ def test_a_soft_payload_is_loaded_no_further_than_needed(soft: Ran) -> None:
     assert top_n < TOP_N
     assert data["peak_force_n"] < 1.03 * top_n
     assert soft.finished.outcome.levels_done == 2 * len(soft.until["looks"])
+    [said] = [line for line in soft.said if "far enough" in line]
+    assert said == f"far enough for ±12 % at {top_n:g} N of 300 N: no more force than this"
 
 
 def test_every_cycle_goes_to_the_same_level_and_none_above(soft: Ran) -> None:
@@ -138,6 +142,12 @@ def test_a_stiff_payload_stops_as_soon_as_nothing_can_be_enough(stiff: Ran) -> N
     assert not stiff.until["met"]
     assert stiff.until["level_n"] < TOP_N
     assert data["peak_force_n"] < 1.03 * stiff.until["level_n"]
+    why = stiff.finished.outcome.why
+    assert "as its plan asks: an interval of ±10 % cannot be reached" in why
+    assert "(value" not in why
+    [said] = [line for line in stiff.said if "cannot be reached" in line]
+    assert said.startswith("ENDING at ")
+    assert said.endswith("The arm retracts. Use the emergency stop if it does not.")
     assert data["verdict"] != "identified"
     assert "±10 % cannot be reached" in stiff.finished.outcome.why
     assert stiff.finished.outcome.retracted

@@ -91,7 +91,7 @@ def design(
     limit = ceiling(rig, payload, Order(min(STEPS), max(HOLDS_S)))
     found = grid(rig, payload, limit, surface)
     soon = [each for each in found.candidates if each.duration_s <= LONGER * within_s]
-    _check_time(limit, found, within_s)
+    _check_time(limit, found, within_s, f"stepload map {rig} --payload {payload}")
     if on_start is not None:
         on_start(len(soon))
     tried = _try(soon, Work(seed, samples, CHECK_EVERY), pool)
@@ -110,13 +110,13 @@ def _try(candidates: Sequence[Candidate], work: Work, pool: Pool) -> list[Tried]
     return [Tried(each, row) for each, row in zip(candidates, rows, strict=True)]
 
 
-def _check_time(limit: Ceiling, found: Grid, within_s: float) -> None:
+def _check_time(limit: Ceiling, found: Grid, within_s: float, map_verb: str) -> None:
     """Raise where no plan may run, or none so soon."""
     if not found.candidates:
         raise RefusedError(
             f"preflight refuses all {found.refused} plans for {limit.payload} on {limit.rig}. "
             f"About the one with the largest top force it says: {found.because}",
-            hint="stepload map RIG --payload PAYLOAD says what to buy",
+            hint=f"{map_verb} says what to buy",
         )
     fastest = min(found.candidates, key=lambda each: each.duration_s)
     if fastest.duration_s > within_s:

@@ -65,6 +65,7 @@ class _Run:
         self.safing: tuple[ActionResult, ...] = ()
         self.start_s = self.loop_end_s = self.end_s = rig.clock.now_s()
         engine.on_stop = lambda cause: say(stop_notice(cause, self.start_s))
+        engine.on_word = say
 
     def drive(self) -> None:
         """Tick until the loop has ended, in whatever way; never raises."""

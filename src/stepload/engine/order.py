@@ -11,6 +11,7 @@ import math
 from stepload.engine.approach import Approach
 from stepload.engine.course import Course, Then
 from stepload.engine.enough import FarEnough, Verdict, judge, nearest
+from stepload.engine.notices import Say, nothing
 from stepload.engine.proof_of_life import ProofOfLife
 from stepload.engine.retract import Retract
 from stepload.engine.steps import Control, LoadSteps
@@ -42,7 +43,9 @@ class RunOrder:
         controller: Control,
         shake: Shake | None,
         until: Until | None = None,
+        tell: Say = nothing,
     ) -> None:
+        self._tell = tell
         self.steps = LoadSteps(course, controller)
         self._course = course
         self._zeroing = Zeroing(course, self._leave, adopt)
@@ -147,14 +150,19 @@ class RunOrder:
         reach = nearest(needs, index, deformation_m)
         if verdict is Verdict.ENOUGH:
             self._top = self._index
+            if self._top < len(needs):
+                self._tell(
+                    f"far enough for ±{100.0 * asked:g} % at {needs[index].level_n:g} N of "
+                    f"{course.plan.top_force_n:g} N: no more force than this"
+                )
         elif verdict is Verdict.UNREACHABLE and reach is not None:
             course.fail(
                 "until", reach.most_m, reach.need.least_m, "m",
                 f"an interval of ±{100.0 * asked:g} % cannot be reached: at "
                 f"{needs[index].level_n:g} N the payload has given way by "
                 f"{deformation_m * 1e6:.3g} µm, so at {reach.need.level_n:g} N by "
-                f"{reach.most_m * 1e6:.3g} µm at the most, and at least "
-                f"{reach.need.least_m * 1e6:.3g} µm are needed there",
+                f"{reach.most_m * 1e6:.3g} µm at the most, and even without any "
+                f"margin {reach.need.least_m * 1e6:.3g} µm are needed there",
             )  # fmt: skip
 
     def _unload(self, now_s: float) -> None:

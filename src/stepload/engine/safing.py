@@ -78,6 +78,11 @@ def stop_notice(cause: Cause | None, start_s: float) -> str:
     """What the operator reads in the moment of a stop; `start_s` counts as zero."""
     if cause is None:
         return "STOPPING on request: the arm retracts. Use the emergency stop if it does not."
+    if cause.planned:
+        return (
+            f"ENDING at {cause.time_s - start_s:.3f} s, as the plan asks ({cause.rule}): "
+            f"{cause.message}. The arm retracts. Use the emergency stop if it does not."
+        )
     return (
         f"STOPPED by {cause.rule} at {cause.time_s - start_s:.3f} s: {cause.message}"
         f"{cause.numbers}. USE THE EMERGENCY STOP if the arm presses on."
@@ -108,7 +113,8 @@ def why_it_stopped(
             else f"The run was interrupted on the operator's request{asked}."
         )
     else:
-        text = f"The run was stopped by {cause.rule} at {cause.time_s - start_s:.3f} s: "
+        asked = ", as its plan asks" if cause.planned else ""
+        text = f"The run was stopped by {cause.rule} at {cause.time_s - start_s:.3f} s{asked}: "
         text += cause.message + cause.numbers
         text += "."
     if status != "completed":

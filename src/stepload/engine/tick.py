@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 from stepload.engine.controller import StepController
 from stepload.engine.course import Course
+from stepload.engine.notices import Say, nothing
 from stepload.engine.operator import Operator, StopLevel
 from stepload.engine.order import RunOrder
 from stepload.engine.steps import Control
@@ -78,12 +79,13 @@ class Engine:
         )
         self.steps = RunOrder(
             self.course, self._adopt, start_level, controller, envelope.telling_shake,
-            envelope.until,
+            envelope.until, self._tell,
         ).steps  # fmt: skip
         self._plan = plan
         self._measured = Measured(0.0, 0.0)
         self.cause: Cause | None = None
         self.on_stop: Callable[[Cause | None], None] = _nobody_listens
+        self.on_word: Say = nothing
         self.target_m = math.nan
         self.late_s = 0.0
         self.peak_force_n = 0.0
@@ -237,6 +239,9 @@ class Engine:
         self._safe_m -= step_m
         self._give_up_s += 2.0 * step_m / self.limits.retract_speed_m_s
         return True
+
+    def _tell(self, words: str) -> None:
+        self.on_word(words)
 
     def _emit(self, time_s: float, kind: str, data: dict[str, object]) -> None:
         self.events.append((time_s, kind, data))

@@ -308,7 +308,9 @@ def _made(
     half = (interval[1] - interval[0]) / (2.0 * value)
     why = [*blocked, *remarks]
     if not half <= accuracy:
-        why.append(f"the 95 % interval is ±{half:.1%}, asked for is ±{accuracy:.0%} (1/t)")
+        why.append(
+            f"the 95 % interval is ±{half:.1%}; up to ±{accuracy:.0%} (1/t) counts as identified"
+        )
     if half > HOPELESS or not math.isfinite(half):
         verdict = ResultVerdict.NOT_IDENTIFIABLE
     elif why:

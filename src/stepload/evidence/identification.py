@@ -198,13 +198,13 @@ def _judged(
     if not math.isnan(k_max):
         share = headline.value_n_per_m / k_max
         reach.append(
-            f"chord stiffness {format_quantity(headline.value_n_per_m, 'N/m')} is {share:.2g} of "
+            f"chord stiffness {format_quantity(headline.value_n_per_m, 'N/m')} is {share:.3g} of "
             f"K_max {format_quantity(k_max, 'N/m')} (34), for the measured peak force and a "
             f"position resolution of {format_quantity(resolution_m, 'm', 2)}"
         )
     interval = (
-        f"the 95 % interval is ±{headline.half_width:.1%} of the chord stiffness, asked for is "
-        f"±{1.0 / conditions.t:.0%} (1/t)"
+        f"the 95 % interval is ±{headline.half_width:.1%} of the chord stiffness; up to "
+        f"±{1.0 / conditions.t:.0%} (1/t) counts as identified"
     )
     against = [why for why in headline.why if not why.startswith("the 95 % interval")]
     return Judgement(headline.verdict, (*against, interval, *reach), k_max)
