@@ -16,7 +16,7 @@ from stepload.envelope.reason import Reason
 from stepload.envelope.theory import theory_of
 from stepload.estimators.identifiability import gauge_resolution_for
 from stepload.plan.changed import follows, rederived
-from stepload.plan.checks import least_touch_force
+from stepload.plan.checks_between import least_touch_force
 from stepload.plan.model import DisplacementSpec, Plan, SecondForce, SecondForceSource
 from stepload.units import format_quantity, parse_quantity
 

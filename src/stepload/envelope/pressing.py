@@ -19,7 +19,7 @@ from stepload.envelope.press import (
     largest_speed,
 )
 from stepload.errors import RefusedError
-from stepload.plan.checks import LEAST_TOUCH_SIGMAS, least_touch_force
+from stepload.plan.checks_between import LEAST_TOUCH_SIGMAS, least_touch_force
 from stepload.plan.model import Plan, SecondForceSource
 
 GUARDED_SHARE = 0.4

@@ -25,7 +25,7 @@ from stepload.evidence.chord import REFERENCE_SHARE
 from stepload.evidence.expected import expected_chord, loading, without_error
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed
-from stepload.plan.checks import LEAST_LEVELS
+from stepload.plan.checks_between import LEAST_LEVELS
 from stepload.plan.model import Plan
 from stepload.units import format_quantity
 

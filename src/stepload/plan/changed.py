@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 
-from stepload.plan.checks import impossibilities_between
+from stepload.plan.checks_between import impossibilities_between
 from stepload.plan.derived import RULES
 from stepload.plan.draft import UnknownError
 from stepload.plan.model import Plan

@@ -6,11 +6,10 @@ known, it ends there, and what it has found before counts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
 from functools import partial
 from itertools import pairwise
-from typing import Any, NamedTuple, cast
+from typing import cast
 
 from stepload.contact.deflection import table_problem
 from stepload.contact.elastic import law_for
@@ -18,12 +17,12 @@ from stepload.contact.limit import no_limit_reason
 from stepload.contact.materials import Material, Sphere
 from stepload.contact.unknown import is_range
 from stepload.errors import DomainError
-from stepload.plan.derived import MAX_LEVELS, elastic_travel
-from stepload.plan.draft import UnknownError, drafts_in, kind_of, left_out, whole, written
+from stepload.plan.derived import MAX_LEVELS
+from stepload.plan.draft import drafts_in, kind_of, left_out, whole, written
+from stepload.plan.impossible import Check, Impossibility, metre, newton, run_checks
 from stepload.plan.model import (
     ForceSpec,
     Payload,
-    Plan,
     Procedure,
     SecondForce,
     SecondForceSource,
@@ -35,43 +34,16 @@ from stepload.plan.reader import expected
 from stepload.plan.sections import Kind, entries
 from stepload.units import format_quantity
 
-MAX_RUN_S = 86_400.0
-"""Longest time, in s, that the holds of a run may add up to."""
 TABLE_AGREES = 0.1
 """So far, as a share, the table of the deflection may be from the stiffness beside it."""
-LEAST_LEVELS = 3
-"""A loading of fewer levels shows too little of its shape and of creep to be ended on purpose."""
-LEAST_TOUCH_SIGMAS = 4.0
-"""A touch force below so many standard deviations of the force noise finds touches in the noise."""
-
-
-class Impossibility(NamedTuple):
-    """Values that cannot be together; `path` is a chain of keys from the checked section down."""
-
-    path: tuple[str, ...]
-    message: str
-    hint: str
-
-
-Check = Callable[[Any], Iterator[Impossibility]]
-
-
-def least_touch_force(noise_n: float) -> float:
-    """The smallest force in N that counts as a touch over a force noise of `noise_n` (sd)."""
-    return LEAST_TOUCH_SIGMAS * noise_n
 
 
 def impossibilities(section: object) -> Iterator[Impossibility]:
     """What cannot be in the draft of a section and in the sections below it, from what is given."""
-    yield from _run(CHECKS.get(kind_of(section), ()), section)
+    yield from run_checks(CHECKS.get(kind_of(section), ()), section)
     for key, inner in drafts_in(section):
         for found in impossibilities(inner):
             yield found._replace(path=(key, *found.path))
-
-
-def impossibilities_between(plan: Plan) -> Iterator[Impossibility]:
-    """What cannot be between the sections of a plan whose derived values are filled in."""
-    return _run(PLAN_CHECKS, plan)
 
 
 def underivable(section: object) -> Iterator[Impossibility]:
@@ -86,20 +58,6 @@ def underivable(section: object) -> Iterator[Impossibility]:
     for key, inner in drafts_in(section):
         for found in underivable(inner):
             yield found._replace(path=(key, *found.path))
-
-
-def _run(checks: Iterable[Check], section: object) -> Iterator[Impossibility]:
-    for check in checks:
-        with suppress(UnknownError):
-            yield from check(section)
-
-
-def _newton(force: float) -> str:
-    return format_quantity(force, "N", digits=6)
-
-
-def _metre(length: float) -> str:
-    return format_quantity(length, "m", digits=6)
 
 
 def _strength(body: Material) -> Iterator[Impossibility]:
@@ -128,7 +86,7 @@ def _roughness(payload: Payload) -> Iterator[Impossibility]:
     if roughness is not None and roughness >= radius:
         yield Impossibility(
             ("roughness",),
-            f"roughness {_metre(roughness)} is not below the radius {_metre(radius)}",
+            f"roughness {metre(roughness)} is not below the radius {metre(radius)}",
             "roughness is an rms height, some micrometres for machined parts",
         )
 
@@ -171,7 +129,7 @@ def _fineness(key: str, force: ForceSpec) -> Iterator[Impossibility]:
     if part >= 0.1 * force.range_n:
         yield Impossibility(
             (key,),
-            f"{key} {_newton(part)} is more than a tenth of the range {_newton(force.range_n)}",
+            f"{key} {newton(part)} is more than a tenth of the range {newton(force.range_n)}",
             "such a sensor cannot measure",
         )
 
@@ -317,7 +275,7 @@ def _levels(procedure: Procedure) -> Iterator[Impossibility]:
     elif step > procedure.top_force_n:
         yield Impossibility(
             ("top_force",),
-            f"top force {_newton(procedure.top_force_n)} is below one step of {_newton(step)}",
+            f"top force {newton(procedure.top_force_n)} is below one step of {newton(step)}",
             "raise top_force or lower step",
         )
     elif procedure.top_force_n / step > MAX_LEVELS:
@@ -333,12 +291,12 @@ def _given_levels(procedure: Procedure) -> Iterator[Impossibility]:
     if not 1 <= len(levels) <= MAX_LEVELS:
         yield Impossibility(path, f"{len(levels)} levels", f"expected 1 to {MAX_LEVELS} levels")
     elif bad := next((pair for pair in pairwise(levels) if pair[1] <= pair[0]), None):
-        yield Impossibility(path, f"{_newton(bad[1])} after {_newton(bad[0])}", "levels must rise")
+        yield Impossibility(path, f"{newton(bad[1])} after {newton(bad[0])}", "levels must rise")
     elif levels[-1] != procedure.top_force_n:
         yield Impossibility(
             path,
-            f"the last level {_newton(levels[-1])} is not the top force "
-            f"{_newton(procedure.top_force_n)}",
+            f"the last level {newton(levels[-1])} is not the top force "
+            f"{newton(procedure.top_force_n)}",
             "end the levels with top_force",
         )
 
@@ -348,7 +306,7 @@ def _start(procedure: Procedure) -> Iterator[Impossibility]:
     if uncertainty > distance:
         yield Impossibility(
             ("surface_uncertainty",),
-            f"{_metre(uncertainty)} is more than the surface_distance {_metre(distance)}: the "
+            f"{metre(uncertainty)} is more than the surface_distance {metre(distance)}: the "
             "payload might touch already at the start",
             "start farther away, or measure the distance better",
         )
@@ -359,137 +317,9 @@ def _search(procedure: Procedure) -> Iterator[Impossibility]:
     if search < 2.0 * uncertainty:
         yield Impossibility(
             ("search_distance",),
-            f"the search ends after {_metre(search)}, within the uncertain band of "
-            f"2 x {_metre(uncertainty)}",
-            f"search at least {_metre(2.0 * uncertainty)}",
-        )
-
-
-def _touch_below_level(plan: Plan) -> Iterator[Impossibility]:
-    touch, levels = plan.procedure.touch_force_n, plan.procedure.levels_n
-    if levels and touch >= levels[0]:
-        yield Impossibility(
-            ("procedure", "touch_force"),
-            f"contact threshold {_newton(touch)} is not below the first level {_newton(levels[0])}",
-            "lower touch_force, or begin with a higher level",
-        )
-
-
-def _touch_above_noise(plan: Plan) -> Iterator[Impossibility]:
-    touch, noise = plan.procedure.touch_force_n, plan.rig.force.noise_n
-    if touch < least_touch_force(noise):
-        yield Impossibility(
-            ("procedure", "touch_force"),
-            f"contact threshold {_newton(touch)} is within {LEAST_TOUCH_SIGMAS:g} sigma of the "
-            f"noise {_newton(noise)}",
-            f"use at least {_newton(6.0 * noise)}",
-        )
-
-
-def _retract(plan: Plan) -> Iterator[Impossibility]:
-    retract, travel = plan.procedure.retract_m, elastic_travel(plan)
-    if retract <= travel:
-        yield Impossibility(
-            ("procedure", "retract"),
-            f"a retract of {_metre(retract)} does not part the contact: arm and payload give way "
-            f"by {_metre(travel)} at the top force",
-            f"retract at least {format_quantity(2.0 * travel, 'm', digits=2)}",
-        )
-
-
-def _fuse(plan: Plan) -> Iterator[Impossibility]:
-    fuse, top = plan.rig.mechanical_fuse_n, plan.procedure.top_force_n
-    if fuse is not None and fuse <= top:
-        yield Impossibility(
-            ("procedure", "top_force"),
-            f"the mechanical fuse opens at {_newton(fuse)}, before the top force {_newton(top)}",
-            "lower top_force or use a stronger fuse",
-        )
-
-
-def _known_body(plan: Plan) -> Iterator[Impossibility]:
-    """What is left of the travel when the contact's share is taken out is the system's."""
-    if plan.identify.kind == "system":
-        for key, body in (("material", plan.payload.material), ("plate", plan.payload.plate)):
-            if is_range(body):
-                yield Impossibility(
-                    ("payload", key),
-                    "a calibration against a material that is known as a range only",
-                    "press on something stiff that is known, a steel flat or ball for example",
-                )
-
-
-def _secant(plan: Plan) -> Iterator[Impossibility]:
-    secant, top = plan.identify.secant_force_n, plan.procedure.top_force_n
-    if secant > top:
-        yield Impossibility(
-            ("identify", "secant_force"),
-            f"the secant at {_newton(secant)} is beyond the top force {_newton(top)}",
-            "the law is not extrapolated: use a force the run reaches",
-        )
-
-
-def _duration(plan: Plan) -> Iterator[Impossibility]:
-    procedure = plan.procedure
-    sweeps = 2 if getattr(procedure, "unload", False) else 1
-    holds, hold = len(procedure.levels_n) * procedure.cycles * sweeps, procedure.hold_s
-    if holds * hold > MAX_RUN_S:
-        yield Impossibility(
-            ("procedure", "hold"),
-            f"{holds} holds of {hold:g} s last {holds * hold / 3600.0:.1f} h",
-            f"a run lasts at most {MAX_RUN_S / 3600.0:g} h: shorten hold or cycles",
-        )
-
-
-def _until(plan: Plan) -> Iterator[Impossibility]:
-    """Where ending a loading early would be for nothing, or could not be decided."""
-    procedure, path = plan.procedure, ("procedure", "until")
-    until = procedure.until
-    if until is None:
-        return
-    levels = len(procedure.levels_n)
-    if levels <= LEAST_LEVELS:
-        yield Impossibility(
-            path,
-            f"{levels} load levels: the loading ends after {LEAST_LEVELS} of them at the earliest, "
-            "so nothing is left to decide",
-            "plan more levels (a smaller step), or leave `until` out",
-        )
-    if plan.identify.kind == "system":
-        yield Impossibility(
-            path,
-            "a calibration of the system stiffness has no chord stiffness of a payload",
-            "leave `until` out: a calibration needs its whole range of force",
-        )
-    if procedure.cycles < 2 and not procedure.unload:
-        yield Impossibility(
-            path,
-            "only a loading: no figure of such a run is identified, so no force is enough for it",
-            "plan `unload: true` or `cycles: 2`",
-        )
-    accuracy = 1.0 / plan.identify.accuracy_t
-    if until > accuracy:
-        yield Impossibility(
-            path,
-            f"±{100.0 * until:.3g} % is wider than the ±{100.0 * accuracy:.3g} % that identify.t "
-            "asks for (1/t): the run would end where its figure is not identified",
-            f'write at most "±{100.0 * accuracy:.3g} %", or lower identify.t',
-        )
-    if plan.rig.displacement is not None:
-        yield Impossibility(
-            path,
-            "the deformation comes from a gauge across the contact, which is read after the run: "
-            "while it presses nobody knows whether it is enough",
-            "leave `until` out, or measure with the travel of the arm",
-        )
-
-
-def _directory(plan: Plan) -> Iterator[Impossibility]:
-    if ".." in plan.record.directory.parts:
-        yield Impossibility(
-            ("record", "directory"),
-            "a directory with `..` in it",
-            "name it from the working directory down, or absolutely",
+            f"the search ends after {metre(search)}, within the uncertain band of "
+            f"2 x {metre(uncertainty)}",
+            f"search at least {metre(2.0 * uncertainty)}",
         )
 
 
@@ -502,7 +332,3 @@ CHECKS: Mapping[Kind, tuple[Check, ...]] = {
     Simulation: (_simulated_pad, _simulated_roughness, _simulated_jkr, _simulated_cross_talk),
     Procedure: (_levels, _start, _search),
 }
-PLAN_CHECKS: tuple[Check, ...] = (
-    _touch_below_level, _touch_above_noise, _retract, _fuse, _secant, _duration, _directory,
-    _known_body, _until,
-)  # fmt: skip

@@ -8,15 +8,12 @@ from datetime import date
 from operator import attrgetter
 from pathlib import Path
 
-from stepload.plan.checks import (
-    Impossibility,
-    impossibilities,
-    impossibilities_between,
-    underivable,
-)
+from stepload.plan.checks import impossibilities, underivable
+from stepload.plan.checks_between import impossibilities_between
 from stepload.plan.derived import fill
 from stepload.plan.draft import UnknownError, put, whole
 from stepload.plan.driver_options import read_options
+from stepload.plan.impossible import Impossibility
 from stepload.plan.model import DriverChoice, Payload, Plan, SourceFile
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.pushes import settle_pushes
