@@ -113,20 +113,23 @@ def looks(cycles_run: Path, tmp_path_factory: pytest.TempPathFactory) -> list[di
     """What viewers are told of a run, look by look, with the tick each was told of."""
     growing = Growing(cycles_run / "run.mcap", tmp_path_factory.mktemp("live") / "run.mcap.part")
     tail, state, found, going = Tail(growing.path), None, [], True
+    events: tuple[Any, ...] = ()
     while going:
         going = growing.grow(40_000)
         tail.read()
-        rows, (_, events) = tail.rows(), tail.events()
+        rows, events = tail.rows(), (*events, *tail.events()[1])
         if state is None and tail.attachments.get("limits.json") and len(rows[0].time_s):
             state = State(tail.metadata, tail.attachments)
         if state is not None:
             for part in in_parts(rows):
-                state.take(*part, events, ended=False)
-                events = ()
+                end_s = part[0].time_s[-1] if len(part[0].time_s) else -np.inf
+                now = tuple(event for event in events if event.time_s <= end_s)
+                state.take(*part, now, ended=False)
+                events = events[len(now) :]
                 if (told := state.told()) is not None:
                     found.append(told | {"row": state.row, "tared": state.tared_wrench})
     assert state is not None
-    state.take(None, None, None, None, (), ended=True)
+    state.take(None, None, None, None, events, ended=True)
     found.append(state.told() | {"row": state.row, "tared": state.tared_wrench})
     tail.close()
     return found
