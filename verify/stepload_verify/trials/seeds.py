@@ -12,16 +12,17 @@ import argparse
 import json
 import statistics
 import sys
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
+from stepload.engine.first_loading import true_secant
+from stepload.engine.rehearse import payload_truth
+from stepload.envelope.theory import theory_of
+from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
 from stepload_verify.trials.each import for_each
+from stepload_verify.trials.whole import dry_run
 
 PLAN = plan_path("plastic-sphere")
 TOLERANCE = 0.03
@@ -42,30 +43,10 @@ class Seeded:
 
 def run_seed(seed: int, plan_file: Path = PLAN, law: str = "smooth") -> Seeded:
     """One whole dry run, from plan to report."""
-    from stepload.engine.first_loading import true_secant
-    from stepload.engine.open_rig import OpenRig, opened
-    from stepload.engine.rehearse import payload_truth
-    from stepload.envelope.envelope import envelope_of
-    from stepload.envelope.theory import theory_of
-    from stepload.plan.load import load_plan
-    from stepload.session.experiment import run_plan
-
     plan = load_plan(plan_file)
     simulation = replace(plan.rig.simulation, law=law)
     plan = replace(plan, rig=replace(plan.rig, simulation=simulation))
-    peaks: list[float] = []
-
-    @contextmanager
-    def watched(*args: Any, **kwargs: Any) -> Iterator[OpenRig]:
-        with opened(*args, **kwargs) as rig:
-            yield rig
-            assert rig.world is not None
-            peaks.append(rig.world.true_peak_force_n)
-
-    with tempfile.TemporaryDirectory() as place:
-        out = Path(place) / "run"
-        done = run_plan(envelope_of(plan), dry_run=True, out=out, seed=seed, open_rig=watched)
-    data = done.data
+    data, peak_share = dry_run(plan, seed)
     fits = data["fits"]
     believed = fits[data["believe"]]
     truth = true_secant(
@@ -80,7 +61,7 @@ def run_seed(seed: int, plan_file: Path = PLAN, law: str = "smooth") -> Seeded:
         secant_ratio=believed["secant_n_per_m"] / truth,
         joint_ratio=fits["joint"]["secant_n_per_m"] / truth,
         covered=low <= truth <= high,
-        peak_ratio=peaks[0] / data["elastic_limit_n"],
+        peak_ratio=peak_share,
     )
 
 

@@ -15,27 +15,21 @@ import argparse
 import math
 import statistics
 import sys
-import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from stepload.atlas.binomial import share as share_of
 from stepload.engine.first_loading import true_chord
-from stepload.engine.open_rig import OpenRig, opened
 from stepload.engine.rehearse import payload_truth
-from stepload.envelope.envelope import envelope_of
 from stepload.envelope.theory import theory_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan, Simulation
 from stepload.plan.shipped import plan_path
-from stepload.session.experiment import run_plan
 from stepload_verify.trials.each import for_each
+from stepload_verify.trials.whole import dry_run
 
 ASKED = 0.15
 TOP_N, LEVELS = 300.0, 12
@@ -98,19 +92,8 @@ def plan_of(until: float | None) -> Plan:
 
 def press(plan: Plan, seed: int) -> Pressed:
     """One whole dry run, from plan to report."""
-    peaks: list[float] = []
-
-    @contextmanager
-    def watched(*args: Any, **kwargs: Any) -> Iterator[OpenRig]:
-        with opened(*args, **kwargs) as rig:
-            yield rig
-            assert rig.world is not None
-            peaks.append(rig.world.true_peak_force_n)
-
-    with tempfile.TemporaryDirectory() as place:
-        out = Path(place) / "run"
-        done = run_plan(envelope_of(plan), dry_run=True, out=out, seed=seed, open_rig=watched)
-    data, headline = done.data, done.data.get("headline")
+    data, peak_share = dry_run(plan, seed)
+    headline = data.get("headline")
     covered, half_width = False, math.nan
     if headline is not None and headline["interval_n_per_m"] is not None:
         low, high = headline["interval_n_per_m"]
@@ -125,7 +108,7 @@ def press(plan: Plan, seed: int) -> Pressed:
         half_width=half_width,
         top_n=told["level_n"] if told else TOP_N,
         duration_s=data["duration_s"],
-        peak_share=peaks[0] / data["elastic_limit_n"],
+        peak_share=peak_share,
         verdict=told["verdict"] if told else "",
     )
 
