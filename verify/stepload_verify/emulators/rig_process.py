@@ -10,17 +10,17 @@ import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from stepload.errors import RefusedError
 from stepload.rig.world import WorldSpec
+from stepload_verify.emulators.commanded import Commanded
 from stepload_verify.emulators.live_rig import dump_spec
 
 QUIT_S = 3.0
 
 
-class RigProcess:
+class RigProcess(Commanded):
     """Serving when constructed; ends with the `with` block, or when its owner dies.
 
     `options` are the driver options that reach each emulated device, by driver name.
@@ -57,7 +57,7 @@ class RigProcess:
             words += [f"--link={name}={path}" for name, path in (links or {}).items()]
             words += [f"--fault={fault}" for fault in faults]
             words += [f"--transport={transport}", f"--ur-version={version}"]
-            self._process = subprocess.Popen(
+            process = subprocess.Popen(
                 [sys.executable, "-m", "stepload_verify.emulators", *words],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
@@ -66,6 +66,7 @@ class RigProcess:
                 env={**os.environ, "PYTHONUNBUFFERED": "1"},
                 start_new_session=True,
             )
+            super().__init__(process)
             self.options: dict[str, dict[str, Any]] = {"ur": {"host": ur}}
             self._meet()
 
@@ -86,42 +87,10 @@ class RigProcess:
     def pid(self) -> int:
         return self._process.pid
 
-    def command(self, line: str) -> str:
-        """One line as on the emulator's standard input; returns the reply.
-
-        Raises:
-            RuntimeError: not a command, or the emulator is gone.
-        """
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._process.stdin.write(line + "\n")
-        self._process.stdin.flush()
-        reply = self._process.stdout.readline().strip()
-        if reply.startswith("error") or not reply:
-            raise RuntimeError(f"emulator command {line!r}: {reply or 'no reply'}")
-        return reply
-
-    def state(self) -> dict[str, Any]:
-        """What is really the case with the arm, see `UrController.truth`."""
-        truth: dict[str, Any] = json.loads(self.command("state"))
-        return truth
-
     def close(self) -> None:
         """End it; idempotent."""
         if self._process.poll() is None:
             with contextlib.suppress(OSError, subprocess.TimeoutExpired):
                 self._process.communicate("quit\n", timeout=QUIT_S)
         if self._process.poll() is None:
-            self._process.kill()
-            self._process.communicate()
-
-    def __enter__(self) -> RigProcess:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
+            super().close()
