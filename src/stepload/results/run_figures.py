@@ -80,8 +80,10 @@ def _predicted(theory: Theory) -> list[tuple[str, ContactLaw]]:
 
 
 def _laws(found: Identification) -> dict[str, Callable[[FloatArray], FloatArray]]:
-    laws = {name: _law(found.fits[name]) for name in REPORTED if name in found.fits}
-    return laws | {found.believe: _law(found.fit)}
+    """What is drawn; a fit whose force falls as it is pressed is no contact, and no curve."""
+    fits = {name: found.fits[name] for name in REPORTED if name in found.fits}
+    fits[found.believe] = found.fit
+    return {name: _law(fit) for name, fit in fits.items() if fit.n > 0.0}
 
 
 def _band(found: Identification) -> tuple[FloatArray, FloatArray, FloatArray] | None:

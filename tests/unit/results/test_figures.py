@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
+from stepload.evidence.identification import REPORTED
 from stepload.record.rows import Phase
-from stepload.results import figures
+from stepload.results import figures, run_figures
 
 
 @given(st.integers(1, 20_000), st.integers(0, 2**32 - 1))
@@ -85,3 +88,15 @@ def saved(figure: Figure) -> str:
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     return buffer.getvalue()
+
+
+def test_a_fit_whose_force_falls_as_it_is_pressed_is_not_drawn() -> None:
+    def fit(n: float) -> Any:
+        return SimpleNamespace(k=1e6, n=n, zero_m=0.0)
+
+    found: Any = SimpleNamespace(
+        fits={REPORTED[0]: fit(-5.9), REPORTED[1]: fit(1.4)}, believe="joint", fit=fit(0.7)
+    )
+    laws = run_figures._laws(found)
+    assert set(laws) == {REPORTED[1], "joint"}
+    assert laws["joint"](np.array([-1e-6, 0.0, 1e-6]))[2] > 0.0
