@@ -30,9 +30,6 @@ LEAST_UNCHECKED_N = 15.0
 """Smallest elastic limit that may be pressed with one force channel and no mechanical fuse."""
 HARD_STOP_N_PER_M = 1e9
 """Stiffness of a hidden hard stop: metal on metal over some square millimetres."""
-HARD_STOP_IMPACT_FACTOR = 1.5
-"""On v sqrt(m k) in contact, which is exact for a linear stop without damping. An approach needs
-`IMPACT_FACTOR`: an arm that bounces off the payload comes back faster than its target moves."""
 TOP_SPEED_SHARE = 0.8
 """Share of the arm's largest speed that is ever commanded."""
 
@@ -121,7 +118,7 @@ def pressing_for(
         position_resolution_m=rig.arm.position_resolution_m,
     )
     room_n = forces.allowed_n - procedure.touch_force_n - NOISE_MULTIPLE * noise_n
-    rigid = room_n / rigid_coefficient(press, forces.limit_n, IMPACT_FACTOR)
+    rigid = room_n / rigid_coefficient(press, forces.limit_n)
     guarded, fast = min(guarded, rigid), min(fast, rigid)
     catch_up_m = largest_catch_up(press, forces.allowed_n, tangent)
     follow_m = follow_travel(rig.arm)
@@ -136,7 +133,7 @@ def pressing_for(
         leash_free_m=leash_m,
         guarded_speed_m_s=min(guarded, top_speed),
         fast_speed_m_s=min(fast, top_speed),
-        contact_n_s_per_m=rigid_coefficient(press, forces.limit_n, HARD_STOP_IMPACT_FACTOR),
+        contact_n_s_per_m=rigid_coefficient(press, forces.limit_n),
         ahead_m=max(catch_up_m, follow_m),
         follow_m=follow_m,
     )
@@ -220,8 +217,12 @@ def _budgeted_speeds(
     return guarded, fast
 
 
-def rigid_coefficient(rig: PressRig, limit_n: float, impact_factor: float) -> float:
-    """Force per speed, in N s/m, where a hidden hard stop is met at a force up to `limit_n`."""
+def rigid_coefficient(rig: PressRig, limit_n: float, impact_factor: float = IMPACT_FACTOR) -> float:
+    """Force per speed, in N s/m, where a hidden hard stop is met at a force up to `limit_n`.
+
+    A single hit is v sqrt(m k). On a soft payload an arm bounces off the stop as it does in free
+    air: it swings after its target and comes back faster, in hits that are over before a sample.
+    """
     travel = rig.stiffness_n_per_m * (rig.reaction_s + rig.cross_check_s)
     impact = impact_factor * math.sqrt(rig.mass_kg * HARD_STOP_N_PER_M)
     linear = 1.1 * travel + rig.damping_n_s_per_m + impact

@@ -164,7 +164,7 @@ def test_between_cycles_the_new_zero_counts() -> None:
 
 
 def test_a_zero_that_moves_too_far_within_a_cycle_ends_the_run() -> None:
-    bench = _bench(stvf_plan(**QUICK, cycles=2), force_drift_n_per_s=0.4)
+    bench = _bench(stvf_plan(**QUICK, cycles=2), force_drift_n_per_s=0.3)
     engine = run(bench, 30.0)
     assert engine.cause is not None
     assert engine.cause.rule == "drift"

@@ -31,7 +31,6 @@ from stepload.envelope.leash import leash_travel
 from stepload.envelope.limits import LEASH_TIME_S, MODEL_LAG_S, identical_counts
 from stepload.envelope.press import PressRig, Term, largest_speed, series_stiffness, speed_terms
 from stepload.envelope.pressing import (
-    HARD_STOP_IMPACT_FACTOR,
     HARD_STOP_N_PER_M,
     LONGEST_STALL_S,
     TOP_SPEED_SHARE,
@@ -250,7 +249,7 @@ def rigid(found: Pressing, factor: float) -> float:
 
 def test_in_contact_a_hidden_hard_stop_is_counted_with() -> None:
     found = pressing()
-    assert found.contact_n_s_per_m == pytest.approx(rigid(found, HARD_STOP_IMPACT_FACTOR))
+    assert found.contact_n_s_per_m == pytest.approx(rigid(found, 3.0))
 
 
 def test_no_approach_is_faster_than_a_rigid_obstacle_could_bear() -> None:

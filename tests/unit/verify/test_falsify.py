@@ -281,7 +281,14 @@ def test_a_position_that_jumps_back_while_pressing_does_not_end_the_retract() ->
 HAZARDS_FOUND = ("held-back-commands", "heavier-arm", "unstated-delays")
 
 
-@pytest.mark.parametrize("name", HAZARDS_FOUND)
+def test_delays_that_nobody_stated_are_survived_at_the_speed_of_today() -> None:
+    """Found by a search, when the speed in contact was twice as high: 1.0027 F_c."""
+    found, figures = read_scene(ROOT / "docs/scenes/unstated-delays.json")
+    assert figures["peak_ratio"] > 1.0
+    assert judge(found).j < 0.6
+
+
+@pytest.mark.parametrize("name", HAZARDS_FOUND[:2])
 def test_what_a_search_found_and_nothing_mends_is_a_hazard_that_preflight_names(name: str) -> None:
     found, _ = read_scene(ROOT / f"docs/scenes/{name}.json")
     code = name.replace("-", "_")
@@ -316,6 +323,15 @@ def test_a_heavy_arm_that_bounces_is_felt_at_its_first_hit() -> None:
     found, figures = read_scene(ROOT / "docs/scenes/heavier-arm.json")
     assert figures["peak_ratio"] > 7.5
     assert judge(found).peak_ratio < 3.5
+
+
+def test_an_arm_that_bounces_off_a_stop_inside_a_soft_payload_stays_below_the_limit() -> None:
+    """Found by a search: in contact too it comes back faster than its target moves."""
+    found, figures = read_scene(ROOT / "docs/scenes/bounce-in-contact.json")
+    assert figures["peak_ratio"] > 1.0
+    now = judge(found)
+    assert now.rule in ("R1", "R2")
+    assert now.peak_ratio < 0.75
 
 
 def test_a_hostile_scene_is_refused(tmp_path: Path) -> None:
