@@ -25,7 +25,7 @@ from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 TOP_SHARE = 0.4
 """Of the plan's top force."""
 STEPS = 4
-RAMP_S = 0.5
+RAMP_S = 1.0
 HOLD_S = 0.5
 CYCLES = 3
 _IN_CONTACT = (Phase.LOAD, Phase.HOLD, Phase.UNLOAD, Phase.UNLOAD_HOLD)
