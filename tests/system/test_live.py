@@ -85,27 +85,15 @@ def test_what_is_no_record_is_told(tmp_path: Path) -> None:
 
 
 PARTS = 8
-"""Into so many a chunk of a record is cut: whole ones would miss phases by chance."""
+"""Into so many the ticks of a chunk are cut: whole ones would miss phases by chance."""
 
 
-def in_parts(rows: tuple[Any, ...]) -> Iterator[tuple[Any, ...]]:
-    """Ticks and samples of a chunk, one part of its time after the other."""
-    ticks = rows[0].time_s
-    if len(ticks) < PARTS:
-        yield rows
-        return
-    cuts = [-np.inf, *np.quantile(ticks, np.arange(1, PARTS) / PARTS), np.inf]
+def in_parts(ticks: Any) -> Iterator[Any]:
+    """The ticks of a chunk, one part of its time after the other."""
+    time_s = ticks.time_s
+    cuts = [0, *(len(time_s) * part // PARTS for part in range(1, PARTS)), len(time_s)]
     for low, high in pairwise(cuts):
-        samples = (_between(each, "receive_time_s", low, high) for each in rows[1:])
-        yield _between(rows[0], "time_s", low, high), *samples
-
-
-def _between(columns: Any, name: str, low: float, high: float) -> Any:
-    if columns is None:
-        return None
-    time_s = getattr(columns, name)
-    inside = (low < time_s) & (time_s <= high)
-    return type(columns)(*(each[inside] for each in columns))
+        yield type(ticks)(*(each[low:high] for each in ticks))
 
 
 @pytest.fixture(scope="module")
@@ -114,6 +102,20 @@ def looks(cycles_run: Path, tmp_path_factory: pytest.TempPathFactory) -> list[di
     growing = Growing(cycles_run / "run.mcap", tmp_path_factory.mktemp("live") / "run.mcap.part")
     tail, state, found, going = Tail(growing.path), None, [], True
     events: tuple[Any, ...] = ()
+    waiting: list[Any] = []
+
+    def take(events: tuple[Any, ...]) -> tuple[Any, ...]:
+        """The ticks of a chunk whose samples have come with the next one; the events left."""
+        assert state is not None
+        for part in (part for ticks in waiting for part in in_parts(ticks)):
+            end_s = part.time_s[-1] if len(part.time_s) else -np.inf
+            now = tuple(event for event in events if event.time_s <= end_s)
+            state.take(part, None, None, None, now, ended=False)
+            events = events[len(now) :]
+            if (told := state.told()) is not None:
+                found.append(told | {"row": state.row, "tared": state.tared_wrench})
+        return events
+
     while going:
         going = growing.grow(40_000)
         tail.read()
@@ -121,13 +123,10 @@ def looks(cycles_run: Path, tmp_path_factory: pytest.TempPathFactory) -> list[di
         if state is None and tail.attachments.get("limits.json") and len(rows[0].time_s):
             state = State(tail.metadata, tail.attachments)
         if state is not None:
-            for part in in_parts(rows):
-                end_s = part[0].time_s[-1] if len(part[0].time_s) else -np.inf
-                now = tuple(event for event in events if event.time_s <= end_s)
-                state.take(*part, now, ended=False)
-                events = events[len(now) :]
-                if (told := state.told()) is not None:
-                    found.append(told | {"row": state.row, "tared": state.tared_wrench})
+            state.take(None, *rows[1:], (), ended=False)
+            events = take(events)
+            waiting = [rows[0]]
+    events = take(events)
     assert state is not None
     state.take(None, None, None, None, events, ended=True)
     found.append(state.told() | {"row": state.row, "tared": state.tared_wrench})
