@@ -64,9 +64,10 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
     if heavy_n > pressing.forces.elastic_limit_n:
         yield Reason(
             "heavier_arm", Severity.NOTE,
-            f"something rigid that the plan does not know of is hit with up to"
-            f" {format_quantity(heavy_n, 'N')} by an arm {HEAVIER:g} times as heavy as"
-            f" rig.arm.effective_mass says ({format_quantity(arm.effective_mass_kg, 'kg')})",
+            f"something rigid that the plan does not know of is hit with about"
+            f" {format_quantity(heavy_n, 'N')}, and more where it bounces, by an arm"
+            f" {HEAVIER:g} times as heavy as rig.arm.effective_mass says"
+            f" ({format_quantity(arm.effective_mass_kg, 'kg')})",
             "state the mass of all that moves with the tool, links and tool together",
             heavy_n, pressing.forces.elastic_limit_n, "N",
         )  # fmt: skip
@@ -101,10 +102,10 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
 
 
 def heavier_force(pressing: Pressing) -> float:
-    """Upper bound in N of the force on something rigid of an arm that is `HEAVIER` than stated.
+    """Estimate in N of the force on something rigid of an arm that is `HEAVIER` than stated.
 
-    F_lim + C v, C with that mass and room for bounces, v the largest speed that the stated mass
-    allows.
+    F_lim + C v, C with that mass and some room for bounces, v the largest speed that the stated
+    mass allows. It is no bound: 1 of 928 simulated runs drawn at random went 4 % beyond it.
     """
     rig, limit_n = pressing.rig, pressing.forces.limit_n
     heavy = replace(rig, mass_kg=HEAVIER * rig.mass_kg)
