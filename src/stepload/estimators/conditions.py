@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from stepload.estimators.across import Across
 from stepload.estimators.deflection import DeflectionTable, seat_sigma
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
@@ -32,6 +33,9 @@ class Conditions:
         plate_pa: E/(1 − ν²) of the plate alone.
         laws: words of the laws that were chosen, see `contact.law_names`; none: all are weighed.
         pose, temperature_c: of the run; "" and None where the plan does not tell.
+        across: what is known of the force across the axis.
+        arm: whether a serial arm presses, which friction at the contact makes stiffer.
+        stuck_ratio: its largest stiffness while friction holds the tip sideways, over K_s.
     """
 
     sources: Sources
@@ -52,6 +56,9 @@ class Conditions:
     laws: tuple[str, ...] = ()
     pose: str = ""
     temperature_c: float | None = None
+    across: Across = field(default_factory=Across)
+    arm: bool = False
+    stuck_ratio: float = 1.0
 
     @property
     def deflection_force_n(self) -> tuple[float, ...]:

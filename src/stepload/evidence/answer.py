@@ -123,7 +123,6 @@ def weigh(run: Pressed) -> Evidence:
             signs.creep_m,
             signs.zero_m,
             abs(shape.off) / 2.0,
-            run.lateral_share or 0.0,
         ),
         gates=[*signs.gates, *shape.gates, *misfit],
         doubts=(*run.doubts, *blocking),
@@ -280,6 +279,6 @@ def _cannot_show(run: Pressed, loops: Sequence[Loop]) -> tuple[list[str], list[s
         )
     if run.sources.system_stiffness_note:
         notes.append(run.sources.system_stiffness_note)
-    if run.lateral_share is None:
-        notes.append("force across the axis is not in the data: its share is not known")
+    if run.sideways.share is None or run.sideways.rule == "unknown":
+        notes.append(run.sideways.note)
     return notes, blocking

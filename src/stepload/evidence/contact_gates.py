@@ -16,7 +16,6 @@ from stepload.evidence.gates import (
     Gate,
     creep_gates,
     drift_gate,
-    lateral_gate,
     sign_gate,
     touch_gate,
     zero_gate,
@@ -116,8 +115,8 @@ def contact_signs(
         gates.append(drift_gate(drift.rate_m_per_s * elapsed_s, elapsed_s, main.span_m))
     if run.touches is not None:
         gates.append(_touch(run, run.touches, main, elastic, drift))
-    if run.lateral_share is not None:
-        gates.append(lateral_gate(run.lateral_share))
+    ends = run.deflection(np.array([main.from_n, main.to_n]))
+    gates += run.sideways.gates(abs(float(np.diff(ends)[0])) / main.span_m)
     return ContactSigns(gates, time_m, creep_m, zero_m)
 
 

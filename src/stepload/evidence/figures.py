@@ -22,8 +22,6 @@ from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Exponent, Line, Quantity, log_interval
 from stepload.evidence.union import Read, at_point, union
 
-CROSS_COMPLIANCE = 0.3
-"""C_xz/C_zz of an arm of which nothing is known."""
 EXPONENT_HALF_WIDTH = 0.1
 """An exponent known worse than this is not identified."""
 OPEN = 5.0
@@ -38,13 +36,12 @@ HOPELESS = 1.0
 
 
 class Discrepancies(NamedTuple):
-    """What gates leave in the budget: standard uncertainties in m, relative ones, a share."""
+    """What gates leave in the budget: standard uncertainties in m, and a relative one."""
 
     time_m: float
     creep_m: float
     zero_m: float
     shape: float
-    lateral_share: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,8 +101,8 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
             ),
             Line("zero of force", f"{left.zero_m * 1e6:.2g} µm", left.zero_m / span_m),
             Line(
-                "force across the axis", f"{left.lateral_share:.1%}",
-                CROSS_COMPLIANCE * left.lateral_share * abs(bend) / span_m,
+                "force across the axis", run.sideways.size,
+                run.sideways.relative * abs(bend) / span_m,
             ),
         ]  # fmt: skip
 

@@ -19,7 +19,16 @@ HARMLESS = 0.01
 HARMLESS_DRIFT = 0.05
 """A drift correction above this share is no correction any more."""
 LATERAL_SHARE = 0.05
-"""Largest force across the axis, as a share of the force along it."""
+"""Largest force across the axis, as a share of the force along it, with one K_s."""
+STRONG_LATERAL = 0.3
+"""The same where its effect on the arm is taken out: beyond it contacts slide, and F_c falls below
+0.83 of what it is without (sphere, sliding, von Mises)."""
+LARGEST_CORRECTION = 0.2
+"""What is taken out for the force across the axis, as a share of the deformation. A tenth of it may
+be left where the plate is tilted: 2 % of the deformation, less than the interval of most runs."""
+FRICTION_HARMLESS = 0.05
+"""What friction of unknown size might do to the deflection at the most, as a share of the
+deformation."""
 CREEP_SHARE = 0.03
 """Creep over a loading, beyond which it is not settled, as a share of the deformation."""
 FAR = 2.0
@@ -162,6 +171,46 @@ def lateral_gate(share: float) -> Gate:
         f"{LATERAL_SHARE:.0%}): the arm bends sideways, and its deflection is not that of K_s"
     )
     return gate("lateral", share, LATERAL_SHARE, "", "all", text)
+
+
+def strong_lateral_gate(share: float) -> Gate:
+    """The gate of a force across the axis whose effect on the arm was taken out."""
+    text = (
+        f"the force across the axis reaches {share:.0%} of that along it (allowed "
+        f"{STRONG_LATERAL:.0%}): the contact slides, and yields at a smaller force"
+    )
+    return gate("lateral", share, STRONG_LATERAL, "", "all", text)
+
+
+def correction_gate(taken: float) -> Gate:
+    """The gate of what was taken out for the force across the axis, over the deformation."""
+    text = (
+        f"what was taken out for the force across the axis is {taken:.0%} of the deformation "
+        f"(allowed {LARGEST_CORRECTION:.0%}): press where the arm couples less, or reduce the "
+        "friction"
+    )
+    return gate("lateral_correction", taken, LARGEST_CORRECTION, "", "all", text)
+
+
+def other_friction_gate(away: float) -> Gate:
+    """The gate of a force across the axis that is another share than in the calibration."""
+    text = (
+        f"the force across the axis differs by {away:.0%} of that along it from the calibration "
+        f"(allowed {LATERAL_SHARE:.0%}): the arm bends sideways otherwise, and one K_s does not "
+        "hold; calibrate dry and greased"
+    )
+    return gate("lateral", away, LATERAL_SHARE, "", "all", text)
+
+
+def friction_gate(worst: float) -> Gate:
+    """The gate of friction that nobody has measured; `worst` of the deformation at the most."""
+    text = (
+        "how friction at the contact compares with that of the calibration is not known; it may "
+        f"change the arm's deflection by up to {worst:.0%} of the deformation (allowed "
+        f"{FRICTION_HARMLESS:.0%}): use a six-axis sensor and calibrate with it, dry and greased, "
+        "or a gauge across the contact"
+    )
+    return gate("friction", worst, FRICTION_HARMLESS, "", "all", text)
 
 
 def shape_gates(

@@ -13,6 +13,7 @@ from stepload.estimators.sources import Sources
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.loops import Deflection
 from stepload.evidence.path import Track
+from stepload.evidence.sideways import Sideways
 
 
 class Touch(NamedTuple):
@@ -44,7 +45,7 @@ class Pressed:
         touches: the first point of touch and the last; None without two.
         zero_step_n: largest change of the force's zero from one look at free air to the next; None
             without two.
-        lateral_share: largest force across the axis as a share of that along it; None unknown.
+        sideways: the force across the axis, and what it leaves.
         adhesive: whether the force went below zero about the touch.
         elastic_limit_n: F_c as it is believed, None where it is not known.
         secant_force_n: where secants from touch and tangents are wanted.
@@ -63,7 +64,7 @@ class Pressed:
     roughness: Roughness = field(default_factory=Roughness)
     touches: tuple[Touch, Touch] | None = None
     zero_step_n: float | None = None
-    lateral_share: float | None = None
+    sideways: Sideways = field(default_factory=lambda: Sideways("guided"))
     adhesive: bool = False
     elastic_limit_n: float | None = None
     secant_force_n: float = math.inf

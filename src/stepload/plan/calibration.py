@@ -14,12 +14,16 @@ from datetime import date
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
+from stepload.contact.across import across_problem
 from stepload.contact.deflection import table_problem
 from stepload.plan.draft import UnknownError, whole
 from stepload.plan.leaves import (
     Angle,
     Axis,
     Calendar,
+    Compliance,
+    ComplianceError,
+    Correlation,
     Damping,
     Degrees,
     Flag,
@@ -31,6 +35,8 @@ from stepload.plan.leaves import (
     Offset,
     Quantity,
     Remark,
+    Share,
+    ShareAcross,
     Stiffness,
     StiffnessError,
     Temperature,
@@ -86,6 +92,27 @@ class CalibrationRecord:
         Number(0.0, 1.0),
         Key("Relative standard uncertainty that all of them have in common."),
     ] = 0.0
+    across_m_per_n: Annotated[
+        tuple[Compliance, ...],
+        Key("Travel along the axis per newton across it, two numbers; none: not determined."),
+    ] = ()
+    across_sigma_m_per_n: Annotated[
+        tuple[ComplianceError, ...], Key("Standard uncertainty of each of the two.")
+    ] = ()
+    across_correlation: Annotated[Correlation, Key("How the errors of the two correlate.")] = 0.0
+    at_share: Annotated[
+        tuple[ShareAcross, ...],
+        Key(
+            "Force across over force along the axis that K_s and its table belong to; their "
+            "errors and those of `across` do not correlate there. None: not measured."
+        ),
+    ] = ()
+    share_reach: Annotated[
+        Share, Key("How far from it the shares went from which `across` was measured.")
+    ] = 0.0
+    across_told: Annotated[
+        Remark, Key("What the runs tell of the force across the axis, in words.")
+    ] = ""
     damping_n_s_per_m: Annotated[Damping, Key("Damping C_s, a lower bound.")] = 0.0
     force_from_n: Annotated[Force, Key("Lowest force of the fit.")]
     force_to_n: Annotated[Force, Key("Highest force of the fit.")]
@@ -158,6 +185,9 @@ def _impossible(source: Source, record: CalibrationRecord) -> Iterator[Problem]:
         yield source.problem(1, 1, f"valid_until {last} is before measured_on {first}")
     if (len(record.tcp_position_m), len(record.tcp_rotation_rad)) not in ((0, 0), (3, 3)):
         yield source.problem(1, 1, "tcp_position and tcp_rotation: three numbers each, or none")
+    told = record.across_m_per_n, record.across_sigma_m_per_n, record.at_share
+    if problem := across_problem(*told):
+        yield source.problem(1, 1, f"force across the axis: {problem}")
     rows = record.deflection_force_n, record.deflection_m, record.deflection_sigma_m
     if any(rows) and (problem := table_problem(*rows)):
         yield source.problem(1, 1, f"table of the deflection: {problem}")

@@ -11,6 +11,7 @@ from functools import partial
 from itertools import pairwise
 from typing import cast
 
+from stepload.contact.across import across_problem
 from stepload.contact.deflection import table_problem
 from stepload.contact.elastic import law_for
 from stepload.contact.limit import no_limit_reason
@@ -209,6 +210,18 @@ def _table(stiffness: SystemStiffness) -> Iterator[Impossibility]:
         )
 
 
+def _across(stiffness: SystemStiffness) -> Iterator[Impossibility]:
+    """The numbers of the force across the axis: two each, and none without its error."""
+    told = stiffness.across_m_per_n, stiffness.across_sigma_m_per_n, stiffness.at_share
+    if problem := across_problem(*told):
+        yield Impossibility(
+            ("across",),
+            f"force across the axis: {problem}",
+            "two numbers each, for the sensor's two other axes in the order x, y, z; `stepload "
+            "calibrate` measures them",
+        )
+
+
 def _upper_stiffness(force_n: tuple[float, ...], deflection_m: tuple[float, ...]) -> float:
     """Stiffness in N/m of a table above 40 % of its forces, where K_s is fitted."""
     rows = [(0.0, 0.0), *zip(force_n, deflection_m, strict=True)]
@@ -328,7 +341,7 @@ CHECKS: Mapping[Kind, tuple[Check, ...]] = {
     Payload: (_roughness, _hardness, _theory),
     ForceSpec: (partial(_fineness, "resolution"), partial(_fineness, "noise")),
     SecondForce: (_second_channel,),
-    SystemStiffness: (_stiffness_error, _stiffness_is_known, _validity, _table),
+    SystemStiffness: (_stiffness_error, _stiffness_is_known, _validity, _table, _across),
     Simulation: (_simulated_pad, _simulated_roughness, _simulated_jkr, _simulated_cross_talk),
     Procedure: (_levels, _start, _search),
 }

@@ -40,6 +40,7 @@ from stepload.plan.rig import (
     Rig,
     SecondForce,
     SecondForceSource,
+    Structure,
     SystemStiffness,
 )
 from stepload.plan.sections import Key
@@ -48,7 +49,7 @@ from stepload.plan.simulation import Simulation
 __all__ = [
     "ArmSpec", "DisplacementSpec", "DriverChoice", "ForceSpec", "IdentifyPlan", "Payload", "Plan",
     "Procedure", "Provenance", "RecordPlan", "RecordPolicy", "Rig", "SecondForce",
-    "SecondForceSource", "Simulation", "SourceFile", "SystemStiffness",
+    "SecondForceSource", "Simulation", "SourceFile", "Structure", "SystemStiffness",
 ]  # fmt: skip
 
 

@@ -11,6 +11,9 @@ from stepload.plan.leaves import (
     Axis,
     Calendar,
     Choice,
+    Compliance,
+    ComplianceError,
+    Correlation,
     Damping,
     Degrees,
     Delay,
@@ -22,10 +25,12 @@ from stepload.plan.leaves import (
     Length,
     LengthOrZero,
     Name,
+    Number,
     Quantity,
     Rate,
     Remark,
     Share,
+    ShareAcross,
     Stiffness,
     StiffnessError,
     Temperature,
@@ -36,6 +41,7 @@ from stepload.rig.samples import SixFloats
 
 _Age = Annotated[float, Quantity("s", 0.002, 2.0)]
 _Drift = Annotated[float, Quantity("N/s", 0.0, 100.0)]
+_StuckRatio = Annotated[float, Number(1.0, 100.0)]
 _Mass = Annotated[float, Quantity("kg", 0.0, 100.0, above=True)]
 _AXIS = (
     "Wrench component, with the sign that is positive when pressing. A push by hand on the tool, "
@@ -64,6 +70,15 @@ class Provenance(StrEnum):
     """Written into the plan by a person who answers for it."""
     INDICATIVE = "indicative"
     """A figure for this class of machine; not good enough for a result."""
+
+
+class Structure(StrEnum):
+    """How what carries the tool gives way under a force along its axis."""
+
+    ARM = "arm"
+    """A serial arm: sideways too, so that friction at the contact changes how stiff it is."""
+    MACHINE = "machine"
+    """A guided axis: along itself only."""
 
 
 class RecordPolicy(StrEnum):
@@ -127,6 +142,14 @@ class ArmSpec:
     ] = 5e-5
     max_age_s: Annotated[_Age | None, Key(_OLDER)] = None
     pose: Annotated[Remark, Key("Name of the pose; compared with the calibration record.")] = ""
+    structure: Annotated[
+        Structure,
+        Choice(tuple(Structure)),
+        Key(
+            "arm: a serial arm, which gives way sideways when it is pressed; machine: a guided "
+            "axis. Of an arm friction at the contact changes the system stiffness."
+        ),
+    ] = Structure.ARM
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -208,6 +231,9 @@ class SystemStiffness:
     `simulated` says whether it was made in a dry run, `joints_rad` and `tcp_offset` how the arm of
     the record stood (empty and None: not told), `validity_problem` why the stiffness may not
     be used as it stands ("" where it may).
+
+    What is subtracted from the travel is the deflection at `at_share` and, where `across` is known,
+    c·(F_across − at_share·F). With `at_share` of zero that is the plain c·F of three numbers.
     """
 
     stiffness_n_per_m: Annotated[Stiffness, Key("K_s; with `sigma`.", name="value", derived=True)]
@@ -254,6 +280,34 @@ class SystemStiffness:
     deflection_common: Annotated[
         Share, Key("Relative standard uncertainty that all rows of the table have in common.")
     ] = 0.0
+    across_m_per_n: Annotated[
+        tuple[Compliance, ...],
+        Key(
+            "Travel along the axis per newton across it, for the sensor's two other axes in the "
+            "order x, y, z: two numbers; the travel is corrected by them."
+        ),
+    ] = ()
+    across_sigma_m_per_n: Annotated[
+        tuple[ComplianceError, ...], Key("Standard uncertainty of each of the two.")
+    ] = ()
+    across_correlation: Annotated[Correlation, Key("How the errors of the two correlate.")] = 0.0
+    at_share: Annotated[
+        tuple[ShareAcross, ...],
+        Key(
+            "Force across over force along the axis (positive when pressing) at which `value` and "
+            "the table were measured, for the same two axes, with sign: two numbers."
+        ),
+    ] = ()
+    share_reach: Annotated[
+        Share, Key("How far from `at_share` the shares went from which `across` was measured.")
+    ] = 0.0
+    stuck_ratio: Annotated[
+        _StuckRatio | None,
+        Key(
+            "Largest stiffness while friction holds the tip sideways, over `value`: what bounds "
+            "force counts with it; none: 1 for a machine, 3.3 for an arm."
+        ),
+    ] = None
     measured_on: Annotated[Calendar | None, Key("Day of the measurement.")] = None
     valid_until: Annotated[Calendar | None, Key("Last day on which it may be used.")] = None
     pose: Annotated[Remark, Key("Pose it was measured in; empty: any.")] = ""

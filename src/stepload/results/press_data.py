@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
+from stepload.estimators.across import Across
 from stepload.record.align import Aligned, ChannelClock, align
 from stepload.record.lag import Lag, measure_lag
 from stepload.record.reader import Event, Recording
@@ -61,9 +62,9 @@ class PressData:
         lag: measured lag of force behind travel; `lag_corrected_s` of it was taken out.
         clocks: where each channel's times come from.
         gauge: whether travel was measured across the contact.
-        lateral_n: size of the force across the pressing axis, tared like the axial one; None where
-            the sensor has no other axis. Noise makes it larger, never smaller.
-        lateral_noise_n: its rms in free air; NaN without it.
+        across_n: (N, 2) force across the pressing axis, for the sensor's other axes in the order
+            x, y, z, tared like the axial one; None where the sensor has no other axis.
+        lateral_noise_n: rms of its size in free air; NaN without it.
         looked: whether its levels were looked at for whether to end the loading (`until`).
     """
 
@@ -79,7 +80,7 @@ class PressData:
     lag_corrected_s: float
     clocks: tuple[ChannelClock, ...]
     gauge: bool
-    lateral_n: FloatArray | None = None
+    across_n: FloatArray | None = None
     lateral_noise_n: float = math.nan
     zero_step_n: float = math.nan
     looked: bool = False
@@ -92,6 +93,13 @@ class PressData:
         """
         times = np.array([touch.time_s for touch in self.touches])
         return np.searchsorted(times, self.time_s, side="right")
+
+    @property
+    def lateral_n(self) -> FloatArray | None:
+        """Size (N,) of the force across the axis. Noise makes it larger, never smaller."""
+        if self.across_n is None:
+            return None
+        return np.asarray(np.linalg.norm(self.across_n, axis=1))
 
     def since_touch(self, cycle: int) -> FloatArray:
         """Travel (M,) of the loading of a cycle since the touch that began it.
@@ -177,8 +185,8 @@ def _zeroed(
     return since_m, tuple(told)
 
 
-def _lateral(aligned: Aligned, recording: Recording) -> tuple[FloatArray | None, float]:
-    """Force across the axis (N,), its zero taken as that of the axial force, and its rms there.
+def _across(aligned: Aligned, recording: Recording) -> tuple[FloatArray | None, float]:
+    """Force across the axis (N, 2), its zero taken as that of the axial one, and its rms there.
 
     A sensor with one axis writes a constant for the others, and has none.
     """
@@ -200,8 +208,7 @@ def _lateral(aligned: Aligned, recording: Recording) -> tuple[FloatArray | None,
     zero = np.stack(
         [np.interp(aligned.time_s, times, component) for component in np.transpose(means)], axis=1
     )
-    size = np.linalg.norm(aligned.across_n - zero, axis=1)
-    return np.asarray(size), math.sqrt(float(np.median(rest)))
+    return np.asarray(aligned.across_n - zero), math.sqrt(float(np.median(rest)))
 
 
 def largest_step(means_n: FloatArray) -> float:
@@ -227,8 +234,16 @@ def _check_times(recording: Recording, time_s: FloatArray) -> None:
     )
 
 
-def press_data(recording: Recording, axis: str | None = None) -> PressData:
+def press_data(
+    recording: Recording, axis: str | None = None, across: Across | None = None
+) -> PressData:
     """Bring a recording into the form that identification takes.
+
+    Args:
+        recording: of one run.
+        axis: force axis; None: that of the recording.
+        across: what the force across the axis does to the travel of the arm; it is taken out here,
+            once and for all that follows. A gauge across the contact does not see it.
 
     Raises:
         BadInputError: no touch, no tare, or no data to align.
@@ -251,11 +266,14 @@ def press_data(recording: Recording, axis: str | None = None) -> PressData:
     times, means, noises = (np.array(column) for column in zip(*tares, strict=True))
     travel_m = aligned.displacement_m if gauge else aligned.position_m
     assert travel_m is not None
+    force_n = aligned.force_n - np.interp(aligned.time_s, times, means)
+    across_n, lateral_noise_n = _across(aligned, recording)
+    if across is not None and across_n is not None and not gauge:
+        travel_m = travel_m - across.taken_m(force_n, across_n)
     since_m, touches = _zeroed(aligned, _touches(recording), travel_m)
-    lateral_n, lateral_noise_n = _lateral(aligned, recording)
     return PressData(
         time_s=aligned.time_s,
-        force_n=aligned.force_n - np.interp(aligned.time_s, times, means),
+        force_n=force_n,
         travel_m=since_m,
         phase=aligned.phase,
         cycle=aligned.cycle,
@@ -266,7 +284,7 @@ def press_data(recording: Recording, axis: str | None = None) -> PressData:
         lag_corrected_s=lag_s,
         clocks=aligned.clocks,
         gauge=gauge,
-        lateral_n=lateral_n,
+        across_n=across_n,
         lateral_noise_n=lateral_noise_n,
         zero_step_n=largest_step(means),
         looked=any(event.kind == "until" for event in recording.events),

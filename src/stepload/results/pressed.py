@@ -12,6 +12,7 @@ from stepload.estimators.conditions import Conditions
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
+from stepload.evidence.sideways import GUIDED_COMPLIANCE, Sideways, sideways
 from stepload.record.rows import Phase
 from stepload.results.adhesion import pulls
 from stepload.results.curve_zero import SAME_PEAK, Branch
@@ -61,7 +62,7 @@ def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = (
         roughness=Roughness(conditions.rough_length_m),
         touches=_touches(data),
         zero_step_n=data.zero_step_n if math.isfinite(data.zero_step_n) else None,
-        lateral_share=_lateral_share(data),
+        sideways=_sideways(data, conditions),
         adhesive=pulls(data),
         elastic_limit_n=limit_n,
         secant_force_n=conditions.secant_force_n,
@@ -87,7 +88,9 @@ def pressed_curve(curve: PreparedCurve) -> Pressed:
         ]  # fmt: skip
     else:
         tracks = [(1, *_grown(curve, top_n))]
-    lateral = [_share(each.loading) for each in cycles]
+    shares = [share for each in cycles if (share := _share(each.loading)) is not None]
+    share = max(shares, default=None)
+    relative = 0.0 if share is None else GUIDED_COMPLIANCE * share
     return Pressed(
         tracks=tracks,
         deflection=conditions.bend,
@@ -95,7 +98,7 @@ def pressed_curve(curve: PreparedCurve) -> Pressed:
         table_sigma=conditions.table_sigma,
         sources=conditions.sources,
         roughness=Roughness(conditions.rough_length_m),
-        lateral_share=max((share for share in lateral if share is not None), default=None),
+        sideways=Sideways("guided", share, relative=relative),
         adhesive=curve.adhesion_n > 0.0,
         elastic_limit_n=limit_n,
         secant_force_n=conditions.secant_force_n,
@@ -179,12 +182,30 @@ def _blur_m(data: PressData, time_s: float) -> float:
     return abs(float(way[-1] - way[0])) / (way.size - 1) if way.size > 1 else 0.0
 
 
-def _lateral_share(data: PressData) -> float | None:
-    """Force across the axis as a share of that along it, noise taken out; None without it."""
-    if data.lateral_n is None:
-        return None
-    mask = data.branch(LOADING)
-    mask &= data.force_n > NEAR_TOP * float(data.force_n[mask].max())
-    noise_n = data.lateral_noise_n if math.isfinite(data.lateral_noise_n) else 0.0
-    square = float(np.mean(data.lateral_n[mask] ** 2)) - noise_n**2
-    return math.sqrt(max(square, 0.0)) / float(data.force_n[mask].mean())
+def _sideways(data: PressData, conditions: Conditions) -> Sideways:
+    """The force across the axis, as a share of that along it, and what it leaves.
+
+    The size counts near the top force, noise taken out; with its sign the share is the slope of
+    force across over force along.
+    """
+    across, share, away = conditions.across, None, 0.0
+    if data.across_n is not None:
+        mask = data.branch(LOADING)
+        mask &= data.force_n > NEAR_TOP * float(data.force_n[mask].max())
+        force_n, across_n = data.force_n[mask], data.across_n[mask]
+        noise_n = data.lateral_noise_n if math.isfinite(data.lateral_noise_n) else 0.0
+        share = force_n @ across_n / (force_n @ force_n)
+        size = _share_size(across_n, force_n, noise_n)
+        share *= size / max(float(np.linalg.norm(share)), math.ulp(0.0))
+        apart_n = across_n - np.outer(force_n, across.at_share or (0.0, 0.0))
+        away = _share_size(apart_n, force_n, noise_n)
+    return sideways(
+        across, conditions.sources.system_stiffness_n_per_m, share, away,
+        arm=conditions.arm, stuck_ratio=conditions.stuck_ratio,
+    )  # fmt: skip
+
+
+def _share_size(across_n: FloatArray, force_n: FloatArray, noise_n: float) -> float:
+    """Size of forces across (N, 2) over forces along (N,), their noise taken out."""
+    square = float(np.mean(np.sum(across_n**2, axis=1))) - noise_n**2
+    return math.sqrt(max(square, 0.0)) / float(force_n.mean())

@@ -1,0 +1,131 @@
+"""What the force across the axis leaves in the budget, and when it speaks against a figure."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from stepload.estimators.across import CROSS_COMPLIANCE, Across
+from stepload.estimators.fit import FloatArray
+from stepload.evidence.gates import (
+    Gate,
+    correction_gate,
+    friction_gate,
+    lateral_gate,
+    other_friction_gate,
+    strong_lateral_gate,
+)
+
+GUIDED_COMPLIANCE = 0.3
+"""C_xz/C_zz of a guided axis, or of a rig of which nobody has told how it gives way."""
+LEFT_OVER = 0.05
+"""Standard uncertainty of a correction with three numbers, as a share of itself. In simulation it
+left 1/18 to 1/20 of the bias of one number where all slides or sticks alike, a tenth on a plate
+that was tilted by 3 degrees: joints turn, and the plate's normal is not the tool's axis."""
+UNKNOWN_FRICTION = 0.9 * 0.3 / math.sqrt(3.0)
+"""Standard uncertainty of a deflection, as a share of itself, on a serial arm where nobody knows
+how the friction of the payload compares with that of the calibration. Coupling C_xz/C_zz of 0.9
+(90th percentile of poses; median 0.3) times a difference of the shares across of up to 0.3 either
+way, all alike likely: 0.156. With it, K_s from a block of friction 0.15 and a payload of 0.3 to 0.6
+of about the arm's own stiffness (bias 2 % in the median, 13 to 20 % at the 90th percentile) is
+within 1.96 standard uncertainties in nine of ten poses."""
+
+Rule = Literal["guided", "unknown", "one number", "three numbers"]
+
+
+@dataclass(frozen=True, slots=True)
+class Sideways:
+    """The force across the axis of one run.
+
+    Attributes:
+        rule: "guided": a guided axis, or one of which nothing is told; of an arm, "three numbers":
+            its effect was taken out; "one number": how far its share is from that of the
+            calibration is known; "unknown": it is not.
+        share: size of the force across over that along; None where the sensor does not tell.
+        away: the same less the share that K_s was measured at.
+        relative: standard uncertainty of the deflection that it leaves, as a share of it.
+        taken: what the three numbers take out, as a share of the deflection.
+        stuck_ratio: largest stiffness while friction holds the tip, over K_s.
+    """
+
+    rule: Rule
+    share: float | None = None
+    away: float = 0.0
+    relative: float = 0.0
+    taken: float = 0.0
+    stuck_ratio: float = 1.0
+
+    @property
+    def size(self) -> str:
+        """How it stands in the budget."""
+        if self.rule == "unknown":
+            return "friction not known to be that of the calibration"
+        if self.rule == "one number":
+            return f"{self.away:.1%} away from the calibration"
+        taken = f", {self.taken:.1%} of the deflection taken out"
+        return f"{self.share or 0.0:.1%}" + (taken if self.rule == "three numbers" else "")
+
+    def gates(self, deflection_share: float) -> list[Gate]:
+        """The gates; the deflection of the system is that share of the chord's deformation."""
+        if self.rule == "three numbers":
+            return [
+                strong_lateral_gate(self.share or 0.0),
+                correction_gate(self.taken * deflection_share),
+            ]
+        if self.rule == "one number":
+            return [other_friction_gate(self.away)]
+        found = [lateral_gate(self.share)] if self.share is not None else []
+        if self.rule == "unknown":
+            found.append(friction_gate((1.0 - 1.0 / self.stuck_ratio) * deflection_share))
+        return found
+
+    @property
+    def note(self) -> str:
+        """What this run cannot show for it; "" where nothing is missing."""
+        if self.rule == "unknown":
+            return (
+                "friction holds an arm's tip sideways and makes it stiffer along the axis; whether "
+                "it did so as in the calibration is not known: record all six axes of the force "
+                "sensor and calibrate dry and greased, or measure with a gauge across the contact"
+            )
+        return "force across the axis is not in the data: its share is not known"
+
+
+def sideways(
+    across: Across,
+    stiffness_n_per_m: float | None,
+    share: FloatArray | None,
+    away: float,
+    *,
+    arm: bool,
+    stuck_ratio: float,
+) -> Sideways:
+    """Which rule holds for a run, and what follows.
+
+    Args:
+        across: what is known of the arm.
+        stiffness_n_per_m: K_s; None where it is not in the travel.
+        share: (2,) force across over force along; None where the sensor does not tell.
+        away: size of the share less that of the calibration, noise taken out.
+        arm: whether a serial arm presses, not a guided axis.
+        stuck_ratio: largest stiffness while friction holds the tip, over K_s.
+    """
+    size = None if share is None else float(np.linalg.norm(share))
+    if stiffness_n_per_m is None:
+        return Sideways("guided", size)
+    if size is not None and share is not None:
+        if across.per_newton_m is not None:
+            own = stiffness_n_per_m * across.doubt_m_per_n(share, stiffness_n_per_m)
+            taken = stiffness_n_per_m * abs(float(across.away(share) @ across.per_newton_m))
+            return Sideways(
+                "three numbers", size, away, math.hypot(own, LEFT_OVER * taken), taken
+            )
+        if across.at_share is not None:
+            per_share = CROSS_COMPLIANCE if arm else GUIDED_COMPLIANCE
+            return Sideways("one number", size, away, per_share * away)
+    if arm:
+        return Sideways("unknown", size, relative=UNKNOWN_FRICTION, stuck_ratio=stuck_ratio)
+    return Sideways("guided", size, relative=GUIDED_COMPLIANCE * (size or 0.0))
