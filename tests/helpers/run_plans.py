@@ -24,6 +24,7 @@ from stepload.plan.model import (
     SecondForce,
     SecondForceSource,
     Simulation,
+    Structure,
     SystemStiffness,
 )
 
@@ -56,7 +57,7 @@ def stvf_plan(**procedure: Any) -> Plan:
         driver=SIM, rate_hz=1000.0, max_speed_m_s=0.05, max_acceleration_m_s2=2.0,
         max_push_n=2000.0, effective_mass_kg=20.0, command_delay_s=0.003, lag_s=0.004,
         lost_motion_m=0.0, position_resolution_m=2e-6, position_noise_m=3e-7,
-        model_tolerance_m=50e-6, pose="vertical",
+        model_tolerance_m=50e-6, pose="vertical", structure=Structure.MACHINE,
     )  # fmt: skip
     force = ForceSpec(
         driver=SIM, axis="-fz", rate_hz=1000.0, range_n=1000.0, resolution_n=0.05, noise_n=0.3,

@@ -20,6 +20,7 @@ from stepload.plan.model import Plan
 from stepload.record.reader import Event, Recording, read_recording
 from stepload.record.rows import Phase
 from stepload.record.untrusted import untrusted
+from stepload.results.conditions import FILE as CONDITIONS
 from stepload.results.conditions import from_attachments, measured
 from stepload.results.levels import Level, levels_of
 from stepload.results.press_data import LOADING, UNLOADING, PressData, TouchPoint, press_data
@@ -131,7 +132,8 @@ class Run:
     @cached_property
     def _press(self) -> PressData:
         with untrusted(self.path):
-            return press_data(self._recording)
+            told = from_attachments(self.files) if CONDITIONS in self.files else None
+            return press_data(self._recording, across=told.across if told else None)
 
     @cached_property
     def _conditions(self) -> Conditions:
@@ -142,7 +144,8 @@ class Run:
         """Force and deformation, one row per usable force sample.
 
         Columns: `time_s`; `force_n`, tared, drift of the zero taken out; `travel_m` since the first
-        touch; `deformation_m`, travel less the deflection of the system; `phase`, `cycle`, `step`,
+        touch, what the force across the axis does to it taken out where that was calibrated;
+        `deformation_m`, travel less the deflection of the system; `phase`, `cycle`, `step`,
         `level_n` of the engine; `branch`, 1 while loading, -1 while unloading, else 0.
 
         Raises:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from stepload.contact.elastic import equivalent_modulus
 from stepload.contact.materials import BluntTip, Sphere
 from stepload.contact.rough import RoughSphere, roughness_number
+from stepload.envelope.bounds import stuck_ratio
 from stepload.envelope.stiffness import known_stiffness
 from stepload.envelope.theory import Theory
+from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY
 from stepload.estimators.sources import Sources
-from stepload.plan.model import Payload, Plan
+from stepload.plan.model import Payload, Plan, Structure, SystemStiffness
 
 HARDNESS_PER_YIELD = 5.0
 UNKNOWN_LAG_SIGMA_S = 1e-3
@@ -67,7 +69,27 @@ def conditions_of(plan: Plan, theory: Theory) -> Conditions:
         laws=wanted.laws,
         pose=rig.arm.pose,
         temperature_c=wanted.temperature_c,
+        across=Across() if gauge or wanted.kind == "system" else across_of(stiffness),
+        arm=rig.arm.structure is Structure.ARM,
+        stuck_ratio=stuck_ratio(rig)[0],
     )
+
+
+def across_of(stiffness: SystemStiffness) -> Across:
+    """What a plan knows of the force across the axis; nothing while its record does not hold."""
+    if stiffness.validity_problem:
+        return Across()
+    return Across(
+        _pair(stiffness.across_m_per_n),
+        _pair(stiffness.across_sigma_m_per_n) or (0.0, 0.0),
+        stiffness.across_correlation,
+        _pair(stiffness.at_share),
+        stiffness.share_reach,
+    )
+
+
+def _pair(values: tuple[float, ...]) -> tuple[float, float] | None:
+    return (values[0], values[1]) if len(values) == 2 else None
 
 
 def _rough_length(payload: Payload, theory: Theory) -> float | None:

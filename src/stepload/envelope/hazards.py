@@ -34,7 +34,7 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
     """The named hazards that apply to this plan."""
     reaction_time_s = pressing.rig.reaction_s
     arm = plan.rig.arm
-    k_s = plan.rig.system_stiffness.stiffness_n_per_m
+    k_s = pressing.rig.stiffness_n_per_m
     fuse_n = plan.rig.mechanical_fuse_n
     layer = (
         f"the declared mechanical fuse opens at {format_quantity(fuse_n, 'N')}"

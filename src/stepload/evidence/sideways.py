@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.gates import (
@@ -98,6 +96,7 @@ def sideways(
     across: Across,
     stiffness_n_per_m: float | None,
     share: FloatArray | None,
+    size: float | None,
     away: float,
     *,
     arm: bool,
@@ -108,21 +107,19 @@ def sideways(
     Args:
         across: what is known of the arm.
         stiffness_n_per_m: K_s; None where it is not in the travel.
-        share: (2,) force across over force along; None where the sensor does not tell.
+        share: (2,) force across over force along, with sign; None where the sensor does not tell.
+        size: its size, noise taken out.
         away: size of the share less that of the calibration, noise taken out.
         arm: whether a serial arm presses, not a guided axis.
         stuck_ratio: largest stiffness while friction holds the tip, over K_s.
     """
-    size = None if share is None else float(np.linalg.norm(share))
     if stiffness_n_per_m is None:
         return Sideways("guided", size)
-    if size is not None and share is not None:
+    if share is not None:
         if across.per_newton_m is not None:
             own = stiffness_n_per_m * across.doubt_m_per_n(share, stiffness_n_per_m)
             taken = stiffness_n_per_m * abs(float(across.away(share) @ across.per_newton_m))
-            return Sideways(
-                "three numbers", size, away, math.hypot(own, LEFT_OVER * taken), taken
-            )
+            return Sideways("three numbers", size, away, math.hypot(own, LEFT_OVER * taken), taken)
         if across.at_share is not None:
             per_share = CROSS_COMPLIANCE if arm else GUIDED_COMPLIANCE
             return Sideways("one number", size, away, per_share * away)

@@ -227,8 +227,9 @@ def evaluate(run: Evaluation, conditions: Conditions | None = None) -> Evaluatio
     """
     plan = run.envelope.plan
     try:
-        data = press_data(run.recording, plan.rig.force.axis)
-        conditions = measured(conditions or planned(run.envelope), data)
+        conditions = conditions or planned(run.envelope)
+        data = press_data(run.recording, plan.rig.force.axis, conditions.across)
+        conditions = measured(conditions, data)
         run = replace(run, data=data, levels=levels_of(data, run.recording.events, conditions))
         if plan.identify.kind == "system":
             return replace(run, system=identify_system(data, conditions))

@@ -13,6 +13,7 @@ from stepload.contact.law_names import LAW_NAMES
 from stepload.envelope.conditions import conditions_of
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
+from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.deflection import least_sigma
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY
@@ -38,6 +39,9 @@ def measured(conditions: Conditions, data: PressData) -> Conditions:
         sources=replace(
             sources,
             force_noise_n=max(data.noise_n, sources.force_noise_n),
+            position_noise_m=math.hypot(
+                sources.position_noise_m, conditions.across.noise_m(data.lateral_noise_n)
+            ),
             lag_sigma_s=lag_sigma_s,
         ),
     )
@@ -60,14 +64,17 @@ def from_attachments(attachments: Mapping[str, bytes]) -> Conditions:
     try:
         data = json.loads(raw)
         laws = tuple(data.get("laws", ()))
-        found = Conditions(**{**data, "sources": _sources(data["sources"]), "laws": laws})
+        across = _across(data.get("across"))
+        sources = _sources(data["sources"])
+        found = Conditions(**{**data, "sources": sources, "laws": laws, "across": across})
         _check(found)
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise BadInputError(f"{FILE} in the record is damaged: {error}") from None
     return found
 
 
-_NO_NUMBERS = ("sources", "kind", "laws", "pose", "temperature_c", "system_stiffness_note")
+_NO_NUMBERS = ("sources", "kind", "laws", "pose", "temperature_c", "system_stiffness_note",
+               "across", "arm")  # fmt: skip
 _TABLE = ("deflection_force_n", "deflection_m", "deflection_sigma_m")
 
 
@@ -89,9 +96,27 @@ def _sources(data: dict[str, Any]) -> Sources:
     return replace(sources, system_stiffness_sigma_n_per_m=sigma, system_stiffness_note=note)
 
 
+def _across(data: Any) -> Across:
+    """What a record knows of the force across the axis; of earlier versions nothing."""
+    if data is None:
+        return Across()
+    found = Across(**{key: tuple(v) if isinstance(v, list) else v for key, v in data.items()})
+    pairs = found.per_newton_m, found.sigma_m_per_n, found.at_share
+    if any(pair is not None and len(pair) != 2 for pair in pairs):
+        raise ValueError("two numbers are needed for the force across the axis")
+    numbers = [*(v for pair in pairs for v in pair or ()), found.correlation, found.reach]
+    if not all(isinstance(v, int | float) and math.isfinite(v) for v in numbers):
+        raise ValueError("a number of the force across the axis is not finite")
+    if min(*found.sigma_m_per_n, found.reach, 1.0 - abs(found.correlation)) < 0.0:
+        raise ValueError("an uncertainty of the force across the axis is impossible")
+    return found
+
+
 def _check(found: Conditions) -> None:
     if found.kind not in ("payload", "system"):
         raise ValueError(f"kind {found.kind!r}")
+    if not isinstance(found.arm, bool):
+        raise ValueError(f"arm is {found.arm!r}")
     if not isinstance(found.pose, str):
         raise ValueError(f"pose {found.pose!r}")
     if unknown := [word for word in found.laws if word not in LAW_NAMES]:
@@ -110,7 +135,7 @@ def _check(found: Conditions) -> None:
                 "modulus_pa", "plate_pa"}  # fmt: skip
     positive = {"secant_force_n", "p", "s", "t", "system_stiffness_n_per_m", "elastic_limit_n",
                 "position_resolution_m", "smooth_length_n", "theory_k", "theory_n", "modulus_pa",
-                "plate_pa"}  # fmt: skip
+                "plate_pa", "stuck_ratio"}  # fmt: skip
     for name, value in numbers.items():
         if name in _NO_NUMBERS or name in _TABLE:
             continue

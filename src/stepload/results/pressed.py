@@ -188,7 +188,7 @@ def _sideways(data: PressData, conditions: Conditions) -> Sideways:
     The size counts near the top force, noise taken out; with its sign the share is the slope of
     force across over force along.
     """
-    across, share, away = conditions.across, None, 0.0
+    across, share, size, away = conditions.across, None, None, 0.0
     if data.across_n is not None:
         mask = data.branch(LOADING)
         mask &= data.force_n > NEAR_TOP * float(data.force_n[mask].max())
@@ -196,11 +196,10 @@ def _sideways(data: PressData, conditions: Conditions) -> Sideways:
         noise_n = data.lateral_noise_n if math.isfinite(data.lateral_noise_n) else 0.0
         share = force_n @ across_n / (force_n @ force_n)
         size = _share_size(across_n, force_n, noise_n)
-        share *= size / max(float(np.linalg.norm(share)), math.ulp(0.0))
         apart_n = across_n - np.outer(force_n, across.at_share or (0.0, 0.0))
         away = _share_size(apart_n, force_n, noise_n)
     return sideways(
-        across, conditions.sources.system_stiffness_n_per_m, share, away,
+        across, conditions.sources.system_stiffness_n_per_m, share, size, away,
         arm=conditions.arm, stuck_ratio=conditions.stuck_ratio,
     )  # fmt: skip
 

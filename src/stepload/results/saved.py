@@ -125,11 +125,12 @@ def saved_run(path: Path) -> SavedRun:
         )
     with untrusted(file):
         recording = read_recording(file)
-        data = press_data(recording)
+        conditions = from_attachments(recording.attachments)
+        data = press_data(recording, across=conditions.across)
         return SavedRun(
             path=file,
             data=data,
-            conditions=measured(from_attachments(recording.attachments), data),
+            conditions=measured(conditions, data),
             metadata=recording.metadata,
             partial=recording.partial,
             events=recording.events,

@@ -26,6 +26,7 @@ from stepload.plan.model import (
     SecondForce,
     SecondForceSource,
     Simulation,
+    Structure,
     SystemStiffness,
 )
 
@@ -60,6 +61,7 @@ def _arm(chance: Random, ur: bool) -> ArmSpec:
             lost_motion_m=u(0.0, 10e-6),
             position_resolution_m=log_uniform(chance, 5e-6, 30e-6),
             position_noise_m=u(1e-6, 5e-6), model_tolerance_m=100e-6, pose="",
+            structure=Structure.MACHINE,  # the drawn worlds have one axis
         )  # fmt: skip
     return ArmSpec(
         driver=_SIM, rate_hz=1000.0, max_speed_m_s=u(0.005, 0.05),
@@ -67,7 +69,7 @@ def _arm(chance: Random, ur: bool) -> ArmSpec:
         effective_mass_kg=log_uniform(chance, 5.0, 60.0), command_delay_s=u(0.001, 0.003),
         lag_s=u(0.001, 0.004), lost_motion_m=u(0.0, 1e-6),
         position_resolution_m=log_uniform(chance, 0.5e-6, 2e-6), position_noise_m=u(1e-7, 3e-7),
-        model_tolerance_m=50e-6, pose="",
+        model_tolerance_m=50e-6, pose="", structure=Structure.MACHINE,
     )  # fmt: skip
 
 
