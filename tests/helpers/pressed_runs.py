@@ -18,6 +18,7 @@ from stepload.estimators.sources import Sources
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
+from stepload.evidence.sideways import Sideways
 
 Law = Callable[[FloatArray], FloatArray]
 HERTZ_K = 6.57e8
@@ -100,7 +101,8 @@ def press(world: World, seed: int = 0) -> Pressed:
         lambda f: world.system_sigma * f[None] / world.system_n_per_m, sources,
         roughness=Roughness(0.0),
         touches=(Touch(0.0, 0.0, 3.0), Touch(float(time[-1]), moved, 3.0)),
-        lateral_share=world.lateral, elastic_limit_n=world.limit_n, secant_force_n=world.top_n,
+        sideways=Sideways("guided", world.lateral, relative=0.3 * (world.lateral or 0.0)),
+        elastic_limit_n=world.limit_n, secant_force_n=world.top_n,
     )  # fmt: skip
     return replace(made, **world.said)
 

@@ -84,6 +84,7 @@ def show_verdict(envelope: Envelope, out: Output, *, details: bool = True) -> No
 
 def show_preflight(envelope: Envelope, out: Output) -> None:
     """A preflight as text: verdict and reasons first, then the figures behind them."""
+    from stepload.envelope.bounds import stuck_ratio
     from stepload.envelope.reason import PlanVerdict
     from stepload.results import fields
     from stepload.results.course_tables import force_budget_table
@@ -112,6 +113,12 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
             ("  if K_r ≫ K_s", f(found.limit_stiff_resolution_n_per_m, "N/m"), "(35)"),
             ("  if K_s ≫ K_r", f(found.limit_stiff_system_n_per_m, "N/m"), "(36)"),
         ]
+    stuck, source = stuck_ratio(envelope.plan.rig)
+    rows += [
+        ("largest stiffness of the load path", f(envelope.bounds.stiffness_n_per_m, "N/m"),
+         "K_s + 3 sigma, more for a guess, times the next"),
+        ("  while friction holds the tip", f"× {stuck:.3g}", source),
+    ]  # fmt: skip
     out.tables(Table("Predicted", ("figure", "value", "from"), rows))
     if envelope.verdict is not PlanVerdict.REFUSED:
         out.tables(

@@ -12,6 +12,7 @@ from stepload.envelope.advice import advised
 from stepload.envelope.bounds import Measured, press_rig, retract_speed_m_s
 from stepload.envelope.cycles import cycle_reasons
 from stepload.envelope.domains import domain_reasons
+from stepload.envelope.friction import friction_reasons
 from stepload.envelope.hazards import hazards
 from stepload.envelope.limit_reasons import limit_reasons
 from stepload.envelope.limits import RunLimits, limits_of
@@ -145,6 +146,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         *age_reasons(plan),
         *cycle_reasons(plan),
         *stiffness_reasons(plan),
+        *friction_reasons(plan, theory),
         *shake_reasons(plan, shake),
     ]
     if found is not None:

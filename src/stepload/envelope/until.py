@@ -25,6 +25,7 @@ from stepload.evidence.chord import REFERENCE_SHARE
 from stepload.evidence.expected import expected_chord, loading, without_error
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed
+from stepload.evidence.sideways import expected_sideways
 from stepload.plan.checks_between import LEAST_LEVELS
 from stepload.plan.model import Plan
 from stepload.units import format_quantity
@@ -140,6 +141,12 @@ def sources_only(conditions: Conditions, tracks: Sequence[tuple[int, Track, None
         deflection_sigma=conditions.bend_sigma,
         table_sigma=conditions.table_sigma,
         sources=conditions.sources,
+        sideways=expected_sideways(
+            conditions.across,
+            conditions.sources.system_stiffness_n_per_m,
+            arm=conditions.arm,
+            stuck_ratio=conditions.stuck_ratio,
+        ),
         looked=True,
     )
 

@@ -244,11 +244,12 @@ def _fit(
 
 @dataclass(frozen=True, slots=True)
 class Cells:
-    """Means (M,) over the samples of a cell of force."""
+    """Means (M,) over the samples of a cell of force; `across_n` (M, K) of what went with them."""
 
     force_n: FloatArray
     displacement_m: FloatArray
     rate_m_s: FloatArray
+    across_n: FloatArray
 
 
 def _check(time_s: FloatArray, displacement_m: FloatArray, force_n: FloatArray) -> None:
@@ -273,10 +274,11 @@ def gather(
     force_n: FloatArray,
     mask: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
     piece: IntArray,
+    across_n: FloatArray | None = None,
 ) -> Cells:
     """Mean force, travel and rate in cells of force, loading, resting and unloading apart: the
     holds would dominate otherwise, and only cells that move tell C_s. All pieces have the zero of
-    the one with most cells."""
+    the one with most cells. `across_n` (N, K) is averaged with them."""
     velocity = _windowed_rate(time_s, displacement_m)
     force_rate = _windowed_rate(time_s, force_n)
     threshold = 0.25 * float(np.quantile(np.abs(force_rate), 0.95))
@@ -289,7 +291,15 @@ def gather(
     def mean(values: FloatArray) -> FloatArray:
         return np.asarray(np.bincount(index, values[known]) / count)
 
-    return Cells(mean(force_n[mask]), mean(displacement_m[mask] - shift_m), mean(velocity[mask]))
+    beside = np.zeros((force_n.size, 0)) if across_n is None else across_n
+    return Cells(
+        mean(force_n[mask]),
+        mean(displacement_m[mask] - shift_m),
+        mean(velocity[mask]),
+        np.stack([mean(column) for column in beside[mask].T], axis=1)
+        if beside.shape[1]
+        else np.zeros((count.size, 0)),
+    )
 
 
 def _windowed_rate(time_s: FloatArray, values: FloatArray) -> FloatArray:

@@ -92,6 +92,18 @@ class Sideways:
         return "force across the axis is not in the data: its share is not known"
 
 
+def expected_sideways(
+    across: Across, stiffness_n_per_m: float | None, *, arm: bool, stuck_ratio: float
+) -> Sideways:
+    """What is to be expected before a run: nothing, where its share can be told and held against
+    that of the calibration, else what friction of unknown size leaves."""
+    if across.at_share is not None or across.per_newton_m is not None:
+        return Sideways("guided")
+    return sideways(
+        across, stiffness_n_per_m, None, None, 0.0, arm=arm, stuck_ratio=stuck_ratio
+    )  # fmt: skip
+
+
 def sideways(
     across: Across,
     stiffness_n_per_m: float | None,
@@ -120,9 +132,8 @@ def sideways(
             own = stiffness_n_per_m * across.doubt_m_per_n(share, stiffness_n_per_m)
             taken = stiffness_n_per_m * abs(float(across.away(share) @ across.per_newton_m))
             return Sideways("three numbers", size, away, math.hypot(own, LEFT_OVER * taken), taken)
-        if across.at_share is not None:
-            per_share = CROSS_COMPLIANCE if arm else GUIDED_COMPLIANCE
-            return Sideways("one number", size, away, per_share * away)
+        if arm and across.at_share is not None:
+            return Sideways("one number", size, away, CROSS_COMPLIANCE * away)
     if arm:
         return Sideways("unknown", size, relative=UNKNOWN_FRICTION, stuck_ratio=stuck_ratio)
     return Sideways("guided", size, relative=GUIDED_COMPLIANCE * (size or 0.0))

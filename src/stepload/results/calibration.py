@@ -18,6 +18,7 @@ from stepload.estimators.system import SystemStiffnessFit
 from stepload.estimators.table import MeasuredTable, loading_curve, measured_table
 from stepload.estimators.two_spheres import TwoSphereFit, two_sphere_difference
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
+from stepload.results.across_runs import across_of_runs
 from stepload.results.analyse import identify_system, pieces, series_contact
 from stepload.results.press_data import LOADING
 from stepload.results.saved import SavedRun, labelled
@@ -62,6 +63,8 @@ def from_system_runs(runs: Sequence[SavedRun], *, valid_days: int = VALID_DAYS) 
                 f"{run.path}: a payload run; K_s and the payload's law share its data",
                 hint="press a stiff flat contact with a plan that has `identify: {kind: system}`",
             )
+    sideways = across_of_runs(runs)
+    runs = sideways.taken_out(runs)
     fits, length = _fits(runs)
     pooled = pool(fits)
     made = _table(runs, fits, pooled)
@@ -74,6 +77,7 @@ def from_system_runs(runs: Sequence[SavedRun], *, valid_days: int = VALID_DAYS) 
         smooth_degrees=_at_least_one(pooled.smooth_degrees),
         smooth_length_n=length.length_n if length else runs[0].conditions.sources.smooth_length_n,
         **_rows(made),
+        **sideways.keys(),
         damping_n_s_per_m=pooled.damping_lower_bound_n_s_per_m,
         force_from_n=pooled.force_range_n[0],
         force_to_n=pooled.force_range_n[1],

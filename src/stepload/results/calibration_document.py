@@ -44,6 +44,8 @@ def calibration_document(found: Calibration, file: Path) -> Document:
     if found.pooled is not None:
         reasons.append(_length_told(found))
     reasons.append(_table_told(found))
+    if record.across_told:
+        reasons.append(record.across_told)
     if found.spheres is not None:
         reasons.append(
             f"the contacts deform {found.spheres.contact_scale:.3f} ± "

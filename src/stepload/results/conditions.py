@@ -100,7 +100,8 @@ def _across(data: Any) -> Across:
     """What a record knows of the force across the axis; of earlier versions nothing."""
     if data is None:
         return Across()
-    found = Across(**{key: tuple(v) if isinstance(v, list) else v for key, v in data.items()})
+    told: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in data.items()}
+    found = Across(**told)
     pairs = found.per_newton_m, found.sigma_m_per_n, found.at_share
     if any(pair is not None and len(pair) != 2 for pair in pairs):
         raise ValueError("two numbers are needed for the force across the axis")

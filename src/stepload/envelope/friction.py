@@ -1,0 +1,68 @@
+"""What preflight says of friction at the contact of a serial arm: how well K_s will hold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from stepload.envelope.bounds import stuck_ratio
+from stepload.envelope.conditions import across_of
+from stepload.envelope.reason import Reason, Severity
+from stepload.envelope.theory import Theory
+from stepload.evidence.gates import FRICTION_HARMLESS, LATERAL_SHARE
+from stepload.plan.model import Plan, Structure
+
+TYPICAL_SHARE = 0.3
+"""Force across over force along of a contact that slides with a friction of 0.3."""
+
+
+def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
+    """Whether friction is in the result of an arm, and what would take it out."""
+    stiffness, arm = plan.rig.system_stiffness, plan.rig.arm
+    if plan.rig.displacement is not None or plan.identify.kind == "system":
+        return
+    if arm.structure is not Structure.ARM:
+        return
+    known, k_s = across_of(stiffness), stiffness.stiffness_n_per_m
+    if known.per_newton_m is not None:
+        shares = [
+            np.array(known.at_share or (0.0, 0.0))
+            + TYPICAL_SHARE * np.array([np.cos(a), np.sin(a)])
+            for a in np.linspace(0.0, math.pi, 13)
+        ]
+        doubts = [k_s * known.doubt_m_per_n(share, k_s) for share in shares]
+        yield Reason(
+            "across_known", Severity.NOTE,
+            f"what the force across the axis does to the arm is taken out; at a share of "
+            f"{TYPICAL_SHARE:.0%} from that of the calibration it leaves {min(doubts):.1%} to "
+            f"{max(doubts):.1%} of the arm's deflection, by its direction (standard uncertainty)",
+            "a force sensor with one axis tells nothing of it: the result is marginal then",
+            max(doubts), math.nan, "",
+        )  # fmt: skip
+        return
+    if known.at_share is not None:
+        yield Reason(
+            "one_friction", Severity.NOTE,
+            "K_s is one number and holds where the force across the axis is within "
+            f"{LATERAL_SHARE:.0%} of the share of the calibration; beyond, or with a force sensor "
+            "of one axis, the result is marginal at best",
+            "calibrate dry and greased in one go: stepload calibrate --from DRY GREASED",
+            LATERAL_SHARE, math.nan, "",
+        )  # fmt: skip
+        return
+    top_n = plan.procedure.top_force_n
+    ratio, _ = stuck_ratio(plan.rig)
+    worst = (1.0 - 1.0 / ratio) * theory.law.secant(top_n) / k_s
+    serious = worst > FRICTION_HARMLESS
+    yield Reason(
+        "friction_unknown", Severity.WARN if serious else Severity.NOTE,
+        "an arm gives way sideways, and friction that holds its tip makes it up to "
+        f"{ratio:.3g} times as stiff; under which friction K_s was measured is not known. This may "
+        f"change the deformation by up to {worst:.0%} (allowed {FRICTION_HARMLESS:.0%})"
+        + (": the result will be marginal" if serious else ""),
+        "calibrate with a six-axis force sensor, dry and greased (stepload calibrate), or measure "
+        "with a gauge across the contact; arm.structure: machine, if the axis is guided",
+        worst, FRICTION_HARMLESS, "",
+    )  # fmt: skip
