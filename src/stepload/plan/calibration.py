@@ -35,8 +35,6 @@ from stepload.plan.leaves import (
     Offset,
     Quantity,
     Remark,
-    Share,
-    ShareAcross,
     Stiffness,
     StiffnessError,
     Temperature,
@@ -50,6 +48,7 @@ from stepload.plan.tree import Place, parse_tree
 from stepload.plan.whole_file import replace_file
 from stepload.rig.samples import SixFloats
 
+_Ratio = Annotated[float, Number(-2.0, 2.0)]
 TEMPERATURE_BAND_K = 5.0
 """A record counts as made at another temperature when it is further away than this."""
 
@@ -101,14 +100,16 @@ class CalibrationRecord:
     ] = ()
     across_correlation: Annotated[Correlation, Key("How the errors of the two correlate.")] = 0.0
     at_share: Annotated[
-        tuple[ShareAcross, ...],
+        tuple[_Ratio, ...],
         Key(
             "Force across over force along the axis that K_s and its table belong to; their "
             "errors and those of `across` do not correlate there. None: not measured."
         ),
     ] = ()
     share_reach: Annotated[
-        Share, Key("How far from it the shares went from which `across` was measured.")
+        float,
+        Number(0.0, 1.0),
+        Key("How far from it the shares went from which `across` was measured."),
     ] = 0.0
     across_told: Annotated[
         Remark, Key("What the runs tell of the force across the axis, in words.")

@@ -62,6 +62,7 @@ rig:
     model_tolerance: 50 µm
     max_age: 12 ms
     pose: down
+    structure: arm
   force:
     driver: sim
     rate: 1 kHz
@@ -109,6 +110,12 @@ rig:
     deflection: [44.5 µm, 88.5 µm]
     deflection_sigma: [0.5 µm, 0.5 µm]
     deflection_common: 1 %
+    across: [0.05 µm/N, -0.02 µm/N]
+    across_sigma: [0.01 µm/N, 0.02 µm/N]
+    across_correlation: 0.5
+    at_share: [10 %, -5 %]
+    share_reach: 15 %
+    stuck_ratio: 2.4
     provenance: measured
     measured_on: 2025-01-01
     valid_until: 2999-01-01

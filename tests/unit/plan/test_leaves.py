@@ -88,7 +88,7 @@ RANGES = {
         rig.force.gain_uncertainty rig.second_force.tolerance_relative
         rig.second_force.sensor.gain_uncertainty rig.simulation.creep
         rig.second_force.sensor.nonlinearity rig.system_stiffness.deflection_common
-        rig.force.nonlinearity
+        rig.force.nonlinearity rig.system_stiffness.share_reach
     """,
     "0 to 100 N/s": "rig.force.drift rig.second_force.sensor.drift",
     "0 to 1e6 N": "rig.second_force.tolerance rig.second_force.noise rig.simulation.adhesion",
@@ -102,7 +102,8 @@ RANGES = {
     """,
     "above 0 to 1e12 N/m": "rig.system_stiffness.sigma calibration.sigma",
     "0 to 1e9 N s/m": "rig.system_stiffness.damping calibration.damping",
-    "0 to 1": "calibration.deflection_common",
+    "0 to 1": "calibration.deflection_common calibration.share_reach",
+    "-2 to 2": "calibration.at_share",
     "-100 to 100 rad": "calibration.joints calibration.tcp_rotation",
     "-10 to 10 m": "calibration.tcp_position",
     "1 to 1e6": "rig.system_stiffness.smooth_degrees calibration.smooth_degrees",
@@ -118,7 +119,12 @@ RANGES = {
     "0 to 6 count": "rig.simulation.creep_decades",
     "-0.0001 to 0.0001 m/s": "rig.simulation.drift",
     "0 to 1000 %": "rig.simulation.softness",
-    "-200 to 200 %": "rig.simulation.lateral rig.simulation.lateral_coupling",
+    "-200 to 200 %": """
+        rig.simulation.lateral rig.simulation.lateral_coupling rig.system_stiffness.at_share
+    """,
+    "-0.01 to 0.01 m/N": "rig.system_stiffness.across calibration.across",
+    "above 0 to 0.01 m/N": "rig.system_stiffness.across_sigma calibration.across_sigma",
+    "-1 to 1": "rig.system_stiffness.across_correlation calibration.across_correlation",
     "-100 to 100 %": "rig.simulation.cross_talk",
     "-10 to 10 %": "rig.simulation.sensor_quadratic rig.simulation.sensor_cubic",
     "above 0 to 1e6 N/s": "procedure.load_rate",
@@ -127,7 +133,7 @@ RANGES = {
     "0.1 to 50 %": "procedure.until",
     "1 to 100 count": "procedure.touches",
     "0 to 86400 s": "procedure.warm_up",
-    "1 to 100": "identify.p",
+    "1 to 100": "identify.p rig.system_stiffness.stuck_ratio",
     "1 to 1000": "identify.s identify.t",
     "1 to 5": "payload.limit_coverage",
     "0 to 20 K": "identify.temperature_uncertainty",
