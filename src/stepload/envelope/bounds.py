@@ -24,10 +24,11 @@ LEAST_STIFFNESS_DOUBT = {
     Provenance.INDICATIVE: 0.3,
 }
 """Smallest relative doubt about K_s by where it comes from; 3 sigma where that is more."""
-ARM_STUCK_RATIO = 3.3
-"""[C^-1]_zz C_zz, the 90th percentile over the tool-down poses of a UR3, the largest of three arms
-(UR5 2.4, UR10 2.6; medians 1.36, 1.16, 1.17), with assumed joint stiffnesses. A calibration that
-stuck itself has the factor in K_s already, and it counts once more."""
+ARM_STUCK_RATIO = 3.8
+"""[C^-1]_zz C_zz, the 90th percentile over the tool-down poses of a UR3e, the largest of four arms
+(UR5e 2.4, UR10e 2.6, UR16e 2.7; medians 1.1 to 1.4), with assumed joint stiffnesses: `python -m
+stepload_verify.trials.pose_stiffness`. A calibration that stuck itself has the factor in K_s
+already, and it counts once more."""
 AGE_S = 0.012
 """Age at which data stop a run where the plan does not say."""
 AGE_PERIODS = 4.0

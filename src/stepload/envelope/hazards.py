@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+from stepload.envelope.bounds import stuck_ratio
 from stepload.envelope.catch_up import catch_up_force
 from stepload.envelope.pressing import (
     GUARDED_SHARE,
@@ -34,7 +35,7 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
     """The named hazards that apply to this plan."""
     reaction_time_s = pressing.rig.reaction_s
     arm = plan.rig.arm
-    k_s = pressing.rig.stiffness_n_per_m
+    k_s = plan.rig.system_stiffness.stiffness_n_per_m * stuck_ratio(plan.rig)[0]
     fuse_n = plan.rig.mechanical_fuse_n
     layer = (
         f"the declared mechanical fuse opens at {format_quantity(fuse_n, 'N')}"

@@ -305,7 +305,7 @@ class SystemStiffness:
         _StuckRatio | None,
         Key(
             "Largest stiffness while friction holds the tip sideways, over `value`: what bounds "
-            "force counts with it; none: 1 for a machine, 3.3 for an arm."
+            "force counts with it; none: 1 for a machine, 3.8 for an arm."
         ),
     ] = None
     measured_on: Annotated[Calendar | None, Key("Day of the measurement.")] = None

@@ -12,11 +12,13 @@ from run_plans import envelope_for, limits_for, stvf_plan, ur_plan
 
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.bounds import (
+    ARM_STUCK_RATIO,
     Measured,
     age_limit_s,
     channel_skew_s,
     comparison_period_s,
     follow_travel,
+    largest_sliding_stiffness,
     largest_stiffness,
     press_rig,
     retract_speed_m_s,
@@ -41,7 +43,14 @@ from stepload.envelope.pressing import (
 from stepload.envelope.schedule import schedule
 from stepload.envelope.theory import theory_of
 from stepload.errors import DomainError, RefusedError
-from stepload.plan.model import Plan, Provenance, SecondForce, SecondForceSource
+from stepload.plan.model import (
+    ArmSpec,
+    Plan,
+    Provenance,
+    SecondForce,
+    SecondForceSource,
+    Structure,
+)
 
 F_C = 727.0
 PLAN = stvf_plan()
@@ -131,7 +140,43 @@ def test_stiffness_is_doubted_upwards(
         PLAN.rig.system_stiffness, stiffness_n_per_m=1e6, sigma_n_per_m=sigma,
         provenance=provenance,
     )  # fmt: skip
-    assert largest_stiffness(system) == pytest.approx(expected)
+    rig = replace(PLAN.rig, system_stiffness=system)
+    assert largest_stiffness(rig) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("structure", "stated", "ratio"),
+    [
+        (Structure.MACHINE, None, 1.0),
+        (Structure.ARM, None, ARM_STUCK_RATIO),
+        (Structure.ARM, 2.4, 2.4),
+        (Structure.MACHINE, 1.5, 1.5),
+    ],
+)
+def test_friction_that_holds_the_tip_stiffens_what_bounds_force(
+    structure: Structure, stated: float | None, ratio: float
+) -> None:
+    rig = replace(
+        PLAN.rig,
+        arm=replace(PLAN.rig.arm, structure=structure),
+        system_stiffness=replace(PLAN.rig.system_stiffness, stuck_ratio=stated),
+    )
+    sliding = largest_sliding_stiffness(rig.system_stiffness)
+    assert largest_stiffness(rig) == pytest.approx(ratio * sliding)
+    assert press_rig(rig, 0.1).stiffness_n_per_m == pytest.approx(ratio * sliding)
+
+
+def test_an_arm_is_a_serial_one_unless_it_is_said_to_be_guided() -> None:
+    fields = ArmSpec.__dataclass_fields__
+    assert fields["structure"].default is Structure.ARM
+
+
+def test_a_runaway_drive_meets_the_stiffness_of_a_tip_that_sticks() -> None:
+    found = pressing()
+    loose = on_rig(arm=replace(PLAN.rig.arm, structure=Structure.ARM))
+    runaway = {r.code: r.value for r in hazards(loose, found)}["drive_runaway"]
+    guided = {r.code: r.value for r in hazards(PLAN, found)}["drive_runaway"]
+    assert runaway == pytest.approx(ARM_STUCK_RATIO * guided)
 
 
 def test_data_stop_a_run_at_their_age_and_never_before_four_periods() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stepload.estimators.across import Across
 from stepload.record.reader import Event, Recording
 from stepload.record.rows import ArmColumns, DisplacementColumns, ForceColumns, Phase, TickColumns
 from stepload.results.press_data import LOADING, PressData, largest_step, press_data
@@ -95,6 +96,15 @@ def recorded(*, lateral: bool = True, noise_n: float = 0.0) -> Recording:
     )  # fmt: skip
 
 
+def gauge_of(run: Recording) -> DisplacementColumns:
+    """A gauge across the contact that reads as the arm does."""
+    return DisplacementColumns(
+        receive_time_s=run.arm.receive_time_s, sequence=run.arm.sequence,
+        device_time_s=run.arm.device_time_s, status=run.arm.status,
+        displacement_m=run.arm.position_m - SURFACE_M,
+    )  # fmt: skip
+
+
 @pytest.fixture(scope="module")
 def data() -> PressData:
     return press_data(recorded())
@@ -144,6 +154,27 @@ def test_a_pause_is_told_with_its_shift(data: PressData) -> None:
     assert reopened(replace(data, touches=data.touches[:2])) == ""
 
 
+@pytest.mark.parametrize("at_share", [None, (0.02, -0.01)])
+def test_what_the_force_across_does_is_taken_out_of_the_travel_once(
+    data: PressData, at_share: tuple[float, float] | None
+) -> None:
+    known = Across((2e-7, -1e-7), (1e-9, 1e-9), at_share=at_share)
+    found = press_data(recorded(), across=known)
+    assert data.across_n is not None
+    x, y = at_share or (0.0, 0.0)
+    due = 2e-7 * (data.across_n[:, 0] - x * data.force_n)
+    due -= 1e-7 * (data.across_n[:, 1] - y * data.force_n)
+    zero = np.argmin(np.abs(data.time_s - data.touches[0].time_s))
+    assert found.travel_m == pytest.approx(data.travel_m - due + due[zero], abs=2e-9)
+    assert found.force_n == pytest.approx(data.force_n)
+
+
+def test_a_gauge_across_the_contact_does_not_see_the_arm_go_sideways() -> None:
+    gauge = replace(recorded(), displacement=gauge_of(recorded()))
+    known = Across((2e-7, -1e-7), (1e-9, 1e-9))
+    assert press_data(gauge, across=known).travel_m == pytest.approx(press_data(gauge).travel_m)
+
+
 def test_the_force_across_is_zeroed_like_the_axial_one(data: PressData) -> None:
     assert data.lateral_n is not None
     loading = data.branch(LOADING) & (data.force_n > 20.0)
@@ -176,12 +207,7 @@ def test_the_lag_is_that_of_the_travel_that_is_identified() -> None:
     damped = replace(run, arm=run.arm._replace(position_m=late_m))
     prompt_s = press_data(run).lag.lag_s
     assert press_data(damped).lag.lag_s - prompt_s == pytest.approx(-8e-3, abs=5e-4)
-    gauge = DisplacementColumns(
-        receive_time_s=run.arm.receive_time_s, sequence=run.arm.sequence,
-        device_time_s=run.arm.device_time_s, status=run.arm.status,
-        displacement_m=run.arm.position_m - SURFACE_M,
-    )  # fmt: skip
-    across = press_data(replace(damped, displacement=gauge))
+    across = press_data(replace(damped, displacement=gauge_of(run)))
     assert across.gauge
     assert across.lag.lag_s == pytest.approx(prompt_s, abs=5e-4)
 

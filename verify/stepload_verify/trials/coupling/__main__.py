@@ -125,9 +125,10 @@ def trial(
     """One arm in one pose: calibrated, pressed, and read in every way."""
     bench = setting.bench(sensor_rad, rng)
     upright = np.array([0.0, 0.0, 1.0])
+    dry_mu, greased_mu = rng.uniform(*DRY), rng.uniform(*GREASED)
     runs = [
-        saved(bench, Contact(BLOCK_N_PER_M, 1.0, rng.uniform(*friction), upright), number, rng)
-        for number, friction in enumerate((DRY, GREASED, DRY, GREASED))
+        saved(bench, Contact(BLOCK_N_PER_M, 1.0, mu_of_block, upright), number, rng)
+        for number, mu_of_block in enumerate((dry_mu, greased_mu, dry_mu, greased_mu))
     ]
     dry = from_system_runs(runs[::2]).record
     both = from_system_runs(runs).record
@@ -135,7 +136,7 @@ def trial(
     normal = rotation(rng.uniform(0.0, 2.0 * np.pi), tilt_rad) @ upright
     contact = Contact(k, 1.5, mu, normal)
     data = pressed(bench, contact, rng)
-    one = replace(conditions(bench, dry))
+    one = conditions(bench, dry)
     one = replace(one, across=Across(at_share=one.across.at_share))
     ways: dict[str, Callable[[], Found | None]] = {
         "before": lambda: found(data, as_before(one), contact),

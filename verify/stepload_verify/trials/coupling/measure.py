@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from stepload.envelope.bounds import ARM_STUCK_RATIO
 from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.deflection import least_sigma
@@ -160,7 +161,7 @@ def conditions(bench: Bench, record: CalibrationRecord) -> Conditions:
         pose="down",
         across=Across(c, size or (0.0, 0.0), record.across_correlation, share, record.share_reach),
         arm=bench.arm,
-        stuck_ratio=3.9 if bench.arm else 1.0,
+        stuck_ratio=ARM_STUCK_RATIO if bench.arm else 1.0,
     )  # fmt: skip
 
 

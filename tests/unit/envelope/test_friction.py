@@ -1,0 +1,64 @@
+"""What preflight says of friction at the contact of an arm."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from run_plans import envelope_for, stvf_plan
+
+from stepload.envelope.conditions import across_of
+from stepload.envelope.reason import Severity
+from stepload.plan.model import DisplacementSpec, DriverChoice, Plan, Structure
+
+CODES = {"friction_unknown", "one_friction", "across_known"}
+
+
+def plan_with(structure: Structure = Structure.ARM, **stiffness: Any) -> Plan:
+    plan = stvf_plan()
+    system = replace(plan.rig.system_stiffness, stuck_ratio=1.2, **stiffness)
+    arm = replace(plan.rig.arm, structure=structure)
+    return replace(plan, rig=replace(plan.rig, arm=arm, system_stiffness=system))
+
+
+def said(plan: Plan) -> dict[str, Severity]:
+    return {r.code: r.severity for r in envelope_for(plan).reasons if r.code in CODES}
+
+
+def test_of_a_guided_axis_nothing_is_said() -> None:
+    assert said(plan_with(Structure.MACHINE)) == {}
+
+
+def test_of_an_arm_whose_friction_is_not_known_the_result_is_doubted() -> None:
+    assert said(plan_with()) == {"friction_unknown": Severity.WARN}
+    stiff = replace(plan_with(), identify=replace(plan_with().identify, kind="system"))
+    assert said(stiff) == {}
+
+
+def test_an_arm_that_is_far_stiffer_than_the_payload_gets_a_note_only() -> None:
+    assert said(plan_with(stiffness_n_per_m=2e8, sigma_n_per_m=2e6)) == {
+        "friction_unknown": Severity.NOTE
+    }
+
+
+def test_a_gauge_across_the_contact_does_without() -> None:
+    plan = plan_with()
+    gauge = DisplacementSpec(DriverChoice("sim", {}), 100.0, 1e-7, 2e-8)
+    assert said(replace(plan, rig=replace(plan.rig, displacement=gauge))) == {}
+
+
+def test_what_the_calibration_tells_is_said() -> None:
+    assert said(plan_with(at_share=(0.1, 0.0))) == {"one_friction": Severity.NOTE}
+    known = {"across_m_per_n": (3e-8, 0.0), "across_sigma_m_per_n": (1e-9, 1e-7),
+             "at_share": (0.1, 0.0), "share_reach": 0.3}  # fmt: skip
+    plan = plan_with(**known)
+    assert said(plan) == {"across_known": Severity.NOTE}
+    [told] = [r for r in envelope_for(plan).reasons if r.code == "across_known"]
+    assert told.value == pytest.approx(3.49e6 * 0.3 * 1e-7, rel=1e-3)
+
+
+def test_a_record_that_does_not_hold_tells_nothing_across() -> None:
+    plan = plan_with(at_share=(0.1, 0.0), validity_problem="expired")
+    assert across_of(plan.rig.system_stiffness).at_share is None
+    assert said(plan) == {"friction_unknown": Severity.WARN}

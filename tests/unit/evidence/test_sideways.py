@@ -1,0 +1,113 @@
+"""The force across the axis: which rule holds for a run, what it leaves and what it blocks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from pressed_runs import World, press
+
+from stepload.estimators.across import CROSS_COMPLIANCE, Across
+from stepload.estimators.judge import ResultVerdict
+from stepload.evidence.answer import weigh
+from stepload.evidence.gates import FRICTION_HARMLESS, LARGEST_CORRECTION, STRONG_LATERAL
+from stepload.evidence.sideways import (
+    GUIDED_COMPLIANCE,
+    LEFT_OVER,
+    UNKNOWN_FRICTION,
+    Sideways,
+    expected_sideways,
+    sideways,
+)
+
+K_S = 1e5
+KNOWN = Across((2e-6, 0.0), (1e-7, 1e-7), 0.0, (0.1, 0.0), reach=0.1)
+
+
+def found(across: Across, share: tuple[float, float] | None, **more: Any) -> Sideways:
+    options: dict[str, Any] = {"arm": True, "stuck_ratio": 3.3} | more
+    vector = None if share is None else np.array(share)
+    size = None if share is None else float(np.hypot(*share))
+    away = 0.0 if share is None else float(np.linalg.norm(across.away(np.array(share))))
+    return sideways(across, options.pop("stiffness", K_S), vector, size, away, **options)
+
+
+def fires(it: Sideways, deflection_share: float) -> set[str]:
+    return {gate.name for gate in it.gates(deflection_share) if gate.fires}
+
+
+def test_a_guided_axis_is_judged_by_the_size_of_the_share_as_ever() -> None:
+    it = found(Across(), (0.04, 0.0), arm=False)
+    assert (it.rule, it.relative) == ("guided", pytest.approx(GUIDED_COMPLIANCE * 0.04))
+    assert fires(it, 1.0) == set()
+    assert fires(found(Across(), (0.06, 0.0), arm=False), 1.0) == {"lateral"}
+    assert found(Across(), None, arm=False).gates(1.0) == []
+
+
+def test_a_gauge_across_the_contact_asks_nothing_of_the_arm() -> None:
+    assert found(Across(), None, stiffness=None).relative == 0.0
+    assert found(Across(), None, stiffness=None).gates(0.0) == []
+
+
+@pytest.mark.parametrize("share", [None, (0.01, 0.0)])
+def test_an_arm_whose_friction_nobody_knows_costs_width_and_is_blocked_where_it_counts(
+    share: tuple[float, float] | None,
+) -> None:
+    it = found(Across(), share)
+    assert (it.rule, it.relative) == ("unknown", UNKNOWN_FRICTION)
+    worst = 1.0 - 1.0 / 3.3
+    assert fires(it, 1.01 * FRICTION_HARMLESS / worst) == {"friction"}
+    assert fires(it, 0.99 * FRICTION_HARMLESS / worst) == set()
+    assert "six axes" in it.note
+
+
+def test_a_force_sensor_of_one_axis_does_not_know_even_if_the_calibration_does() -> None:
+    assert found(KNOWN, None).rule == "unknown"
+    assert found(Across(at_share=(0.1, 0.0)), None).rule == "unknown"
+
+
+def test_one_number_holds_near_the_share_that_it_was_measured_at() -> None:
+    measured = Across(at_share=(0.1, 0.0))
+    near, far = found(measured, (0.13, 0.0)), found(measured, (0.02, 0.0))
+    assert near.rule == "one number"
+    assert near.relative == pytest.approx(CROSS_COMPLIANCE * 0.03)
+    assert (fires(near, 1.0), fires(far, 1.0)) == (set(), {"lateral"})
+
+
+def test_three_numbers_leave_their_covariance_and_a_share_of_what_they_take_out() -> None:
+    it = found(KNOWN, (0.2, 0.0))
+    taken = K_S * 2e-6 * 0.1
+    assert it.rule == "three numbers"
+    assert it.taken == pytest.approx(taken)
+    assert it.relative == pytest.approx(np.hypot(K_S * 1e-8, LEFT_OVER * taken))
+    assert found(KNOWN, (0.1, 0.1)).relative == pytest.approx(K_S * 1e-8)
+
+
+def test_three_numbers_do_not_carry_everything() -> None:
+    assert fires(found(KNOWN, (0.2, 0.0)), 1.0) == set()
+    assert fires(found(KNOWN, (1.02 * STRONG_LATERAL, 0.0)), 0.1) == {"lateral"}
+    strong = Across((1.5e-5, 0.0), (1e-7, 1e-7), 0.0, (0.1, 0.0), reach=0.1)
+    assert found(strong, (0.25, 0.0)).taken > LARGEST_CORRECTION
+    assert fires(found(strong, (0.25, 0.0)), 1.0) == {"lateral_correction"}
+    assert fires(found(strong, (0.25, 0.0)), 0.5) == set()
+
+
+def test_before_a_run_only_what_is_certain_to_be_missing_costs_width() -> None:
+    arm: dict[str, Any] = {"arm": True, "stuck_ratio": 3.3}
+    assert expected_sideways(Across(), K_S, **arm).relative == UNKNOWN_FRICTION
+    assert expected_sideways(KNOWN, K_S, **arm).relative == 0.0
+    assert expected_sideways(Across(at_share=(0.0, 0.0)), K_S, **arm).relative == 0.0
+    assert expected_sideways(Across(), K_S, arm=False, stuck_ratio=1.0).relative == 0.0
+
+
+def test_it_stands_in_the_budget_and_blocks_the_result() -> None:
+    quiet = weigh(press(World()))
+    assert quiet.headline.verdict is ResultVerdict.IDENTIFIED
+    unknown = Sideways("unknown", relative=UNKNOWN_FRICTION, stuck_ratio=3.3)
+    evidence = weigh(press(World(said={"sideways": unknown})))
+    [line] = [x for x in evidence.headline.lines if x.source == "force across the axis"]
+    assert line.relative > 0.02
+    assert evidence.headline.verdict is not ResultVerdict.IDENTIFIED
+    assert any("friction" in why for why in evidence.headline.why)
+    assert unknown.note in evidence.notes
