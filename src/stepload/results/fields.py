@@ -137,6 +137,8 @@ SIGNS = {
     "drift": "drift, share of the deformation",
     "touch_shift": "touch, first to last",
     "lateral": "force across the axis, share",
+    "lateral_correction": "what was taken out for it, share of the deformation",
+    "friction": "what friction of unknown size may do, share of the deformation",
     "shape": "another law, χ² better by",
     "chord_of_fit": "chord of the law against the measured one",
     "lack_of_fit": "χ² of the best law",

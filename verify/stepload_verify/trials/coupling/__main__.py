@@ -115,7 +115,9 @@ def found(data: PressData, told: Conditions, contact: Contact) -> Found | None:
 
 
 def _true(chord: Quantity, contact: Contact) -> float:
-    low_m, high_m = ((f / contact.k) ** (1.0 / contact.n) for f in (chord.from_n, chord.to_n))
+    low_m, high_m = (
+        float((f / contact.k) ** (1.0 / contact.n)) for f in (chord.from_n, chord.to_n)
+    )
     return (chord.to_n - chord.from_n) / (high_m - low_m)
 
 
