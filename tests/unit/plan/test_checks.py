@@ -230,6 +230,18 @@ CASES = [
         "[33 µm, 108 µm]", "wrong prefix",
     ),
     Case(
+        "one number across",
+        rig("system_stiffness: {at_share: [10 %, -5 %]}"),
+        rig("system_stiffness: {at_share: [10 %]}"),
+        "at_share has 1 numbers; there are two other axes", "system_stiffness:", "two numbers each",
+    ),
+    Case(
+        "numbers across without their errors",
+        rig("system_stiffness: {across: [1 µm/N, 0 m/N], across_sigma: [1 µm/N, 1 µm/N]}"),
+        rig("system_stiffness: {across: [1 µm/N, 0 m/N]}"),
+        "`across` and `across_sigma` belong together", "[1 µm/N", "two numbers each",
+    ),
+    Case(
         "stiffness not known at all",
         rig("system_stiffness: {value: 1 MN/m, sigma: 0.99 MN/m}"),
         rig("system_stiffness: {value: 1 MN/m, sigma: 1 MN/m}"),

@@ -118,7 +118,7 @@ def _across(case: Case, force: FloatArray, rng: np.random.Generator) -> dict[str
     turned = rng.uniform(0.0, 2.0 * np.pi)
     vector = case.lateral * force * np.array([[np.cos(turned)], [np.sin(turned)]]) + noise
     return {
-        "lateral_n": np.linalg.norm(vector, axis=0),
+        "across_n": vector.T,
         "lateral_noise_n": float(np.sqrt(2.0)) * case.rig.force_noise_n,
     }
 
