@@ -9,8 +9,9 @@ from stepload.atlas.course import DEFAULT
 from stepload.atlas.plans import plan_of
 from stepload.envelope.envelope import Envelope, derive
 from stepload.errors import BadInputError, DomainError, RefusedError
+from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
-from stepload.plan.model import Plan
+from stepload.plan.model import Plan, Structure
 from stepload.plan.shipped import payload_folder
 from stepload.results.conditions import planned
 from stepload.units import format_quantity
@@ -93,7 +94,7 @@ def bench(rig: str, top_n: float | None) -> Bench:
             hint="--top-force between 0 and that",
         )
     plan = plan_of(rig, _flat(), top_n)
-    told = planned(derive(plan))
+    told = _as_calibrated(planned(derive(plan)))
     known = told.sources
     if known.system_stiffness_n_per_m is None:
         note = "a gauge across the contact: K_s is not in the chain"
@@ -102,6 +103,8 @@ def bench(rig: str, top_n: float | None) -> Bench:
         share = known.system_stiffness_sigma_n_per_m / known.system_stiffness_n_per_m
         stiffness = format_quantity(known.system_stiffness_n_per_m, "N/m")
         note = f"K_s = {stiffness}, known to {100.0 * share:.2g} % ({by})"
+        if plan.rig.arm.structure is Structure.ARM:
+            note += "; the force across the axis is taken to be that of its calibration"
         note = "; ".join((note, *told.table_doubts(top_n)))
     return Bench(
         name=name,
@@ -115,6 +118,11 @@ def bench(rig: str, top_n: float | None) -> Bench:
         damping_n_s_per_m=plan.rig.system_stiffness.damping_n_s_per_m,
         note=note,
     )  # fmt: skip
+
+
+def _as_calibrated(told: Conditions) -> Conditions:
+    """With a payload whose friction is that of the calibration: it is not in the draw."""
+    return replace(told, across=Across(), arm=False)
 
 
 def most_push(rig: str) -> tuple[str, float]:
@@ -158,7 +166,7 @@ def specimen(rig: str, path: Path, top_n: float) -> Specimen:
         secant = law.secant(top_n)
         return Specimen(name, path, 0.0, why, secant, secant, law.n, None, 0.0)
     own, envelope = pressed
-    told = replace(planned(envelope), secant_force_n=safe_n)
+    told = replace(_as_calibrated(planned(envelope)), secant_force_n=safe_n)
     why = "; ".join(filter(None, (why, *told.table_doubts(safe_n))))
     return Specimen(
         name, path, safe_n, why, law.secant(top_n), law.secant(safe_n), law.n, told,

@@ -16,7 +16,6 @@ from stepload.evidence.lawfit import Roughness
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.quantity import Quantity
-from stepload.evidence.sideways import expected_sideways
 
 FloatArray = NDArray[np.float64]
 
@@ -53,12 +52,6 @@ def pressed_of(
         deflection_sigma=told.bend_sigma,
         table_sigma=told.table_sigma,
         sources=told.sources,
-        sideways=expected_sideways(
-            told.across,
-            told.sources.system_stiffness_n_per_m,
-            arm=told.arm,
-            stuck_ratio=told.stuck_ratio,
-        ),
         roughness=Roughness(told.rough_length_m),
         touches=(first, last),
         zero_step_n=zero_step_n,
