@@ -64,7 +64,7 @@ class RunLimits:
     largest_top_n: float = _limit("N", "F_allowed - headroom")
     top_force_n: float = _limit("N", "plan")
     noise_n: float = _limit("N", "noise and resolution of the force sensor")
-    stiffness_n_per_m: float = _limit("N/m", "K_s + 3 sigma, more for a guess, tip held sideways")
+    stiffness_n_per_m: float = _limit("N/m", "K_s + 3 sigma, more for a guess")
     tangent_n_per_m: float = _limit("N/m", "k_t of the payload at F_lim")
     period_s: float = _limit("s", "1 / arm rate")
     loop_s: float = _limit("s", "T: measured, or the sum of the delays")

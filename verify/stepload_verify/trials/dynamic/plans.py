@@ -139,7 +139,12 @@ def _silicone(rng: Rng) -> Draft:
     )  # fmt: skip
     rig = {
         "profile": "ur5e",
-        "arm": {"driver": "sim", "options": {}, "rate": "250 Hz"},
+        "arm": {
+            "driver": "sim",
+            "options": {},
+            "rate": "250 Hz",
+            "structure": "machine",  # the simulated arm has one axis
+        },
         "force": {"driver": "sim", "options": {}, "rate": "500 Hz"},
         "second_force": _second(rng, 0.15),
     }
