@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.rig.mount import Matrix3, Mount, Vector3
+from stepload.rig.mount import Matrix3, Mount
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.frames import FloatArray, rows, turning
 
@@ -82,12 +82,12 @@ def held(spec: WorldSpec, mount: Mount, step_s: float) -> Held:
 
 
 def _definite(name: str, given: Matrix3) -> FloatArray:
-    matrix = np.array(given, dtype=float)
-    if matrix.shape != (3, 3) or not np.all(np.isfinite(matrix)):
+    raw = np.array(given, dtype=float)
+    if raw.shape != (3, 3) or not np.all(np.isfinite(raw)):
         raise DomainError(f"mount: {name} is no 3 x 3 matrix of finite numbers")
-    if not np.allclose(matrix, matrix.T, rtol=_SAME, atol=_SAME * float(np.max(np.abs(matrix)))):
+    if not np.allclose(raw, raw.T, rtol=_SAME, atol=_SAME * float(np.max(np.abs(raw)))):
         raise DomainError(f"mount: {name} is not symmetric")
-    matrix = 0.5 * (matrix + matrix.T)
+    matrix: FloatArray = 0.5 * (raw + raw.T)
     if np.linalg.eigvalsh(matrix)[0] <= 0.0:
         raise DomainError(f"mount: {name} is not positive definite: it would give energy away")
     return matrix

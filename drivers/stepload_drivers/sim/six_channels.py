@@ -8,7 +8,7 @@ import numpy as np
 
 from stepload.rig.mount import SensorMount
 from stepload.rig.samples import ForceSample, Status
-from stepload_drivers.sim.channels import ArmChannel, Channel, Wrench
+from stepload_drivers.sim.channels import Channel, Wrench
 from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.felt import Felt
 from stepload_drivers.sim.noise import normal_source
