@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from itertools import chain, repeat
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +14,7 @@ from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.sim.channels import Channel, Wrench
 from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.felt import Felt
+from stepload_drivers.sim.frames import FloatArray
 from stepload_drivers.sim.noise import normal_source
 
 _FULL_SCALE = int(Status.OVERRANGE | Status.SATURATED)
@@ -19,6 +23,9 @@ _FULL_SHARE = 1.2
 _TORQUE_OFFSET_M = 0.05
 """Zero of the torques over that of the forces."""
 _NAN: Wrench = (math.nan,) * 6
+_BLOCK = 1024
+_floor = math.floor
+_new: Any = tuple.__new__
 
 
 class WrenchChannel(Channel):
@@ -67,38 +74,30 @@ class WrenchChannel(Channel):
         forces = [sensor.lateral_range_n if sensor.lateral_range_n < math.inf else range_n] * 3
         forces[self._press] = range_n
         self._limits = (*forces, *[sensor.torque_range_nm] * 3)
-        self._quanta = (quantum_n,) * 3 + (sensor.torque_quantum_nm,) * 3
+        self._least_limit = min(self._limits)
+        self._quanta = quantum_n, sensor.torque_quantum_nm
         chance = np.random.default_rng([seed, stream, 1])
         zeros = chance.uniform(-abs(offset_n), abs(offset_n), 6)
         zeros[3:] *= _TORQUE_OFFSET_M
         zeros[self._press] = self._sign * offset_n
-        self._zeros = tuple(zeros.tolist())
-        self._noises = tuple(
-            normal_source(seed, 100 + 10 * stream + i, noise_n if i < 3 else sensor.torque_noise_nm)
-            for i in range(6)
-        )
+        spread = [noise_n] * 3 + [sensor.torque_noise_nm] * 3
+        self._aside = _noise_about(zeros, np.array(spread), [seed, stream, 2])
         self._last_wrench: Wrench = (0.0,) * 6
         self._held_wrench: Wrench | None = None
 
     def sample(self, time_s: float, back: float) -> None:
         truth = self._felt.wrench(back)
-        values = [
-            true + zero + noise()
-            for true, zero, noise in zip(truth, self._zeros, self._noises, strict=True)
-        ]
+        fx, fy, fz, tx, ty, tz = truth
+        a, b, c, d, e, f = self._aside()
+        values = [fx + a, fy + b, fz + c, tx + d, ty + e, tz + f]
         press = self._press
         if self._drift:
             values[press] += self._drift * time_s
         if self._bent is not None:
             values[press] += self._bending(truth[press])
-        status = 0
-        for i, value in enumerate(values):
-            limit = self._limits[i]
-            if not -limit <= value <= limit:
-                status |= _OVERRANGE
-                if not -_FULL_SHARE * limit <= value <= _FULL_SHARE * limit:
-                    status |= _FULL_SCALE
-                    values[i] = math.copysign(_FULL_SHARE * limit, value)
+        least = self._least_limit
+        beyond = max(values) > least or min(values) < -least
+        status = self._limited(values) if beyond else 0
         six = self._rounded(values)
         self.sequence += 1
         if self.disturbed or time_s >= self._faults.next_s:
@@ -108,17 +107,29 @@ class WrenchChannel(Channel):
         self.last = six[press]
         self._send(self._clock_s + time_s, self.origin_s + time_s + self._delay_s, status, six)
 
+    def _limited(self, values: list[float]) -> int:
+        """Cut every component at 1.2 times its full scale; returns the status."""
+        status = 0
+        for i, (value, limit) in enumerate(zip(values, self._limits, strict=True)):
+            if not -limit <= value <= limit:
+                status |= _OVERRANGE
+                if not -_FULL_SHARE * limit <= value <= _FULL_SHARE * limit:
+                    status |= _FULL_SCALE
+                    values[i] = math.copysign(_FULL_SHARE * limit, value)
+        return status
+
     def _bending(self, true_n: float) -> float:
         assert self._bent is not None
         share = self._sign * true_n / self._range
         return self._sign * self._range * share**2 * (self._bent[0] + share * self._bent[1])
 
     def _rounded(self, values: list[float]) -> Wrench:
-        floor = math.floor
-        a, b, c, d, e, f = (
-            floor(value / quantum + 0.5) * quantum if quantum else value
-            for value, quantum in zip(values, self._quanta, strict=True)
-        )
+        force, torque = self._quanta
+        a, b, c, d, e, f = values
+        if force:
+            a, b, c = (_floor(value / force + 0.5) * force for value in (a, b, c))
+        if torque:
+            d, e, f = (_floor(value / torque + 0.5) * torque for value in (d, e, f))
         return a, b, c, d, e, f
 
     def _send(self, device_s: float, receive_s: float, status: int, six: Wrench) -> None:
@@ -167,3 +178,12 @@ class WrenchChannel(Channel):
         receive_s = self.origin_s + time_s + self._delay_s + active.get("delay", 0.0)
         self._newest_s = receive_s = max(receive_s, self._newest_s)
         self._send(device_s, receive_s, status, six)
+
+
+def _noise_about(zeros: FloatArray, spread: FloatArray, seed: list[int]) -> Callable[[], Any]:
+    """A function that gives the next six deviates of standard deviation `spread` about `zeros`."""
+    generator = np.random.default_rng(seed)
+    blocks = (
+        (zeros + spread * generator.standard_normal((_BLOCK, 6))).tolist() for _ in repeat(None)
+    )
+    return chain.from_iterable(blocks).__next__

@@ -62,6 +62,8 @@ class SixPlant:
         self._commands: deque[tuple[float, float]] = deque()
         self._shifts: deque[tuple[float, float, float]] = deque()
         self._held = held(spec, mount, step_s)
+        axes = self._held.to_press
+        self._pulls = tuple(times(self._held.stiffness, axis) for axis in axes)
         self._creep = contact.creep
         self._give = path_give(spec)
         self._plate = MovingPlate(spec, Schedule.for_plate(spec.faults), step_s)
@@ -130,8 +132,8 @@ class SixPlant:
         if self._creep is not None:
             self._creep.flow(self.step_s)
             self.tip.yielded()
-        self.tip.step(before, moving, self._steep * nearer_m_s)
-        self.load = self._load()
+        if self.tip.step(before, moving, self._steep * nearer_m_s):
+            self.load = self._load()
         self._steps += 1
         self.time_s = self._steps * self.step_s
 
@@ -153,22 +155,22 @@ class SixPlant:
             other.hold()
             return 0.0, 0.0, 0.0
         x, y, z = self._held.to_press
-        along = axial.advance(self._push_n(z))
+        along = axial.advance(self._push_n(2))
         at_m = axial.position_m
         if not self._shifted:
             self._drive = (z[0] * at_m, z[1] * at_m, z[2] * at_m)
             return z[0] * along, z[1] * along, z[2] * along
-        first, second = one.advance(self._push_n(x)), other.advance(self._push_n(y))
+        first, second = one.advance(self._push_n(0)), other.advance(self._push_n(1))
         x_m, y_m = one.position_m, other.position_m
         d1, d2, d3 = (x[i] * x_m + y[i] * y_m + z[i] * at_m for i in range(3))
         self._drive = (d1, d2, d3)
         g1, g2, g3 = (x[i] * first + y[i] * second + z[i] * along for i in range(3))
         return g1, g2, g3
 
-    def _push_n(self, axis: Vector3) -> float:
-        """Force of the springs along an axis."""
+    def _push_n(self, axis: int) -> float:
+        """Force of the springs along an axis of the pressing frame."""
         (d1, d2, d3), (x1, x2, x3) = self._drive, self.tip.at
-        p, q, r = times(self._held.stiffness, axis)
+        p, q, r = self._pulls[axis]
         return p * (d1 - x1) + q * (d2 - x2) + r * (d3 - x3)
 
     def _load(self) -> Vector3:

@@ -132,15 +132,21 @@ class SixTip:
             self._note(self.normal_n, math.hypot(self.rubbing.x, self.rubbing.y))
             self.resting = False
 
-    def step(self, drive: Vector3, moving: Vector3, nearer_m_s: float) -> None:
-        """One base step; the drive begins at `drive` and moves at `moving`, both constant in it.
+    def step(self, drive: Vector3, moving: Vector3, nearer_m_s: float) -> bool:
+        """One base step from `drive` on, at the speed `moving`; returns whether anything moves.
 
         The plate comes nearer by `nearer_m_s`.
         """
+        still = moving == _ZERO and nearer_m_s == 0.0
         if self.normal_n == 0.0:
+            if still and self.at == drive and self.speed == _ZERO:
+                return False
             self._fly(drive, moving, nearer_m_s)
-        elif not self.resting or nearer_m_s or moving != _ZERO:
+        elif still and self.resting:
+            return False
+        else:
             self._press(drive, moving, nearer_m_s)
+        return True
 
     def _fly(self, drive: Vector3, moving: Vector3, nearer_m_s: float) -> None:
         """Apart at the beginning: exactly to the end of the step, unless the tip touches."""
