@@ -283,6 +283,11 @@ class SixPlant:
         return times(self._held.to_press, ((a - x) / h, (b - y) / h, (c - z) / h))
 
     @property
+    def slid_m(self) -> float:
+        """Way that the contact has slid so far."""
+        return self.tip.slid_m
+
+    @property
     def normal_n(self) -> float:
         """Contact force along the plate's normal."""
         return self.tip.normal_n
