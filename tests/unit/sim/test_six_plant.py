@@ -274,7 +274,7 @@ def test_closing_and_opening_without_friction_costs_nothing():
 )
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_stiff_contacts_converge(payload, friction):
-    """K up to 1e8 N/m and a hidden stop of 1e9 N/m: refining the steps changes the peak by < 1 %."""
+    """K up to 1e8 N/m and a hidden stop of 1e9 N/m: finer steps change the peak by < 1 %."""
     spec = rig(3e4, 1e8 if not payload else 1e6, 1.0, payload=payload)
     mount = Mount(springs(3e4, 0.8, 0.4), friction_static=friction, friction_kinetic=friction)
     coarse, _ = pressed(spec, lambda spec: plant(spec, mount), 5e-3)
