@@ -39,3 +39,16 @@ def cross(one: Vector3, other: Vector3) -> Vector3:
     a, b, c = one
     x, y, z = other
     return b * z - c * y, c * x - a * z, a * y - b * x
+
+
+def solved(matrix: Matrix3, vector: Vector3) -> Vector3:
+    """x of A x = b, A any matrix that has an inverse (Cramer)."""
+    (a11, a12, a13), (a21, a22, a23), (a31, a32, a33) = matrix
+    x, y, z = vector
+    c11, c21, c31 = a22 * a33 - a23 * a32, a23 * a31 - a21 * a33, a21 * a32 - a22 * a31
+    scale = 1.0 / (a11 * c11 + a12 * c21 + a13 * c31)
+    return (
+        scale * (c11 * x + (a13 * a32 - a12 * a33) * y + (a12 * a23 - a13 * a22) * z),
+        scale * (c21 * x + (a11 * a33 - a13 * a31) * y + (a13 * a21 - a11 * a23) * z),
+        scale * (c31 * x + (a12 * a31 - a11 * a32) * y + (a11 * a22 - a12 * a21) * z),
+    )

@@ -59,3 +59,25 @@ def rub(
     share = largest_n / size
     slid_m = (size - largest_n) / mean if mean > 0.0 else 0.0
     return _new(Rubbing, (x * share, y * share, True, x / size, y / size, share, slid_m))
+
+
+def following(
+    rubbing: Rubbing, tangential: float, normal: float, kinetic: float
+) -> tuple[float, float, float, float, float]:
+    """How friction follows a small move: dq = [[a, b], [b, c]] du + (d, e) dδ, as a, b, c, d, e.
+
+    Args:
+        tangential, normal: stiffness of the contact, N/m.
+        kinetic: friction while it slides.
+    """
+    if not rubbing[2]:
+        return tangential, 0.0, tangential, 0.0, 0.0
+    x, y = rubbing[3], rubbing[4]
+    across, along = tangential * rubbing[5], kinetic * normal
+    return (
+        across * (1.0 - x * x),
+        -across * x * y,
+        across * (1.0 - y * y),
+        along * x,
+        along * y,
+    )

@@ -15,7 +15,8 @@ from __future__ import annotations
 import math
 
 from stepload.rig.mount import Mount, Vector3
-from stepload_drivers.sim.friction import CLEAN, rub
+from stepload_drivers.sim.frames import solved
+from stepload_drivers.sim.friction import CLEAN, Rubbing, following, rub
 from stepload_drivers.sim.held import Held
 from stepload_drivers.sim.laws import ContactLaw
 from stepload_drivers.sim.limit_left import limit_left
@@ -32,6 +33,9 @@ _SHORTEST_S = 1e-8
 _STILL_M, _STILL_M_S = 1e-18, 1e-15
 _ZERO: Vector3 = (0.0, 0.0, 0.0)
 
+Follow = tuple[float, float, float, float, float]
+"""How friction follows a small move, see `following`."""
+
 
 class SixTip:
     """State of the tip, frame of the plate; advanced by base steps of `step_s`.
@@ -43,6 +47,7 @@ class SixTip:
     """
 
     __slots__ = (
+        "_damping_rate",
         "_damping_s",
         "_error_factor",
         "_evaluate",
@@ -105,7 +110,8 @@ class SixTip:
         self._step_s = self._sub_s = step_s
         self._swing, self._error_factor = swing_rad, error_factor
         omega2 = held.stiffest / held.lightest
-        self._soft_rate = math.sqrt(omega2) + 0.5 * held.damping_s * omega2
+        self._damping_rate = 0.5 * held.damping_s * omega2
+        self._soft_rate = math.sqrt(omega2) + self._damping_rate
         self._quiet_soft = math.sqrt(held.stiffest * held.heaviest)
 
     @property
@@ -171,90 +177,28 @@ class SixTip:
                 u1 = u2 = u3 = w1 = w2 = w3 = 0.0
             at = (d1 + g1 * h + u1, d2 + g2 * h + u2, d3 + g3 * h + u3)
             speed = (g1 + w1, g2 + w2, g3 + w3)
-        if at[2] > contact or _turns_inside(
-            x3 - contact, v3 + nearer_m_s, speed[2] + nearer_m_s, h
-        ):
+        if at[2] > contact or self._turns_inside(speed[2] + nearer_m_s, nearer_m_s, h):
             self._press(drive, moving, nearer_m_s)
         else:
             self.at, self.speed, self.surface_m = at, speed, surface
 
     def _press(self, drive: Vector3, moving: Vector3, nearer: float) -> None:
         """In contact, or coming into it, over one base step in as many sub-steps as needed."""
-        evaluate, remember = self._evaluate, self._law.remember
-        (s11, s12, s13), (_, s22, s23), (_, _, s33) = self._stiffness
-        (m11, m12, m13), (_, m22, m23), (_, _, m33) = self._mass
-        beta, ratio, swing = self._damping_s, self._ratio, self._swing
-        static, kinetic = self._static, self._kinetic
-        g1, g2, g3 = moving
-        d1, d2, d3 = drive
-        x1, x2, x3 = self.at
-        v1, v2, v3 = self.speed
-        normal, kn, rubbing = self.normal_n, self._tangent, self.rubbing
-        surface = self.surface_m
         standing = moving == _ZERO and nearer == 0.0
         left, dt = self._step_s, 2.0 * self._sub_s
         self.resting = False
         while left > 0.0:
-            q1, q2, sliding, e1, e2, clinging, _ = rubbing
-            kt = ratio * kn
-            # how friction and normal force follow a small move of the tip
-            if sliding:
-                k11, k12, k22 = (
-                    kt * clinging * (1.0 - e1 * e1),
-                    -kt * clinging * e1 * e2,
-                    kt * clinging * (1.0 - e2 * e2),
-                )
-                k13, k23 = kinetic * kn * e1, kinetic * kn * e2
-            else:
-                k11 = k22 = kt
-                k12 = k13 = k23 = 0.0
-            a11, a12, a13 = s11 + k11, s12 + k12, s13 + k13
-            a21, a22, a23 = a12, s22 + k22, s23 + k23
-            a31, a32, a33 = s13, s23, s33 + kn
-            # inverse of the whole stiffness: where and how fast the tip would be without swinging
-            c11, c12, c13 = a22 * a33 - a23 * a32, a13 * a32 - a12 * a33, a12 * a23 - a13 * a22
-            c21, c22, c23 = a23 * a31 - a21 * a33, a11 * a33 - a13 * a31, a13 * a21 - a11 * a23
-            c31, c32, c33 = a21 * a32 - a22 * a31, a12 * a31 - a11 * a32, a11 * a22 - a12 * a21
-            scale = 1.0 / (a11 * c11 + a12 * c21 + a13 * c31)
-            if standing:
-                w1, w2, w3 = v1, v2, v3
-            else:
-                f1 = s11 * g1 + s12 * g2 + s13 * g3 - k13 * nearer
-                f2 = s12 * g1 + s22 * g2 + s23 * g3 - k23 * nearer
-                f3 = s13 * g1 + s23 * g2 + s33 * g3 - kn * nearer
-                w1 = v1 - scale * (c11 * f1 + c12 * f2 + c13 * f3)
-                w2 = v2 - scale * (c21 * f1 + c22 * f2 + c23 * f3)
-                w3 = v3 - scale * (c31 * f1 + c32 * f2 + c33 * f3)
-            y1, y2, y3 = d1 - x1, d2 - x2, d3 - x3
-            h1, h2, h3 = (
-                y1 + beta * (g1 - v1 + w1),
-                y2 + beta * (g2 - v2 + w2),
-                y3 + beta * (g3 - v3 + w3),
+            normal = self.normal_n
+            follow = following(
+                self.rubbing, self._ratio * self._tangent, self._tangent, self._kinetic
             )
-            r1 = s11 * h1 + s12 * h2 + s13 * h3 - q1
-            r2 = s12 * h1 + s22 * h2 + s23 * h3 - q2
-            r3 = s13 * h1 + s23 * h2 + s33 * h3 - normal
-            u1 = scale * (c11 * r1 + c12 * r2 + c13 * r3)
-            u2 = scale * (c21 * r1 + c22 * r2 + c23 * r3)
-            u3 = scale * (c31 * r1 + c32 * r2 + c33 * r3)
-            unbalanced = math.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
-            fast = math.sqrt(w1 * w1 + w2 * w2 + w3 * w3)
-            stiffest = self._stiffest + kn * (1.0 + kinetic)
-            if (
-                standing
-                and unbalanced < AT_REST_N
-                and math.sqrt(stiffest * self._heaviest) * fast < AT_REST_N
-            ):
-                v1 = v2 = v3 = 0.0
+            unbalanced, fast, ringing = self._swinging(drive, moving, nearer, follow)
+            stiffest = self._stiffest + self._tangent * (1.0 + self._kinetic)
+            if standing and unbalanced + math.sqrt(stiffest * self._heaviest) * fast < AT_REST_N:
+                self.speed = _ZERO
                 self.resting = normal > 0.0
                 break
-            b1, b2, b3 = k11 * u1 + k12 * u2 + k13 * u3, k12 * u1 + k22 * u2 + k23 * u3, kn * u3
-            z1, z2, z3 = k11 * w1 + k12 * w2 + k13 * w3, k12 * w1 + k22 * w2 + k23 * w3, kn * w3
-            ringing = math.sqrt(
-                b1 * b1 + b2 * b2 + b3 * b3 + (z1 * z1 + z2 * z2 + z3 * z3) * m33 / (s33 + kn)
-            )
-            size = normal if normal > 0.0 else -normal
-            small = QUIET_N + QUIET_SHARE * size
+            small = QUIET_N + QUIET_SHARE * abs(normal)
             quiet = ringing < small and unbalanced + self._quiet_soft * fast < small
             if dt > left:
                 dt = left
@@ -262,125 +206,162 @@ class SixTip:
                 rate = self._soft_rate
                 if ringing >= small:
                     omega2 = stiffest / self._lightest
-                    rate = math.sqrt(omega2) + 0.5 * beta * self._stiffest / self._lightest
-                if rate * dt > swing:
-                    dt = swing / rate
+                    rate = math.sqrt(omega2) + self._damping_rate
+                if rate * dt > self._swing:
+                    dt = self._swing / rate
             while True:
-                if quiet:
-                    per = 1.0 / dt
-                    inertia, spring, twice = per * per, 1.0 + beta * per, 1.0
-                    i1, i2, i3 = v1 * per, v2 * per, v3 * per
-                    h1, h2, h3 = y1 + g1 * (dt + beta), y2 + g2 * (dt + beta), y3 + g3 * (dt + beta)
-                else:
-                    per = 2.0 / dt
-                    inertia, spring, twice = per * per, 1.0 + beta * per, 2.0
-                    i1, i2, i3 = 2.0 * v1 * per, 2.0 * v2 * per, 2.0 * v3 * per
-                    both = dt + 2.0 * beta
-                    h1, h2, h3 = 2.0 * y1 + g1 * both, 2.0 * y2 + g2 * both, 2.0 * y3 + g3 * both
-                come = nearer * dt
-                f1 = (
-                    m11 * i1
-                    + m12 * i2
-                    + m13 * i3
-                    + s11 * h1
-                    + s12 * h2
-                    + s13 * h3
-                    - twice * q1
-                    - k13 * come
-                )
-                f2 = (
-                    m12 * i1
-                    + m22 * i2
-                    + m23 * i3
-                    + s12 * h1
-                    + s22 * h2
-                    + s23 * h3
-                    - twice * q2
-                    - k23 * come
-                )
-                f3 = (
-                    m13 * i1
-                    + m23 * i2
-                    + m33 * i3
-                    + s13 * h1
-                    + s23 * h2
-                    + s33 * h3
-                    - twice * normal
-                    - kn * come
-                )
-                base12 = inertia * m12 + spring * s12 + k12
-                a11, a12 = inertia * m11 + spring * s11 + k11, base12
-                a31 = inertia * m13 + spring * s13
-                a13 = a31 + k13
-                a22, a32 = inertia * m22 + spring * s22 + k22, inertia * m23 + spring * s23
-                a23 = a32 + k23
-                a33 = inertia * m33 + spring * s33 + kn
-                c11, c12, c13 = a22 * a33 - a23 * a32, a13 * a32 - a12 * a33, a12 * a23 - a13 * a22
-                c21, c22, c23 = a23 * a31 - a12 * a33, a11 * a33 - a13 * a31, a13 * a12 - a11 * a23
-                c31, c32, c33 = a12 * a32 - a22 * a31, a12 * a31 - a11 * a32, a11 * a22 - a12 * a12
-                scale = 1.0 / (a11 * c11 + a12 * c21 + a13 * c31)
-                t1 = scale * (c11 * f1 + c12 * f2 + c13 * f3)
-                t2 = scale * (c21 * f1 + c22 * f2 + c23 * f3)
-                t3 = scale * (c31 * f1 + c32 * f2 + c33 * f3)
-                if quiet:
-                    n1, n2, n3 = t1 * per, t2 * per, t3 * per
-                else:
-                    n1, n2, n3 = t1 * per - v1, t2 * per - v2, t3 * per - v3
-                depth = x3 + t3 - surface + come
-                normal1, kn1 = evaluate(depth)
-                if normal1 > 0.0:
-                    cap = (kinetic if sliding else static) * normal1
-                    rubbing1 = rub(rubbing, t1, t2, (kt, ratio * kn1), cap)
-                    size = normal1
-                else:
-                    rubbing1 = CLEAN
-                    size = -normal1
-                deeper = t3 + come
-                error1 = rubbing1[0] - q1 - k11 * t1 - k12 * t2 - k13 * deeper
-                error2 = rubbing1[1] - q2 - k12 * t1 - k22 * t2 - k23 * deeper
-                error3 = normal1 - normal - kn * deeper
-                allowed = self._error_factor * (ERROR_N + ERROR_SHARE * size)
-                if dt <= _SHORTEST_S:
-                    break
-                if error1 * error1 + error2 * error2 + error3 * error3 <= allowed * allowed and (
-                    normal1 != 0.0
-                    or normal != 0.0
-                    or not _turns_inside(
-                        x3 - surface - self._law.residual_m, v3 + nearer, n3 + nearer, dt
+                move, speed = self._moved(drive, moving, nearer * dt, follow, dt, quiet)
+                depth = self.at[2] + move[2] - self.surface_m + nearer * dt
+                force, tangent = self._evaluate(depth)
+                rubbing = CLEAN
+                if force > 0.0:
+                    most = (self._kinetic if self.rubbing[2] else self._static) * force
+                    stiffness = self._ratio * self._tangent, self._ratio * tangent
+                    rubbing = rub(self.rubbing, move[0], move[1], stiffness, most)
+                if dt <= _SHORTEST_S or (
+                    self._is_linear(move, nearer * dt, follow, force, rubbing)
+                    and (
+                        force != 0.0
+                        or normal != 0.0
+                        or not self._turns_inside(speed[2] + nearer, nearer, dt)
                     )
                 ):
                     break
                 dt *= 0.5
-            friction = math.sqrt(rubbing1[0] * rubbing1[0] + rubbing1[1] * rubbing1[1])
-            if normal1 > 0.0:
-                most = normal1
-                if v3 + nearer > 0.0 > n3 + nearer:
-                    before = x3 - surface
-                    speed, slower = v3 + nearer, n3 + nearer
-                    most = max(
-                        most, evaluate(before + 0.5 * dt * speed * speed / (speed - slower))[0]
-                    )
-                self._note(most + ringing if quiet and ringing > 0.0 else most, friction)
-            remember(depth)
-            surface -= come
-            x1, x2, x3 = x1 + t1, x2 + t2, x3 + t3
-            v1, v2, v3 = n1, n2, n3
-            normal, kn = normal1, kn1
-            if rubbing1[2]:
-                self.slid_m += rubbing1[6]
-                if not sliding and kinetic < static:  # it has come loose
-                    lower = kinetic / static
-                    rubbing1 = rubbing1._replace(x=rubbing1[0] * lower, y=rubbing1[1] * lower)
-            rubbing = rubbing1
-            d1, d2, d3 = d1 + g1 * dt, d2 + g2 * dt, d3 + g3 * dt
+            if force > 0.0:
+                most = self._most(speed[2] + nearer, nearer, dt, force)
+                friction = math.sqrt(rubbing[0] * rubbing[0] + rubbing[1] * rubbing[1])
+                self._note(most + ringing if quiet else most, friction)
+            self._law.remember(depth)
+            if rubbing[2]:
+                self.slid_m += rubbing[6]
+                if not self.rubbing[2] and self._kinetic < self._static:  # it has come loose
+                    lower = self._kinetic / self._static
+                    rubbing = rubbing._replace(x=rubbing[0] * lower, y=rubbing[1] * lower)
+            x, y, z = self.at
+            self.at = (x + move[0], y + move[1], z + move[2])
+            self.speed, self.surface_m = speed, self.surface_m - nearer * dt
+            self.normal_n, self._tangent, self.rubbing = force, tangent, rubbing
+            x, y, z = drive
+            drive = (x + moving[0] * dt, y + moving[1] * dt, z + moving[2] * dt)
             left -= dt
             self.sub_steps += 1
             if left < 1e-12:
                 break
             dt *= 2.0
         self._sub_s = dt
-        self.at, self.speed, self.surface_m = (x1, x2, x3), (v1, v2, v3), surface
-        self.normal_n, self._tangent, self.rubbing = normal, kn, rubbing
+
+    def _swinging(
+        self, drive: Vector3, moving: Vector3, nearer: float, follow: Follow
+    ) -> tuple[float, float, float]:
+        """How far the tip is from going quietly where springs and payload lead it.
+
+        Unbalanced force, speed beside the quiet one, and what of the contact force swings with it.
+        """
+        (s11, s12, s13), (_, s22, s23), (_, _, s33) = self._stiffness
+        k11, k12, k22, k13, k23 = follow
+        kn = self._tangent
+        whole = (
+            (s11 + k11, s12 + k12, s13 + k13),
+            (s12 + k12, s22 + k22, s23 + k23),
+            (s13, s23, s33 + kn),
+        )
+        (x1, x2, x3), (v1, v2, v3) = self.at, self.speed
+        (d1, d2, d3), (g1, g2, g3) = drive, moving
+        w1, w2, w3 = v1, v2, v3
+        if g1 or g2 or g3 or nearer:
+            f1 = s11 * g1 + s12 * g2 + s13 * g3 - k13 * nearer
+            f2 = s12 * g1 + s22 * g2 + s23 * g3 - k23 * nearer
+            f3 = s13 * g1 + s23 * g2 + s33 * g3 - kn * nearer
+            q1, q2, q3 = solved(whole, (f1, f2, f3))
+            w1, w2, w3 = v1 - q1, v2 - q2, v3 - q3
+        beta = self._damping_s
+        h1 = d1 - x1 + beta * (g1 - v1 + w1)
+        h2 = d2 - x2 + beta * (g2 - v2 + w2)
+        h3 = d3 - x3 + beta * (g3 - v3 + w3)
+        r1 = s11 * h1 + s12 * h2 + s13 * h3 - self.rubbing[0]
+        r2 = s12 * h1 + s22 * h2 + s23 * h3 - self.rubbing[1]
+        r3 = s13 * h1 + s23 * h2 + s33 * h3 - self.normal_n
+        u1, u2, u3 = solved(whole, (r1, r2, r3))
+        b1, b2, b3 = k11 * u1 + k12 * u2 + k13 * u3, k12 * u1 + k22 * u2 + k23 * u3, kn * u3
+        z1, z2, z3 = k11 * w1 + k12 * w2 + k13 * w3, k12 * w1 + k22 * w2 + k23 * w3, kn * w3
+        slow2 = self._mass[2][2] / (s33 + kn)
+        return (
+            math.sqrt(r1 * r1 + r2 * r2 + r3 * r3),
+            math.sqrt(w1 * w1 + w2 * w2 + w3 * w3),
+            math.sqrt(b1 * b1 + b2 * b2 + b3 * b3 + (z1 * z1 + z2 * z2 + z3 * z3) * slow2),
+        )
+
+    def _moved(
+        self, drive: Vector3, moving: Vector3, come: float, follow: Follow, dt: float, quiet: bool
+    ) -> tuple[Vector3, Vector3]:
+        """Move over a sub-step and speed at its end; the plate has come nearer by `come`."""
+        (s11, s12, s13), (_, s22, s23), (_, _, s33) = self._stiffness
+        (m11, m12, m13), (_, m22, m23), (_, _, m33) = self._mass
+        k11, k12, k22, k13, k23 = follow
+        kn = self._tangent
+        (x1, x2, x3), (v1, v2, v3) = self.at, self.speed
+        (d1, d2, d3), (g1, g2, g3) = drive, moving
+        weight = 1.0 if quiet else 2.0  # backward Euler, or the trapezoidal rule
+        per = weight / dt
+        lead = dt + weight * self._damping_s
+        inertia, spring, push = per * per, 1.0 + self._damping_s * per, weight * per
+        h1, h2, h3 = (
+            weight * (d1 - x1) + g1 * lead,
+            weight * (d2 - x2) + g2 * lead,
+            weight * (d3 - x3) + g3 * lead,
+        )
+        friction_x, friction_y = weight * self.rubbing[0], weight * self.rubbing[1]
+        f1 = push * (m11 * v1 + m12 * v2 + m13 * v3) + s11 * h1 + s12 * h2 + s13 * h3
+        f2 = push * (m12 * v1 + m22 * v2 + m23 * v3) + s12 * h1 + s22 * h2 + s23 * h3
+        f3 = push * (m13 * v1 + m23 * v2 + m33 * v3) + s13 * h1 + s23 * h2 + s33 * h3
+        a12, a13, a23 = (
+            inertia * m12 + spring * s12,
+            inertia * m13 + spring * s13,
+            inertia * m23 + spring * s23,
+        )
+        t1, t2, t3 = move = solved(
+            (
+                (inertia * m11 + spring * s11 + k11, a12 + k12, a13 + k13),
+                (a12 + k12, inertia * m22 + spring * s22 + k22, a23 + k23),
+                (a13, a23, inertia * m33 + spring * s33 + kn),
+            ),
+            (
+                f1 - friction_x - k13 * come,
+                f2 - friction_y - k23 * come,
+                f3 - weight * self.normal_n - kn * come,
+            ),
+        )
+        if quiet:
+            return move, (t1 * per, t2 * per, t3 * per)
+        return move, (t1 * per - v1, t2 * per - v2, t3 * per - v3)
+
+    def _is_linear(
+        self, move: Vector3, come: float, follow: Follow, force_n: float, rubbing: Rubbing
+    ) -> bool:
+        """Whether the contact has answered a move as it was linearised."""
+        k11, k12, k22, k13, k23 = follow
+        x, y, deeper = move[0], move[1], move[2] + come
+        before = self.rubbing
+        error1 = rubbing[0] - before[0] - k11 * x - k12 * y - k13 * deeper
+        error2 = rubbing[1] - before[1] - k12 * x - k22 * y - k23 * deeper
+        error3 = force_n - self.normal_n - self._tangent * deeper
+        allowed = self._error_factor * (ERROR_N + ERROR_SHARE * abs(force_n))
+        return error1 * error1 + error2 * error2 + error3 * error3 <= allowed * allowed
+
+    def _turns_inside(self, later: float, nearer: float, dt: float) -> bool:
+        """Whether a tip that is apart before and after `dt` touches in between."""
+        speed = self.speed[2] + nearer
+        outside_m = self.at[2] - self.surface_m - self._law.residual_m
+        return speed > 0.0 > later and outside_m + 0.5 * dt * speed**2 / (speed - later) > 0.0
+
+    def _most(self, later: float, nearer: float, dt: float, force_n: float) -> float:
+        """Largest normal force of a sub-step that ends with `force_n`."""
+        speed = self.speed[2] + nearer
+        if not speed > 0.0 > later:
+            return force_n
+        turn_m = self.at[2] - self.surface_m + 0.5 * dt * speed**2 / (speed - later)
+        return max(force_n, self._evaluate(turn_m)[0])
 
     def _note(self, normal_n: float, friction_n: float) -> None:
         """Keep the largest resultant, and the largest that counts against the elastic limit."""
@@ -391,8 +372,3 @@ class SixTip:
             equivalent_n = resultant / limit_left(friction_n / normal_n)
             if equivalent_n > self.peak_equivalent_n:
                 self.peak_equivalent_n = equivalent_n
-
-
-def _turns_inside(outside_m: float, speed: float, later: float, dt: float) -> bool:
-    """Whether a tip that is apart before and after `dt` touches in between."""
-    return speed > 0.0 > later and outside_m + 0.5 * dt * speed * speed / (speed - later) > 0.0
