@@ -203,12 +203,14 @@ def test_each_component_has_its_own_full_scale(sensor, truth):
     """A small sensor overloads by its moment first."""
     live = opened(still(replace(rub(0.3, x=0.6), sensor=replace(LEVER, **sensor)), **truth))
     assert live.force.fault() is None
-    press(live)
+    load = press(live).plant.load
     sample = last(live.force)
     assert sample.status == Status.OVERRANGE | Status.SATURATED
     assert live.force.fault().code is FaultCode.OVERLOAD
     limits = [sensor.get("lateral_range_n", 1000.0)] * 2 + [truth.get("force_range_n", 1000.0)]
     limits += [sensor.get("torque_range_nm", math.inf)] * 3
+    if not truth:
+        assert sample.wrench[2] == pytest.approx(load[2])
     assert all(abs(v) <= 1.2 * m * (1 + 1e-12) for v, m in zip(sample.wrench, limits, strict=True))
 
 

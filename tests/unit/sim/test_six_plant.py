@@ -144,18 +144,23 @@ def test_it_slides_at_the_static_and_goes_on_at_the_kinetic_friction():
     six = plant(rig(), rub(0.3, 0.2))
     go(six, SURFACE_M + 1e-3)
     normal_n = six.normal_n
-    most, least, slid = 0.0, math.inf, []
+    most, least, slid, going_on, slides = 0.0, math.inf, [], [], False
     for i in range(4000):
         six.command_shift(six.time_s, 1e-7 * i, 0.0)
         six.step()
         share = six.friction_n / six.normal_n
         most = max(most, share)
+        if slides and six.tip.rubbing.sliding:
+            going_on.append(share)
+        slides = six.tip.rubbing.sliding
         if six.slid_m > 0.0:
             least = min(least, share)
             slid.append(six.slid_m)
     assert six.normal_n == pytest.approx(normal_n, rel=2e-3)
     assert most == pytest.approx(0.3, rel=2e-3)
     assert least < 0.21
+    assert going_on
+    assert max(going_on) == pytest.approx(0.2, rel=1e-6)
     assert six.load[0] > 0.0  # it pushes the plate along
     jumps = [b - a for a, b in pairwise(slid)]
     assert max(jumps) > 20 * sorted(jumps)[len(jumps) // 2]  # it goes on by jerks
@@ -341,6 +346,9 @@ def test_brake_and_push_limit_hold_all_drives():
     wait(six, 0.1)
     assert (six.shift_m, six.drive_m) == at
     assert six.drive_speed == 0.0
+    six.braked = False
+    wait(six, 0.1)
+    assert (six.shift_m, six.drive_m) == at
 
 
 def test_drives_across_the_press_have_the_limits_of_the_one_along_it():
