@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import broken
 import pytest
-from virtual import Virtual
+from virtual import SIX_AXES, SPEC, Virtual
 
 from stepload.rig.contract import CheckStatus, run_check, run_trial
 from stepload.rig.contract_loss import check_lost_link, check_stale
@@ -130,9 +130,10 @@ def test_a_broken_driver_is_refused_with_the_reason(which, name, check, reason):
     assert reason in failed(which, name).get(check, "the check passed")
 
 
+@pytest.mark.parametrize("spec", [SPEC, SIX_AXES], ids=["one axis", "six axes"])
 @pytest.mark.parametrize("which", ["force", "displacement", "arm"])
-def test_the_healthy_driver_passes_and_what_was_not_tried_is_said(which):
-    results = run_trial(Virtual(which).trial())
+def test_the_healthy_driver_passes_and_what_was_not_tried_is_said(which, spec):
+    results = run_trial(Virtual(which, spec=spec).trial())
     assert [r for r in results if r.status is CheckStatus.FAILED] == []
     assert all(r.message for r in results if r.status is CheckStatus.SKIPPED)
 

@@ -8,12 +8,23 @@ from dataclasses import replace
 
 from stepload.rig.contract import Trial
 from stepload.rig.device import Device
-from stepload.rig.world import SimulatedRig, WorldFault
+from stepload.rig.mount import Mount, SensorMount
+from stepload.rig.world import SimulatedRig, WorldFault, WorldSpec
 from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_drivers.sim.world import open_world
 
 SPEC = replace(DEFAULT_SPEC, gauge_rate_hz=100.0)
+SIX_AXES = replace(
+    SPEC,
+    mount=Mount(
+        compliance_m_per_n=((2e-7, 0.0, 8e-8), (0.0, 2e-7, 0.0), (8e-8, 0.0, 1.0 / 3.49e6)),
+        friction_static=0.3,
+        friction_kinetic=0.25,
+        plate_tilt_rad=(0.02, -0.03),
+        sensor=SensorMount((0.02, -0.03, 0.1), torque_noise_nm=0.01, torque_quantum_nm=0.005),
+    ),
+)
 LOST = {"arm": "arm_lost", "force": "lost", "displacement": "lost"}
 PRESS_M = 30e-6
 
@@ -24,16 +35,20 @@ class Virtual:
     Args:
         which: "arm", "force" or "displacement".
         breaks: makes a broken class of the healthy one.
+        spec: the world.
     """
 
     def __init__(
-        self, which: str, breaks: Callable[[type], type] = lambda healthy: healthy
+        self,
+        which: str,
+        breaks: Callable[[type], type] = lambda healthy: healthy,
+        spec: WorldSpec = SPEC,
     ) -> None:
-        self.which, self._breaks = which, breaks
+        self.which, self._breaks, self._spec = which, breaks, spec
         self.rig: SimulatedRig | None = None
 
     def make(self, more: Mapping[str, object] | None = None) -> Device:
-        self.rig = open_world(SPEC)
+        self.rig = open_world(self._spec)
         device = getattr(self.rig, self.which)
         return self._breaks(type(device))(device._find_host, **(more or {}))
 

@@ -15,8 +15,8 @@ from typing import Any, Protocol
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample, Status
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.mechanics import Mechanics
 from stepload_drivers.sim.noise import normal_source, smooth_error
-from stepload_drivers.sim.plant import Plant
 
 ARM_CLOCK_S = 5000.0
 """What the arm's own clock shows when the world begins; devices have been up for a while."""
@@ -266,7 +266,7 @@ class GaugeChannel(Channel):
     __slots__ = ("_offset", "_plant")
 
     def __init__(
-        self, plant: Plant, spec: WorldSpec, *, offset_m: float, stream: int, faults: Schedule
+        self, plant: Mechanics, spec: WorldSpec, *, offset_m: float, stream: int, faults: Schedule
     ) -> None:
         super().__init__(
             rate_hz=spec.gauge_rate_hz,
@@ -313,7 +313,7 @@ class ArmChannel(Channel):
     )
 
     def __init__(
-        self, plant: Plant, spec: WorldSpec, *, force_offset_n: float, faults: Schedule
+        self, plant: Mechanics, spec: WorldSpec, *, force_offset_n: float, faults: Schedule
     ) -> None:
         super().__init__(
             rate_hz=spec.arm_rate_hz,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stepload_drivers.sim.channels import Pressed
-from stepload_drivers.sim.plant import Plant
+from stepload_drivers.sim.mechanics import Mechanics
 
 
 class Carrying:
@@ -11,7 +11,7 @@ class Carrying:
 
     __slots__ = ("_mass_kg", "_plant", "_pressed")
 
-    def __init__(self, pressed: Pressed, plant: Plant, mass_kg: float) -> None:
+    def __init__(self, pressed: Pressed, plant: Mechanics, mass_kg: float) -> None:
         self._pressed = pressed
         self._plant = plant
         self._mass_kg = mass_kg
@@ -25,6 +25,6 @@ class Carrying:
         return self._pressed.last_force_n + self._mass_kg * self._plant.tip_acceleration_m_s2
 
 
-def carrying(pressed: Pressed, plant: Plant, mass_kg: float) -> Pressed:
+def carrying(pressed: Pressed, plant: Mechanics, mass_kg: float) -> Pressed:
     """`pressed` with the inertia of this mass; itself without one."""
     return Carrying(pressed, plant, mass_kg) if mass_kg else pressed

@@ -14,8 +14,12 @@ from stepload.errors import DeviceError
 from stepload.rig.clock import MonotonicClock
 from stepload.rig.device import Identity
 from stepload.rig.faults import FaultCode
+from stepload.rig.mount import ZERO, Vector3
+from stepload.rig.samples import SixFloats
 from stepload.rig.world import PayloadTruth, WorldSpec
+from stepload_drivers.sim.felt import Felt
 from stepload_drivers.sim.simulation import World
+from stepload_drivers.sim.six_plant import SixPlant
 
 
 def smooth_payload(k: float, n: float) -> PayloadTruth:
@@ -74,6 +78,10 @@ class LiveState(NamedTuple):
     (a sensor's emulator adds its own noise and quantum), `acceleration_m_s2` that of the tip, which
     a sensor that carries a tool feels too; `arm_force_n` the arm's estimate, NaN for
     none; `deformation_m` the true approach of the bodies, negative apart.
+
+    Of a rig with six axes also `load_n`, the contact force in the pressing frame, `shift_m`, where
+    the drives across the press are, and `felt`, what the main sensor feels without its noise, zero
+    and the tool's constant weight; `felt` is None with one axis.
     """
 
     time_s: float
@@ -86,6 +94,9 @@ class LiveState(NamedTuple):
     deformation_m: float
     peak_force_n: float
     acceleration_m_s2: float
+    load_n: Vector3 = ZERO
+    shift_m: tuple[float, float] = (0.0, 0.0)
+    felt: SixFloats | None = None
 
 
 class LiveWorld:
@@ -106,6 +117,9 @@ class LiveWorld:
         for channel in self.world.channels:
             channel.origin_s = self.origin_s
         self._delay_s = spec.command_delay_s
+        plant = self.world.plant
+        self._six = plant if isinstance(plant, SixPlant) else None
+        self._felt = _felt_by_emulators(plant, spec) if isinstance(plant, SixPlant) else None
         self._lock = threading.Lock()
         steps = round(_HISTORY_S / self.world.plant.step_s)
         self._states = deque([self._state()], maxlen=steps)
@@ -127,6 +141,12 @@ class LiveWorld:
         with self._lock:
             self.world.plant.command(self.world.time_s + self._delay_s, position_m)
 
+    def command_shift(self, x_m: float, y_m: float) -> None:
+        """Likewise across the press; nothing happens in a world with one axis."""
+        with self._lock:
+            if self._six is not None:
+                self._six.command_shift(self.world.time_s + self._delay_s, x_m, y_m)
+
     def state(self) -> LiveState:
         """The world at the time that has been simulated so far."""
         with self._lock:
@@ -142,7 +162,7 @@ class LiveWorld:
 
     def _state(self) -> LiveState:
         plant = self.world.plant
-        return LiveState(
+        state = LiveState(
             time_s=self.origin_s + plant.time_s,
             position_m=self.world.arm.last,
             speed_m_s=plant.drive_speed,
@@ -154,12 +174,21 @@ class LiveWorld:
             peak_force_n=plant.peak_n,
             acceleration_m_s2=plant.tip_acceleration_m_s2,
         )
+        if self._six is None or self._felt is None:
+            return state
+        six = self._six
+        return state._replace(load_n=six.load, shift_m=six.shift_m, felt=self._felt.wrench())
 
     def catch_up(self) -> float:
         """Simulate up to now; returns the monotonic time."""
         now_s = time.monotonic()
         self.advance_to(now_s)
         return now_s
+
+
+def _felt_by_emulators(plant: SixPlant, spec: WorldSpec) -> Felt:
+    """What the main sensor feels; its emulator knows of the tool's weight itself."""
+    return Felt(plant, plant.mount.sensor, spec.force_axis, spec.force_tool_mass_kg, weighs=False)
 
 
 class _Shared:

@@ -150,6 +150,11 @@ class Plant:
         return self._peak_n
 
     @property
+    def peak_equivalent_n(self) -> float:
+        """The same: with one axis no lateral load lowers what the payload bears."""
+        return self._peak_n
+
+    @property
     def surface_m(self) -> float:
         """Travel at which the virgin payload touches."""
         return self._surface

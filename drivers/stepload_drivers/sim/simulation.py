@@ -21,7 +21,8 @@ from stepload_drivers.sim.faults import Schedule, check_kinds
 from stepload_drivers.sim.inertia import carrying
 from stepload_drivers.sim.noise import normal_source
 from stepload_drivers.sim.sensor_errors import Bent, sideways
-from stepload_drivers.sim.slow import plant_of
+from stepload_drivers.sim.six_plant import SixPlant
+from stepload_drivers.sim.six_world import SixArmChannel, main_force, mechanics_of, second_force
 
 _EARLY_S = 1e-9
 _LONGEST_STEP_S = 1e-3
@@ -57,15 +58,40 @@ class World:
         self.spec = spec
         period_s = 1.0 / spec.arm_rate_hz
         parts = math.ceil(period_s / _LONGEST_STEP_S - 1e-6)
-        self.plant = plant_of(spec, contact_of(spec), step_s=period_s / parts)
+        self.plant = mechanics_of(spec, contact_of(spec), step_s=period_s / parts)
         self._step_s = self.plant.step_s
         chance = np.random.default_rng([spec.seed, 0])
         arm_offset_n = float(chance.normal()) * spec.arm_force_noise_n
         gauge_zero_m = float(chance.uniform(-_GAUGE_ZERO_M, _GAUGE_ZERO_M))
         second_offset_n = float(chance.normal()) * 3.0 * spec.second_force_noise_n
-        self.arm = ArmChannel(
-            self.plant, spec, force_offset_n=arm_offset_n, faults=Schedule.for_arm(spec.faults)
-        )
+        arm_faults = Schedule.for_arm(spec.faults)
+        self.arm: ArmChannel
+        self.force: Channel
+        self.second_force: Channel | None = None
+        if isinstance(self.plant, SixPlant):
+            six = self.plant
+            self.arm = SixArmChannel(six, spec, force_offset_n=arm_offset_n, faults=arm_faults)
+            self.force = main_force(spec, six)
+            if spec.second_force_rate_hz > 0.0:
+                self.second_force = second_force(spec, six, second_offset_n)
+        else:
+            self._one_axis(spec, arm_offset_n, second_offset_n, arm_faults)
+        self.channels: list[Channel] = [self.arm, self.force]
+        if self.second_force is not None:
+            self.channels.append(self.second_force)
+        self.gauge: GaugeChannel | None = None
+        if spec.gauge_rate_hz > 0.0:
+            faults = Schedule(spec.faults, prefix="gauge_")
+            self.gauge = GaugeChannel(
+                self.plant, spec, offset_m=gauge_zero_m, stream=40, faults=faults
+            )
+            self.channels.append(self.gauge)
+
+    def _one_axis(
+        self, spec: WorldSpec, arm_offset_n: float, second_offset_n: float, arm_faults: Schedule
+    ) -> None:
+        """Arm and force sensors of a rig with the pressing axis alone."""
+        self.arm = ArmChannel(self.plant, spec, force_offset_n=arm_offset_n, faults=arm_faults)
         bent = spec.lateral * spec.cross_talk or spec.sensor_quadratic or spec.sensor_cubic
         self.force = ForceChannel(
             carrying(
@@ -92,8 +118,6 @@ class World:
                 noise=normal_source(spec.seed, 21, spec.force_noise_n),
             ),
         )
-        self.channels: list[Channel] = [self.arm, self.force]
-        self.second_force: ForceChannel | None = None
         if spec.second_force_rate_hz > 0.0:
             self.second_force = ForceChannel(
                 carrying(self.plant, self.plant, spec.second_tool_mass_kg),
@@ -116,14 +140,6 @@ class World:
                     noise=normal_source(spec.seed, 31, spec.second_force_noise_n),
                 ),
             )
-            self.channels.append(self.second_force)
-        self.gauge: GaugeChannel | None = None
-        if spec.gauge_rate_hz > 0.0:
-            faults = Schedule(spec.faults, prefix="gauge_")
-            self.gauge = GaugeChannel(
-                self.plant, spec, offset_m=gauge_zero_m, stream=40, faults=faults
-            )
-            self.channels.append(self.gauge)
 
     @property
     def time_s(self) -> float:
@@ -133,6 +149,10 @@ class World:
     @property
     def true_peak_force_n(self) -> float:
         return self.plant.peak_n
+
+    @property
+    def true_peak_equivalent_n(self) -> float:
+        return self.plant.peak_equivalent_n
 
     @property
     def true_force_n(self) -> float:

@@ -12,6 +12,7 @@ from stepload.contact.elastic import equivalent_modulus, equivalent_radius
 from stepload.contact.limit import softer_body
 from stepload.contact.rough import HARDNESS_OVER_YIELD, roughness_number
 from stepload.engine.first_loading import true_deformation
+from stepload.engine.rehearse_mount import mount_of
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.theory import Theory
 from stepload.errors import BadInputError
@@ -106,6 +107,7 @@ def world_for(
         sensor_cubic=simulation.sensor_cubic,
         force_tool_mass_kg=force.tool_mass_kg or 0.0,
         second_tool_mass_kg=second.tool_mass_kg or 0.0,
+        mount=mount_of(simulation, stiffness),
     )
 
 

@@ -18,6 +18,7 @@ from stepload.plan.leaves import (
     Share,
     Stiffness,
 )
+from stepload.plan.mounting import Mounting
 from stepload.plan.sections import Key
 
 _Factor = Annotated[float, Number(0.01, 100.0)]
@@ -138,6 +139,10 @@ class Simulation:
         _Bend,
         Key("Error of the force sensor at full scale that grows as F³, share of full scale."),
     ] = 0.0
+    mount: Annotated[
+        Mounting | None,
+        Key("Six axes: tip that gives way sideways, friction, tilt; none: the pressing axis only."),
+    ] = None
 
 
 AS_DECLARED = Simulation()

@@ -15,6 +15,7 @@ from typing import Protocol
 from stepload.errors import BadInputError
 from stepload.rig.clock import Clock
 from stepload.rig.device import Arm, DisplacementSensor, ForceSensor
+from stepload.rig.mount import Mount
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +87,7 @@ class WorldSpec:
     errors of `sensor_quadratic` and `sensor_cubic` of full scale at full scale.
     `force_tool_mass_kg` hangs on the measured side of the force sensor, which feels it being
     accelerated; `second_tool_mass_kg` is the same of the second channel, also where that is the
-    arm's own force.
+    arm's own force. `mount` gives the rig six axes; without it, it has the pressing axis alone.
     """
 
     seed: int
@@ -136,6 +137,7 @@ class WorldSpec:
     sensor_cubic: float = 0.0
     force_tool_mass_kg: float = 0.0
     second_tool_mass_kg: float = 0.0
+    mount: Mount | None = None
 
 
 class WorldView(Protocol):
@@ -143,7 +145,15 @@ class WorldView(Protocol):
 
     @property
     def true_peak_force_n(self) -> float:
-        """Largest true contact force so far."""
+        """Largest true contact force so far: the resultant of all its components."""
+        ...
+
+    @property
+    def true_peak_equivalent_n(self) -> float:
+        """Largest |f|/g(t) so far: the axial force that brings the payload as near to its limit.
+
+        g is the share of the elastic limit that a lateral share t = tangential/normal force leaves.
+        """
         ...
 
     @property

@@ -163,6 +163,29 @@ rig:
     cross_talk: 2 %
     sensor_quadratic: 0.5 %
     sensor_cubic: -0.2 %
+    mount:
+      coupling_x: 40 %
+      coupling_y: 5 %
+      lateral_compliance: 0.9
+      turn: 20 µrad/N
+      friction: 0.3
+      friction_kinetic: 0.25
+      tangential_ratio: 0.7
+      tilt_x: 0.5 deg
+      tilt_y: 1 deg
+      sensor_turn_x: 0.4 deg
+      sensor_turn_y: 0.3 deg
+      sensor_turn_z: 90 deg
+      sensor_lever: 150 mm
+      eccentricity_x: 1 mm
+      eccentricity_y: 0.5 mm
+      cross_talk: 1 %
+      torque_noise: 3 mN m
+      torque_resolution: 1 mN m
+      torque_range: 10 N m
+      gauge_offset_x: 20 mm
+      gauge_offset_y: 5 mm
+      tool_cog: 80 mm
 procedure:
   step: 50 N
   top_force: 300 N

@@ -32,6 +32,7 @@ from stepload.plan.sections import Kind, OneOf, nested_kinds, written_entries
 
 RANGES = {
     "above 0 to 10 m": """
+        rig.simulation.mount.tool_cog
         payload.geometry.sphere.radius payload.geometry.sphere.counter_radius
         payload.geometry.cone_tip.radius payload.geometry.pyramid_tip.radius
         payload.geometry.flat_punch.radius payload.geometry.power.gap
@@ -65,7 +66,7 @@ RANGES = {
         rig.system_stiffness.msde rig.system_stiffness.smooth_error rig.load_path
         rig.simulation.kinematic_error calibration.msde calibration.smooth_error
         rig.simulation.roughness rig.simulation.seating rig.simulation.slip
-        rig.simulation.pad_depth
+        rig.simulation.pad_depth rig.simulation.mount.sensor_lever
         rig.system_stiffness.deflection_sigma calibration.deflection_sigma
     """,
     "0 to 0.001 1/K": "payload.thermal_expansion rig.thermal_expansion",
@@ -105,7 +106,11 @@ RANGES = {
     "0 to 1": "calibration.deflection_common calibration.share_reach",
     "-2 to 2": "calibration.at_share",
     "-100 to 100 rad": "calibration.joints calibration.tcp_rotation",
-    "-10 to 10 m": "calibration.tcp_position",
+    "-10 to 10 m": """
+        calibration.tcp_position
+        rig.simulation.mount.eccentricity_x rig.simulation.mount.eccentricity_y
+        rig.simulation.mount.gauge_offset_x rig.simulation.mount.gauge_offset_y
+    """,
     "1 to 1e6": "rig.system_stiffness.smooth_degrees calibration.smooth_degrees",
     "-50 to 150 degC": """
         rig.system_stiffness.temperature identify.temperature calibration.temperature
@@ -121,10 +126,25 @@ RANGES = {
     "0 to 1000 %": "rig.simulation.softness",
     "-200 to 200 %": """
         rig.simulation.lateral rig.simulation.lateral_coupling rig.system_stiffness.at_share
+        rig.simulation.mount.coupling_x rig.simulation.mount.coupling_y
     """,
     "-0.01 to 0.01 m/N": "rig.system_stiffness.across calibration.across",
     "above 0 to 0.01 m/N": "rig.system_stiffness.across_sigma calibration.across_sigma",
     "-1 to 1": "rig.system_stiffness.across_correlation calibration.across_correlation",
+    "0.001 to 1000": "rig.simulation.mount.lateral_compliance",
+    "-0.01 to 0.01 rad/N": "rig.simulation.mount.turn",
+    "0 to 2": "rig.simulation.mount.friction rig.simulation.mount.friction_kinetic",
+    "above 0 to 2": "rig.simulation.mount.tangential_ratio",
+    "-30 to 30 deg": """
+        rig.simulation.mount.tilt_x rig.simulation.mount.tilt_y
+        rig.simulation.mount.sensor_turn_x rig.simulation.mount.sensor_turn_y
+    """,
+    "-180 to 180 deg": "rig.simulation.mount.sensor_turn_z",
+    "-50 to 50 %": "rig.simulation.mount.cross_talk",
+    "0 to 10000 N m": """
+        rig.simulation.mount.torque_noise rig.simulation.mount.torque_resolution
+        rig.simulation.mount.torque_range
+    """,
     "-100 to 100 %": "rig.simulation.cross_talk",
     "-10 to 10 %": "rig.simulation.sensor_quadratic rig.simulation.sensor_cubic",
     "above 0 to 1e6 N/s": "procedure.load_rate",

@@ -13,7 +13,8 @@ from stepload_drivers.sim.live import DEFAULT_SPEC, LiveWorld
 from stepload_verify.emulators.catalog import CAN_SENSORS, EMULATORS
 from stepload_verify.emulators.emulator import Emulator
 from stepload_verify.emulators.faults import FaultBoard
-from stepload_verify.emulators.physics import WrenchSource
+from stepload_verify.emulators.mount_file import mount_from
+from stepload_verify.emulators.physics import AXES, Wrench, WrenchSource
 from stepload_verify.emulators.tool import Tool
 from stepload_verify.emulators.ur_world import LiveAxis
 
@@ -26,12 +27,25 @@ class WorldPhysics:
         self._bias_n = spec.start_force_bias_n
         self._drift_n_per_s = spec.force_drift_n_per_s
         self._mass_kg = spec.force_tool_mass_kg
+        self._index = AXES.index(spec.force_axis[1:])
+        self._sign = -1.0 if spec.force_axis[0] == "-" else 1.0
 
     def force_n(self, time_s: float) -> float:
         age_s = time_s - self._world.origin_s
         state = self._world.at(time_s)
-        felt_n = state.force_n + self._mass_kg * state.acceleration_m_s2
+        if state.felt is None:
+            felt_n = state.force_n + self._mass_kg * state.acceleration_m_s2
+        else:
+            felt_n = self._sign * state.felt[self._index]
         return felt_n + self._bias_n + self._drift_n_per_s * age_s
+
+    def beside(self, time_s: float) -> Wrench | None:
+        """The wrench without the component that shows the press; None of a rig with one axis."""
+        felt = self._world.at(time_s).felt
+        if felt is None:
+            return None
+        a, b, c, d, e, f = (0.0 if i == self._index else part for i, part in enumerate(felt))
+        return a, b, c, d, e, f
 
     def closed_m(self, time_s: float) -> float:
         return self._world.at(time_s).deformation_m
@@ -52,6 +66,8 @@ def load_spec(path: Path) -> WorldSpec:
         data: dict[str, Any] = json.loads(path.read_text())
         if "payload" in data:
             data["payload"] = PayloadTruth(**data["payload"])
+        if data.get("mount") is not None:
+            data["mount"] = mount_from(data["mount"])
         if "faults" in data:
             data["faults"] = tuple(WorldFault(**fault) for fault in data["faults"])
         return replace(DEFAULT_SPEC, **data)

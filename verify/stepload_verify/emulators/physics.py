@@ -8,6 +8,9 @@ from typing import Protocol
 
 from stepload_verify.emulators.tool import Tool
 
+AXES = ("fx", "fy", "fz")
+Wrench = tuple[float, float, float, float, float, float]
+
 
 class Physics(Protocol):
     """The contact as a function of host monotonic time; called from the emulator's thread."""
@@ -18,6 +21,10 @@ class Physics(Protocol):
 
     def closed_m(self, time_s: float) -> float:
         """How far the gap has closed since the start."""
+        ...
+
+    def beside(self, time_s: float) -> Wrench | None:
+        """The other five components, 0 for the pressing one; None where there are none."""
         ...
 
 
@@ -45,9 +52,8 @@ class Sine:
     def closed_m(self, time_s: float) -> float:
         return self.force_n(time_s) / self._stiffness
 
-
-AXES = ("fx", "fy", "fz")
-Wrench = tuple[float, float, float, float, float, float]
+    def beside(self, time_s: float) -> Wrench | None:
+        return None
 
 
 class WrenchSource:
@@ -80,6 +86,8 @@ class WrenchSource:
         values = [gauss(0.0, self._noise) for _ in range(3)]
         values += [gauss(0.0, 0.05 * self._noise) for _ in range(3)]
         values[self._index] += self._sign * (self.physics.force_n(time_s) + extra_n)
+        if (beside := self.physics.beside(time_s)) is not None:
+            values = [value + part for value, part in zip(values, beside, strict=True)]
         if self._tool is not None:
             x, y, z = self._tool.force_n()
             values[self._index] -= self._sign * z

@@ -5,18 +5,24 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Protocol
 
+from stepload.rig.samples import SixFloats
+
 
 class AxisState(NamedTuple):
     """Measured travel along the approach axis, and the force it presses with (positive).
 
     `contact_n` is the true contact force where `force_n` is the arm's noisy idea of it, `peak_n`
-    its largest value so far.
+    its largest value so far. Of a rig with six axes also `wrench`, what the tip does to the plate,
+    and `shift_m`, the measured travel across the approach direction; the frame is that of
+    `ur_frames`.
     """
 
     position_m: float
     force_n: float
     contact_n: float = 0.0
     peak_n: float = 0.0
+    wrench: SixFloats | None = None
+    shift_m: tuple[float, float] | None = None
 
 
 class Axis(Protocol):
@@ -24,6 +30,10 @@ class Axis(Protocol):
 
     def command(self, position_m: float) -> None:
         """Absolute target from now on."""
+        ...
+
+    def command_shift(self, x_m: float, y_m: float) -> None:
+        """Likewise across; asked for only where `state` tells of a shift."""
         ...
 
     def advance_to(self, time_s: float) -> None:
@@ -47,6 +57,9 @@ class FreeAirAxis:
 
     def command(self, position_m: float) -> None:
         self._target_m = position_m
+
+    def command_shift(self, x_m: float, y_m: float) -> None:
+        """It has one axis."""
 
     def advance_to(self, time_s: float) -> None:
         step_s = time_s - self._time_s

@@ -1,7 +1,9 @@
 """The emulated robot: modes, safety, motion of the TCP. Kinematics are deliberately crude.
 
-Motion along the approach direction goes through an `Axis` (lag, contact); everything across it and
-all rotation follows its command at once. Joints show the travel on joint 1 and nothing else.
+Motion along the approach direction goes through an `Axis` (lag, contact), and motion across it too
+where that axis is of a rig with six. Otherwise that follows its command at once, as all rotation
+does. Like encoders on motors, the pose shows the drives and not what gives way behind them. Joints
+show the travel on joint 1 and nothing else.
 
 What is set shows where it would: a TCP moves the pose that is told and the flange that a pose asks
 for, a payload other than the true one stands in the wrench as its missing or surplus weight, and
@@ -15,6 +17,7 @@ from collections.abc import Callable
 
 from stepload_verify.emulators.tool import Tool
 from stepload_verify.emulators.ur_axis import Axis
+from stepload_verify.emulators.ur_frames import PressFrame
 
 Vector = tuple[float, ...]
 
@@ -57,6 +60,7 @@ class Robot:
         self.axis = axis
         self.tool = tool or Tool()
         self.direction = unit(direction)
+        self._frame = PressFrame(direction)
         self.period_s = period_s
         self.time_s = 0.0
         self.runtime_state = STOPPED
@@ -102,8 +106,16 @@ class Robot:
     @property
     def _measured(self) -> Vector:
         missing_m = self._position_m - self.travel_of(self.target)
-        xyz = (t + missing_m * d for t, d in zip(self.target, self.direction, strict=False))
-        return (*xyz, *self.target[3:])
+        there = [t + missing_m * d for t, d in zip(self.target, self.direction, strict=False)]
+        if (shift_m := self.axis.state().shift_m) is not None:
+            asked = self._across(self.target)
+            aside = (shift_m[0] - asked[0], shift_m[1] - asked[1], 0.0)
+            there = [t + m for t, m in zip(there, self._frame.to_base(aside), strict=True)]
+        return (*there, *self.target[3:])
+
+    def _across(self, pose: Vector) -> tuple[float, float]:
+        """Travel of a pose across the approach direction."""
+        return self._frame.across(tuple(p - h for p, h in zip(pose[:3], HOME, strict=False)))
 
     def told(self, pose: Vector) -> Vector:
         """A pose of the TCP as it is set, from one of the TCP of offset zero."""
@@ -120,11 +132,13 @@ class Robot:
     @property
     def wrench(self) -> Vector:
         """Force the environment exerts on the tool, base frame (the sign is an assumption)."""
-        force_n = self.axis.state().force_n
-        x, y, z = (-force_n * d for d in self.direction)
+        state = self.axis.state()
+        load = state.wrench or (0.0, 0.0, state.force_n, 0.0, 0.0, 0.0)
+        x, y, z = (-part for part in self._frame.to_base(load[:3]))
+        tx, ty, tz = (-part for part in self._frame.to_base(load[3:]))
         surplus_n = (self.payload_kg - self.tool_kg) * GRAVITY_M_S2
         hand = self.tool.hand_n
-        return (x + hand[0], y + hand[1], z + hand[2] + surplus_n, 0.0, 0.0, 0.0)
+        return (x + hand[0], y + hand[1], z + hand[2] + surplus_n, tx, ty, tz)
 
     def travel_of(self, pose: Vector) -> float:
         return sum((p - h) * d for p, h, d in zip(pose, HOME, self.direction, strict=False))
@@ -180,13 +194,18 @@ class Robot:
         """Stop where the arm is and hold."""
         self.target = self._measured
         self._motion = None
-        self.axis.command(self._position_m)
+        self._command(self._position_m)
+
+    def _command(self, position_m: float) -> None:
+        self.axis.command(position_m)
+        if self.axis.state().shift_m is not None:
+            self.axis.command_shift(*self._across(self.target))
 
     def tick(self) -> None:
         """One control period."""
         if self._motion is not None and self.can_move and self._motion():
             self._motion = None
-        self.axis.command(self.travel_of(self.target))
+        self._command(self.travel_of(self.target))
         self.time_s += self.period_s
         self.axis.advance_to(self.time_s)
         before_m, self._position_m = self._position_m, self.axis.state().position_m

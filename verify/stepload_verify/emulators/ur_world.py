@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import random
 import time
 from dataclasses import replace
 from typing import Any
 
 from stepload_drivers.sim.live import DEFAULT_SPEC, LiveWorld
+from stepload_verify.emulators.mount_file import mount_from
 from stepload_verify.emulators.ur_axis import AxisState
 
 
@@ -20,11 +22,19 @@ class LiveAxis:
 
     def __init__(self, world: LiveWorld) -> None:
         self.world = world
+        spec = world.world.spec
+        self._mount = spec.mount
+        self._random = random.Random(spec.seed)
+        self._noise_n = spec.arm_force_noise_n
         self._origin_s: float | None = None
         self._state = world.state()
+        self._beside = (0.0, 0.0)
 
     def command(self, position_m: float) -> None:
         self.world.command(position_m)
+
+    def command_shift(self, x_m: float, y_m: float) -> None:
+        self.world.command_shift(x_m, y_m)
 
     def advance_to(self, time_s: float) -> None:
         if self._origin_s is None:
@@ -32,18 +42,29 @@ class LiveAxis:
             age_s = time.monotonic() - time_s - self.world.origin_s
             self._origin_s = self.world.origin_s + math.floor(age_s / period_s) * period_s
         self._state = self.world.at(self._origin_s + time_s)
+        if self._mount is not None:
+            self._beside = (
+                self._random.gauss(0.0, self._noise_n),
+                self._random.gauss(0.0, self._noise_n),
+            )
 
     def state(self) -> AxisState:
         state = self._state
-        force_n = state.arm_force_n
-        return AxisState(
-            state.position_m,
-            state.force_n if math.isnan(force_n) else force_n,
-            state.force_n,
-            state.peak_force_n,
+        force_n = state.force_n if math.isnan(state.arm_force_n) else state.arm_force_n
+        told = AxisState(state.position_m, force_n, state.force_n, state.peak_force_n)
+        if self._mount is None:
+            return told
+        x, y, z = state.load_n
+        off_x, off_y, _ = self._mount.sensor.lever_m
+        moment = (off_y * z, -off_x * z, off_x * y - off_y * x)
+        noise_x, noise_y = self._beside
+        return told._replace(
+            wrench=(x + noise_x, y + noise_y, force_n, *moment), shift_m=state.shift_m
         )
 
 
 def axis_in_world(**truth: Any) -> LiveAxis:
     """An axis in the default world with some of its truth replaced (fields of `WorldSpec`)."""
+    if isinstance(truth.get("mount"), dict):
+        truth["mount"] = mount_from(truth["mount"])
     return LiveAxis(LiveWorld(replace(DEFAULT_SPEC, **truth)))

@@ -1,0 +1,95 @@
+"""One driven axis of an arm: it follows its target with lag, limits and lost motion.
+
+The same drive that `Plant` has along its one axis, by itself.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stepload.rig.world import WorldSpec
+
+_THERE_M = 1e-12
+"""A drive this near to its target stands."""
+
+
+class Drive:
+    """Advanced by fixed steps of `step_s`; position and speed in m and m/s.
+
+    Args:
+        lost_motion_m: play and slip between servo and axis.
+        both_ways: whether the limited push also stops it when it goes back.
+    """
+
+    __slots__ = (
+        "_accel_step",
+        "_both_ways",
+        "_brake_gap",
+        "_brake_half",
+        "_follow",
+        "_half_lost",
+        "_max_push",
+        "_max_speed",
+        "_step_s",
+        "_twice_accel",
+        "follower_m",
+        "position_m",
+        "speed_m_s",
+        "target_m",
+    )
+
+    def __init__(
+        self, spec: WorldSpec, step_s: float, *, lost_motion_m: float, both_ways: bool = False
+    ) -> None:
+        self.target_m = self.follower_m = self.position_m = self.speed_m_s = 0.0
+        self._step_s = step_s
+        lag_s = spec.lag_s
+        self._follow = (1.0 - math.exp(-step_s / lag_s) if lag_s > 0.0 else 1.0) / step_s
+        accel = spec.max_acceleration_m_s2
+        self._accel_step = accel * step_s
+        self._twice_accel = 2.0 * accel
+        self._brake_half = 0.5 * accel * step_s
+        self._brake_gap = accel * (2.0 - self._follow * step_s) / self._follow**2
+        self._max_speed = spec.max_speed_m_s
+        self._max_push = spec.max_push_n
+        self._half_lost = 0.5 * lost_motion_m
+        self._both_ways = both_ways
+
+    def hold(self) -> None:
+        """Brake: stand here."""
+        self.follower_m = self.target_m = self.position_m
+        self.speed_m_s = 0.0
+
+    def advance(self, push_n: float) -> float:
+        """One step towards the target while it pushes with `push_n`; returns its speed in it."""
+        gap = self.target_m - self.follower_m
+        speed, h = self.speed_m_s, self._step_s
+        if -_THERE_M < gap < _THERE_M and -_THERE_M < speed * h < _THERE_M:
+            self.speed_m_s = 0.0
+            return 0.0
+        want = gap * self._follow
+        if not -self._brake_gap <= gap <= self._brake_gap:
+            half = self._brake_half
+            brake = math.sqrt(half * half + self._twice_accel * abs(gap)) - half
+            want = brake if gap > 0.0 else -brake
+        want = max(-self._max_speed, min(self._max_speed, want))
+        want = max(speed - self._accel_step, min(speed + self._accel_step, want))
+        self.speed_m_s = want
+        follower = self.follower_m + want * h
+        here, half = self.position_m, self._half_lost
+        if follower - here > half:
+            moved = follower - half
+            blocked = push_n >= self._max_push
+        elif here - follower > half:
+            moved = follower + half
+            blocked = self._both_ways and push_n <= -self._max_push
+        else:
+            self.follower_m = follower
+            return 0.0
+        if blocked:
+            self.follower_m = here + (half if moved > here else -half)
+            self.speed_m_s = 0.0
+            return 0.0
+        self.follower_m = follower
+        self.position_m = moved
+        return (moved - here) / h

@@ -1,0 +1,189 @@
+"""The force sensor and the arm of a rig with six axes: what `channels` has for one axis."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import chain, repeat
+from typing import Any
+
+import numpy as np
+
+from stepload.rig.mount import SensorMount
+from stepload.rig.samples import ForceSample, Status
+from stepload_drivers.sim.channels import Channel, Wrench
+from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.felt import Felt
+from stepload_drivers.sim.frames import FloatArray
+from stepload_drivers.sim.noise import normal_source
+
+_FULL_SCALE = int(Status.OVERRANGE | Status.SATURATED)
+_OVERRANGE = int(Status.OVERRANGE)
+_FULL_SHARE = 1.2
+_TORQUE_OFFSET_M = 0.05
+"""Zero of the torques over that of the forces."""
+_NAN: Wrench = (math.nan,) * 6
+_BLOCK = 1024
+_floor = math.floor
+_new: Any = tuple.__new__
+
+
+class WrenchChannel(Channel):
+    """A six-axis force sensor: every component has noise, a zero, a resolution and a full scale.
+
+    Args:
+        felt: what it feels.
+        axis: component that shows the press, which alone drifts and is bent.
+        offset_n: reading of that component in free air; those of the others are drawn below it.
+        bend: errors at full scale that grow as F² and F³, share of full scale.
+    """
+
+    def __init__(
+        self,
+        felt: Felt,
+        sensor: SensorMount,
+        *,
+        rate_hz: float,
+        axis: str,
+        noise_n: float,
+        quantum_n: float,
+        delay_s: float,
+        range_n: float,
+        offset_n: float,
+        drift_n_per_s: float,
+        clock_s: float,
+        seed: int,
+        stream: int,
+        faults: Schedule,
+        bend: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        super().__init__(
+            rate_hz=rate_hz,
+            delay_s=delay_s,
+            clock_s=clock_s,
+            noise=normal_source(seed, stream, noise_n),
+            quantum=quantum_n,
+            limit=range_n,
+            faults=faults,
+        )
+        self._felt = felt
+        self._press = "xyz".index(axis[-1])
+        self._sign = -1.0 if axis[0] == "-" else 1.0
+        self._drift = self._sign * drift_n_per_s
+        self._bent = bend if any(bend) else None
+        forces = [sensor.lateral_range_n if sensor.lateral_range_n < math.inf else range_n] * 3
+        forces[self._press] = range_n
+        self._limits = (*forces, *[sensor.torque_range_nm] * 3)
+        self._least_limit = min(self._limits)
+        self._quanta = quantum_n, sensor.torque_quantum_nm
+        chance = np.random.default_rng([seed, stream, 1])
+        zeros = chance.uniform(-abs(offset_n), abs(offset_n), 6)
+        zeros[3:] *= _TORQUE_OFFSET_M
+        zeros[self._press] = self._sign * offset_n
+        spread = [noise_n] * 3 + [sensor.torque_noise_nm] * 3
+        self._aside = _noise_about(zeros, np.array(spread), [seed, stream, 2])
+        self._last_wrench: Wrench = (0.0,) * 6
+        self._held_wrench: Wrench | None = None
+
+    def sample(self, time_s: float, back: float) -> None:
+        truth = self._felt.wrench(back)
+        fx, fy, fz, tx, ty, tz = truth
+        a, b, c, d, e, f = self._aside()
+        values = [fx + a, fy + b, fz + c, tx + d, ty + e, tz + f]
+        press = self._press
+        if self._drift:
+            values[press] += self._drift * time_s
+        if self._bent is not None:
+            values[press] += self._bending(truth[press])
+        least = self._least_limit
+        beyond = max(values) > least or min(values) < -least
+        status = self._limited(values) if beyond else 0
+        six = self._rounded(values)
+        self.sequence += 1
+        if self.disturbed or time_s >= self._faults.next_s:
+            self._disturb_wrench(time_s, truth, six, status)
+            return
+        self._last_wrench = six
+        self.last = six[press]
+        self._send(self._clock_s + time_s, self.origin_s + time_s + self._delay_s, status, six)
+
+    def _limited(self, values: list[float]) -> int:
+        """Cut every component at 1.2 times its full scale; returns the status."""
+        status = 0
+        for i, (value, limit) in enumerate(zip(values, self._limits, strict=True)):
+            if not -limit <= value <= limit:
+                status |= _OVERRANGE
+                if not -_FULL_SHARE * limit <= value <= _FULL_SHARE * limit:
+                    status |= _FULL_SCALE
+                    values[i] = math.copysign(_FULL_SHARE * limit, value)
+        return status
+
+    def _bending(self, true_n: float) -> float:
+        assert self._bent is not None
+        share = self._sign * true_n / self._range
+        return self._sign * self._range * share**2 * (self._bent[0] + share * self._bent[1])
+
+    def _rounded(self, values: list[float]) -> Wrench:
+        force, torque = self._quanta
+        a, b, c, d, e, f = values
+        if force:
+            a, b, c = (_floor(value / force + 0.5) * force for value in (a, b, c))
+        if torque:
+            d, e, f = (_floor(value / torque + 0.5) * torque for value in (d, e, f))
+        return a, b, c, d, e, f
+
+    def _send(self, device_s: float, receive_s: float, status: int, six: Wrench) -> None:
+        self.pending.append(ForceSample(self.sequence, device_s, receive_s, status, six, math.nan))
+
+    def _disturb_wrench(self, time_s: float, truth: Wrench, six: Wrench, status: int) -> None:
+        """Send a sample while faults are or have been active; they act on the whole wrench."""
+        self.disturbed = True
+        active = self._faults.active(time_s)
+        self.raising = "raise" in active
+        values = list(six)
+        if "stuck_mean" in active:
+            if self._held_wrench is None:
+                self._held_wrench = truth
+            values = [v + h - t for v, h, t in zip(six, self._held_wrench, truth, strict=True)]
+        else:
+            self._held_wrench = None
+        gain = active.get("gain", 1.0) * (-1.0 if "reversed" in active else 1.0)
+        added = active.get("bias", 0.0)
+        if "gain_ramp" in active or "bias_ramp" in active:
+            self._ramp += self.period_s
+            gain *= 1.0 + self._ramp * active.get("gain_ramp", 0.0)
+            added += self._ramp * active.get("bias_ramp", 0.0)
+        values = [value * gain for value in values]
+        values[self._press] += self._sign * added
+        if "clipped" in active:
+            most = active["clipped"]
+            values[:3] = [max(-most, min(most, value)) for value in values[:3]]
+        if "swapped" in active:
+            fx, fy, fz, tx, ty, tz = values
+            values = [fz, fx, fy, tz, tx, ty]
+        six = self._last_wrench if "freeze" in active else self._rounded(values)
+        self._last_wrench = six
+        self.last = six[self._press]
+        if "saturated" in active:
+            forces = [0.0] * 6
+            forces[self._press] = self._sign * self._range
+            six, status = self._rounded(forces), _FULL_SCALE
+        if "nan" in active:
+            six = _NAN
+        if "sequence_repeat" in active:
+            self.sequence -= 1
+        if "dropout" in active or "lost" in active:
+            return
+        device_s = self._clock_s + time_s + active.get("clock_step", 0.0)
+        receive_s = self.origin_s + time_s + self._delay_s + active.get("delay", 0.0)
+        self._newest_s = receive_s = max(receive_s, self._newest_s)
+        self._send(device_s, receive_s, status, six)
+
+
+def _noise_about(zeros: FloatArray, spread: FloatArray, seed: list[int]) -> Callable[[], Any]:
+    """A function that gives the next six deviates of standard deviation `spread` about `zeros`."""
+    generator = np.random.default_rng(seed)
+    blocks = (
+        (zeros + spread * generator.standard_normal((_BLOCK, 6))).tolist() for _ in repeat(None)
+    )
+    return chain.from_iterable(blocks).__next__

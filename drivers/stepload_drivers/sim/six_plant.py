@@ -1,0 +1,298 @@
+"""The mechanics of a rig with six axes: three drives, a tip on springs, a plate with friction."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from stepload.rig.mount import Mount, Vector3
+from stepload.rig.world import WorldSpec
+from stepload_drivers.sim.contact import Contact, path_give
+from stepload_drivers.sim.drive import Drive
+from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.frames import times
+from stepload_drivers.sim.held import held
+from stepload_drivers.sim.moving_plate import MovingPlate
+from stepload_drivers.sim.six_tip import SWING_RAD, SixTip
+
+_EARLY_S = 1e-9
+_HALVINGS = 60
+
+
+class SixPlant:
+    """What `Plant` is for one axis: the same attributes, and those of the other axes.
+
+    `force_n`, `tip_m`, `drive_m` and their like are along the press. `peak_n` is of the resultant
+    contact force, `peak_equivalent_n` of |f|/g(t); both also between samples.
+
+    Args:
+        spec: the truth.
+        mount: how the tip is held.
+        contact: the normal law, with what of it goes on with time.
+        step_s: base step; the drives' speed is constant within it.
+        swing_rad, error_factor: refine the sub-stepping (tests of convergence).
+
+    Raises:
+        DomainError: numbers that no rig has.
+    """
+
+    def __init__(
+        self,
+        spec: WorldSpec,
+        mount: Mount,
+        contact: Contact,
+        *,
+        step_s: float,
+        swing_rad: float = SWING_RAD,
+        error_factor: float = 1.0,
+    ) -> None:
+        self.mount = mount
+        self.step_s = step_s
+        self.time_s = 0.0
+        self.braked = False
+        self._steps = 0
+        lost_m = spec.lost_motion_m + spec.slip_m
+        self._slip_share = spec.slip_m / lost_m if spec.slip_m > 0.0 else 0.0
+        self._axial = Drive(spec, step_s, lost_motion_m=lost_m)
+        self._across = (
+            Drive(spec, step_s, lost_motion_m=0.0, both_ways=True),
+            Drive(spec, step_s, lost_motion_m=0.0, both_ways=True),
+        )
+        self._shifted = False
+        self._commands: deque[tuple[float, float]] = deque()
+        self._shifts: deque[tuple[float, float, float]] = deque()
+        self._held = held(spec, mount, step_s)
+        axes = self._held.to_press
+        self._pulls = tuple(times(self._held.stiffness, axis) for axis in axes)
+        self._creep = contact.creep
+        self._give = path_give(spec)
+        self._plate = MovingPlate(spec, Schedule.for_plate(spec.faults), step_s)
+        self._drive: Vector3 = (0.0, 0.0, 0.0)
+        self._steep = self._held.to_press[2][2]
+        """Cosine of the tilt: depth along the normal over travel along the press."""
+        self.tip = SixTip(
+            self._held,
+            mount,
+            contact.law,
+            self._steep * spec.surface_m,
+            step_s=step_s,
+            swing_rad=swing_rad,
+            error_factor=error_factor,
+        )
+        if self.tip.depth_m > self.tip.touching_m:
+            self._begin_in_contact(contact)
+        self._last_speed = self.tip.speed
+        self.load: Vector3 = self._load()
+        """Contact force on the plate, pressing frame."""
+        self.last_load = self.load
+
+    def _begin_in_contact(self, contact: Contact) -> None:
+        """The start pose presses: the tip is where springs and payload hold each other."""
+        normal = tuple(row[2] for row in self._held.to_press)
+        gives = times(self.mount.compliance_m_per_n, (normal[0], normal[1], normal[2]))
+        give = sum(a * b for a, b in zip(gives, normal, strict=True))
+        low, high = self.tip.touching_m, self.tip.depth_m
+        goal = high
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            if middle + give * contact.law.evaluate(middle)[0] > goal:
+                high = middle
+            else:
+                low = middle
+        force_n = contact.law.evaluate(low)[0]
+        first, second, third = (
+            -sum(row[i] * given for row, given in zip(self._held.to_press, gives, strict=True))
+            for i in range(3)
+        )
+        self.tip.put((first * force_n, second * force_n, third * force_n))
+
+    def command(self, apply_s: float, target_m: float) -> None:
+        """Let the drive follow `target_m` from `apply_s` on; commands take effect in order."""
+        commands = self._commands
+        if commands and commands[-1][0] > apply_s:
+            apply_s = commands[-1][0]
+        commands.append((apply_s, target_m))
+
+    def command_shift(self, apply_s: float, x_m: float, y_m: float) -> None:
+        """Let the drives across the press follow these targets likewise."""
+        shifts = self._shifts
+        if shifts and shifts[-1][0] > apply_s:
+            apply_s = shifts[-1][0]
+        shifts.append((apply_s, x_m, y_m))
+
+    def step(self) -> None:
+        """Go on by `step_s`: what moves by itself, the drives at constant speed, then the tip."""
+        self.last_load = self.load
+        self._last_speed = self.tip.speed
+        if self._commands or self._shifts:
+            self._take_commands()
+        before = self._drive
+        moving = self._advance_drives()
+        nearer_m_s = self._plate.speed_m_s(self.time_s)
+        if self._creep is not None:
+            self._creep.flow(self.step_s)
+            self.tip.yielded()
+        if self.tip.step(before, moving, self._steep * nearer_m_s):
+            self.load = self._load()
+        self._steps += 1
+        self.time_s = self._steps * self.step_s
+
+    def _take_commands(self) -> None:
+        limit = self.time_s + _EARLY_S
+        while self._commands and self._commands[0][0] <= limit:
+            self._axial.target_m = self._commands.popleft()[1]
+        while self._shifts and self._shifts[0][0] <= limit:
+            _, x_m, y_m = self._shifts.popleft()
+            self._across[0].target_m, self._across[1].target_m = x_m, y_m
+            self._shifted = True
+
+    def _advance_drives(self) -> Vector3:
+        """All drives by one base step; their speed in the plate's frame."""
+        axial, (one, other) = self._axial, self._across
+        if self.braked:
+            axial.hold()
+            one.hold()
+            other.hold()
+            return 0.0, 0.0, 0.0
+        x, y, z = self._held.to_press
+        along = axial.advance(self._push_n(2))
+        at_m = axial.position_m
+        if not self._shifted:
+            self._drive = (z[0] * at_m, z[1] * at_m, z[2] * at_m)
+            return z[0] * along, z[1] * along, z[2] * along
+        first, second = one.advance(self._push_n(0)), other.advance(self._push_n(1))
+        x_m, y_m = one.position_m, other.position_m
+        d1, d2, d3 = (x[i] * x_m + y[i] * y_m + z[i] * at_m for i in range(3))
+        self._drive = (d1, d2, d3)
+        g1, g2, g3 = (x[i] * first + y[i] * second + z[i] * along for i in range(3))
+        return g1, g2, g3
+
+    def _push_n(self, axis: int) -> float:
+        """Force of the springs along an axis of the pressing frame."""
+        (d1, d2, d3), (x1, x2, x3) = self._drive, self.tip.at
+        p, q, r = self._pulls[axis]
+        return p * (d1 - x1) + q * (d2 - x2) + r * (d3 - x3)
+
+    def _load(self) -> Vector3:
+        rubbing = self.tip.rubbing
+        return times(self._held.to_press, (rubbing[0], rubbing[1], self.tip.normal_n))
+
+    # what a `Plant` has
+
+    @property
+    def force_n(self) -> float:
+        """Contact force along the press."""
+        return self.load[2]
+
+    @property
+    def last_force_n(self) -> float:
+        """The same a base step ago."""
+        return self.last_load[2]
+
+    @property
+    def peak_n(self) -> float:
+        """Largest resultant contact force so far, also between samples."""
+        return self.tip.peak_n
+
+    @property
+    def peak_equivalent_n(self) -> float:
+        """Largest |f|/g(t) so far, also between samples."""
+        return self.tip.peak_equivalent_n
+
+    @property
+    def sub_steps(self) -> int:
+        return self.tip.sub_steps
+
+    @property
+    def surface_m(self) -> float:
+        """Travel at which the virgin payload touches."""
+        return self.tip.surface_m / self._steep
+
+    @property
+    def target_m(self) -> float:
+        return self._axial.target_m
+
+    @property
+    def drive_m(self) -> float:
+        return self._axial.position_m
+
+    @property
+    def drive_speed(self) -> float:
+        """Along the press, m/s; of the fastest drive where others move too."""
+        speed = self._axial.speed_m_s
+        if not self._shifted:
+            return speed
+        return max(speed, *(drive.speed_m_s for drive in self._across), key=abs)
+
+    @property
+    def measured_m(self) -> float:
+        """Travel where the arm measures it: before what slips, and before what gives way."""
+        drive = self._axial
+        if self._slip_share:
+            return drive.position_m + self._slip_share * (drive.follower_m - drive.position_m)
+        return drive.position_m
+
+    @property
+    def tip_m(self) -> float:
+        """Travel of the tip along the press."""
+        return times(self._held.to_press, self.tip.at)[2]
+
+    @property
+    def tip_speed(self) -> float:
+        return times(self._held.to_press, self.tip.speed)[2]
+
+    @property
+    def tip_acceleration_m_s2(self) -> float:
+        """Mean acceleration of the tip along the press over the last base step."""
+        return self.acceleration_m_s2[2]
+
+    @property
+    def closed_m(self) -> float:
+        """Approach of payload and plate where the gauge sits, without the give of the load path."""
+        closed_m = self.tip.depth_m / self._steep
+        if self._give is not None and self.tip.normal_n > 0.0:
+            closed_m -= self._give(self.tip.normal_n)[0]
+        x_m, y_m = self.mount.gauge_offset_m
+        if x_m or y_m:
+            turn = self.turn_rad
+            closed_m += turn[0] * y_m - turn[1] * x_m
+        return closed_m
+
+    # what only six axes have
+
+    @property
+    def turn_rad(self) -> Vector3:
+        """Rotation of the tool under the load, pressing frame."""
+        return times(self.mount.turn_rad_per_n, self.load)
+
+    @property
+    def shift_m(self) -> tuple[float, float]:
+        """Where the drives across the press are, as the arm measures it."""
+        return self._across[0].position_m, self._across[1].position_m
+
+    @property
+    def tip_shift_m(self) -> tuple[float, float]:
+        """How far the tip is across the press from where it began."""
+        x_m, y_m, _ = times(self._held.to_press, self.tip.at)
+        return x_m, y_m
+
+    @property
+    def acceleration_m_s2(self) -> Vector3:
+        """Mean acceleration of the tip over the last base step, pressing frame."""
+        (a, b, c), (x, y, z), h = self.tip.speed, self._last_speed, self.step_s
+        return times(self._held.to_press, ((a - x) / h, (b - y) / h, (c - z) / h))
+
+    @property
+    def slid_m(self) -> float:
+        """Way that the contact has slid so far."""
+        return self.tip.slid_m
+
+    @property
+    def normal_n(self) -> float:
+        """Contact force along the plate's normal."""
+        return self.tip.normal_n
+
+    @property
+    def friction_n(self) -> float:
+        """Contact force in the plane of the plate, at least 0."""
+        return math.hypot(self.tip.rubbing.x, self.tip.rubbing.y)

@@ -1,0 +1,374 @@
+"""The tip of a rig with six axes on its springs, pressed onto the plate with friction.
+
+In the frame of the plate (axis 3 its normal), with mass matrix M, stiffness S = C⁻¹, damping β S,
+the normal force N(δ) of the contact law and the friction q of `friction`:
+
+    M ẍ = S (d − x) + β S (ḋ − ẋ) − (q₁, q₂, N)
+
+In free air a step is exact. In contact each sub-step solves the equation linearised at the present
+state: by the trapezoidal rule while anything swings, by backward Euler where all is quiet. A
+sub-step whose end does not confirm the linearisation is divided.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stepload.rig.mount import Mount, Vector3
+from stepload_drivers.sim.frames import solved
+from stepload_drivers.sim.friction import CLEAN, Rubbing, following, rub
+from stepload_drivers.sim.held import Held
+from stepload_drivers.sim.laws import ContactLaw
+from stepload_drivers.sim.limit_left import limit_left
+
+SWING_RAD = 0.3
+"""Largest phase of the fastest oscillation in one sub-step while it rings."""
+QUIET_N, QUIET_SHARE = 0.01, 2e-4
+"""Oscillation below this force (absolute + share of the force) is stepped over."""
+ERROR_N, ERROR_SHARE = 0.01, 5e-4
+"""Largest departure of the force from its linearisation in one sub-step."""
+AT_REST_N = 1e-4
+"""Unbalanced force below which a contact on standing drives is left alone."""
+_SHORTEST_S = 1e-8
+_STILL_M, _STILL_M_S = 1e-18, 1e-15
+_ZERO: Vector3 = (0.0, 0.0, 0.0)
+
+Follow = tuple[float, float, float, float, float]
+"""How friction follows a small move, see `following`."""
+
+
+class SixTip:
+    """State of the tip, frame of the plate; advanced by base steps of `step_s`.
+
+    Args:
+        law: of the normal force.
+        surface_m: coordinate along the normal at which the virgin payload touches.
+        swing_rad, error_factor: refine the sub-stepping (tests of convergence).
+    """
+
+    __slots__ = (
+        "_damping_rate",
+        "_damping_s",
+        "_error_factor",
+        "_evaluate",
+        "_free",
+        "_heaviest",
+        "_kinetic",
+        "_law",
+        "_lightest",
+        "_mass",
+        "_quiet_soft",
+        "_ratio",
+        "_soft_rate",
+        "_static",
+        "_step_s",
+        "_stiffest",
+        "_stiffness",
+        "_sub_s",
+        "_swing",
+        "_tangent",
+        "at",
+        "normal_n",
+        "peak_equivalent_n",
+        "peak_n",
+        "resting",
+        "rubbing",
+        "slid_m",
+        "speed",
+        "sub_steps",
+        "surface_m",
+    )
+
+    def __init__(
+        self,
+        held: Held,
+        mount: Mount,
+        law: ContactLaw,
+        surface_m: float,
+        *,
+        step_s: float,
+        swing_rad: float = SWING_RAD,
+        error_factor: float = 1.0,
+    ) -> None:
+        self.at = self.speed = _ZERO
+        self.rubbing = CLEAN
+        self.normal_n = self._tangent = 0.0
+        self.peak_n = self.peak_equivalent_n = self.slid_m = 0.0
+        self.surface_m = surface_m
+        self.resting = False
+        self.sub_steps = 0
+        self._law, self._evaluate = law, law.evaluate
+        self._static, self._kinetic = mount.friction_static, mount.friction_kinetic
+        self._ratio = mount.tangential_ratio
+        self._mass, self._stiffness, self._damping_s = held.mass, held.stiffness, held.damping_s
+        self._stiffest, self._lightest, self._heaviest = (
+            held.stiffest,
+            held.lightest,
+            held.heaviest,
+        )
+        self._free = held.apart
+        self._step_s = self._sub_s = step_s
+        self._swing, self._error_factor = swing_rad, error_factor
+        omega2 = held.stiffest / held.lightest
+        self._damping_rate = 0.5 * held.damping_s * omega2
+        self._soft_rate = math.sqrt(omega2) + self._damping_rate
+        self._quiet_soft = math.sqrt(held.stiffest * held.heaviest)
+
+    @property
+    def depth_m(self) -> float:
+        """Approach along the normal; negative apart."""
+        return self.at[2] - self.surface_m
+
+    @property
+    def touching_m(self) -> float:
+        """Depth at which the payload touches as it is now."""
+        return self._law.residual_m
+
+    def put(self, at: Vector3) -> None:
+        """Stand at `at`, pressing without friction."""
+        self.at = at
+        self.normal_n, self._tangent = self._evaluate(self.depth_m)
+        self._law.remember(self.depth_m)
+        self._note(self.normal_n, 0.0)
+
+    def yielded(self) -> None:
+        """The law has changed by itself: the force is another one at the same place."""
+        if self.normal_n != 0.0:
+            self.normal_n, self._tangent = self._evaluate(self.depth_m)
+            self._note(self.normal_n, math.hypot(self.rubbing.x, self.rubbing.y))
+            self.resting = False
+
+    def step(self, drive: Vector3, moving: Vector3, nearer_m_s: float) -> bool:
+        """One base step from `drive` on, at the speed `moving`; returns whether anything moves.
+
+        The plate comes nearer by `nearer_m_s`.
+        """
+        still = moving == _ZERO and nearer_m_s == 0.0
+        if self.normal_n == 0.0:
+            if still and self.at == drive and self.speed == _ZERO:
+                return False
+            self._fly(drive, moving, nearer_m_s)
+        elif still and self.resting:
+            return False
+        else:
+            self._press(drive, moving, nearer_m_s)
+        return True
+
+    def _fly(self, drive: Vector3, moving: Vector3, nearer_m_s: float) -> None:
+        """Apart at the beginning: exactly to the end of the step, unless the tip touches."""
+        h = self._step_s
+        d1, d2, d3 = drive
+        g1, g2, g3 = moving
+        x1, x2, x3 = self.at
+        v1, v2, v3 = self.speed
+        surface = self.surface_m - nearer_m_s * h
+        contact = surface + self._law.residual_m
+        if self.at == drive and self.speed == moving:
+            at, speed = (d1 + g1 * h, d2 + g2 * h, d3 + g3 * h), moving
+        else:
+            u1, u2, u3, w1, w2, w3 = x1 - d1, x2 - d2, x3 - d3, v1 - g1, v2 - g2, v3 - g3
+            (a, b, c, d) = self._free
+            moved = []
+            for one, other in ((a, b), (c, d)):
+                for (p, q, r), (s, t, u) in zip(one, other, strict=True):
+                    moved.append(p * u1 + q * u2 + r * u3 + s * w1 + t * w2 + u * w3)
+            u1, u2, u3, w1, w2, w3 = moved
+            if max(map(abs, moved[:3])) < _STILL_M and max(map(abs, moved[3:])) < _STILL_M_S:
+                u1 = u2 = u3 = w1 = w2 = w3 = 0.0
+            at = (d1 + g1 * h + u1, d2 + g2 * h + u2, d3 + g3 * h + u3)
+            speed = (g1 + w1, g2 + w2, g3 + w3)
+        if at[2] > contact or self._turns_inside(speed[2] + nearer_m_s, nearer_m_s, h):
+            self._press(drive, moving, nearer_m_s)
+        else:
+            self.at, self.speed, self.surface_m = at, speed, surface
+
+    def _press(self, drive: Vector3, moving: Vector3, nearer: float) -> None:
+        """In contact, or coming into it, over one base step in as many sub-steps as needed."""
+        standing = moving == _ZERO and nearer == 0.0
+        left, dt = self._step_s, 2.0 * self._sub_s
+        self.resting = False
+        while left > 0.0:
+            normal = self.normal_n
+            follow = following(
+                self.rubbing, self._ratio * self._tangent, self._tangent, self._kinetic
+            )
+            unbalanced, fast, ringing = self._swinging(drive, moving, nearer, follow)
+            stiffest = self._stiffest + self._tangent * (1.0 + self._kinetic)
+            if standing and unbalanced + math.sqrt(stiffest * self._heaviest) * fast < AT_REST_N:
+                self.speed = _ZERO
+                self.resting = normal > 0.0
+                break
+            small = QUIET_N + QUIET_SHARE * abs(normal)
+            quiet = ringing < small and unbalanced + self._quiet_soft * fast < small
+            if dt > left:
+                dt = left
+            if not quiet:
+                rate = self._soft_rate
+                if ringing >= small:
+                    omega2 = stiffest / self._lightest
+                    rate = math.sqrt(omega2) + self._damping_rate
+                if rate * dt > self._swing:
+                    dt = self._swing / rate
+            while True:
+                move, speed = self._moved(drive, moving, nearer * dt, follow, dt, quiet)
+                depth = self.at[2] + move[2] - self.surface_m + nearer * dt
+                force, tangent = self._evaluate(depth)
+                rubbing = CLEAN
+                if force > 0.0:
+                    most = (self._kinetic if self.rubbing[2] else self._static) * force
+                    stiffness = self._ratio * self._tangent, self._ratio * tangent
+                    rubbing = rub(self.rubbing, move[0], move[1], stiffness, most)
+                if dt <= _SHORTEST_S or (
+                    self._is_linear(move, nearer * dt, follow, force, rubbing)
+                    and (
+                        force != 0.0
+                        or normal != 0.0
+                        or not self._turns_inside(speed[2] + nearer, nearer, dt)
+                    )
+                ):
+                    break
+                dt *= 0.5
+            if force > 0.0:
+                most = self._most(speed[2] + nearer, nearer, dt, force)
+                friction = math.sqrt(rubbing[0] * rubbing[0] + rubbing[1] * rubbing[1])
+                self._note(most + ringing if quiet else most, friction)
+            self._law.remember(depth)
+            if rubbing[2]:
+                self.slid_m += rubbing[6]
+                if not self.rubbing[2] and self._kinetic < self._static:  # it has come loose
+                    lower = self._kinetic / self._static
+                    rubbing = rubbing._replace(x=rubbing[0] * lower, y=rubbing[1] * lower)
+            x, y, z = self.at
+            self.at = (x + move[0], y + move[1], z + move[2])
+            self.speed, self.surface_m = speed, self.surface_m - nearer * dt
+            self.normal_n, self._tangent, self.rubbing = force, tangent, rubbing
+            x, y, z = drive
+            drive = (x + moving[0] * dt, y + moving[1] * dt, z + moving[2] * dt)
+            left -= dt
+            self.sub_steps += 1
+            if left < 1e-12:
+                break
+            dt *= 2.0
+        self._sub_s = dt
+
+    def _swinging(
+        self, drive: Vector3, moving: Vector3, nearer: float, follow: Follow
+    ) -> tuple[float, float, float]:
+        """How far the tip is from going quietly where springs and payload lead it.
+
+        Unbalanced force, speed beside the quiet one, and what of the contact force swings with it.
+        """
+        (s11, s12, s13), (_, s22, s23), (_, _, s33) = self._stiffness
+        k11, k12, k22, k13, k23 = follow
+        kn = self._tangent
+        whole = (
+            (s11 + k11, s12 + k12, s13 + k13),
+            (s12 + k12, s22 + k22, s23 + k23),
+            (s13, s23, s33 + kn),
+        )
+        (x1, x2, x3), (v1, v2, v3) = self.at, self.speed
+        (d1, d2, d3), (g1, g2, g3) = drive, moving
+        w1, w2, w3 = v1, v2, v3
+        if g1 or g2 or g3 or nearer:
+            f1 = s11 * g1 + s12 * g2 + s13 * g3 - k13 * nearer
+            f2 = s12 * g1 + s22 * g2 + s23 * g3 - k23 * nearer
+            f3 = s13 * g1 + s23 * g2 + s33 * g3 - kn * nearer
+            q1, q2, q3 = solved(whole, (f1, f2, f3))
+            w1, w2, w3 = v1 - q1, v2 - q2, v3 - q3
+        beta = self._damping_s
+        h1 = d1 - x1 + beta * (g1 - v1 + w1)
+        h2 = d2 - x2 + beta * (g2 - v2 + w2)
+        h3 = d3 - x3 + beta * (g3 - v3 + w3)
+        r1 = s11 * h1 + s12 * h2 + s13 * h3 - self.rubbing[0]
+        r2 = s12 * h1 + s22 * h2 + s23 * h3 - self.rubbing[1]
+        r3 = s13 * h1 + s23 * h2 + s33 * h3 - self.normal_n
+        u1, u2, u3 = solved(whole, (r1, r2, r3))
+        b1, b2, b3 = k11 * u1 + k12 * u2 + k13 * u3, k12 * u1 + k22 * u2 + k23 * u3, kn * u3
+        z1, z2, z3 = k11 * w1 + k12 * w2 + k13 * w3, k12 * w1 + k22 * w2 + k23 * w3, kn * w3
+        slow2 = self._mass[2][2] / (s33 + kn)
+        return (
+            math.sqrt(r1 * r1 + r2 * r2 + r3 * r3),
+            math.sqrt(w1 * w1 + w2 * w2 + w3 * w3),
+            math.sqrt(b1 * b1 + b2 * b2 + b3 * b3 + (z1 * z1 + z2 * z2 + z3 * z3) * slow2),
+        )
+
+    def _moved(
+        self, drive: Vector3, moving: Vector3, come: float, follow: Follow, dt: float, quiet: bool
+    ) -> tuple[Vector3, Vector3]:
+        """Move over a sub-step and speed at its end; the plate has come nearer by `come`."""
+        (s11, s12, s13), (_, s22, s23), (_, _, s33) = self._stiffness
+        (m11, m12, m13), (_, m22, m23), (_, _, m33) = self._mass
+        k11, k12, k22, k13, k23 = follow
+        kn = self._tangent
+        (x1, x2, x3), (v1, v2, v3) = self.at, self.speed
+        (d1, d2, d3), (g1, g2, g3) = drive, moving
+        weight = 1.0 if quiet else 2.0  # backward Euler, or the trapezoidal rule
+        per = weight / dt
+        lead = dt + weight * self._damping_s
+        inertia, spring, push = per * per, 1.0 + self._damping_s * per, weight * per
+        h1, h2, h3 = (
+            weight * (d1 - x1) + g1 * lead,
+            weight * (d2 - x2) + g2 * lead,
+            weight * (d3 - x3) + g3 * lead,
+        )
+        friction_x, friction_y = weight * self.rubbing[0], weight * self.rubbing[1]
+        f1 = push * (m11 * v1 + m12 * v2 + m13 * v3) + s11 * h1 + s12 * h2 + s13 * h3
+        f2 = push * (m12 * v1 + m22 * v2 + m23 * v3) + s12 * h1 + s22 * h2 + s23 * h3
+        f3 = push * (m13 * v1 + m23 * v2 + m33 * v3) + s13 * h1 + s23 * h2 + s33 * h3
+        a12, a13, a23 = (
+            inertia * m12 + spring * s12,
+            inertia * m13 + spring * s13,
+            inertia * m23 + spring * s23,
+        )
+        t1, t2, t3 = move = solved(
+            (
+                (inertia * m11 + spring * s11 + k11, a12 + k12, a13 + k13),
+                (a12 + k12, inertia * m22 + spring * s22 + k22, a23 + k23),
+                (a13, a23, inertia * m33 + spring * s33 + kn),
+            ),
+            (
+                f1 - friction_x - k13 * come,
+                f2 - friction_y - k23 * come,
+                f3 - weight * self.normal_n - kn * come,
+            ),
+        )
+        if quiet:
+            return move, (t1 * per, t2 * per, t3 * per)
+        return move, (t1 * per - v1, t2 * per - v2, t3 * per - v3)
+
+    def _is_linear(
+        self, move: Vector3, come: float, follow: Follow, force_n: float, rubbing: Rubbing
+    ) -> bool:
+        """Whether the contact has answered a move as it was linearised."""
+        k11, k12, k22, k13, k23 = follow
+        x, y, deeper = move[0], move[1], move[2] + come
+        before = self.rubbing
+        error1 = rubbing[0] - before[0] - k11 * x - k12 * y - k13 * deeper
+        error2 = rubbing[1] - before[1] - k12 * x - k22 * y - k23 * deeper
+        error3 = force_n - self.normal_n - self._tangent * deeper
+        allowed = self._error_factor * (ERROR_N + ERROR_SHARE * abs(force_n))
+        return error1 * error1 + error2 * error2 + error3 * error3 <= allowed * allowed
+
+    def _turns_inside(self, later: float, nearer: float, dt: float) -> bool:
+        """Whether a tip that is apart before and after `dt` touches in between."""
+        speed = self.speed[2] + nearer
+        outside_m = self.at[2] - self.surface_m - self._law.residual_m
+        return speed > 0.0 > later and outside_m + 0.5 * dt * speed**2 / (speed - later) > 0.0
+
+    def _most(self, later: float, nearer: float, dt: float, force_n: float) -> float:
+        """Largest normal force of a sub-step that ends with `force_n`."""
+        speed = self.speed[2] + nearer
+        if not speed > 0.0 > later:
+            return force_n
+        turn_m = self.at[2] - self.surface_m + 0.5 * dt * speed**2 / (speed - later)
+        return max(force_n, self._evaluate(turn_m)[0])
+
+    def _note(self, normal_n: float, friction_n: float) -> None:
+        """Keep the largest resultant, and the largest that counts against the elastic limit."""
+        resultant = math.sqrt(normal_n * normal_n + friction_n * friction_n)
+        if resultant > self.peak_n:
+            self.peak_n = resultant
+        if normal_n > 0.0:
+            equivalent_n = resultant / limit_left(friction_n / normal_n)
+            if equivalent_n > self.peak_equivalent_n:
+                self.peak_equivalent_n = equivalent_n

@@ -1,0 +1,85 @@
+"""The parts of a world with six axes, made from its truth."""
+
+from __future__ import annotations
+
+from stepload.rig.samples import ArmSample
+from stepload.rig.world import WorldSpec
+from stepload_drivers.sim.channels import FORCE_CLOCK_S, SECOND_CLOCK_S, ArmChannel
+from stepload_drivers.sim.contact import Contact
+from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.felt import Felt
+from stepload_drivers.sim.mechanics import Mechanics
+from stepload_drivers.sim.six_channels import WrenchChannel
+from stepload_drivers.sim.six_plant import SixPlant
+from stepload_drivers.sim.slow import plant_of
+
+
+def mechanics_of(spec: WorldSpec, contact: Contact, *, step_s: float) -> Mechanics:
+    """The mechanics of `spec`: with a mount six axes, without one the pressing axis alone."""
+    if spec.mount is not None:
+        return SixPlant(spec, spec.mount, contact, step_s=step_s)
+    return plant_of(spec, contact, step_s=step_s)
+
+
+def main_force(spec: WorldSpec, plant: SixPlant) -> WrenchChannel:
+    """The main force sensor."""
+    sensor = plant.mount.sensor
+    return WrenchChannel(
+        Felt(plant, sensor, spec.force_axis, spec.force_tool_mass_kg),
+        sensor,
+        rate_hz=spec.force_rate_hz,
+        axis=spec.force_axis,
+        noise_n=spec.force_noise_n,
+        quantum_n=spec.force_quantum_n,
+        delay_s=spec.force_delay_s,
+        range_n=spec.force_range_n,
+        offset_n=spec.start_force_bias_n,
+        drift_n_per_s=spec.force_drift_n_per_s,
+        clock_s=FORCE_CLOCK_S,
+        seed=spec.seed,
+        stream=20,
+        faults=Schedule(spec.faults, prefix="force_"),
+        bend=(spec.sensor_quadratic, spec.sensor_cubic),
+    )
+
+
+def second_force(spec: WorldSpec, plant: SixPlant, offset_n: float) -> WrenchChannel:
+    """The second force sensor."""
+    sensor = plant.mount.second_sensor
+    return WrenchChannel(
+        Felt(plant, sensor, spec.second_force_axis, spec.second_tool_mass_kg),
+        sensor,
+        rate_hz=spec.second_force_rate_hz,
+        axis=spec.second_force_axis,
+        noise_n=spec.second_force_noise_n,
+        quantum_n=spec.second_force_quantum_n,
+        delay_s=spec.second_force_delay_s,
+        range_n=spec.second_force_range_n,
+        offset_n=offset_n,
+        drift_n_per_s=0.0,
+        clock_s=SECOND_CLOCK_S,
+        seed=spec.seed,
+        stream=30,
+        faults=Schedule(spec.faults, prefix="second_"),
+    )
+
+
+class SixArmChannel(ArmChannel):
+    """An arm whose pose shows where its drives across the press are.
+
+    Like an arm with encoders on its motors it does not see what gives way behind them.
+    """
+
+    def __init__(
+        self, plant: SixPlant, spec: WorldSpec, *, force_offset_n: float, faults: Schedule
+    ) -> None:
+        super().__init__(plant, spec, force_offset_n=force_offset_n, faults=faults)
+        self._six = plant
+
+    def sample(self, time_s: float, back: float) -> None:
+        x_m, y_m = self._six.shift_m
+        before = self.pending[-1] if self.pending else None
+        super().sample(time_s, back)
+        if (x_m or y_m) and self.pending and self.pending[-1] is not before:
+            sample: ArmSample = self.pending.pop()
+            self.pending.append(sample._replace(pose=(-x_m, y_m, *sample.pose[2:])))

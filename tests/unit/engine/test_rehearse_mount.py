@@ -1,0 +1,116 @@
+"""From the plan's words about six axes to the truth of the simulated rig."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stepload.engine.rehearse import world_for
+from stepload.engine.rehearse_mount import mount_of
+from stepload.envelope.envelope import envelope_of
+from stepload.errors import BadInputError
+from stepload.plan.load import load_plan
+from stepload.plan.mounting import Mounting
+from stepload.plan.simulation import Simulation
+from stepload.rig.world import load_world
+
+PROCEDURES = Path(__file__).resolve().parents[3] / "procedures"
+
+
+def told(**mount):
+    return Simulation(mount=Mounting(**mount))
+
+
+def test_without_a_mount_the_rig_has_one_axis():
+    assert mount_of(Simulation(), 1e5) is None
+
+
+def test_the_stiffness_along_the_press_is_the_rigs_and_the_rest_a_share_of_it():
+    mount = mount_of(told(coupling_x=0.4, coupling_y=-0.1, lateral_compliance=0.5), 1e5)
+    expected = np.array([[5e-6, 0.0, 4e-6], [0.0, 5e-6, -1e-6], [4e-6, -1e-6, 1e-5]])
+    assert np.array(mount.compliance_m_per_n) == pytest.approx(expected)
+
+
+def test_every_word_arrives():
+    mount = mount_of(
+        told(
+            turn_rad_per_n=3e-5,
+            friction=0.4,
+            friction_kinetic=0.2,
+            tangential_ratio=0.7,
+            tilt_x_rad=0.01,
+            tilt_y_rad=0.02,
+            sensor_turn_x_rad=0.03,
+            sensor_turn_y_rad=0.04,
+            sensor_turn_z_rad=0.05,
+            sensor_lever_m=0.2,
+            eccentricity_x_m=1e-3,
+            eccentricity_y_m=-2e-3,
+            torque_noise_n_m=0.003,
+            torque_resolution_n_m=0.004,
+            torque_range_n_m=2.5,
+            gauge_offset_x_m=0.02,
+            gauge_offset_y_m=-0.01,
+            tool_cog_m=0.07,
+        ),
+        1e5,
+    )
+    assert mount.turn_rad_per_n == ((0.0, 0.0, 0.0), (3e-5, 0.0, 3e-5), (0.0, 0.0, 0.0))
+    assert (mount.friction_static, mount.friction_kinetic) == (0.4, 0.2)
+    assert mount.tangential_ratio == 0.7
+    assert mount.plate_tilt_rad == (0.01, 0.02)
+    assert mount.gauge_offset_m == (0.02, -0.01)
+    sensor = mount.sensor
+    assert sensor.rotation_rad == (0.03, 0.04, 0.05)
+    assert sensor.lever_m == (1e-3, -2e-3, 0.2)
+    assert sensor.tool_cog_m == (0.0, 0.0, 0.07)
+    assert (sensor.torque_noise_nm, sensor.torque_quantum_nm) == (0.003, 0.004)
+    assert sensor.torque_range_nm == 2.5
+    assert sensor.cross_talk is None
+    assert mount.second_sensor == replace(sensor, rotation_rad=(0.0, 0.0, 0.0))
+
+
+def test_defaults_slide_as_they_stick_and_have_no_moment_limit():
+    mount = mount_of(told(friction=0.3), 1e5)
+    assert mount.friction_kinetic == 0.3
+    assert mount.sensor.torque_range_nm == math.inf
+
+
+def test_cross_talk_is_among_forces_and_among_torques():
+    rows = mount_of(told(cross_talk=0.01), 1e5).sensor.cross_talk
+    assert rows[0] == (0.0, 0.01, 0.01, 0.0, 0.0, 0.0)
+    assert rows[4] == (0.0, 0.0, 0.0, 0.01, 0.0, 0.01)
+
+
+WRONG = [
+    (replace(told(), lateral=0.1), "lateral and cross_talk"),
+    (replace(told(), cross_talk=0.1), "lateral and cross_talk"),
+    (told(coupling_x=0.7, coupling_y=0.7, lateral_compliance=0.9), "energy"),
+    (told(friction=0.1, friction_kinetic=0.2), "friction_kinetic 0.2 is above"),
+]
+
+
+@pytest.mark.parametrize(("simulation", "says"), WRONG)
+def test_what_no_rig_is_like_is_refused_with_what_to_do(simulation, says):
+    with pytest.raises(BadInputError, match=says) as refused:
+        mount_of(simulation, 1e5)
+    assert refused.value.hint
+
+
+def test_a_plan_with_an_empty_mount_presses_in_six_axes(tmp_path):
+    text = (PROCEDURES / "ur5e-silicone-sphere.yaml").read_text()
+    text = text.replace("rig:\n", "rig:\n  simulation: {mount: {}}\n")
+    text = text.replace("payloads/", f"{PROCEDURES}/payloads/")
+    path = tmp_path / "plan.yaml"
+    path.write_text(text)
+    spec = world_for(envelope_of(load_plan(path)))
+    assert spec.mount == mount_of(told(), spec.system_stiffness_n_per_m)
+    rig = load_world()(spec)
+    plant = rig.world.plant
+    plant.command(0.0, spec.surface_m + 1e-3)
+    rig.clock.sleep_until(3.0)
+    assert abs(plant.tip_shift_m[0]) > 1e-5

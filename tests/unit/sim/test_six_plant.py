@@ -1,0 +1,406 @@
+"""The mechanics of six axes: against one axis, closed forms and a solver without time or mass."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from quasi_static import press
+from six_rigs import SURFACE_M, go, plant, rig, rub, shift, springs, wait
+
+from stepload.errors import DomainError
+from stepload.rig.mount import Mount
+from stepload.rig.world import WorldFault
+from stepload_drivers.sim.contact import contact_of
+from stepload_drivers.sim.limit_left import limit_left
+from stepload_drivers.sim.plant import Plant
+from stepload_drivers.sim.simulation import World
+from stepload_drivers.sim.six_plant import SixPlant
+from stepload_drivers.sim.six_tip import SWING_RAD
+from stepload_drivers.sim.slow import plant_of
+
+
+def pressed(spec, make, speed_m_s=0.5e-3):
+    """Ramp into the payload, 20 um further, and stand; every force on the way."""
+    mechanics = make(spec)
+    goal_m, forces = spec.surface_m + 20e-6, []
+    for i in range(1200):
+        mechanics.command(mechanics.time_s, min(goal_m, speed_m_s * i * 1e-3))
+        mechanics.step()
+        forces.append(mechanics.force_n)
+    return mechanics, forces
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "k", "n"), [(3.49e6, 6.57e8, 1.5), (1e5, 1e8, 1.0), (3e4, 3e13, 2.5)]
+)
+@pytest.mark.parametrize("lag_s", [0.0, 0.004])
+def test_without_coupling_and_friction_it_is_the_one_axis_plant(stiffness, k, n, lag_s):
+    spec = rig(stiffness, k, n, lag_s=lag_s, max_acceleration_m_s2=2.0, lost_motion_m=2e-6)
+    one, expected = pressed(spec, lambda spec: Plant(spec, step_s=1e-3))
+    six, forces = pressed(spec, lambda spec: plant(spec, Mount(springs(stiffness))))
+    assert six.peak_n == pytest.approx(one.peak_n, rel=2e-3)
+    assert six.peak_equivalent_n == six.peak_n
+    assert six.drive_m == pytest.approx(one.drive_m, abs=1e-15)
+    assert six.tip_m == pytest.approx(one.tip_m, abs=5e-9)
+    assert six.closed_m == pytest.approx(one.closed_m, abs=5e-9)
+    touching = next(i for i, force_n in enumerate(expected) if force_n > 0.0)
+    near = slice(touching, touching + 12)
+    assert forces[near] == pytest.approx(expected[near], abs=0.02 * one.peak_n)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_in_free_air_the_tip_swings_as_the_exact_solution(seed):
+    """M u'' + b S u' + S u = 0 about a drive that stands."""
+    chance = np.random.default_rng(seed)
+    half = chance.normal(size=(3, 3))
+    mass = half @ half.T + 2.0 * np.eye(3)
+    mount = replace(
+        rub(0.0, x=0.4, y=-0.2),
+        mass_kg=tuple(map(tuple, mass.tolist())),
+        plate_tilt_rad=(0.1, -0.2),
+    )
+    spec = rig(surface_m=1.0)
+    six = plant(spec, mount)
+    six.command(0.0, 1e-4)
+    six.step()
+    stiffness = np.linalg.inv(np.array(mount.compliance_m_per_n))
+    damping = stiffness * spec.system_damping_n_s_per_m / spec.system_stiffness_n_per_m
+    inverse = np.linalg.inv(mass)
+    system = np.block([[np.zeros((3, 3)), np.eye(3)], [-inverse @ stiffness, -inverse @ damping]])
+    values, vectors = np.linalg.eig(system)
+    six.step()  # the drive stands from here on
+    speed = np.array(six._held.to_press) @ np.array(six.tip.speed)
+    begin = np.array([*six.tip_shift_m, six.tip_m - 1e-4, *speed])
+    for tick in range(1, 80):
+        six.step()
+        grown = vectors @ np.diag(np.exp(values * tick * 1e-3)) @ np.linalg.inv(vectors) @ begin
+        found = [*six.tip_shift_m, six.tip_m - 1e-4]
+        assert found == pytest.approx(grown.real[:3], rel=1e-6, abs=1e-12)
+
+
+ORACLES = [
+    (9e4, 8e6, rub(0.3, x=0.33, y=0.1), 2e-3),
+    (9e4, 8e6, rub(0.1, x=0.33, y=0.1, plate_tilt_rad=(0.02, 0.05)), 2e-3),
+    (9e4, 8e6, rub(0.0, x=0.6, plate_tilt_rad=(0.02, -0.05)), 2e-3),
+    (9e4, 1e8, rub(0.6, x=0.6, y=0.1, plate_tilt_rad=(-0.02, 0.05)), 1e-3),
+    (
+        3.49e6,
+        6.57e8,
+        Mount(springs(3.49e6, 1.7, 0.1), friction_static=0.15, friction_kinetic=0.15),
+        1.2e-4,
+    ),
+]
+
+
+@pytest.mark.parametrize(("stiffness", "k", "mount", "top_m"), ORACLES)
+def test_it_agrees_with_a_solver_without_time_and_mass(stiffness, k, mount, top_m):
+    """Loading and half of the unloading: deformation to 0.2 %, friction and sideways motion too."""
+    spec = rig(stiffness, k)
+    six = plant(spec, mount)
+    up = np.linspace(SURFACE_M, SURFACE_M + top_m, 401)
+    down = np.linspace(SURFACE_M + top_m, SURFACE_M + 0.5 * top_m, 201)
+    path = [*up, *down[1:]]
+    states = press(mount, k, 1.5, SURFACE_M, [(0.0, 0.0, at_m) for at_m in path])
+    go(six, SURFACE_M - 1e-6, 0.2)
+    for (at_m, state), place in zip(zip(path, states, strict=True), range(len(path)), strict=True):
+        go(six, at_m, 0.008, settle_s=0.2 if place in (200, 400, 600) else 0.0)
+        if place in (200, 400, 600):
+            assert six.tip.depth_m == pytest.approx(state.depth_m, rel=2e-3)
+            assert six.load == pytest.approx(tuple(state.load_n), rel=2e-3, abs=0.02 * six.force_n)
+            assert six.tip_shift_m == pytest.approx(state.tip_m[:2], rel=0.02, abs=1e-6)
+
+
+def test_a_contact_that_slides_freely_shows_the_whole_compliance():
+    """1/K_s to four digits, as the first column of C says it."""
+    mount = rub(0.0, x=0.5, y=-0.2)
+    six = plant(rig(), mount)
+    go(six, SURFACE_M + 1e-3)
+    given_m = six.drive_m - six.tip_m
+    assert given_m / six.force_n == pytest.approx(1.0 / 9e4, rel=1e-5)
+    assert six.tip_shift_m[0] / six.force_n == pytest.approx(-0.5 / 9e4, rel=1e-5)
+    assert six.tip_shift_m[1] / six.force_n == pytest.approx(0.2 / 9e4, rel=1e-5)
+
+
+def test_a_contact_that_sticks_has_the_stiffness_of_the_held_tip():
+    """Linear contact that never slides: (C + diag(1/k_t, 1/k_t, 1/k_n))^-1, element 33."""
+    mount = rub(9.0, x=0.5, y=-0.2, tangential_ratio=0.7)
+    six = plant(rig(k=2e7, n=1.0), mount)
+    go(six, SURFACE_M - 1e-7)
+    go(six, SURFACE_M + 1e-6)  # slowly, or it bounces
+    go(six, SURFACE_M + 1e-3, 3.0)
+    soft = np.array(mount.compliance_m_per_n) + np.diag([1 / 1.4e7, 1 / 1.4e7, 1 / 2e7])
+    expected = np.linalg.inv(soft)
+    assert six.force_n / 1e-3 == pytest.approx(expected[2, 2], rel=1e-5)
+    assert six.load[0] / 1e-3 == pytest.approx(expected[0, 2], rel=1e-4)
+    assert six.force_n / 1e-3 > 1.3 * (9e4 * 2e7) / (9e4 + 2e7)
+
+
+def test_it_slides_at_the_static_and_goes_on_at_the_kinetic_friction():
+    six = plant(rig(), rub(0.3, 0.2))
+    go(six, SURFACE_M + 1e-3)
+    normal_n = six.normal_n
+    most, least, slid, going_on, slides = 0.0, math.inf, [], [], False
+    for i in range(4000):
+        six.command_shift(six.time_s, 1e-7 * i, 0.0)
+        six.step()
+        share = six.friction_n / six.normal_n
+        most = max(most, share)
+        if slides and six.tip.rubbing.sliding:
+            going_on.append(share)
+        slides = six.tip.rubbing.sliding
+        if six.slid_m > 0.0:
+            least = min(least, share)
+            slid.append(six.slid_m)
+    assert six.normal_n == pytest.approx(normal_n, rel=2e-3)
+    assert most == pytest.approx(0.3, rel=2e-3)
+    assert least < 0.21
+    assert going_on
+    assert max(going_on) == pytest.approx(0.2, rel=1e-6)
+    assert six.load[0] > 0.0  # it pushes the plate along
+    jumps = [b - a for a, b in pairwise(slid)]
+    assert max(jumps) > 20 * sorted(jumps)[len(jumps) // 2]  # it goes on by jerks
+
+
+def test_friction_below_its_limit_holds_the_tip():
+    """A shift that the springs take: the tip moves by the contact's own give and no more."""
+    six = plant(rig(), rub(0.3))
+    go(six, SURFACE_M + 1e-3)
+    begin_m = six.tip_shift_m[0]
+    shift(six, 5e-5)
+    assert six.slid_m == 0.0
+    assert 0.0 < six.friction_n < 0.3 * six.normal_n
+    springs_n_per_m, contact_n_per_m = 9e4 / 0.8, 0.8 * 1.5 * six.normal_n / six.tip.depth_m
+    share = springs_n_per_m / (springs_n_per_m + contact_n_per_m)
+    assert six.tip_shift_m[0] - begin_m == pytest.approx(share * 5e-5, rel=0.01)
+
+
+@pytest.mark.parametrize("tilt", [(0.0, 0.05), (0.05, 0.0), (-0.04, 0.03)])
+def test_a_tilted_plate_pushes_along_its_normal(tilt):
+    """n = (sin b, -sin a, cos b) for a small turn (a, b) about axes 1 and 2."""
+    six = plant(rig(), rub(0.0, plate_tilt_rad=tilt))
+    go(six, SURFACE_M + 1e-3)
+    x, y, z = six.load
+    assert x / z == pytest.approx(math.tan(tilt[1]), rel=3e-3, abs=1e-9)
+    assert y / z == pytest.approx(-math.tan(tilt[0]), rel=3e-3, abs=1e-9)
+    assert math.hypot(x, y, z) == pytest.approx(six.normal_n)
+    assert six.peak_n >= six.normal_n
+
+
+def test_sliding_along_a_slope_changes_the_depth():
+    """The tip goes deeper by the slip times the slope."""
+    six = plant(rig(), rub(0.0, plate_tilt_rad=(0.0, 0.05)))
+    go(six, SURFACE_M + 5e-4)
+    before_m, x_m, z_m = six.closed_m, six.tip_shift_m[0], six.tip_m
+    shift(six, 1e-3)
+    slope = math.tan(0.05)
+    deeper_m = six.tip_m - z_m + slope * (six.tip_shift_m[0] - x_m)
+    assert six.closed_m - before_m == pytest.approx(deeper_m, rel=1e-6)
+    assert deeper_m > 5e-6
+
+
+def test_a_plate_that_is_met_on_a_slope_is_met_where_the_press_axis_meets_it():
+    six = plant(rig(), rub(0.3, plate_tilt_rad=(0.3, 0.2)))
+    assert six.surface_m == pytest.approx(SURFACE_M)
+    assert six.closed_m == pytest.approx(-SURFACE_M)
+    go(six, SURFACE_M - 1e-7)
+    assert six.force_n == 0.0
+    go(six, SURFACE_M + 1e-6)
+    assert six.force_n > 0.0
+
+
+def work_of_a_loop(spec, mount, stations):
+    """Work of the tip on the contact while the drives go straight between (x, y, z) in m."""
+    six = plant(spec, mount)
+
+    def tip():
+        return np.array([*six.tip_shift_m, six.tip_m]), np.array(six.load)
+
+    work, here, before = 0.0, np.zeros(3), tip()
+    for station in stations:
+        there = np.array(station)
+        for part in np.linspace(0.0, 1.0, 801)[1:].tolist() + [1.0] * 200:
+            x, y, z = (here + part * (there - here)).tolist()
+            six.command(six.time_s, z)
+            six.command_shift(six.time_s, x, y)
+            six.step()
+            after = tip()
+            work += 0.5 * float((before[1] + after[1]) @ (after[0] - before[0]))
+            before = after
+        here = there
+    assert six.force_n == 0.0
+    return work, six
+
+
+def test_a_loop_gives_no_energy_away():
+    """Stretched sideways under much load, let go under little: no more comes back than went in."""
+    deep, shallow, away = SURFACE_M + 2e-3, SURFACE_M + 2e-4, 2e-4
+    loop = [(0, 0, deep), (away, 0, deep), (away, 0, shallow), (0, 0, shallow), (0, 0, 0)]
+    work, six = work_of_a_loop(rig(), rub(0.8, tangential_ratio=0.5), loop)
+    assert work > -1e-6
+    assert six.slid_m < 1e-4
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_loops_take_energy_and_never_give_it(seed):
+    chance = random.Random(seed)
+    mount = rub(
+        chance.uniform(0.0, 0.6),
+        x=chance.uniform(-0.6, 0.6),
+        plate_tilt_rad=(chance.uniform(-0.05, 0.05), chance.uniform(-0.05, 0.05)),
+    )
+    stations = [
+        (
+            chance.uniform(-2e-4, 2e-4),
+            chance.uniform(-2e-4, 2e-4),
+            SURFACE_M + chance.uniform(0, 2e-3),
+        )
+        for _ in range(5)
+    ]
+    work, six = work_of_a_loop(rig(), mount, [*stations, (0, 0, 0)])
+    assert work > -1e-6
+    if mount.friction_static > 0.1:
+        assert work > 0.0
+    assert six.slid_m > 0.0
+
+
+def test_closing_and_opening_without_friction_costs_nothing():
+    loop = [(0, 0, SURFACE_M + 1e-3), (0, 0, 0)]
+    work, six = work_of_a_loop(rig(), rub(0.0, x=0.5), loop)
+    assert abs(work) < 1e-3 * 0.5 * six.peak_n * 1e-3
+
+
+@pytest.mark.parametrize(
+    "payload", [{}, {"hard_stop_m": 5e-6, "stop_stiffness_n_per_m": 1e9}], ids=["stiff", "stop"]
+)
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_stiff_contacts_converge(payload, friction):
+    """K up to 1e8 N/m and a hidden stop of 1e9 N/m: finer steps change the peak by < 1 %."""
+    spec = rig(3e4, 1e8 if not payload else 1e6, 1.0, payload=payload)
+    mount = Mount(springs(3e4, 0.8, 0.4), friction_static=friction, friction_kinetic=friction)
+    coarse, _ = pressed(spec, lambda spec: plant(spec, mount), 5e-3)
+    fine, _ = pressed(
+        spec, lambda spec: plant(spec, mount, swing_rad=SWING_RAD / 4, error_factor=0.25), 5e-3
+    )
+    assert coarse.peak_n == pytest.approx(fine.peak_n, rel=0.01)
+    assert coarse.peak_equivalent_n == pytest.approx(fine.peak_equivalent_n, rel=0.02)
+    assert coarse.peak_n > 5.0
+    assert coarse.force_n == pytest.approx(fine.force_n, rel=0.05, abs=0.05)
+
+
+def test_the_peak_is_of_the_resultant_and_knows_what_friction_costs():
+    six = plant(rig(k=1e8), rub(0.6, x=0.6))
+    go(six, SURFACE_M + 1e-3)
+    resultant_n = math.hypot(*six.load)
+    share = six.friction_n / six.normal_n
+    assert share > 0.2
+    assert resultant_n > 1.02 * six.force_n
+    assert six.peak_n == pytest.approx(resultant_n, rel=0.01)
+    assert six.peak_equivalent_n == pytest.approx(resultant_n / limit_left(share), rel=0.03)
+
+
+def test_what_a_lateral_load_leaves_of_the_limit():
+    given = [limit_left(share) for share in (0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 1.2)]
+    assert given == pytest.approx([1.0, 0.99, 0.98, 0.93, 0.83, 0.59, 0.395, 0.2, 0.025])
+
+
+SLOW = [
+    {"drift_m_s": 1e-6},
+    {"payload": {"creep": 0.2, "creep_time_s": 0.1}},
+    {"faults": (WorldFault("plate_moves", 0.4, 0.3, 2e-5),)},
+]
+
+
+@pytest.mark.parametrize("truth", SLOW, ids=["drift", "creep", "plate"])
+def test_what_moves_by_itself_does_so_with_six_axes_too(truth):
+    spec = rig(3.49e6, 6.57e8, **truth)
+    one, expected = pressed(spec, lambda spec: plant_of(spec, contact_of(spec), step_s=1e-3))
+    six, forces = pressed(spec, lambda spec: plant(spec, Mount(springs(3.49e6))))
+    assert forces[300::100] == pytest.approx(expected[300::100], rel=5e-3, abs=0.05)
+    assert six.closed_m == pytest.approx(one.closed_m, abs=2e-8)
+    assert six.peak_n == pytest.approx(one.peak_n, rel=0.01)
+    assert six.surface_m == pytest.approx(one.surface_m, abs=1e-12)
+
+
+def test_a_start_pose_that_presses_is_in_balance():
+    six = plant(rig(surface_m=-1e-3), rub(0.3, x=0.3, plate_tilt_rad=(0.0, 0.05)))
+    begin_n = six.force_n
+    assert begin_n > 20.0
+    wait(six, 0.3)
+    assert six.force_n == pytest.approx(begin_n, rel=0.02)
+
+
+def test_brake_and_push_limit_hold_all_drives():
+    six = plant(rig(max_push_n=20.0), rub(0.3))
+    go(six, SURFACE_M + 2e-3)
+    assert six.force_n == pytest.approx(20.0, rel=0.05)
+    shift(six, 5e-5)
+    six.braked = True
+    at = six.shift_m, six.drive_m
+    six.command(six.time_s, 0.0)
+    six.command_shift(six.time_s, 0.0, 0.0)
+    wait(six, 0.1)
+    assert (six.shift_m, six.drive_m) == at
+    assert six.drive_speed == 0.0
+    six.braked = False
+    wait(six, 0.1)
+    assert (six.shift_m, six.drive_m) == at
+
+
+def test_drives_across_the_press_have_the_limits_of_the_one_along_it():
+    six = plant(rig(surface_m=1.0, max_speed_m_s=0.01), rub(0.3))
+    six.command_shift(0.05, 1e-3, -2e-3)
+    for tick in range(1, 51):
+        six.step()
+        assert six.shift_m == (0.0, 0.0), tick
+    wait(six, 0.1)
+    assert six.shift_m == pytest.approx((1e-3, -1e-3), abs=2e-5)
+    assert abs(six.drive_speed) == pytest.approx(0.01)
+    wait(six, 0.3)
+    assert six.shift_m == pytest.approx((1e-3, -2e-3))
+    assert six.drive_m == 0.0
+    assert six.tip_shift_m == pytest.approx((1e-3, -2e-3), abs=5e-6)
+
+
+def test_a_shift_is_blocked_both_ways_by_the_largest_push():
+    six = plant(rig(max_push_n=20.0), rub(5.0))
+    go(six, SURFACE_M + 1.5e-4)
+    shift(six, -2e-3)
+    assert abs(six.load[0]) < 25.0
+    assert six.shift_m[0] > -1e-3
+
+
+def test_a_world_without_a_mount_has_the_one_axis_plant():
+    spec = rig()
+    assert type(World(spec).plant) is Plant
+    assert isinstance(World(replace(spec, mount=rub(0.3))).plant, SixPlant)
+
+
+WRONG = [
+    ({"compliance_m_per_n": springs(8e4)}, "not the system stiffness"),
+    ({"compliance_m_per_n": springs(9e4, 0.2, 0.5)}, "energy"),
+    (
+        {"compliance_m_per_n": ((1e-5, 1e-6, 0.0), (0.0, 1e-5, 0.0), (0.0, 0.0, 1 / 9e4))},
+        "symmetric",
+    ),
+    ({"mass_kg": springs(-1.0)}, "mass_kg"),
+    ({"friction_kinetic": 0.4}, "friction"),
+    ({"friction_static": math.nan}, "friction"),
+    ({"tangential_ratio": 0.0}, "tangential"),
+    ({"plate_tilt_rad": (0.7, 0.7)}, "45 degrees"),
+]
+
+
+@pytest.mark.parametrize(("change", "says"), WRONG)
+def test_a_mount_that_no_rig_has_is_refused(change, says):
+    with pytest.raises(DomainError, match=says):
+        World(rig(mount=replace(rub(0.3), **change)))
+
+
+def test_the_side_force_of_one_axis_is_refused_beside_a_mount():
+    with pytest.raises(DomainError, match="leave them at 0"):
+        World(rig(mount=rub(0.3), lateral=0.1))
