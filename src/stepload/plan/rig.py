@@ -29,6 +29,7 @@ from stepload.plan.leaves import (
     Stiffness,
     StiffnessError,
     Temperature,
+    Text,
 )
 from stepload.plan.sections import Key, Options
 from stepload.plan.simulation import AS_DECLARED, Simulation
@@ -127,6 +128,14 @@ class ArmSpec:
     ] = 5e-5
     max_age_s: Annotated[_Age | None, Key(_OLDER)] = None
     pose: Annotated[Remark, Key("Name of the pose; compared with the calibration record.")] = ""
+    kinematics: Annotated[
+        str | None,
+        Text(400),
+        Key(
+            "How its joints follow each other, for `stepload pose`: an arm that comes with "
+            "stepload, or a file of its DH parameters; none: a machine of one axis."
+        ),
+    ] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
