@@ -91,7 +91,9 @@ def read_arm(name: str) -> ArmKinematics:
     if problem := unknown_arm(name):
         raise BadInputError(problem[0], hint=problem[1])
     disk = Disk()
-    source = disk.file(Path(name)) if names_a_file(name) else disk.shipped(ARMS, name, f"arm {name}")
+    source = (
+        disk.file(Path(name)) if names_a_file(name) else disk.shipped(ARMS, name, f"arm {name}")
+    )
     return parse_arm(source)
 
 
