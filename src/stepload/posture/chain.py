@@ -14,6 +14,7 @@ from stepload.rig.samples import SixFloats
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IndexArray = NDArray[np.intp]
 LONGEST_TOOL_M = 2.0
 
 

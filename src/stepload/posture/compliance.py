@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.posture.chain import FloatArray
+from stepload.posture.chain import FloatArray, IndexArray
 
 _SOFTEST = 1e-12
 _FLATTEST = 1e-9
@@ -55,8 +55,8 @@ class GivesWay:
         """K_flat/K_zz, at least K_stuck/K_zz."""
         return self.flat_n_per_m / self.free_n_per_m
 
-    def at(self, index: int) -> GivesWay:
-        """One pose of many."""
+    def at(self, index: int | IndexArray) -> GivesWay:
+        """One pose of many, or some."""
         return GivesWay(*(np.asarray(getattr(self, name))[index] for name in self.__slots__))
 
 

@@ -130,7 +130,7 @@ def make(
     most_push(rig)
     own = plan_of(rig, payload_folder() / "stiff-flat.yaml", ANY_N).rig
     chain = read_arm(_arm_of(own, arm))
-    known, remarks = _calibrations(own, chain, calibrations)
+    known, remarks = _calibrations(own, chain, calibrations, press)
     tool = _tool(tool_m, known)
     asked = press_of(rig, payload)
     reach = reach_m(chain)
@@ -185,14 +185,14 @@ def _arm_of(rig: Rig, arm: str | None) -> str:
 
 
 def _calibrations(
-    rig: Rig, chain: ArmKinematics, paths: Sequence[Path]
+    rig: Rig, chain: ArmKinematics, paths: Sequence[Path], press: FloatArray
 ) -> tuple[list[Held], list[str]]:
     """Those that were given and the rig's own; what is to be said of them."""
-    found, remarks = [read_held(path, chain) for path in paths], []
+    found, remarks = [read_held(path, chain, press) for path in paths], []
     own = rig.system_stiffness.record
     if own is not None and own.is_file() and own.resolve() not in {p.resolve() for p in paths}:
         record = read_calibration(own)
-        if why := why_not(record):
+        if why := why_not(record, chain, press):
             remarks.append(f"{own.name}, the rig's calibration, is not used: {why}.")
         else:
             found.append(held(own.name, record, chain))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,8 @@ from stepload.posture.compliance import GivesWay, compliance, gives_way
 
 FACTOR = 2.0
 """Assumed joint stiffness is believed to be right within this factor."""
+SAME_WAY_DEG = 5.0
+"""Tool and press of a calibration may differ by so much."""
 PRIOR = 0.35
 """σ of the logarithm of a factor before anything is measured: 2 is two of them away."""
 
@@ -54,27 +57,37 @@ class Held:
         return float(self.gives_way(stiffness).free_n_per_m)
 
 
-def why_not(record: CalibrationRecord) -> str:
-    """Why a calibration says nothing of the joints; "" where it does."""
+def why_not(record: CalibrationRecord, arm: ArmKinematics, press: FloatArray) -> str:
+    """Why a calibration says nothing of the joints in a press that way; "" where it does."""
     if record.simulated:
         return "it was made in a dry run"
     if len(record.joints_rad) != JOINTS:
         return f"it tells {len(record.joints_rad)} joints where {JOINTS} are needed"
-    return "" if record.tcp_offset is not None else "it does not tell the TCP"
+    if record.tcp_offset is None:
+        return "it does not tell the TCP"
+    cosine = float(np.clip(held("", record, arm).press @ press, -1.0, 1.0))
+    turned = math.degrees(math.acos(cosine))
+    if turned <= SAME_WAY_DEG:
+        return ""
+    return (
+        f"z of its TCP points {turned:.0f}° away from the press (allowed {SAME_WAY_DEG:g}°), so "
+        "that it was made pressing another way, or with a TCP that is turned"
+    )
 
 
-def read_held(path: Path, arm: ArmKinematics) -> Held:
+def read_held(path: Path, arm: ArmKinematics, press: FloatArray) -> Held:
     """The pose of the calibration in a file.
 
     Raises:
         PlanError: it is none.
-        BadInputError: it says nothing of the joints.
+        BadInputError: it says nothing of the joints, or nothing of a press that way.
     """
     record = read_calibration(path)
-    if why := why_not(record):
+    if why := why_not(record, arm, press):
         raise BadInputError(
             f"{path}: this calibration says nothing of the arm's joints: {why}",
-            hint="calibrate the arm itself; stepload 0.1 and later keep joints and TCP",
+            hint="calibrate the arm itself, pressing the same way; stepload 0.1 and later keep "
+            "joints and TCP",
         )
     return held(path.name, record, arm)
 

@@ -11,7 +11,15 @@ from scipy.spatial.transform import Rotation
 
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.arms import ArmKinematics
-from stepload.posture.chain import BoolArray, FloatArray, Tool, frames, jacobian, reach_m
+from stepload.posture.chain import (
+    BoolArray,
+    FloatArray,
+    IndexArray,
+    Tool,
+    frames,
+    jacobian,
+    reach_m,
+)
 from stepload.posture.clear import clear, mobile
 from stepload.posture.compliance import GivesWay, compliance, gives_way
 from stepload.posture.inverse import BRANCHES, check_closed_form, inverse
@@ -21,6 +29,7 @@ from stepload.units import format_quantity
 
 STEP = 0.05
 """Of the grid, as a share of the reach."""
+MOST_STEPS = 60
 SMALLEST_RADIUS, LARGEST_RADIUS, LOWEST, HIGHEST = 0.3, 1.2, -0.4, 0.9
 """How far the grid goes where nobody says, as shares of the reach; nearer to the base there is no
 room for a plate."""
@@ -33,6 +42,8 @@ ALIKE = 1.1
 APART = 0.15
 """Places nearer than this share of the reach are one place."""
 BEST = 5
+TWINS = 1e-7
+"""Figures that differ by less are those of one arm and its mirror image."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +80,7 @@ class Poses:
         figures: how the arm gives way there.
         push_n: what the joints can push there, NaN where that is not known.
         changes: of C_zz when the arm draws back by each of `TRAVELS_M`, (N, 2).
-        refused: why others are none, in words, with how many.
+        refused: why others are none, in words, with how many ways to hold the arm.
     """
 
     joints_rad: FloatArray
@@ -102,9 +113,10 @@ def direction(x: float, y: float, z: float) -> FloatArray:
 
 
 def _steps(ends: tuple[float, float], step: float) -> FloatArray:
-    """Numbers from one end to the other, at most about `step` apart, to a millimetre."""
+    """Numbers from one end to the other, about `step` apart, to a millimetre."""
     low, high = ends
-    return np.round(np.linspace(low, high, math.ceil((high - low) / step - 1e-9) + 1), 3)
+    count = min(math.ceil((high - low) / step - 1e-9), MOST_STEPS)
+    return np.round(np.linspace(low, high, count + 1), 3)
 
 
 def grid(arm: ArmKinematics, tool: Tool, task: Task) -> Iterator[FloatArray]:
@@ -198,9 +210,32 @@ def _reached(
     moved = changes(arm, stiffness, tool, here)
     keep(moved[:, 0] <= MOST, f"stiffness that changes by more than {MOST:.0%} over a press")
     figures = gives_way(compliance(j[kept], stiffness), task.press)
+    place = np.repeat(np.arange(len(contact)), BRANCHES)
+    turned = np.sum(np.abs(here), axis=1)
+    picked = _unlike(place[kept], figures, turned[kept])
+    chosen = np.flatnonzero(kept)[picked]
     return Poses(
-        here[kept], start[kept], tip[kept], j[kept], figures, push[kept], moved[kept], refused
+        here[chosen], start[chosen], tip[chosen], j[chosen], figures.at(picked), push[chosen],
+        moved[chosen], refused,
     )  # fmt: skip
+
+
+def _unlike(place: IndexArray, figures: GivesWay, turned: FloatArray) -> IndexArray:
+    """Indices of poses of which no two are each other's mirror image at one place.
+
+    An arm with its shoulder on the other side stands as its own mirror image and gives way the same
+    way: of the two that whose joints are turned less in sum is kept.
+    """
+    stiffness, share = np.log(figures.free_n_per_m), figures.stuck_share
+    order = np.lexsort((share, stiffness, place))
+    new = np.ones(len(order), dtype=bool)
+    for values in (place, stiffness, share):
+        steps = np.abs(np.diff(values[order])) > TWINS
+        new[1:] = steps if values is place else new[1:] | steps
+    group = np.cumsum(new)
+    by_turn = np.lexsort((turned[order], group))
+    first = np.flatnonzero(np.diff(group[by_turn], prepend=0))
+    return np.sort(order[by_turn[first]])
 
 
 def best(poses: Poses, reach: float, many: int = BEST) -> list[int]:
@@ -214,7 +249,7 @@ def best(poses: Poses, reach: float, many: int = BEST) -> list[int]:
     found: list[int] = []
     while np.any(left) and len(found) < many:
         alike = left & (stiffness >= np.max(stiffness[left]) / ALIKE)
-        index = int(np.argmin(np.where(alike, share, np.inf)))
+        index = int(np.argmin(np.where(alike, np.round(share, 6), np.inf)))
         found.append(index)
         left &= np.linalg.norm(poses.tip_m - poses.tip_m[index], axis=1) > APART * reach
     return found

@@ -34,7 +34,8 @@ def place_table(found: Posture) -> Table:
         f"at the start, {travel} back",
     )
     note = (
-        "Radius: of the contact from the base's axis. Height: above the base's foot."
+        "Radius: of the contact from the base's axis. Height: above the base's foot. The mirror "
+        "image, with the shoulder on the other side, gives way alike."
         + " Joint 1 is for a plate along x of the base: it turns along with a plate elsewhere."
         * found.task.upright
     )
