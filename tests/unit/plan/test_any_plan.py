@@ -62,6 +62,7 @@ rig:
     model_tolerance: 50 µm
     max_age: 12 ms
     pose: down
+    kinematics: ur5e
   force:
     driver: sim
     rate: 1 kHz
