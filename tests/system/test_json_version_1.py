@@ -87,6 +87,7 @@ def objects(directory: Path) -> dict[str, Any]:
         "campaign", "campaign", ROOT / "procedures" / "campaign.yaml", "--runs", 12,
         "--seed", 20, "--processes", 1,
     )  # fmt: skip
+    verb("pose", "pose", "ur5e", "--radius", "300 mm to 360 mm", "--height", "0 mm")
     verb("bad_input", "identify", "nothing.csv")
     return made
 

@@ -64,7 +64,7 @@ def pose(
     A ranking by assumed joint stiffness, or by that of calibrations; nothing is moved, and nothing
     is calibrated by it. Exit 3: a machine of one axis, or no pose can be reached.
 
-    Example: stepload pose ur5e --height "0 mm" --payload procedures/payloads/rubber-ball.yaml
+    Example: stepload pose ur5e --height "0 mm" --payload procedures/payloads/silicone-sphere.yaml
     """
     from stepload.posture import tables
     from stepload.posture.make import make
