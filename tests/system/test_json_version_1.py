@@ -36,7 +36,7 @@ MASKED = (
     "compare.curve.run", "compare.groups", "compare.differences.first",
     "compare.differences.second", "compare.differences.why", "calibrate*.record",
     "*.calibration.run", "*.measured_on", "*.valid_until", "campaign.elapsed_s", "bad_input.error",
-    "snippet.snippet",
+    "snippet.snippet", "pose.answers",
 )  # fmt: skip
 AS_A_PROCESS = ("run_again", "identify_curve")
 """Where whatever a library writes past Python's streams would be seen too."""
