@@ -52,14 +52,13 @@ def test_joint_angles_put_the_contact_where_it_is_said_and_z_of_the_tool_along_t
     assert found.figures.free_n_per_m == pytest.approx(again.free_n_per_m)
 
 
-def test_start_and_contact_are_clear_and_on_the_same_way() -> None:
-    found = _found(height_m=(-0.2, 0.2))
+@pytest.mark.parametrize("up", [-1.0, 1.0])
+def test_start_and_contact_are_clear_and_on_the_same_way(up: float) -> None:
+    press = direction(0.0, 0.0, up)
+    found = _found(press=press, radius_m=(0.3, 0.6), height_m=(-0.2, 0.6))
     floor = np.minimum(0.0, found.tip_m[:, 2])
-    for joints, tip in (
-        (found.joints_rad, found.tip_m),
-        (found.start_rad, found.tip_m + np.array([0.0, 0.0, 0.05])),
-    ):
-        assert np.all(clear(UR5E, frames(UR5E, joints), tip, floor))
+    for joints, back_m in ((found.joints_rad, 0.0), (found.start_rad, 0.05)):
+        assert np.all(clear(UR5E, frames(UR5E, joints), found.tip_m - back_m * press, floor))
     assert np.abs(found.start_rad - found.joints_rad).max() < 0.7
 
 
