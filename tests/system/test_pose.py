@@ -52,14 +52,20 @@ def test_tables_and_sentences_stand_on_standard_output() -> None:
         (("ur5e", "--press", "nan", "0", "0"), 2, "no direction"),
         (("ur5e", "--joint-stiffness", "1e4 N m/rad"), 2, "1 numbers, expected 6"),
         (("ur5e", "--joint-stiffness", "1e4 N m"), 2, "--joint-stiffness: '1e4 N m' is"),
-        (("ur5e", "--joint-stiffness", "0 N m/rad"), 2, "holds nothing"),
+        (("ur5e", "--joint-stiffness", "0 N m/rad"), 2, "is no stiffness of joints"),
+        (("ur5e", "--joint-stiffness", "1e99 N m/rad"), 2, "is no stiffness of joints"),
+        (
+            ("ur5e", "--payload", ROOT / "procedures" / "plastic-sphere.yaml"),
+            2,
+            "can press with 269 N at most",
+        ),
         (("ur5e", "--arm", "ur7"), 2, "no arm is named 'ur7'"),
         (("ur5e", "--calibration", "none.json"), 2, "none.json"),
         (("ur5e", "--out", "file"), 2, "that is a file"),
     ],
 )
 def test_what_cannot_be_done_is_refused_in_a_sentence(
-    tmp_path: Path, words: tuple[str, ...], code: int, told: str
+    tmp_path: Path, words: tuple[object, ...], code: int, told: str
 ) -> None:
     (tmp_path / "file").write_text("mine")
     said = in_process("pose", *words, cwd=tmp_path)

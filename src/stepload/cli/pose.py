@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from stepload.posture.make import Posture
 
 FILES = ("pose.svg", "pose.png", "pose.json")
+LONGEST_M = 10.0
+SOFTEST, STIFFEST = 1.0, 1e9
+"""Of a joint, as in the file of an arm."""
 
 
 def pose(
@@ -94,9 +97,6 @@ def pose(
     output.result(said)
 
 
-LONGEST_M = 10.0
-
-
 def _quantity(option: str, text: str, unit: str, least: float) -> float:
     from stepload.units import parse_quantity
 
@@ -122,8 +122,11 @@ def _stiffnesses(text: str) -> list[float] | None:
     if not text:
         return None
     found = [_quantity("--joint-stiffness", each, "N m/rad", 0.0) for each in text.split(",")]
-    if not all(found):
-        raise BadInputError("--joint-stiffness: a joint without stiffness holds nothing")
+    if not all(SOFTEST <= each <= STIFFEST for each in found):
+        raise BadInputError(
+            f"--joint-stiffness: {text} is no stiffness of joints",
+            hint=f"{SOFTEST:g} to {STIFFEST:g} N m/rad each",
+        )
     return found
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stepload.plan.arms import unknown_arm
 from stepload.plan.draft import put
+from stepload.plan.kinematics import unknown_arm
 from stepload.plan.model import Plan
 from stepload.plan.problems import Problem
 from stepload.plan.references import names_a_file

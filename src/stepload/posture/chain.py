@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from stepload.errors import DomainError
-from stepload.plan.arms import JOINTS, ArmKinematics
+from stepload.plan.kinematics import JOINTS, ArmKinematics
 from stepload.rig.samples import SixFloats
 
 FloatArray = NDArray[np.float64]

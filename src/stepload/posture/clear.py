@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stepload.plan.arms import ArmKinematics
+from stepload.plan.kinematics import ArmKinematics
 from stepload.posture.chain import BoolArray, FloatArray
 
 ON_A_LINK = 5

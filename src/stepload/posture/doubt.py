@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import spearmanr
 
-from stepload.plan.arms import JOINTS
+from stepload.plan.kinematics import JOINTS
 from stepload.posture.chain import FloatArray
 from stepload.posture.compliance import compliance, gives_way
 from stepload.posture.search import Poses

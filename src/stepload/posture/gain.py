@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from stepload.atlas.points import k_max
-from stepload.atlas.rigs import bench, specimen
+from stepload.atlas.rigs import bench, most_push, specimen
 from stepload.envelope.theory import theory_of
-from stepload.errors import RefusedError
+from stepload.errors import BadInputError, RefusedError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.identifiability import Binding, Identifiability, identifiability
 from stepload.plan.load import load_plan
@@ -70,6 +70,13 @@ def press_of(rig: str, payload: Path | None) -> Press:
     if _is_plan(payload):
         plan = load_plan(payload)
         top_n = plan.procedure.top_force_n
+        name, most_n = most_push(rig)
+        if top_n > most_n:
+            raise BadInputError(
+                f"{payload}: its top force is {top_n:.4g} N, and rig {name} can press with "
+                f"{most_n:.4g} N at most",
+                hint="another rig, a plan with a lower top force, or the payload's own file",
+            )
         secant = theory_of(plan.payload).stiffest.secant(top_n)
         asked = plan.identify
         told = replace(

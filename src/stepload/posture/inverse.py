@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 
 from stepload.errors import RefusedError
-from stepload.plan.arms import JOINTS, ArmKinematics
+from stepload.plan.kinematics import JOINTS, ArmKinematics
 from stepload.posture.chain import FloatArray
 
 BRANCHES = 8

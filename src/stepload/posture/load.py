@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stepload.plan.arms import JOINTS, ArmKinematics
+from stepload.plan.kinematics import JOINTS, ArmKinematics
 from stepload.posture.chain import FloatArray
 
 GRAVITY_M_S2 = 9.81

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from stepload.atlas.plans import plan_of
-from stepload.atlas.rigs import most_push
+from stepload.atlas.rigs import PROBE_N
 from stepload.errors import BadInputError, RefusedError
-from stepload.plan.arms import JOINTS, ArmKinematics, arms, read_arm
 from stepload.plan.calibration import read_calibration
+from stepload.plan.kinematics import JOINTS, ArmKinematics, arms, read_arm
 from stepload.plan.rig import Rig
 from stepload.plan.shipped import payload_folder
 from stepload.posture.chain import FloatArray, Tool, reach_m
@@ -34,7 +34,6 @@ from stepload.posture.search import (
 
 TOOL_M = 0.12
 """Flange to contact where nobody tells it."""
-ANY_N = 100.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,8 +126,7 @@ def make(
         PlanError: what is wrong in a file.
         RefusedError: a rig of one axis, an arm of another build, or no pose.
     """
-    most_push(rig)
-    own = plan_of(rig, payload_folder() / "stiff-flat.yaml", ANY_N).rig
+    own = plan_of(rig, payload_folder() / "stiff-flat.yaml", PROBE_N).rig
     chain = read_arm(_arm_of(own, arm))
     known, remarks = _calibrations(own, chain, calibrations, press)
     tool = _tool(tool_m, known)

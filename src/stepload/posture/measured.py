@@ -11,8 +11,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from stepload.errors import BadInputError
-from stepload.plan.arms import JOINTS, ArmKinematics
 from stepload.plan.calibration import CalibrationRecord, read_calibration
+from stepload.plan.kinematics import JOINTS, ArmKinematics
 from stepload.posture.chain import FloatArray, Tool, frames, jacobian
 from stepload.posture.compliance import GivesWay, compliance, gives_way
 

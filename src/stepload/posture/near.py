@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stepload.plan.arms import ArmKinematics
+from stepload.plan.kinematics import ArmKinematics
 from stepload.posture.chain import FloatArray, Tool, frames, jacobian
 from stepload.posture.inverse import inverse
 

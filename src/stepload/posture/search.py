@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from stepload.errors import BadInputError, RefusedError
-from stepload.plan.arms import ArmKinematics
+from stepload.plan.kinematics import ArmKinematics
 from stepload.posture.chain import (
     BoolArray,
     FloatArray,

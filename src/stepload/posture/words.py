@@ -48,7 +48,7 @@ def _best(found: Posture) -> str:
     radius = math.hypot(first.tip_m[0], first.tip_m[1])
     gain = float(first.figures.free_n_per_m) / found.median_n_per_m
     edge = (
-        radius < found.task.radius_m[0] + 1e-9 and found.task.radius_m[0] < found.task.radius_m[1]
+        radius < found.task.radius_m[0] + 1e-3 and found.task.radius_m[0] < found.task.radius_m[1]
     )
     return (
         f"The best of {len(found.poses.joints_rad)} poses of {found.arm.name} has its plate "

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepload.plan.arms import read_arm
+from stepload.plan.kinematics import read_arm
 from stepload.posture.chain import frames, jacobian, reach_m
 from stepload.posture.clear import clear, mobile
 from stepload.posture.load import GRAVITY_M_S2, push_n, weight_torque_n_m

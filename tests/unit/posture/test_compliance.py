@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stepload.plan.arms import read_arm
+from stepload.plan.kinematics import read_arm
 from stepload.posture.chain import Tool, frames, jacobian
 from stepload.posture.compliance import compliance, gives_way
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stepload.plan.arms import read_arm
+from stepload.plan.kinematics import read_arm
 from stepload.posture.chain import Tool
 from stepload.posture.compliance import compliance, gives_way
 from stepload.posture.doubt import WRONG_BY, factors, largest, ranking

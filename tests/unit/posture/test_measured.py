@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from stepload.errors import BadInputError
-from stepload.plan.arms import read_arm
 from stepload.plan.calibration import CalibrationRecord, write_calibration
+from stepload.plan.kinematics import read_arm
 from stepload.posture.measured import Held, fitted, held, read_held, why_not
 from stepload.posture.search import direction
 

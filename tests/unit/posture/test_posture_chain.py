@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from stepload.errors import DomainError
-from stepload.plan.arms import arms, read_arm
+from stepload.plan.kinematics import arms, read_arm
 from stepload.posture.chain import Tool, frames, jacobian, reach_m
 
 TOOLS = (

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stepload.errors import RefusedError
-from stepload.plan.arms import arms, read_arm
+from stepload.plan.kinematics import arms, read_arm
 from stepload.posture.chain import frames
 from stepload.posture.inverse import check_closed_form, inverse
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from stepload.errors import BadInputError, RefusedError
-from stepload.plan.arms import read_arm
 from stepload.plan.calibration import CalibrationRecord, write_calibration
+from stepload.plan.kinematics import read_arm
 from stepload.plan.problems import PlanError
 from stepload.plan.shipped import payload_folder
 from stepload.posture import picture, tables
@@ -149,7 +149,7 @@ def test_a_calibration_of_the_rig_that_says_nothing_is_left_out_and_told(tmp_pat
 
 
 def test_an_arm_of_one_s_own_is_found_beside_the_rig_file(tmp_path: Path) -> None:
-    import stepload.plan.arms as shelf
+    import stepload.plan.kinematics as shelf
 
     text = (Path(shelf.__file__).parent / "arms" / "ur5e.yaml").read_text()
     (tmp_path / "mine.yaml").write_text(text.replace("name: UR5e", "name: my arm"))

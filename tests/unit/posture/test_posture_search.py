@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stepload.errors import BadInputError, RefusedError
-from stepload.plan.arms import ArmKinematics, read_arm
+from stepload.plan.kinematics import ArmKinematics, read_arm
 from stepload.posture.chain import Tool, frames, reach_m
 from stepload.posture.clear import clear
 from stepload.posture.compliance import compliance, gives_way

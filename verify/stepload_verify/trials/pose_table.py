@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stepload.plan.arms import ArmKinematics, read_arm
+from stepload.plan.kinematics import ArmKinematics, read_arm
 from stepload.posture.chain import FloatArray, Tool, reach_m
 from stepload.posture.doubt import ranking
 from stepload.posture.search import (

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-import stepload.plan.arms as shelf
+import stepload.plan.kinematics as shelf
 from stepload.errors import BadInputError
-from stepload.plan.arms import arms, read_arm
+from stepload.plan.kinematics import arms, read_arm
 from stepload.plan.load import load_plan
 from stepload.plan.problems import PlanError
 from stepload.plan.references import profiles, read_profile
