@@ -36,7 +36,7 @@ MASKED = (
     "compare.curve.run", "compare.groups", "compare.differences.first",
     "compare.differences.second", "compare.differences.why", "calibrate*.record",
     "*.calibration.run", "*.measured_on", "*.valid_until", "campaign.elapsed_s", "bad_input.error",
-    "snippet.snippet",
+    "snippet.snippet", "pose.answers",
 )  # fmt: skip
 AS_A_PROCESS = ("run_again", "identify_curve")
 """Where whatever a library writes past Python's streams would be seen too."""
@@ -87,6 +87,7 @@ def objects(directory: Path) -> dict[str, Any]:
         "campaign", "campaign", ROOT / "procedures" / "campaign.yaml", "--runs", 12,
         "--seed", 20, "--processes", 1,
     )  # fmt: skip
+    verb("pose", "pose", "ur5e", "--radius", "300 mm to 360 mm", "--height", "0 mm")
     verb("bad_input", "identify", "nothing.csv")
     return made
 

@@ -73,6 +73,9 @@ ROOMS = {
         "design": "Write the plan with the narrowest interval, below the elastic limit and within "
         "a time.",
     },
+    "pose": {
+        "pose": "Say where to put the plate and how to hold the arm, so that it gives way least.",
+    },
 }
 
 VERBS = tuple(

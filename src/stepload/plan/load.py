@@ -14,6 +14,7 @@ from stepload.plan.derived import fill
 from stepload.plan.draft import UnknownError, put, whole
 from stepload.plan.driver_options import read_options
 from stepload.plan.impossible import Impossibility
+from stepload.plan.joints import settle_kinematics
 from stepload.plan.model import DriverChoice, Payload, Plan, SourceFile
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.pushes import settle_pushes
@@ -107,6 +108,8 @@ class _Loader:
         with suppress(UnknownError):
             at = _place(root, ("rig", "system_stiffness", "record"))
             settle_stiffness(plan, at, today, self.shelf, self.sources, self.problems)
+        with suppress(UnknownError):
+            settle_kinematics(plan, _place(root, ("rig", "arm", "kinematics")), self.problems)
         with suppress(UnknownError):
             settle_pushes(plan, today)
         self._options(plan, root)

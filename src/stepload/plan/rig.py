@@ -34,6 +34,7 @@ from stepload.plan.leaves import (
     Stiffness,
     StiffnessError,
     Temperature,
+    Text,
 )
 from stepload.plan.sections import Key, Options
 from stepload.plan.simulation import AS_DECLARED, Simulation
@@ -150,6 +151,14 @@ class ArmSpec:
             "axis. Of an arm friction at the contact changes the system stiffness."
         ),
     ] = Structure.ARM
+    kinematics: Annotated[
+        str | None,
+        Text(400),
+        Key(
+            "How its joints follow each other, for `stepload pose`: an arm that comes with "
+            "stepload, or a file of its DH parameters; none: a machine of one axis."
+        ),
+    ] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from typing import Protocol
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.source import Source, read_source
 
-PROFILES, SENSORS = "profiles", "sensors"
+PROFILES, SENSORS, ARMS = "profiles", "sensors", "arms"
 
 
 class Shelf(Protocol):

@@ -63,6 +63,7 @@ rig:
     max_age: 12 ms
     pose: down
     structure: arm
+    kinematics: ur5e
   force:
     driver: sim
     rate: 1 kHz

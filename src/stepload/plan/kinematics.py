@@ -1,0 +1,128 @@
+"""How the joints of an arm follow each other: a file of its Denavit–Hartenberg numbers.
+
+Six files come with stepload, in the folder `arms`; a lab writes one for an arm of its own. They are
+read as strictly as a plan: every quantity with its unit, no key that means nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from difflib import get_close_matches
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+from stepload.errors import BadInputError
+from stepload.plan.draft import UnknownError, whole
+from stepload.plan.leaves import Angle, Length, Name, Offset, Quantity, Remark, Version
+from stepload.plan.problems import PlanError, Problem, printable
+from stepload.plan.reader import read_section
+from stepload.plan.references import names_a_file
+from stepload.plan.sections import Key
+from stepload.plan.shelf import ARMS, Disk
+from stepload.plan.source import Source
+from stepload.plan.tree import Place, parse_tree
+
+JOINTS = 6
+_JointStiffness = Annotated[float, Quantity("N m/rad", 1.0, 1e9)]
+_Mass = Annotated[float, Quantity("kg", 0.0, 1e4)]
+_Torque = Annotated[float, Quantity("N m", 0.0, 1e6, above=True)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArmKinematics:
+    """An arm of six revolute joints, base upright; every list has one number for each joint.
+
+    Joint i turns about z of frame i-1 by its angle and `theta`, then come d along that axis, a
+    along the new x and the twist alpha about it (the standard convention).
+    """
+
+    stepload_arm: ClassVar[Annotated[int, Version(1), Key("Version of the format.")]]
+    name: Annotated[Name, Key("What the arm is called.")]
+    source: Annotated[Remark, Key("Where these numbers come from.")]
+    a_m: Annotated[tuple[Offset, ...], Key("Length a of each link.")]
+    d_m: Annotated[tuple[Offset, ...], Key("Offset d of each joint.")]
+    alpha_rad: Annotated[tuple[Angle, ...], Key("Twist α of each link.")]
+    theta_rad: Annotated[
+        tuple[Angle, ...], Key("What is added to the angle that the arm tells of each joint.")
+    ] = (0.0,) * JOINTS
+    low_rad: Annotated[tuple[Angle, ...], Key("Lowest angle of each joint.")]
+    high_rad: Annotated[tuple[Angle, ...], Key("Highest angle of each joint.")]
+    joint_stiffness_n_m_per_rad: Annotated[
+        tuple[_JointStiffness, ...],
+        Key("Torsional stiffness of each joint; joints of equal stiffness count as the same gear."),
+    ]
+    stiffness_source: Annotated[Remark, Key("Where the joint stiffness comes from.")]
+    link_radius_m: Annotated[Length, Key("Half the thickness of the links.")]
+    mass_kg: Annotated[tuple[_Mass, ...], Key("Mass of each link.")] = ()
+    centre_x_m: Annotated[tuple[Offset, ...], Key("Its centre, x in the link's frame.")] = ()
+    centre_y_m: Annotated[tuple[Offset, ...], Key("The same, y.")] = ()
+    centre_z_m: Annotated[tuple[Offset, ...], Key("The same, z.")] = ()
+    max_torque_n_m: Annotated[tuple[_Torque, ...], Key("Largest torque of each joint.")] = ()
+
+
+def arms() -> tuple[str, ...]:
+    """Names of the arms that come with stepload."""
+    files = (resources.files("stepload.plan") / ARMS).iterdir()
+    return tuple(sorted(f.name[:-5] for f in files if f.name.endswith(".yaml")))
+
+
+def unknown_arm(name: str) -> tuple[str, str] | None:
+    """Message and hint where `name` is neither a file's nor that of an arm that is known."""
+    if names_a_file(name) or name in (known := arms()):
+        return None
+    near = get_close_matches(name[:60], known, n=1)
+    guess = f"did you mean {near[0]!r}? " if near else ""
+    return (
+        f"no arm is named {printable(name)!r}",
+        f"{guess}there are {', '.join(known)}; or a FILE.yaml of its DH parameters",
+    )
+
+
+def read_arm(name: str) -> ArmKinematics:
+    """The arm of a name, or of a file.
+
+    Raises:
+        BadInputError: no such name.
+        PlanError: no such file, or no arm; every problem with its place.
+    """
+    if problem := unknown_arm(name):
+        raise BadInputError(problem[0], hint=problem[1])
+    disk = Disk()
+    source = (
+        disk.file(Path(name)) if names_a_file(name) else disk.shipped(ARMS, name, f"arm {name}")
+    )
+    return parse_arm(source)
+
+
+def parse_arm(source: Source) -> ArmKinematics:
+    """The arm in `source`; raises as `read_arm`."""
+    root, problems = parse_tree(source)
+    arm = read_section(ArmKinematics, root, Place(source, 1, 1), problems)
+    with suppress(UnknownError):
+        problems += _impossible(source, arm)
+    if problems:
+        raise PlanError(tuple(problems))
+    return whole(arm)
+
+
+def _impossible(source: Source, arm: ArmKinematics) -> Iterator[Problem]:
+    needed = {
+        "a": arm.a_m, "d": arm.d_m, "alpha": arm.alpha_rad, "theta": arm.theta_rad,
+        "low": arm.low_rad, "high": arm.high_rad,
+        "joint_stiffness": arm.joint_stiffness_n_m_per_rad,
+    }  # fmt: skip
+    known = {
+        "mass": arm.mass_kg, "centre_x": arm.centre_x_m, "centre_y": arm.centre_y_m,
+        "centre_z": arm.centre_z_m, "max_torque": arm.max_torque_n_m,
+    }  # fmt: skip
+    for name, numbers in (needed | known if any(known.values()) else needed).items():
+        if len(numbers) != JOINTS:
+            yield source.problem(
+                1, 1, f"{name}: {len(numbers)} numbers, expected {JOINTS}, one for each joint",
+                "mass, centre_x, centre_y, centre_z and max_torque belong together: all, or none",
+            )  # fmt: skip
+    if any(low >= high for low, high in zip(arm.low_rad, arm.high_rad, strict=False)):
+        yield source.problem(1, 1, "low: an angle is not below that of `high`")

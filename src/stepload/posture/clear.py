@@ -1,0 +1,59 @@
+"""What stands in an arm's way: its table, its own base and upper arm, and poses without a way out.
+
+Kept simple, and no substitute for looking: links are lines between the frames of the joints, as
+thick as `link_radius` says. The real ones stand beside these lines.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stepload.plan.kinematics import ArmKinematics
+from stepload.posture.chain import BoolArray, FloatArray
+
+ON_A_LINK = 5
+"""Points that are looked at on each link."""
+LEAST_SPREAD = 0.03
+"""Smallest over largest gain of the joints on the tip's motion, lengths in units of the reach. An
+arm that is stretched, folded or has two axes in line is below and cannot move every way."""
+
+
+def clear(
+    arm: ArmKinematics, placed: FloatArray, tip_m: FloatArray, floor_m: FloatArray
+) -> BoolArray:
+    """Whether poses (N,) keep clear: frames (N, 7, 4, 4), tips (N, 3), as booleans.
+
+    Elbow, forearm and wrist stay above the table, the plane through the lower of base and plate;
+    forearm and wrist stay clear of the base's column, and wrist and tool of the upper arm.
+    """
+    points = np.concatenate([placed[..., :3, 3], tip_m[:, None, :]], axis=1)
+    thick = arm.link_radius_m
+    above = np.all(points[:, 2:6, 2] > floor_m[:, None] + thick, axis=1)
+    forearm_on = _on_links(points[:, 2:])
+    wrist_on = _on_links(points[:, 3:])
+    off_base = _distance(forearm_on, points[:, 0], points[:, 1]) > 2.0 * thick
+    off_upper = _distance(wrist_on, points[:, 1], points[:, 2]) > 2.0 * thick
+    return np.asarray(above & off_base & off_upper)
+
+
+def _on_links(points: FloatArray) -> FloatArray:
+    """Points along the lines between (N, M, 3): (N, (M-1)·ON_A_LINK, 3)."""
+    share = np.linspace(0.0, 1.0, ON_A_LINK)[:, None]
+    lines = points[:, :-1, None] + share * (points[:, 1:, None] - points[:, :-1, None])
+    return lines.reshape(len(points), -1, 3)
+
+
+def _distance(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Least distance of points (N, M, 3) from the lines start–end (N, 3) each."""
+    along = (end - start)[:, None, :]
+    length = np.maximum(np.sum(along**2, axis=-1), 1e-18)
+    share = np.clip(np.sum((points - start[:, None]) * along, axis=-1) / length, 0.0, 1.0)
+    away = points - start[:, None] - share[..., None] * along
+    return np.asarray(np.min(np.linalg.norm(away, axis=-1), axis=1))
+
+
+def mobile(jacobian: FloatArray, reach_m: float) -> BoolArray:
+    """Whether the tip of poses (N, 6, 6) can move every way, as booleans."""
+    scaled = jacobian / np.array([reach_m] * 3 + [1.0] * 3)[:, None]
+    gains = np.linalg.svd(scaled, compute_uv=False)
+    return np.asarray(gains[:, -1] > LEAST_SPREAD * gains[:, 0])

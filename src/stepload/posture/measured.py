@@ -1,0 +1,177 @@
+"""Joint stiffness from calibrations: what was measured in some poses, carried to all others."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from stepload.errors import BadInputError
+from stepload.plan.calibration import CalibrationRecord, read_calibration
+from stepload.plan.kinematics import JOINTS, ArmKinematics
+from stepload.posture.chain import FloatArray, Tool, frames, jacobian
+from stepload.posture.compliance import GivesWay, compliance, gives_way
+
+FACTOR = 2.0
+"""Assumed joint stiffness is believed to be right within this factor."""
+SAME_WAY_DEG = 5.0
+"""Tool and press of a calibration may differ by so much."""
+PRIOR = 0.35
+"""σ of the logarithm of a factor before anything is measured: 2 is two of them away."""
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """The pose of a calibration.
+
+    Attributes:
+        name: of its file.
+        rig: that it was made for.
+        joints_rad: (6,) at its start pose.
+        tool: that it was made with.
+        jacobian: (6, 6) at its contact point; `press` the direction of its tool, (3,).
+        tip_m: its contact point in the base.
+        measured_n_per_m, sigma_n_per_m: K_s.
+    """
+
+    name: str
+    rig: str
+    joints_rad: FloatArray
+    tool: Tool
+    jacobian: FloatArray
+    press: FloatArray
+    tip_m: FloatArray
+    measured_n_per_m: float
+    sigma_n_per_m: float
+
+    def gives_way(self, stiffness: FloatArray) -> GivesWay:
+        """How the arm gives way there, by joint stiffness (6,)."""
+        return gives_way(compliance(self.jacobian, stiffness), self.press)
+
+    def by(self, stiffness: FloatArray) -> float:
+        """K_zz of the arm there in N/m, by joint stiffness (6,)."""
+        return float(self.gives_way(stiffness).free_n_per_m)
+
+
+def why_not(record: CalibrationRecord, arm: ArmKinematics, press: FloatArray) -> str:
+    """Why a calibration says nothing of the joints in a press that way; "" where it does."""
+    if record.simulated:
+        return "it was made in a dry run"
+    if len(record.joints_rad) != JOINTS:
+        return f"it tells {len(record.joints_rad)} joints where {JOINTS} are needed"
+    if record.tcp_offset is None:
+        return "it does not tell the TCP"
+    cosine = float(np.clip(held("", record, arm).press @ press, -1.0, 1.0))
+    turned = math.degrees(math.acos(cosine))
+    if turned <= SAME_WAY_DEG:
+        return ""
+    return (
+        f"z of its TCP points {turned:.0f}° away from the press (allowed {SAME_WAY_DEG:g}°), so "
+        "that it was made pressing another way, or with a TCP that is turned"
+    )
+
+
+def read_held(path: Path, arm: ArmKinematics, press: FloatArray) -> Held:
+    """The pose of the calibration in a file.
+
+    Raises:
+        PlanError: it is none.
+        BadInputError: it says nothing of the joints, or nothing of a press that way.
+    """
+    record = read_calibration(path)
+    if why := why_not(record, arm, press):
+        raise BadInputError(
+            f"{path}: this calibration says nothing of the arm's joints: {why}",
+            hint="calibrate the arm itself, pressing the same way; stepload 0.1 and later keep "
+            "joints and TCP",
+        )
+    return held(path.name, record, arm)
+
+
+def held(name: str, record: CalibrationRecord, arm: ArmKinematics) -> Held:
+    """The pose of a calibration that `why_not` has nothing against."""
+    assert record.tcp_offset is not None
+    tool = Tool(record.tcp_offset, f"TCP of {name}")
+    joints = np.array(record.joints_rad)
+    placed = frames(arm, joints)
+    contact = placed[-1] @ tool.matrix
+    return Held(
+        name, record.rig, joints, tool, jacobian(placed, contact[:3, 3]), contact[:3, 2],
+        contact[:3, 3], record.stiffness_n_per_m, record.sigma_n_per_m,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class JointStiffness:
+    """What the joints are taken to be.
+
+    Attributes:
+        values_n_m_per_rad: (6,).
+        source: where that comes from, in words.
+        remarks: what is to be said of it.
+    """
+
+    values_n_m_per_rad: FloatArray
+    source: str
+    remarks: tuple[str, ...] = ()
+
+
+def fitted(values: FloatArray, calibrations: Sequence[Held]) -> JointStiffness:
+    """Assumed joint stiffness (6,) scaled to what calibrations have measured.
+
+    One calibration gives one factor for all joints. Of two and more each kind of gear, the joints
+    of one assumed stiffness, has its own, between 1/2 and 2, by least squares of the logarithm;
+    what the poses cannot tell apart stays near what was assumed.
+    """
+    if len(calibrations) == 1:
+        (one,) = calibrations
+        factor = one.measured_n_per_m / one.by(values)
+        source = f"assumed, times {factor:.3g} by {one.name}"
+        return JointStiffness(values * factor, source, _doubtful(factor, one.name))
+    kinds, kind = np.unique(values, return_inverse=True)
+
+    def misfit(logs: FloatArray) -> FloatArray:
+        scaled = values * np.exp(logs)[kind]
+        off = [
+            np.log(each.by(scaled) / each.measured_n_per_m) / _relative(each)
+            for each in calibrations
+        ]
+        return np.array([*off, *(logs / PRIOR)])
+
+    most = np.log(FACTOR)
+    found = np.exp(least_squares(misfit, np.zeros(len(kinds)), bounds=(-most, most)).x)
+    scaled = values * found[kind]
+    told = ", ".join(
+        f"{factor:.3g} for {stiffness:.2g} N m/rad"
+        for factor, stiffness in zip(found, kinds, strict=True)
+    )
+    remarks = [
+        f"{each.name}: K_s was measured as {each.measured_n_per_m:.3g} N/m, and these joints give "
+        f"{each.by(scaled):.3g} N/m"
+        for each in calibrations
+    ]
+    if np.any(np.abs(np.log(found)) > 0.999 * most):
+        remarks.append(
+            "A factor is at the end of what is believed (1/2 to 2): something else than the joints "
+            "gives way, or a calibration is of another arm."
+        )
+    names = ", ".join(each.name for each in calibrations)
+    return JointStiffness(scaled, f"assumed, times {told} by {names}", tuple(remarks))
+
+
+def _relative(each: Held) -> float:
+    """σ of the logarithm; no arm is known to less than 1 % from its joints alone."""
+    return max(each.sigma_n_per_m / each.measured_n_per_m, 0.01)
+
+
+def _doubtful(factor: float, name: str) -> tuple[str, ...]:
+    if 1.0 / FACTOR <= factor <= FACTOR:
+        return ()
+    return (
+        f"{name}: K_s is {factor:.3g} times what the assumed joints give, more than a factor of "
+        f"{FACTOR:g} away: something else than the joints gives way, or it is of another arm.",
+    )

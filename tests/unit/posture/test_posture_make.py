@@ -1,0 +1,232 @@
+"""A search for a rig: what it rests on, what is refused, what it says."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stepload.errors import BadInputError, RefusedError
+from stepload.plan.calibration import CalibrationRecord, write_calibration
+from stepload.plan.kinematics import read_arm
+from stepload.plan.problems import PlanError
+from stepload.plan.shipped import payload_folder
+from stepload.posture import picture, tables
+from stepload.posture.make import Posture, make
+from stepload.posture.measured import held
+from stepload.posture.search import direction
+from stepload.posture.words import sentences, up
+
+SOME: dict[str, Any] = {
+    "arm": None, "payload": None, "press": direction(0.0, 0.0, -1.0), "tool_m": None,
+    "radius_m": (0.3, 0.6), "height_m": (0.0, 0.1), "travel_m": 0.05, "joint_stiffness": None,
+    "calibrations": [],
+}  # fmt: skip
+PULLED_IN_DEG = (19.0, -111.8, -101.3, 123.1, -90.0, -71.0)
+STRETCHED_DEG = (10.0, -60.0, 60.0, -90.0, -90.0, 0.0)
+
+
+def _made(rig: str = "ur5e", **asked: Any) -> Posture:
+    return make(rig, **(SOME | asked))
+
+
+def _calibration(
+    path: Path, joints_deg: tuple[float, ...], factor: float, **other: Any
+) -> CalibrationRecord:
+    """Written to `path`: K_s as the assumed joints give it, times a factor."""
+    made = CalibrationRecord(
+        rig="UR5e", direction="-fz", temperature_c=None, measured_on=date(2025, 3, 1),
+        valid_until=date(2099, 6, 1), stiffness_n_per_m=1e5, sigma_n_per_m=1e3, msde_m=1e-6,
+        force_from_n=10.0, force_to_n=100.0, joints_rad=tuple(np.radians(joints_deg).tolist()),
+        tcp_position_m=(0.0, 0.0, 0.2), tcp_rotation_rad=(0.0, 0.0, 0.0),
+    )  # fmt: skip
+    arm = read_arm("ur5e")
+    assumed = held("", made, arm).by(np.array(arm.joint_stiffness_n_m_per_rad))
+    made = replace(made, stiffness_n_per_m=factor * assumed, sigma_n_per_m=0.01 * assumed)
+    made = replace(made, **other)
+    write_calibration(made, path)
+    return made
+
+
+def _rig(path: Path, text: str) -> str:
+    path.write_text(f"profile: ur5e\narm: {{driver: sim}}\nforce: {{driver: sim}}\n{text}")
+    return str(path)
+
+
+def test_what_is_not_said_is_assumed_and_told_so() -> None:
+    found = _made()
+    assert found.tool.offset[2] == 0.12
+    said = " ".join(sentences(found))
+    assert "120 mm (assumed)" in said
+    assert "Joint stiffness: assumed" in said
+    assert "no calibration: calibrate in the pose that you choose" in said
+    assert found.press.top_n == pytest.approx(0.8 * 269.0)
+    assert np.all(found.poses.push_n >= found.press.top_n)
+
+
+def test_a_tool_changes_the_poses() -> None:
+    short, long = _made(tool_m=0.0), _made(tool_m=0.3)
+    assert short.tool.source == long.tool.source == "--tool"
+    assert not np.allclose(short.best[0].joints_rad, long.best[0].joints_rad, atol=0.01)
+    with pytest.raises(BadInputError, match="longer than 2 m"):
+        _made(tool_m=2.5)
+
+
+def test_a_machine_of_one_axis_has_no_poses() -> None:
+    with pytest.raises(RefusedError, match=r"STVF does not say.*one axis") as refused:
+        _made("stvf")
+    assert "ur5e" in refused.value.hint
+    assert _made("stvf", arm="ur10e", radius_m=(0.5, 0.5)).arm.name == "UR10e"
+
+
+@pytest.mark.parametrize(
+    ("rig", "asked", "told"),
+    [
+        ("nothing", {}, "no rig profile"),
+        ("./none.yaml", {}, "no such rig file"),
+        ("ur5e", {"arm": "ur5"}, "no arm is named 'ur5'"),
+        ("ur5e", {"joint_stiffness": [1e4] * 5}, "5 numbers, expected 6"),
+        ("ur5e", {"payload": payload_folder() / "none.yaml"}, "none.yaml"),
+    ],
+)
+def test_what_cannot_be_used_is_told(rig: str, asked: dict[str, Any], told: str) -> None:
+    with pytest.raises((BadInputError, PlanError), match=told):
+        _made(rig, **asked)
+
+
+def test_stiffness_that_was_given_takes_the_place_of_what_is_assumed() -> None:
+    assumed = _made()
+    given = _made(joint_stiffness=[2.0 * k for k in assumed.arm.joint_stiffness_n_m_per_rad])
+    assert given.median_n_per_m == pytest.approx(2.0 * assumed.median_n_per_m)
+    assert given.stiffness.source == "--joint-stiffness"
+
+
+def test_a_calibration_scales_the_joints_and_stands_beside_the_best(tmp_path: Path) -> None:
+    path = tmp_path / "here.json"
+    record = _calibration(path, STRETCHED_DEG, 0.8)
+    assumed, found = _made(tool_m=0.2), _made(calibrations=[path])
+    assert found.tool.offset == (0.0, 0.0, 0.2, 0.0, 0.0, 0.0)
+    assert found.median_n_per_m == pytest.approx(0.8 * assumed.median_n_per_m)
+    (row,) = found.calibrated
+    assert float(row.figures.free_n_per_m) == pytest.approx(record.stiffness_n_per_m)
+    assert row.measured_n_per_m == record.stiffness_n_per_m
+    (said,) = [each for each in sentences(found) if each.startswith("At the pose of here.json")]
+    assert "instead of" in said
+    assert found.best[0].k_max_n_per_m > row.k_max_n_per_m
+    assert found.press.k_max(record.stiffness_n_per_m) == row.k_max_n_per_m
+    assert math.isnan(row.push_n)
+
+
+def test_where_the_pose_of_a_calibration_is_good_already_that_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "here.json"
+    _calibration(path, PULLED_IN_DEG, 1.0)
+    found = _made(calibrations=[path], radius_m=(0.5, 0.6))
+    assert "no pose that was looked at is much stiffer" in " ".join(sentences(found))
+
+
+def test_the_rig_s_own_calibration_counts_once_and_that_of_another_rig_is_told(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "own.json"
+    _calibration(path, STRETCHED_DEG, 0.9)
+    rig = _rig(tmp_path / "rig.yaml", "name: mine\nsystem_stiffness: {record: own.json}\n")
+    found = _made(rig)
+    assert len(found.calibrated) == len(_made(rig, calibrations=[path]).calibrated) == 1
+    assert "own.json was made for the rig UR5e, this is mine." in found.remarks
+
+
+def test_a_calibration_of_the_rig_that_says_nothing_is_left_out_and_told(tmp_path: Path) -> None:
+    _calibration(tmp_path / "own.json", STRETCHED_DEG, 0.9, joints_rad=())
+    rig = _rig(tmp_path / "rig.yaml", "name: UR5e\nsystem_stiffness: {record: own.json}\n")
+    found = _made(rig)
+    assert found.calibrated == []
+    assert "own.json, the rig's calibration, is not used: it tells 0 joints" in found.remarks[0]
+
+
+def test_an_arm_of_one_s_own_is_found_beside_the_rig_file(tmp_path: Path) -> None:
+    import stepload.plan.kinematics as shelf
+
+    text = (Path(shelf.__file__).parent / "arms" / "ur5e.yaml").read_text()
+    (tmp_path / "mine.yaml").write_text(text.replace("name: UR5e", "name: my arm"))
+    rig = tmp_path / "rig.yaml"
+    rig.write_text(
+        "profile: ur5e\narm: {driver: sim, kinematics: ./mine.yaml}\nforce: {driver: sim}\n"
+    )
+    assert _made(str(rig)).arm.name == "my arm"
+
+
+def test_a_payload_is_pressed_no_harder_than_is_safe_and_judged_at_each_pose() -> None:
+    found = _made(payload=payload_folder() / "silicone-sphere.yaml")
+    assert found.press.payload == "silicone sphere"
+    assert found.press.top_n < 0.8 * 269.0
+    said = " ".join(sentences(found))
+    assert "silicone sphere has a secant stiffness of" in said
+    assert "most poses will do" in said
+    stiff = _made(payload=payload_folder() / "aluminium-sphere.yaml")
+    assert "no pose will do" in " ".join(sentences(stiff))
+    with pytest.raises(RefusedError, match="must not be pressed"):
+        _made(payload=payload_folder() / "plastic-cone.yaml")
+
+
+def test_a_plan_gives_its_payload_its_force_and_its_accuracy(tmp_path: Path) -> None:
+    plan = tmp_path / "plan.yaml"
+    plan.write_text(
+        f"stepload: 1\npayload: {payload_folder()}/silicone-sphere.yaml\n"
+        "rig: {profile: ur5e, arm: {driver: sim}, force: {driver: sim}}\n"
+        "procedure: {top_force: 40 N, step: 10 N, surface_distance: 5 mm}\n"
+        "identify: {t: 10}\n"
+    )
+    found = _made(payload=plan)
+    assert (found.press.top_n, found.press.payload) == (40.0, "silicone sphere")
+    assert found.press.told.t == 10.0
+
+
+def test_with_a_gauge_across_the_contact_no_pose_changes_k_max(tmp_path: Path) -> None:
+    rig = _rig(
+        tmp_path / "rig.yaml",
+        "displacement: {driver: sim, rate: 100 Hz, resolution: 1 µm}\n",
+    )
+    found = _made(rig)
+    assert found.median_k_max_n_per_m == found.best[0].k_max_n_per_m
+    assert "A gauge across the contact" in " ".join(sentences(found))
+
+
+def test_the_object_and_the_tables_say_the_same() -> None:
+    found = _made()
+    said, first = tables.data(found), found.best[0]
+    assert said["best"][0]["k_zz_n_per_m"] == float(first.figures.free_n_per_m)
+    assert said["best"][0]["largest_stuck_ratio"] == first.largest.stuck_ratio
+    assert said["poses"] == len(found.poses.joints_rad)
+    assert said["answers"] == sentences(found)
+    assert len(said["places"]) == len({(e["radius_m"], e["height_m"]) for e in said["places"]})
+    assert max(e["k_zz_n_per_m"] for e in said["places"]) == max(found.poses.figures.free_n_per_m)
+    place, stiffness = tables.place_table(found), tables.stiffness_table(found)
+    assert len(place.rows) == len(found.best)
+    assert stiffness.rows[0][3] == up(first.largest.stuck_ratio)
+    assert stiffness.rows[-1][0] == f"median of {said['poses']}"
+
+
+def test_a_bound_is_never_rounded_down() -> None:
+    assert [up(each) for each in (1.0, 1.001, 1.0099, 1.01, 2.341)] == [
+        "1.00", "1.01", "1.01", "1.01", "2.35",
+    ]  # fmt: skip
+
+
+def test_few_poses_say_nothing_of_their_order_and_are_drawn_all_the_same() -> None:
+    found = _made(radius_m=(0.5, 0.5), height_m=(0.1, 0.1))
+    assert found.ranking is None
+    assert "too few poses" in " ".join(sentences(found))
+    assert picture.svg(found).startswith("<?xml")
+
+
+def test_the_picture_is_drawn_with_the_poses_of_calibrations(tmp_path: Path) -> None:
+    path = tmp_path / "$here_.json"
+    _calibration(path, STRETCHED_DEG, 0.8)
+    found = _made(calibrations=[path])
+    assert picture.svg(found) == picture.svg(found)
+    assert picture.png(found).startswith(b"\x89PNG")
