@@ -12,7 +12,9 @@ from stepload.engine.supervisor import ACROSS_SIGMAS, LEASH_SHARE, Supervisor
 from stepload.envelope.limits import RunLimits
 from stepload.record.rows import Phase
 
-RULES = ("R1", "R2", "R3", "R4", "R5", "R6", "R7", "R8", "R11", "CAP")
+RULES = (
+    "R1", "R2", "R3", "R4", "R5", "R6", "R7", "R8", "R11", "R12", "R13", "R14", "CAP",
+)  # fmt: skip
 """Rules that have a margin. R9 and R10 judge single samples and have none."""
 
 MEANING = {
@@ -25,6 +27,9 @@ MEANING = {
     "R7": "arm off its model",
     "R8": "search distance",
     "R11": "wrong way",
+    "R12": "dragged sideways",
+    "R13": "sensor overloaded",
+    "R14": "touched beside the axis",
     "CAP": "speed in contact",
 }
 """What each is about, in a word or three."""
@@ -75,8 +80,15 @@ def margins(
             sup.force.smooth_across_n / across_n,
             sup.second.smooth_across_n / second_n if sup.second else 0.0,
         )
+    if limits.overload_named:
+        found["R13"] = _largest(sup.overload.used, sup.second_overload.used)
     if not sup.tared:
         return found
+    if phase not in SEARCHING:
+        if limits.lateral_share:
+            found["R12"] = _share(sup.wrench.share, limits.lateral_share)
+        if limits.eccentricity_m:
+            found["R14"] = _share(sup.wrench.off_m, limits.eccentricity_m)
     limit_n = limits.force_limit_n
     found["R1"] = _largest(
         math.hypot(sup.force_n, sup.force.across_n) / limit_n,

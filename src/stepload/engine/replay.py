@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from stepload.engine.supervisor import Supervisor
 from stepload.envelope.limits import RunLimits
@@ -35,6 +36,15 @@ class Replayed:
     ticks: int
 
 
+class Zero(NamedTuple):
+    """Readings that count as zero from `time_s` on; `wrench` is () in records without it."""
+
+    time_s: float
+    force_n: float
+    second_n: float
+    wrench: tuple[float, ...] = ()
+
+
 class Replayer:
     """The supervisor as it goes through a recording, or through one that is being made.
 
@@ -48,12 +58,12 @@ class Replayer:
         self.limits = limits
         self.phase = int(Phase.WARM_UP)
         self._target_m = self._compliance = float("nan")
-        self._tares: deque[tuple[float, float, float]] = deque()
+        self._tares: deque[Zero] = deque()
         self._changes: deque[tuple[float, RunLimits]] = deque()
 
-    def tare(self, time_s: float, zero_n: float, second_zero_n: float) -> None:
+    def tare(self, zero: Zero) -> None:
         """Take these readings for zero from a time on that no tick has come to yet."""
-        self._tares.append((time_s, zero_n, second_zero_n))
+        self._tares.append(zero)
 
     def adopt(self, time_s: float, limits: RunLimits) -> None:
         """Judge by these thresholds from a time on that no tick has come to yet."""
@@ -68,9 +78,9 @@ class Replayer:
 
     def follow(self, row: TickRow) -> None:
         """Take over what the tick has decided."""
-        while self._tares and self._tares[0][0] <= row.time_s:
-            _, zero_n, second_zero_n = self._tares.popleft()
-            self.supervisor.tare(zero_n, second_zero_n)
+        while self._tares and self._tares[0].time_s <= row.time_s:
+            zero = self._tares.popleft()
+            self.supervisor.tare(zero.force_n, zero.second_n, zero.wrench)
         while self._changes and self._changes[0][0] <= row.time_s:
             self.limits = self._changes.popleft()[1]
             self.supervisor.adopt(self.limits)
@@ -81,7 +91,7 @@ class Replayer:
 
 def replay(
     ticks: Iterable[ReplayTick],
-    tares: Sequence[tuple[float, float, float]],
+    tares: Sequence[Zero],
     limits: RunLimits,
     *,
     force_axis: str,
@@ -92,14 +102,14 @@ def replay(
 
     Args:
         ticks: in order of time.
-        tares: (time_s, zero_n, second_zero_n) of the tares of the run, in order of time.
+        tares: the zeros of the run, in order of time.
         limits: the run's own, or others.
         force_axis, second_axis: components of the wrenches, as in the plan.
         changes: (time_s, limits) from when on others were in force, in order of time.
     """
     replayer = Replayer(limits, force_axis, second_axis)
     for tare in tares:
-        replayer.tare(*tare)
+        replayer.tare(tare)
     for change in changes:
         replayer.adopt(*change)
     count = late = 0

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from stepload.engine.replay import Replayed, group_by_tick, replay
+from stepload.engine.replay import Replayed, Zero, group_by_tick, replay
 from stepload.envelope.limits import RunLimits
+from stepload.envelope.sideways import SIDEWAYS
 from stepload.errors import BadInputError, DomainError
 from stepload.record.reader import Event, Recording, read_recording
 from stepload.record.rows import Phase, TickRow, rows_of
@@ -44,6 +45,9 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
         del data["terms"]  # names, units and sources for readers; they follow from the names
         # Records from before F_c had an uncertainty counted on all of it.
         data.setdefault("counted_limit_n", data["elastic_limit_n"])
+        # Rules that a record is older than are off.
+        for name in SIDEWAYS:
+            data.setdefault(name, 0.0)
         limits = RunLimits(**data)
         if limits.command_delay_s > MOST_DELAYED * limits.period_s:
             raise ValueError(f"command_delay_s {limits.command_delay_s} s")
@@ -52,16 +56,25 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
     return limits
 
 
-def _tares(recording: Recording) -> list[tuple[float, float, float]]:
-    return [
-        (
-            event.time_s,
-            float(event.data["mean_n"]),  # type: ignore[arg-type]
-            float(event.data["second_mean_n"]),  # type: ignore[arg-type]
-        )
-        for event in recording.events
-        if event.kind == "tare"
-    ]
+def zero_of(event: Event) -> Zero:
+    """The zero that an event "tare" of a record tells; the record may be anybody's.
+
+    Raises:
+        KeyError, TypeError, ValueError: it tells none.
+    """
+    wrench = tuple(float(value) for value in event.data.get("wrench", ()))  # type: ignore[attr-defined]
+    if len(wrench) not in (0, 6):
+        raise ValueError(f"a wrench of {len(wrench)} components")
+    return Zero(
+        event.time_s,
+        float(event.data["mean_n"]),  # type: ignore[arg-type]
+        float(event.data["second_mean_n"]),  # type: ignore[arg-type]
+        wrench,
+    )
+
+
+def _tares(recording: Recording) -> list[Zero]:
+    return [zero_of(event) for event in recording.events if event.kind == "tare"]
 
 
 def _changes(recording: Recording, limits: RunLimits) -> list[tuple[float, RunLimits]]:

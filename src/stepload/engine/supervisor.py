@@ -1,4 +1,4 @@
-"""Says stop, and nothing else: rules R1–R11 and the in-contact speed cap.
+"""Says stop, and nothing else: rules R1–R14 and the in-contact speed cap.
 
 A function of its own state, the samples and the limits; it reads no clock and touches no device, so
 the same code judges a dry run, hardware and a recording. It is asked at arming, in every tick, and
@@ -10,7 +10,9 @@ R3  no new sample in time                      R8  end of the search distance
 R4  sample not finite, frozen, out of range    R9  force jump without motion
     or flagged by the device                   R10 sequence or device clock out of order
 R5  the two force channels disagree                or stamps of the future
-R11 force grows the wrong way in an approach   CAP faster than a hidden hard stop would allow
+R11 force grows the wrong way in an approach   R12 dragged across the pressing axis
+R13 a component of the wrench near its rating  R14 touched beside the pressing axis
+CAP faster than a hidden hard stop would allow
 
 R1 and R2 judge the magnitude of the force: a sensor with the wrong sign must stop a run too.
 """
@@ -22,7 +24,9 @@ from collections.abc import Sequence
 
 from stepload.engine.cross_check import CrossCheck, Standing
 from stepload.engine.motion import SEARCHING, MotionWatch
+from stepload.engine.overload import OverloadWatch
 from stepload.engine.watch import ArmWatch, Breach, ForceWatch, Found
+from stepload.engine.wrench import WrenchRules
 from stepload.envelope.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
@@ -58,9 +62,9 @@ class Supervisor:
         "_cross", "_cross_s",
         "_found", "_last_n", "_limits", "_mean_n", "_second_is_arm", "_second_wrong_way",
         "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound", "_standing", "_tared",
-        "_taut_s", "_wrong_way", "arm", "cause", "force", "force_n", "motion", "predicted_n",
-        "second", "second_n", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n",
-        "smooth_tau_s", "zero_n",
+        "_taut_s", "_wrong_way", "arm", "cause", "force", "force_n", "motion", "overload",
+        "predicted_n", "second", "second_n", "second_overload", "second_zero_n",
+        "slope_n_per_s", "smooth_alpha", "smooth_n", "smooth_tau_s", "wrench", "zero_n",
     )  # fmt: skip
 
     def __init__(
@@ -98,6 +102,9 @@ class Supervisor:
             found=found,
         )
         self.motion = MotionWatch(limits, found)
+        self.wrench = WrenchRules(limits, found)
+        self.overload = OverloadWatch("force sensor", limits.overload, found)
+        self.second_overload = OverloadWatch("second force sensor", limits.second_overload, found)
         period_s = limits.period_s
         self.smooth_tau_s = tau_s = max(0.25 * limits.reaction_s, 2.0 * period_s)
         self.smooth_alpha = alpha = period_s / tau_s
@@ -124,6 +131,7 @@ class Supervisor:
         noise_n = limits.noise_n
         self._limits = limits
         self.motion.adopt(limits)
+        self.wrench.adopt(limits)
         slope_noise_n = 1.5 * noise_n * math.sqrt(self.smooth_alpha)
         self._slope_noise_n_per_s = slope_noise_n / self._slope_span_s
         self._answer_rise_n = 6.0 * noise_n * math.sqrt(0.5 * self._answer_alpha)
@@ -180,12 +188,16 @@ class Supervisor:
                 return f"the {name} still reads {read_n:+.3g} N: the contact may not be open"
         return ""
 
-    def tare(self, zero_n: float, second_zero_n: float) -> None:
-        """Take these readings for zero force from now on, and judge forces from now on."""
+    def tare(self, zero_n: float, second_zero_n: float, wrench: Sequence[float] = ()) -> None:
+        """Take these readings for zero force from now on, and judge forces from now on.
+
+        `wrench` is the mean of the force sensor's six components; without it those across the axis
+        are zeroed by what they read lately, as those of a second sensor are.
+        """
         self.zero_n, self.second_zero_n = zero_n, second_zero_n
-        self.force.tare_across()
+        self.force.tare(wrench)
         if self.second is not None:
-            self.second.tare_across()
+            self.second.tare()
         self._slow_n = self.smooth_n = self._last_n = self.force.raw_n - zero_n
         self._cross.restart()
         self._standing.restart()
@@ -212,10 +224,13 @@ class Supervisor:
         in_arm = self.arm.take(arm_samples, now_s)
         in_second = None if self.second is None else self.second.take(second_samples, now_s)
         motion = self.motion.judge(now_s, target_m, self.arm.position_m, phase)
+        overload = self.overload.judge(self.force.wrench) if self.force.fresh else None
+        if self.second is not None and self.second.fresh:
+            overload = self.second_overload.judge(self.second.wrench) or overload
         force = self._judge_force(target_m, compliance_m_per_n, phase) if self._tared else None
         self._sound = in_force is None and in_arm is None and in_second is None
         if self.cause is None:
-            first = in_force or in_arm or in_second or force or motion
+            first = in_force or in_arm or in_second or overload or force or motion
             if first is not None:
                 stream: ForceWatch | ArmWatch = self.force
                 if first is in_arm or first is motion:
@@ -228,7 +243,7 @@ class Supervisor:
         return self.cause
 
     def _judge_force(self, target_m: float, compliance_m_per_n: float, phase: int) -> Breach | None:
-        """R1, R2, R5, R6, R9, R11 and the in-contact speed cap; keeps the filtered force."""
+        """R1, R2, R5, R6, R9, R11, R12, R14 and the speed cap; keeps the filtered force."""
         limits = self._limits
         limit_n, noise_n = limits.force_limit_n, limits.noise_n
         jump_n = 0.0
@@ -295,7 +310,7 @@ class Supervisor:
         return breach
 
     def _judge_side(self, force_n: float, phase: int) -> Breach | None:
-        """R1 and R2 for the whole force; R11 in an approach, where a surface can only push."""
+        """R1 and R2 for the whole force; R11 in an approach, else R12 and R14."""
         limits, across_n = self._limits, self.force.across_n
         breach = None
         for rule, along_n, word in (("R1", force_n, "is"), ("R2", self.predicted_n, "would be")):
@@ -311,7 +326,9 @@ class Supervisor:
         if phase in SEARCHING:
             return breach or self._judge_way(force_n)
         self._wrong_way = 0
-        return breach
+        dragged = self.wrench.judge_across(self.force, force_n, self.smooth_n, self.predicted_n)
+        beside = self.wrench.judge_centre(self.force, self.smooth_n)
+        return breach or dragged or beside
 
     def _judge_second_side(self, second: ForceWatch, phase: int) -> Breach | None:
         """R1 and R11 of what a second sensor feels across its axis: only it may be alive."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from stepload.engine.supervisor import Supervisor
 from stepload.record.outcome import Tare
@@ -41,15 +42,18 @@ class _Line:
 class TareWindow:
     """Takes readings in while the arm rests; as cheap at the end as at the beginning."""
 
-    __slots__ = ("_end_s", "_force", "_second", "count", "start_s")
+    __slots__ = ("_end_s", "_force", "_second", "_wrench", "count", "start_s")
 
     def __init__(self) -> None:
         self._force, self._second = _Line(), _Line()
+        self._wrench: list[float] = []
         self.start_s = self._end_s = math.nan
         self.count = 0
 
-    def add(self, time_s: float, force_n: float, second_n: float) -> None:
-        """Take one reading of each channel in, in N, not tared."""
+    def add(
+        self, time_s: float, force_n: float, second_n: float, wrench: Sequence[float] = ()
+    ) -> None:
+        """Take one reading of each channel in, in N, and the whole wrench; not tared."""
         if not self.count:
             self.start_s = time_s
         self._end_s = time_s
@@ -57,11 +61,15 @@ class TareWindow:
         since_s = time_s - self.start_s
         self._force.add(count, since_s, force_n)
         self._second.add(count, since_s, second_n)
+        means = self._wrench or wrench
+        self._wrench = [
+            mean + (value - mean) / count for mean, value in zip(means, wrench, strict=True)
+        ]
 
     def offer(self, now_s: float, sup: Supervisor, duration_s: float) -> Tare | None:
         """Take a fresh reading in; the figures once the readings cover this long."""
         if sup.force.fresh:
-            self.add(now_s, sup.force.raw_n, sup.second_raw_n)
+            self.add(now_s, sup.force.raw_n, sup.second_raw_n, sup.force.wrench)
         if self.count < LEAST_READINGS or now_s - self.start_s < duration_s:
             return None
         return self.result()
@@ -77,5 +85,5 @@ class TareWindow:
             raise ValueError(f"a tare needs {LEAST_READINGS} readings, there are {count}")
         return Tare(
             self._end_s, self._end_s - self.start_s, count, force.mean, force.noise(count),
-            force.slope, second.mean, second.noise(count),
+            force.slope, second.mean, second.noise(count), tuple(self._wrench),
         )  # fmt: skip

@@ -145,13 +145,13 @@ class ForceWatch(_StreamWatch):
 
     __slots__ = (
         "_across",
-        "_across_smooth",
-        "_across_zero",
         "_full_scale_n",
         "_index",
         "_same",
         "_sign",
+        "_smooth",
         "_wrench",
+        "_zero",
         "identical_counts",
         "raw_n",
     )
@@ -170,8 +170,8 @@ class ForceWatch(_StreamWatch):
         super().__init__(name, stale_s=stale_s, clock_s=clock_s, found=found)
         self._index, self._sign = wrench_axis(axis)
         self._across = tuple(index for index in AXES.values() if index != self._index)
-        self._across_zero = (0.0, 0.0)
-        self._across_smooth: tuple[float, float] | None = None
+        self._zero: Sequence[float] = (0.0,) * 6
+        self._smooth: tuple[float, float, float, float] | None = None
         self._full_scale_n = full_scale_n
         self.identical_counts = identical_counts
         self._wrench: tuple[float, ...] = ()
@@ -189,26 +189,50 @@ class ForceWatch(_StreamWatch):
         if not self._wrench:
             return 0.0
         i, j = self._across
-        zero_i, zero_j = self._across_zero
-        return math.hypot(self._wrench[i] - zero_i, self._wrench[j] - zero_j)
+        zero = self._zero
+        return math.hypot(self._wrench[i] - zero[i], self._wrench[j] - zero[j])
 
     @property
     def smooth_across_n(self) -> float:
         """The same, smoothed over some ticks: its noise is not that of the pressing axis."""
-        if self._across_smooth is None:
+        if self._smooth is None:
             return 0.0
-        (smooth_i, smooth_j), (zero_i, zero_j) = self._across_smooth, self._across_zero
-        return math.hypot(smooth_i - zero_i, smooth_j - zero_j)
+        (i, j), smooth, zero = self._across, self._smooth, self._zero
+        return math.hypot(smooth[0] - zero[i], smooth[1] - zero[j])
 
-    def tare_across(self) -> None:
-        """Take the smoothed force across the pressing axis for zero."""
-        if self._across_smooth is not None:
-            self._across_zero = self._across_smooth
+    def torque_beside(self, lever_m: float) -> float:
+        """Size in N·m of the torque across the axis that a force at the axis, `lever_m` from the
+        sensor's origin towards the plate, does not explain; smoothed, since `tare`."""
+        if self._smooth is None:
+            return 0.0
+        (i, j), zero = self._across, self._zero
+        force_i, force_j, torque_i, torque_j = self._smooth
+        # (r × f) of r along the axis; the plate lies where its push comes from.
+        lever_m *= self._sign if self._index == 1 else -self._sign
+        return math.hypot(
+            torque_i - zero[3 + i] + lever_m * (force_j - zero[j]),
+            torque_j - zero[3 + j] - lever_m * (force_i - zero[i]),
+        )
+
+    def tare(self, wrench: Sequence[float] = ()) -> None:
+        """Take this mean of the six components for zero; without one, what is smoothed now."""
+        if wrench:
+            self._zero = tuple(wrench)
+        elif self._smooth is not None:
+            i, j = self._across
+            zero = [0.0] * 6
+            zero[i], zero[j], zero[3 + i], zero[3 + j] = self._smooth
+            self._zero = tuple(zero)
 
     @property
     def axis(self) -> tuple[int, float]:
         """Index of the pressing axis in the wrench, and its sign."""
         return self._index, self._sign
+
+    @property
+    def wrench(self) -> tuple[float, ...]:
+        """The newest reading as the sensor gives it, six components, not tared; () before any."""
+        return self._wrench
 
     @property
     def force_vector_n(self) -> tuple[float, ...]:
@@ -248,17 +272,22 @@ class ForceWatch(_StreamWatch):
                     " full scale",
                 )  # fmt: skip
         if breach is None:
-            self._smooth_across(self._wrench)
+            self._follow(self._wrench)
         return breach
 
-    def _smooth_across(self, wrench: Sequence[float]) -> None:
+    def _follow(self, wrench: Sequence[float]) -> None:
+        """Smooth forces and torques across the axis."""
         i, j = self._across
-        if self._across_smooth is None:
-            self._across_smooth = wrench[i], wrench[j]
-        smooth_i, smooth_j = self._across_smooth
-        self._across_smooth = (
-            smooth_i + ACROSS_ALPHA * (wrench[i] - smooth_i),
-            smooth_j + ACROSS_ALPHA * (wrench[j] - smooth_j),
+        now = (wrench[i], wrench[j], wrench[3 + i], wrench[3 + j])
+        if self._smooth is None:
+            self._smooth = now
+            return
+        force_i, force_j, torque_i, torque_j = self._smooth
+        self._smooth = (
+            force_i + ACROSS_ALPHA * (now[0] - force_i),
+            force_j + ACROSS_ALPHA * (now[1] - force_j),
+            torque_i + ACROSS_ALPHA * (now[2] - torque_i),
+            torque_j + ACROSS_ALPHA * (now[3] - torque_j),
         )
 
 

@@ -104,7 +104,7 @@ class Zeroing:
         elif self._still_fits(tare):
             self._zero = tare
             course.tares.append(tare)
-            course.sup.tare(tare.mean_n, tare.second_mean_n)
+            course.sup.tare(tare.mean_n, tare.second_mean_n, tare.wrench)
         return course.failure is None
 
     def _drift_check(self, now_s: float, _step_s: float) -> None:

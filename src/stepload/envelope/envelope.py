@@ -25,6 +25,7 @@ from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
 from stepload.envelope.reasons import age_reasons, force_reasons, identifiable_reasons, rig_reasons
 from stepload.envelope.schedule import Stage, schedule
 from stepload.envelope.shake import Shake, shake_for
+from stepload.envelope.sideways import sideways_reasons
 from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
@@ -148,6 +149,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         *stiffness_reasons(plan),
         *friction_reasons(plan, theory),
         *shake_reasons(plan, shake),
+        *sideways_reasons(plan),
     ]
     if found is not None:
         hardest = theory.stiffest.secant(plan.procedure.top_force_n)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import Field, dataclass, field, fields
 from typing import Any
 
@@ -15,10 +16,12 @@ from stepload.envelope.bounds import (
 )
 from stepload.envelope.press import Term
 from stepload.envelope.pressing import Pressing
+from stepload.envelope.sideways import OVERLOADS, SECOND_OVERLOADS, sideways_limits
 from stepload.errors import DomainError
 from stepload.plan.model import ForceSpec, Plan, SecondForceSource
 
 CLOCK_S = 0.015
+OFF_AT_ZERO = ("R5", "R12", "R13", "R14")
 IDENTICAL_COUNTS = 25
 SECOND_IDENTICAL_COUNTS = 100
 """The second channel may be slower than the stream it comes in."""
@@ -32,6 +35,7 @@ over a whole run."""
 FALSE_FREEZE_ODDS = 1e-11
 """Chance per sample that a sound, quantised sensor repeats itself for long enough to trip R4."""
 
+_OVERLOAD = "80 % of the rated; 0: not stated"
 _AGE = "the plan, or 12 ms, at least 4 periods"
 _EQUAL = "equal samples in a row; 0: off"
 _STANDS = "quanta, noise and drift of both sensors, while the second stands; 0: no second sensor"
@@ -105,9 +109,44 @@ class RunLimits:
     band_n: float = _limit("N", "0.25 N, 2 sigma")
     load_rate_n_per_s: float = _limit("N/s", "plan")
     touch_force_n: float = _limit("N", "plan", "R11")
+    lateral_share: float = _limit("", "plan; 0: off", "R12", zero=True)
+    lateral_weakening: float = _limit("", "a of F_allowed (1 - a t^2), t the share", zero=True)
+    lateral_from_n: float = _limit("N", "5 N, twice the touch force, 8 sigma", zero=True)
+    overload_fx_n: float = _limit("N", _OVERLOAD, "R13", zero=True)
+    overload_fy_n: float = _limit("N", _OVERLOAD, "R13", zero=True)
+    overload_fz_n: float = _limit("N", _OVERLOAD, "R13", zero=True)
+    overload_tx_n_m: float = _limit("N m", _OVERLOAD, "R13", zero=True)
+    overload_ty_n_m: float = _limit("N m", _OVERLOAD, "R13", zero=True)
+    overload_tz_n_m: float = _limit("N m", _OVERLOAD, "R13", zero=True)
+    second_overload_fx_n: float = _limit("N", _OVERLOAD, "R13", zero=True)
+    second_overload_fy_n: float = _limit("N", _OVERLOAD, "R13", zero=True)
+    second_overload_fz_n: float = _limit("N", _OVERLOAD, "R13", zero=True)
+    second_overload_tx_n_m: float = _limit("N m", _OVERLOAD, "R13", zero=True)
+    second_overload_ty_n_m: float = _limit("N m", _OVERLOAD, "R13", zero=True)
+    second_overload_tz_n_m: float = _limit("N m", _OVERLOAD, "R13", zero=True)
+    lever_m: float = _limit("m", "rig: force.lever; 0: not stated", zero=True)
+    eccentricity_m: float = _limit("m", "plan; 0: off", "R14", zero=True)
     lost_motion_m: float = _limit("m", "rig: arm.lost_motion", zero=True)
     position_resolution_m: float = _limit("m", "rig: arm.position_resolution")
     second_noise_n: float = _limit("N", "rig: second_force.noise", zero=True)
+
+    @property
+    def overload_named(self) -> bool:
+        """Whether a rating of the force sensor is stated."""
+        return min(*self.overload, *self.second_overload) < math.inf
+
+    @property
+    def overload(self) -> tuple[float, ...]:
+        """Largest reading of each component, fx … tz in N and N·m; inf where none is stated."""
+        return self._ratings(OVERLOADS)
+
+    @property
+    def second_overload(self) -> tuple[float, ...]:
+        """The same of a second force sensor."""
+        return self._ratings(SECOND_OVERLOADS)
+
+    def _ratings(self, names: Sequence[str]) -> tuple[float, ...]:
+        return tuple(getattr(self, name) or math.inf for name in names)
 
     def __post_init__(self) -> None:
         for each in _thresholds():
@@ -143,7 +182,7 @@ class RunLimits:
         rows = []
         for each in _thresholds():
             rule, value = each.metadata["rule"], getattr(self, each.name)
-            if rule and (rule != "R5" or value):
+            if rule and (value or rule not in OFF_AT_ZERO):
                 rows.append(
                     (rule, Term(each.name, value, each.metadata["unit"], each.metadata["source"]))
                 )
@@ -267,6 +306,7 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         band_n=max(0.25, 2.0 * press.noise_n),
         load_rate_n_per_s=procedure.load_rate_n_per_s,
         touch_force_n=procedure.touch_force_n,
+        **sideways_limits(plan, noise_n),
         lost_motion_m=arm.lost_motion_m,
         position_resolution_m=arm.position_resolution_m,
         second_noise_n=second.noise_n if has_second else 0.0,

@@ -11,7 +11,7 @@ import numpy as np
 
 from stepload.engine.margins import margins
 from stepload.engine.replay import Replayer, group_by_tick
-from stepload.engine.replayed import changed_limits, limits_from
+from stepload.engine.replayed import changed_limits, limits_from, zero_of
 from stepload.engine.watch import wrench_axis
 from stepload.record.reader import Event
 from stepload.record.rows import ArmColumns, ForceColumns, Phase, TickColumns, TickRow, rows_of
@@ -113,9 +113,9 @@ class State:
     def _hear(self, event: Event) -> None:
         told: Any = event.data
         if event.kind == "tare":
-            zero_n, second_n = float(told["mean_n"]), float(told["second_mean_n"])
-            self._replayer.tare(event.time_s, zero_n, second_n)
-            self._take_zero(event.time_s - float(told["duration_s"]), event.time_s, zero_n)
+            zero = zero_of(event)
+            self._replayer.tare(zero)
+            self._take_zero(event.time_s - float(told["duration_s"]), event.time_s, zero.force_n)
         elif event.kind == "limits":
             self._limits_seen += 1
             if self._limits_seen > 1:

@@ -187,6 +187,27 @@ def _stiffness_error(stiffness: SystemStiffness) -> Iterator[Impossibility]:
         )
 
 
+def _ratings(force: ForceSpec) -> Iterator[Impossibility]:
+    """Ratings are three numbers, and that of the pressing axis is not below the range."""
+    for key, rated in (
+        ("rated_force", force.rated_force_n),
+        ("rated_torque", force.rated_torque_n_m),
+    ):
+        if len(rated) not in (0, 3):
+            yield Impossibility(
+                (key,), f"{len(rated)} ratings, a sensor has three axes", "give all three: x, y, z"
+            )
+    if len(force.rated_force_n) == 3:
+        along_n = force.rated_force_n["xyz".index(force.axis[-1])]
+        if force.range_n > along_n:
+            yield Impossibility(
+                ("range",),
+                f"the range {newton(force.range_n)} is above the rated force {newton(along_n)} of "
+                f"{force.axis[1:]}",
+                "state the rated force of the pressing axis as range",
+            )
+
+
 def _table(stiffness: SystemStiffness) -> Iterator[Impossibility]:
     """The table of the deflection by itself, and with the stiffness that it goes with."""
     rows = stiffness.deflection_force_n, stiffness.deflection_m, stiffness.deflection_sigma_m
@@ -339,7 +360,7 @@ def _search(procedure: Procedure) -> Iterator[Impossibility]:
 CHECKS: Mapping[Kind, tuple[Check, ...]] = {
     material: (_strength, _range),
     Payload: (_roughness, _hardness, _theory),
-    ForceSpec: (partial(_fineness, "resolution"), partial(_fineness, "noise")),
+    ForceSpec: (partial(_fineness, "resolution"), partial(_fineness, "noise"), _ratings),
     SecondForce: (_second_channel,),
     SystemStiffness: (_stiffness_error, _stiffness_is_known, _validity, _table, _across),
     Simulation: (_simulated_pad, _simulated_roughness, _simulated_jkr, _simulated_cross_talk),

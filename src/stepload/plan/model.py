@@ -149,6 +149,21 @@ class Procedure:
         ),
     ]
     settle_timeout_s: Annotated[Duration, Key("Longest wait for a level to settle.")] = 10.0
+    max_lateral_share: Annotated[
+        float,
+        Quantity("%", 0.01, 0.5),
+        Key(
+            "Largest force across the pressing axis, as a share of the force along it, at which a "
+            "run goes on (rule R12). A payload that is dragged sideways yields earlier."
+        ),
+    ] = 0.3
+    max_eccentricity_m: Annotated[
+        Length,
+        Key(
+            "How far beside the force sensor's pressing axis the plate may be touched (rule R14); "
+            "known where `rig.force.lever` is stated and the sensor has torques."
+        ),
+    ] = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

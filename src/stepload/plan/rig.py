@@ -35,6 +35,7 @@ from stepload.plan.leaves import (
     StiffnessError,
     Temperature,
     Text,
+    Torque,
 )
 from stepload.plan.sections import Key, Options
 from stepload.plan.simulation import AS_DECLARED, Simulation
@@ -188,6 +189,21 @@ class ForceSpec:
     nonlinearity: Annotated[Share | None, Key(_CROOKED)] = None
     drift_n_per_s: Annotated[_Drift, Key("Largest drift of the zero.")] = 0.0
     max_age_s: Annotated[_Age | None, Key(_OLDER)] = None
+    rated_force_n: Annotated[
+        tuple[Force, ...],
+        Key("Rated force of each axis of the sensor, three: fx, fy, fz; none: not watched."),
+    ] = ()
+    rated_torque_n_m: Annotated[
+        tuple[Torque, ...],
+        Key("Rated torque about each axis of the sensor, three: tx, ty, tz; none: not watched."),
+    ] = ()
+    lever_m: Annotated[
+        Length | None,
+        Key(
+            "From the sensor's origin to the contact, along the pressing axis. With it the torques "
+            "tell where the plate is touched."
+        ),
+    ] = None
     tool_mass_kg: Annotated[_Mass | None, Key(_TOOL_MASS.format("the sensor"))] = None
     pushed_on: Annotated[Calendar | None, Key(_PUSHED_ON.format("the sensor"))] = None
     push_problem: str = ""

@@ -14,7 +14,8 @@ SURE_SIGMAS = 3.0
 class Tare:
     """One look at the channels at rest in free air, not tared; second channel NaN where none.
 
-    `noise_n` is the standard deviation about the slope.
+    `noise_n` is the standard deviation about the slope, `wrench` the mean of the force sensor's six
+    components in N and N·m, () where it was not taken.
     """
 
     time_s: float
@@ -25,6 +26,7 @@ class Tare:
     slope_n_per_s: float
     second_mean_n: float
     second_noise_n: float
+    wrench: tuple[float, ...] = ()
 
     @property
     def mean_error_n(self) -> float:
@@ -62,7 +64,7 @@ class Touch(NamedTuple):
 class Cause(NamedTuple):
     """Why a run was stopped; the first one wins.
 
-    `rule` is "R1" … "R11", "CAP", or a word for causes outside the rules ("device", "drift" …).
+    `rule` is "R1" … "R14", "CAP", or a word for causes outside the rules ("device", "drift" …).
     `sample_age_s` is the age of the sample that it was judged by.
     """
 

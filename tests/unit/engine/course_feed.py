@@ -31,9 +31,10 @@ class Stage:
     ) -> None:
         self.zeros: list[tuple[float, float]] = []
         self.sup = SimpleNamespace(
-            force=SimpleNamespace(fresh=True, raw_n=0.0), arm=SimpleNamespace(position_m=0.0),
+            force=SimpleNamespace(fresh=True, raw_n=0.0, wrench=(0.0,) * 6),
+            arm=SimpleNamespace(position_m=0.0),
             force_n=0.0, smooth_n=0.0, second_raw_n=0.0, second_n=0.0,
-            tare=lambda zero_n, second_n: self.zeros.append((zero_n, second_n)),
+            tare=lambda zero_n, second_n, _wrench=(): self.zeros.append((zero_n, second_n)),
         )  # fmt: skip
         self.events: list[tuple[float, str, dict[str, Any]]] = []
         self.operator = Operator()

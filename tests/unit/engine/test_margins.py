@@ -20,7 +20,8 @@ def limits(**other: Any) -> Any:
         "second_noise_n": 0.5, "model_tolerance_m": 1e-4, "model_lag_s": 0.0, "search_end_m": 0.01,
         "touch_force_n": 3.0, "noise_n": 0.5, "force_limit_n": 375.0, "cross_check": "",
         "cross_tolerance_n": 0.0, "cross_relative": 0.0, "contact_n_s_per_m": 1e4,
-        "stiffness_n_per_m": 3e6,
+        "stiffness_n_per_m": 3e6, "lateral_share": 0.3, "eccentricity_m": 0.01,
+        "overload_named": True,
     }  # fmt: skip
     return SimpleNamespace(**{**told, **other})
 
@@ -44,6 +45,8 @@ def supervisor(**other: Any) -> Any:
         "second_n": math.nan, "smooth_n": 100.0, "predicted_n": 110.0, "difference_n": 0.0,
         "standing_n": 0.0, "answer_n": 0.0, "travel_m": 0.0,
         "motion": motion(),
+        "wrench": SimpleNamespace(share=0.0, off_m=0.0),
+        "overload": SimpleNamespace(used=0.0), "second_overload": SimpleNamespace(used=0.0),
     }  # fmt: skip
     return SimpleNamespace(**{**told, **other})
 

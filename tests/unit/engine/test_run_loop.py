@@ -18,7 +18,7 @@ from run_plans import stvf_plan
 from stepload.engine import loop
 from stepload.engine.loop import run_loop
 from stepload.engine.operator import Operator, StopLevel
-from stepload.engine.replay import group_by_tick, replay
+from stepload.engine.replay import Zero, group_by_tick, replay
 from stepload.engine.safing import Action, make_safe
 from stepload.record.outcome import Cause, RunOutcome, RunStatus
 from stepload.record.rows import Phase, TickRow
@@ -436,7 +436,7 @@ def test_replay_goes_over_to_the_limits_that_the_run_went_over_to() -> None:
     bench, tape = bench_for(plan, 727.0, spec_for(plan, 4, force_noise_n=0.8)), Tape()
     assert _go(bench, tape).status is RunStatus.COMPLETED
     tares = [
-        (time_s, float(data["mean_n"]), float(data["second_mean_n"]))  # type: ignore[arg-type]
+        Zero(time_s, data["mean_n"], data["second_mean_n"], data["wrench"])  # type: ignore[arg-type]
         for time_s, kind, data in tape.events
         if kind == "tare"
     ]
@@ -455,7 +455,7 @@ def test_replay_finds_the_same_trip_and_would_trip_earlier_with_tighter_limits()
     outcome = _go(bench, tape)
     assert outcome.cause is not None
     tares = [
-        (time_s, float(data["mean_n"]), float(data["second_mean_n"]))  # type: ignore[arg-type]
+        Zero(time_s, data["mean_n"], data["second_mean_n"], data["wrench"])  # type: ignore[arg-type]
         for time_s, kind, data in tape.events
         if kind == "tare"
     ]

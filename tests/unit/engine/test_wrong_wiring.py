@@ -14,6 +14,7 @@ from run_plans import limits_for, stvf_plan, ur_plan
 
 from stepload.engine.loop import run_loop
 from stepload.engine.supervisor import Supervisor
+from stepload.engine.watch import Breach
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase
@@ -84,7 +85,7 @@ def test_the_force_limit_holds_for_every_direction(axis: int, direction: float) 
 def test_the_size_of_the_whole_force_is_limited(along: float) -> None:
     """A sensor mounted at 45 degrees shows 0.7 of the force along its axis and 0.7 across it."""
     limits = limits_for(stvf_plan(), F_C)
-    supervisor = Supervisor(limits, "+fz")
+    supervisor = Supervisor(limits, "+fz", found=all_but_r12)
     supervisor.force.take([_sample(0, [0.0] * 6)], 0.0)
     supervisor.tare(0.0, 0.0)
     tick, found = 0, None
@@ -280,6 +281,11 @@ def test_opposite_signs_of_two_channels_are_named() -> None:
         while found is None:
             found = supervisor._judge_cross_check(20.0, 20.0)
         assert ("opposite signs" in found.message) is named
+
+
+def all_but_r12(rule: str, *rest: Any) -> Breach | None:
+    """R12 stops a run that is dragged sideways earlier."""
+    return None if rule == "R12" else Breach(rule, *rest)
 
 
 def _sample(index: int, wrench: Any) -> ForceSample:

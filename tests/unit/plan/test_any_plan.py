@@ -76,6 +76,9 @@ rig:
     nonlinearity: 0.5 %
     drift: 0.01 N/s
     max_age: 20 ms
+    rated_force: [500 N, 500 N, 1 kN]
+    rated_torque: [20 N m, 20 N m, 20 N m]
+    lever: 80 mm
     tool_mass: 1.2 kg
     pushed_on: 2026-01-01
   displacement:
@@ -206,6 +209,8 @@ procedure:
   warm_up: 2 s
   max_drift: 4 N
   settle_timeout: 10 s
+  max_lateral_share: 25 %
+  max_eccentricity: 5 mm
 identify:
   kind: payload
   secant_force: 200 N

@@ -39,7 +39,8 @@ RANGES = {
         payload.geometry.power.at_radius rig.arm.position_resolution
         rig.arm.model_tolerance rig.displacement.resolution procedure.surface_distance
         procedure.surface_uncertainty procedure.search_distance procedure.retract
-        rig.simulation.stop_depth
+        rig.simulation.stop_depth rig.force.lever rig.second_force.sensor.lever
+        procedure.max_eccentricity
         rig.system_stiffness.deflection calibration.deflection
     """,
     "0.1 to 89 deg": "payload.geometry.sharp_cone.slope",
@@ -53,6 +54,7 @@ RANGES = {
     "above 0 to 1e6 N": """
         payload.force_limit rig.arm.max_push rig.force.range rig.force.resolution
         rig.force.noise rig.second_force.sensor.range rig.second_force.sensor.resolution
+        rig.force.rated_force rig.second_force.sensor.rated_force
         rig.second_force.sensor.noise rig.mechanical_fuse rig.simulation.kinematic_length
         procedure.top_force procedure.step procedure.levels procedure.touch_force
         procedure.max_drift identify.secant_force calibration.force_from calibration.force_to
@@ -77,6 +79,7 @@ RANGES = {
     "above 0 to 2 m/s": "rig.arm.max_speed",
     "above 0 to 100 m/s^2": "rig.arm.max_acceleration",
     "above 0 to 10000 kg": "rig.arm.effective_mass",
+    "above 0 to 1e6 N m": "rig.force.rated_torque rig.second_force.sensor.rated_torque",
     "above 0 to 100 kg": """
         rig.force.tool_mass rig.second_force.tool_mass rig.second_force.sensor.tool_mass
     """,
@@ -149,7 +152,7 @@ RANGES = {
     "-10 to 10 %": "rig.simulation.sensor_quadratic rig.simulation.sensor_cubic",
     "above 0 to 1e6 N/s": "procedure.load_rate",
     "1 to 1000 count": "procedure.cycles",
-    "1 to 50 %": "procedure.unload_fraction",
+    "1 to 50 %": "procedure.unload_fraction procedure.max_lateral_share",
     "0.1 to 50 %": "procedure.until",
     "1 to 100 count": "procedure.touches",
     "0 to 86400 s": "procedure.warm_up",

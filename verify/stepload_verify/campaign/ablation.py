@@ -16,7 +16,7 @@ from stepload.engine.watch import Breach
 from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError
 
-RULES = tuple(f"R{number}" for number in range(1, 12))
+RULES = tuple(f"R{number}" for number in range(1, 15))
 LAYERS = {
     "R1": "no stop at the force limit",
     "R2": "no stop at the predicted peak force",
@@ -29,6 +29,9 @@ LAYERS = {
     "R9": "no stop at a force jump without motion",
     "R10": "no stop at a sequence or clock out of order",
     "R11": "no stop at a force that grows the wrong way in an approach",
+    "R12": "no stop where the payload is dragged sideways",
+    "R13": "no stop near the ratings of the force sensor",
+    "R14": "no stop where the plate is touched beside the pressing axis",
     "standing": "a second sensor may stand while the main one moves (R4 of equal samples is left)",
     "leash": "the target is not bound to what the force has proved",
     "cap": "no speed cap in contact against a hidden hard stop",

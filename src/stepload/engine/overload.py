@@ -1,0 +1,47 @@
+"""R13: no component of a force sensor's wrench comes near what it is rated for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from stepload.engine.watch import Breach, Found
+
+OVERLOADED_SAMPLES = 2
+"""Readings in a row beyond 80 % of the rating: one may be a spike."""
+COMPONENTS = ("fx", "fy", "fz", "tx", "ty", "tz")
+
+
+class OverloadWatch:
+    """Watches one force sensor; `used` is the largest reading as a share of its limit.
+
+    Args:
+        name: of the sensor.
+        limits: largest reading of each component in N and N·m, inf where none is stated.
+        found: makes a breach of a rule; see `stepload.engine.watch`.
+    """
+
+    __slots__ = ("_found", "_name", "_over", "_stated", "used")
+
+    def __init__(self, name: str, limits: Sequence[float], found: Found) -> None:
+        self._name, self._found = name, found
+        self._stated = [(i, limit) for i, limit in enumerate(limits) if limit < math.inf]
+        self._over = 0
+        self.used = 0.0
+
+    def judge(self, wrench: Sequence[float]) -> Breach | None:
+        """A fresh reading, not tared: what hangs on the sensor loads it too."""
+        if not self._stated:
+            return None
+        shares = [abs(wrench[index]) / limit for index, limit in self._stated]
+        self.used = used = max(shares)
+        self._over = self._over + 1 if used > 1.0 else 0
+        if self._over < OVERLOADED_SAMPLES:
+            return None
+        index, limit = self._stated[shares.index(used)]
+        value, unit = abs(wrench[index]), "N" if index < 3 else "N m"
+        return self._found(
+            "R13", value, limit, unit,
+            f"the {self._name}'s {COMPONENTS[index]} reads {value:.4g} {unit}, beyond {limit:.4g}"
+            f" {unit}: 80 % of what it is rated for",
+        )  # fmt: skip

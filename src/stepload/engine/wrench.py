@@ -1,0 +1,102 @@
+"""Rules on force and torque across the pressing axis: R12 dragged sideways, R14 touched beside it.
+
+A payload that is dragged sideways yields at a smaller force along the axis than one that is not.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stepload.engine.watch import Breach, ForceWatch, Found
+from stepload.envelope.limits import RunLimits
+
+LATERAL_TIME_S = 0.02
+"""How long the share across the axis, already smoothed, may be too large."""
+
+
+class WrenchRules:
+    """State of the rules. `share` is the smoothed force across over that along, `off_m` how far the
+    contact is from the pressing axis; 0 where the force is too small to tell.
+
+    Args:
+        limits: the thresholds; `adopt` hands in those for another noise.
+        found: makes a breach of a rule; see `stepload.engine.watch`.
+    """
+
+    __slots__ = ("_across_s", "_found", "_limits", "_off_s", "off_m", "share")
+
+    def __init__(self, limits: RunLimits, found: Found) -> None:
+        self._limits = limits
+        self._found = found
+        self._across_s = self._off_s = 0.0
+        self.share = self.off_m = 0.0
+
+    def adopt(self, limits: RunLimits) -> None:
+        """Judge by these thresholds from now on."""
+        self._limits = limits
+
+    def judge_across(
+        self, watch: ForceWatch, force_n: float, smooth_n: float, predicted_n: float
+    ) -> Breach | None:
+        """R12: dragged sideways too much, or too much for what F_c is while it is dragged.
+
+        Args:
+            watch: of the force sensor, tared.
+            force_n, smooth_n, predicted_n: force along the axis, smoothed, and R2's peak.
+        """
+        limits, across_n, along_n = self._limits, watch.smooth_across_n, abs(smooth_n)
+        if not limits.lateral_share or math.hypot(across_n, along_n) < limits.lateral_from_n:
+            self.share = self._across_s = 0.0
+            return None
+        largest = limits.lateral_share
+        self.share = share = across_n / along_n if along_n > 0.0 else math.inf
+        if share <= largest:
+            self._across_s = 0.0
+        else:
+            self._across_s += limits.period_s
+        if self._across_s > LATERAL_TIME_S:
+            return self._found(
+                "R12", share, largest, "",
+                f"the force across the pressing axis is {across_n:.4g} N, {share:.0%} of that along"
+                f" it (allowed {largest:.0%}): the tool slides or bends sideways. Align tool and"
+                " plate, or hold the arm another way",
+            )  # fmt: skip
+        allowed_n = limits.allowed_n * (1.0 - limits.lateral_weakening * min(share, largest) ** 2)
+        for along_n, word in ((force_n, "is"), (predicted_n, "would be")):
+            whole_n = math.hypot(along_n, across_n)
+            if whole_n > allowed_n:
+                return self._found(
+                    "R12", whole_n, allowed_n, "N",
+                    f"the whole force {word} {whole_n:.4g} N, and with {share:.0%} of it across the"
+                    f" axis only {allowed_n:.4g} N are allowed: a payload that is dragged sideways"
+                    " yields earlier",
+                )  # fmt: skip
+        return None
+
+    def judge_centre(self, watch: ForceWatch, smooth_n: float) -> Breach | None:
+        """R14: where the plate is touched, by the torques about the sensor's origin.
+
+        With f the force, r = (0, 0, L) the point of the pressing axis at the contact's height and e
+        the contact's distance from it, T = (r + e) × f, so that |e| = |T − r × f| / f_z, of the
+        torques across the axis.
+        """
+        limits = self._limits
+        if not limits.eccentricity_m or smooth_n < 2.0 * limits.lateral_from_n:
+            self.off_m = self._off_s = 0.0
+            return None
+        torque = watch.torque_beside(limits.lever_m)
+        if torque == 0.0:  # a sensor without torques
+            return None
+        self.off_m = off_m = torque / smooth_n
+        if off_m <= limits.eccentricity_m:
+            self._off_s = 0.0
+            return None
+        self._off_s += limits.period_s
+        if self._off_s <= LATERAL_TIME_S:
+            return None
+        return self._found(
+            "R14", off_m, limits.eccentricity_m, "m",
+            f"the plate is touched {off_m * 1e3:.2g} mm beside the force sensor's pressing axis"
+            f" (allowed {limits.eccentricity_m * 1e3:.2g} mm): look at payload, tool and start"
+            " pose, or at rig.force.lever",
+        )  # fmt: skip

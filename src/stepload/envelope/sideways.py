@@ -1,0 +1,91 @@
+"""What a force across the pressing axis may do: to the payload, and to the force sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stepload.contact.lateral import weakening
+from stepload.contact.limit import softer_body
+from stepload.contact.materials import Material
+from stepload.contact.unknown import is_range
+from stepload.envelope.reason import Reason, Severity
+from stepload.plan.model import ForceSpec, Payload, Plan
+from stepload.units import format_quantity
+
+RATED_SHARE = 0.8
+"""Of its rating, a component of the sensor may read so much."""
+LEAST_N = 5.0
+"""Below this force the share across the axis says little about the contact."""
+SIGMAS = 8.0
+OFF_CENTRE_M = 2e-3
+"""A contact is rarely nearer to the pressing axis than this."""
+_COMPONENTS = ("fx_n", "fy_n", "fz_n", "tx_n_m", "ty_n_m", "tz_n_m")
+OVERLOADS = tuple(f"overload_{name}" for name in _COMPONENTS)
+SECOND_OVERLOADS = tuple(f"second_overload_{name}" for name in _COMPONENTS)
+SIDEWAYS = (
+    "lateral_share", "lateral_weakening", "lateral_from_n", *OVERLOADS, *SECOND_OVERLOADS,
+    "lever_m", "eccentricity_m",
+)  # fmt: skip
+"""Thresholds that records of earlier versions do not have: their rules were off."""
+
+
+def sideways_limits(plan: Plan, noise_n: float) -> dict[str, float]:
+    """The thresholds of R12 to R14 by name; 0 where one is off.
+
+    Args:
+        noise_n: of one reading of the force sensor.
+    """
+    rig, procedure = plan.rig, plan.procedure
+    share, lever_m = procedure.max_lateral_share, rig.force.lever_m
+    return {
+        "lateral_share": share,
+        "lateral_weakening": max(weakening(nu, share) for nu in yielding_ratios(plan.payload)),
+        "lateral_from_n": max(LEAST_N, 2.0 * procedure.touch_force_n, SIGMAS * noise_n),
+        **dict(zip(OVERLOADS, _overloads(rig.force), strict=True)),
+        **dict(zip(SECOND_OVERLOADS, _overloads(rig.second_force.sensor), strict=True)),
+        "lever_m": lever_m or 0.0,
+        "eccentricity_m": procedure.max_eccentricity_m if lever_m else 0.0,
+    }
+
+
+def _overloads(sensor: ForceSpec | None) -> list[float]:
+    """80 % of the rating of each component; 0 where none is stated."""
+    none = (0.0,) * 3
+    forces_n = none if sensor is None else sensor.rated_force_n or none
+    torques_n_m = none if sensor is None else sensor.rated_torque_n_m or none
+    return [RATED_SHARE * rated for rated in (*forces_n, *torques_n_m)]
+
+
+def yielding_ratios(payload: Payload) -> tuple[float, ...]:
+    """Poisson's ratios of the bodies that may yield first; of a range, both ends."""
+    softer = softer_body(payload.material, payload.plate)
+    bodies = (payload.material, payload.plate) if softer is None else (softer,)
+    return tuple(nu for body in bodies for nu in _ratios(body))
+
+
+def _ratios(body: Material) -> tuple[float, ...]:
+    if is_range(body) and body.poisson_ratio_ends is not None:
+        return body.poisson_ratio_ends
+    return (body.poisson_ratio,)
+
+
+def sideways_reasons(plan: Plan) -> Iterator[Reason]:
+    """Whether the torques of the sensor allow the force that is asked for."""
+    force, top_n = plan.rig.force, plan.procedure.top_force_n
+    if not (force.rated_torque_n_m and force.lever_m):
+        return
+    across = [i for i in range(3) if i != "xyz".index(force.axis[-1])]
+    allowed = RATED_SHARE * min(force.rated_torque_n_m[i] for i in across)
+    centred = top_n * OFF_CENTRE_M
+    share = max(0.0, allowed / top_n - OFF_CENTRE_M) / force.lever_m
+    if share >= plan.procedure.max_lateral_share:
+        return
+    refused = allowed <= centred
+    yield Reason(
+        "sensor_moment", Severity.REFUSE if refused else Severity.WARN,
+        f"at the top force the sensor's rated torque allows a force across the axis of {share:.0%}"
+        f" of that along it, with a lever of {format_quantity(force.lever_m, 'm')} and the contact"
+        f" {format_quantity(OFF_CENTRE_M, 'm')} off centre: R13 stops the run beyond that",
+        "a shorter tool, a larger sensor, or a lower top force",
+        share, plan.procedure.max_lateral_share, "",
+    )  # fmt: skip

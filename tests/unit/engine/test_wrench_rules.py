@@ -1,0 +1,264 @@
+"""R12, R13 and R14: dragged sideways, near a rating, touched beside the pressing axis."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from run_plans import limits_for, stvf_plan
+
+from stepload.engine.replayed import zero_of
+from stepload.engine.supervisor import Supervisor
+from stepload.engine.tare import TareWindow
+from stepload.engine.watch import Breach, ForceWatch
+from stepload.envelope.limits import RunLimits
+from stepload.envelope.sideways import RATED_SHARE, sideways_limits, sideways_reasons
+from stepload.plan.model import Plan
+from stepload.record.outcome import Cause
+from stepload.record.rows import Phase
+from stepload.rig.samples import ArmSample, ForceSample
+
+HOLD, SEARCH = int(Phase.HOLD), int(Phase.GUARDED_APPROACH)
+PLAN = stvf_plan()
+LIMITS = replace(limits_for(PLAN), cross_check="", second_stands_n=0.0)
+PERIOD_S = LIMITS.period_s
+
+
+class Feed:
+    """A supervisor that gets the wrench it is told, tick by tick, with a little noise."""
+
+    def __init__(self, limits: RunLimits = LIMITS, axis: str = "+fz") -> None:
+        self.supervisor = Supervisor(limits, axis)
+        self.tick = 0
+        self.press([0.0] * 6, 3, SEARCH)
+        self.supervisor.tare(0.0, 0.0)
+
+    def press(self, wrench: Any, ticks: int = 1, phase: int = HOLD) -> Cause | None:
+        """So many ticks of this wrench; the cause that the supervisor latched, if any."""
+        cause = None
+        for _ in range(ticks):
+            self.tick += 1
+            now_s = self.tick * PERIOD_S
+            live = [float(value) + 1e-6 * (self.tick % 5) for value in wrench]
+            force = ForceSample(self.tick, now_s, now_s, 0, tuple(live), 20.0)  # type: ignore[arg-type]
+            arm = ArmSample(self.tick, now_s, now_s, 0, 0.0, math.nan, (0.0,) * 6)
+            cause = self.supervisor.check(now_s, [force], [arm], [], 0.0, 1e-6, phase)
+        return cause
+
+    def ramp(self, wrench: Any, phase: int = HOLD) -> Cause | None:
+        """Up to this wrench as slowly as no other rule minds."""
+        cause = None
+        for part in np.linspace(0.0, 1.0, 3000):
+            cause = cause or self.press(part * np.asarray(wrench), 1, phase)
+        return cause or self.press(wrench, 200, phase)
+
+
+@pytest.mark.parametrize(("share", "stops"), [(0.27, False), (0.33, True), (-0.33, True)])
+def test_too_much_force_across_the_axis_stops_the_run(share: float, stops: bool) -> None:
+    cause = Feed().ramp([share * 100.0, 0.0, 100.0, 0.0, 0.0, 0.0])
+    assert (cause is not None and cause.rule == "R12") is stops
+    if cause is not None:
+        assert (cause.limit, cause.unit) == (PLAN.procedure.max_lateral_share, "")
+        assert cause.value > cause.limit
+
+
+def test_both_components_across_the_axis_count() -> None:
+    cause = Feed().ramp([25.0, 25.0, 100.0, 0.0, 0.0, 0.0])
+    assert cause is not None
+    assert cause.rule == "R12"
+
+
+def test_at_small_force_the_share_says_nothing() -> None:
+    assert LIMITS.lateral_from_n >= 5.0
+    assert (
+        Feed().ramp([0.5 * LIMITS.lateral_from_n, 0.0, 0.8 * LIMITS.lateral_from_n, 0, 0, 0])
+        is None
+    )
+
+
+def test_a_short_push_sideways_is_forgiven() -> None:
+    feed = Feed()
+    assert feed.ramp([0.0, 0.0, 100.0, 0.0, 0.0, 0.0]) is None
+    for _ in range(6):
+        assert feed.press([45.0, 0.0, 100.0, 0.0, 0.0, 0.0], round(0.015 / PERIOD_S)) is None
+        assert feed.supervisor.wrench.share > PLAN.procedure.max_lateral_share
+        assert feed.press([0.0, 0.0, 100.0, 0.0, 0.0, 0.0], 200) is None
+    cause = feed.press([45.0, 0.0, 100.0, 0.0, 0.0, 0.0], round(0.06 / PERIOD_S))
+    assert cause is not None
+    assert cause.rule == "R12"
+
+
+def test_in_an_approach_it_is_r11_that_judges() -> None:
+    feed = Feed()
+    for part in np.linspace(0.0, 1.0, 1000):
+        assert feed.press(part * np.array([40.0, 0.0, 60.0, 0.0, 0.0, 0.0]), 1, SEARCH) is None
+
+
+def test_a_payload_that_is_dragged_is_pressed_less() -> None:
+    """F_lim at F_allowed; at a share of 0.25 the whole force may be F_allowed (1 - a t²) only."""
+    limits = replace(LIMITS, force_limit_n=LIMITS.allowed_n)
+    share = 0.25
+    left_n = limits.allowed_n * (1.0 - limits.lateral_weakening * share**2)
+    assert left_n < 0.9 * limits.allowed_n
+    along_n = left_n / math.hypot(1.0, share)
+    just_below, above = 0.97 * along_n, 1.01 * along_n
+    for force_n, stops in ((just_below, False), (above, True)):
+        cause = Feed(limits).ramp([share * force_n, 0.0, force_n, 0.0, 0.0, 0.0])
+        assert (cause is not None) is stops
+        if cause is not None:
+            assert cause.rule == "R12"
+            assert cause.limit == pytest.approx(left_n, rel=0.01)
+
+
+def test_what_is_lost_follows_from_the_body_that_yields() -> None:
+    plastic = sideways_limits(PLAN, 0.3)["lateral_weakening"]
+    body = replace(PLAN.payload.material, poisson_ratio=0.2)
+    brittle = replace(PLAN, payload=replace(PLAN.payload, material=body))
+    assert sideways_limits(brittle, 0.3)["lateral_weakening"] > 1.5 * plastic > 0.0
+
+
+def rated(limits: RunLimits = LIMITS, **other: float) -> RunLimits:
+    return replace(limits, **other)
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [("fx_n", 0), ("fy_n", 1), ("fz_n", 2), ("tx_n_m", 3), ("ty_n_m", 4), ("tz_n_m", 5)],
+)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_no_component_comes_near_its_rating(name: str, place: int, sign: float) -> None:
+    feed = Feed(rated(**{f"overload_{name}": 2.0}))  # type: ignore[arg-type]
+    wrench = [0.0] * 6
+    wrench[place] = 1.9 * sign
+    assert feed.press(wrench, 5, SEARCH) is None
+    wrench[place] = 2.1 * sign
+    assert feed.press(wrench, 1, SEARCH) is None
+    cause = feed.press(wrench, 1, SEARCH)
+    assert cause is not None
+    assert (cause.rule, cause.limit) == ("R13", 2.0)
+    assert cause.value == pytest.approx(2.1, abs=1e-4)
+
+
+def test_one_reading_beyond_a_rating_may_be_a_spike() -> None:
+    feed = Feed(rated(overload_tx_n_m=2.0))
+    for torque in (2.1, 0.0, 2.1, 0.0):
+        assert feed.press([0.0, 0.0, 0.0, torque, 0.0, 0.0]) is None
+
+
+def test_the_overload_is_not_tared_away() -> None:
+    supervisor = Supervisor(rated(overload_tx_n_m=2.0), "+fz")
+    assert supervisor.overload.judge([0, 0, 0, 2.1, 0, 0]) is None
+    supervisor.force.tare([0.0, 0.0, 0.0, 2.1, 0.0, 0.0])
+    assert supervisor.overload.judge([0, 0, 0, 2.1, 0, 0]) is not None
+
+
+def test_a_second_sensor_has_ratings_of_its_own() -> None:
+    supervisor = Supervisor(rated(second_overload_fy_n=10.0), "+fz", "+fz")
+    for _ in range(2):
+        assert supervisor.overload.judge([0, 11.0, 0, 0, 0, 0]) is None
+    assert supervisor.second_overload.judge([0, 11.0, 0, 0, 0, 0]) is None
+    found = supervisor.second_overload.judge([0, 11.0, 0, 0, 0, 0])
+    assert found is not None
+    assert "second force sensor's fy" in found.message
+
+
+def test_ratings_come_from_the_plan() -> None:
+    force = replace(
+        PLAN.rig.force, rated_force_n=(100.0, 200.0, 1000.0), rated_torque_n_m=(1.0, 2.0, 3.0)
+    )
+    stated = sideways_limits(replace(PLAN, rig=replace(PLAN.rig, force=force)), 0.3)
+    assert [stated[f"overload_{name}"] for name in ("fx_n", "fz_n", "ty_n_m")] == pytest.approx(
+        [RATED_SHARE * 100.0, RATED_SHARE * 1000.0, RATED_SHARE * 2.0]
+    )
+    assert stated["second_overload_fx_n"] == 0.0
+
+
+@pytest.mark.parametrize("axis", ["+fx", "-fx", "+fy", "-fy", "+fz", "-fz"])
+def test_the_torque_that_a_lever_explains_is_none(axis: str) -> None:
+    """Against the cross product, for contacts beside every axis of a sensor."""
+    chance = np.random.default_rng(5)
+    index, sign = "xyz".index(axis[2]), -1.0 if axis[0] == "-" else 1.0
+    for _ in range(20):
+        force = chance.normal(size=3) * 10.0
+        force[index] = sign * 80.0
+        beside = chance.normal(size=3) * 3e-3
+        beside[index] = 0.0
+        lever_m = 0.12
+        place = beside.copy()
+        place[index] = -sign * lever_m  # the plate pushes the tool back
+        watch = ForceWatch("sensor", axis, full_scale_n=1e3, stale_s=1.0, identical_counts=0,
+                           clock_s=1.0)  # fmt: skip
+        bias = chance.normal(size=6)
+        wrench = np.concatenate([force, np.cross(place, force)]) + bias
+        watch.take([ForceSample(1, 0.0, 0.0, 0, tuple(wrench.tolist()), 20.0)], 0.0)  # type: ignore[arg-type]
+        watch.tare(tuple(bias.tolist()))
+        left = np.cross(beside, force)
+        left[index] = 0.0
+        assert watch.torque_beside(lever_m) == pytest.approx(float(np.linalg.norm(left)), abs=1e-9)
+
+
+@pytest.mark.parametrize(("off_m", "stops"), [(0.009, False), (0.011, True), (-0.011, True)])
+def test_a_contact_beside_the_axis_stops_the_run(off_m: float, stops: bool) -> None:
+    limits = replace(LIMITS, lever_m=0.1, eccentricity_m=0.01)
+    cause = Feed(limits).ramp([0.0, 0.0, 100.0, off_m * 100.0, 0.0, 0.0])
+    assert (cause is not None and cause.rule == "R14") is stops
+    if cause is not None:
+        assert cause.value == pytest.approx(abs(off_m), rel=0.02)
+
+
+def test_without_torques_or_lever_nothing_is_said_of_the_place() -> None:
+    limits = replace(LIMITS, lever_m=0.1, eccentricity_m=0.01)
+    watch = SimpleNamespace(torque_beside=lambda _lever: 0.0)
+    supervisor = Supervisor(limits, "+fz")
+    assert supervisor.wrench.judge_centre(watch, 100.0) is None  # type: ignore[arg-type]
+    assert sideways_limits(PLAN, 0.3)["eccentricity_m"] == 0.0
+
+
+def test_the_zero_of_all_six_is_a_mean_over_the_tare() -> None:
+    window = TareWindow()
+    for count in range(1, 101):
+        swing = 1.0 if count % 2 else -1.0
+        window.add(0.01 * count, 2.0, math.nan, [1.0 + swing, 2.0, 3.0, 4.0 - swing, 5.0, 6.0])
+    assert window.result().wrench == pytest.approx([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+
+
+def test_the_zero_across_the_axis_is_that_mean_and_not_the_last_reading() -> None:
+    feed = Feed()
+    feed.press([9.0, 0.0, 0.0, 0.0, 0.0, 0.0], 20, SEARCH)
+    feed.supervisor.tare(0.0, 0.0, [8.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert feed.supervisor.force.across_n == pytest.approx(1.0, abs=1e-4)
+
+
+def event(**data: Any) -> Any:
+    return SimpleNamespace(time_s=3.0, data={"mean_n": 1.0, "second_mean_n": math.nan, **data})
+
+
+def test_the_zero_of_an_older_record_has_no_wrench() -> None:
+    assert zero_of(event()).wrench == ()
+    assert zero_of(event(wrench=[1, 2, 3, 4, 5, 6])).wrench == (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    with pytest.raises(ValueError, match="5 components"):
+        zero_of(event(wrench=[1, 2, 3, 4, 5]))
+
+
+def long_tool(torque_n_m: float, lever_m: float = 0.12) -> Plan:
+    force = replace(PLAN.rig.force, rated_torque_n_m=(torque_n_m,) * 3, lever_m=lever_m)
+    return replace(PLAN, rig=replace(PLAN.rig, force=force))
+
+
+@pytest.mark.parametrize(("torque_n_m", "severity"), [(30.0, ""), (10.0, "warn"), (0.4, "refuse")])
+def test_preflight_names_the_torque_that_a_long_tool_makes(
+    torque_n_m: float, severity: str
+) -> None:
+    found = list(sideways_reasons(long_tool(torque_n_m)))
+    assert [str(reason.severity) for reason in found] == ([severity] if severity else [])
+
+
+def test_a_breach_that_an_ablation_leaves_out_is_none() -> None:
+    found = lambda rule, *rest: None if rule == "R12" else Breach(rule, *rest)  # noqa: E731
+    feed = Feed()
+    feed.supervisor.wrench._found = found
+    assert feed.ramp([60.0, 0.0, 100.0, 0.0, 0.0, 0.0]) is None
