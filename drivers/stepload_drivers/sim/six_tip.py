@@ -35,6 +35,7 @@ _ZERO: Vector3 = (0.0, 0.0, 0.0)
 
 Follow = tuple[float, float, float, float, float]
 """How friction follows a small move, see `following`."""
+End = tuple[float, float, Rubbing, float]
 
 
 class SixTip:
@@ -47,6 +48,7 @@ class SixTip:
     """
 
     __slots__ = (
+        "_calm",
         "_damping_rate",
         "_damping_s",
         "_error_factor",
@@ -95,7 +97,7 @@ class SixTip:
         self.normal_n = self._tangent = 0.0
         self.peak_n = self.peak_equivalent_n = self.slid_m = 0.0
         self.surface_m = surface_m
-        self.resting = False
+        self.resting = self._calm = False
         self.sub_steps = 0
         self._law, self._evaluate = law, law.evaluate
         self._static, self._kinetic = mount.friction_static, mount.friction_kinetic
@@ -188,60 +190,14 @@ class SixTip:
         left, dt = self._step_s, 2.0 * self._sub_s
         self.resting = False
         while left > 0.0:
-            normal = self.normal_n
-            follow = following(
-                self.rubbing, self._ratio * self._tangent, self._tangent, self._kinetic
-            )
-            unbalanced, fast, ringing = self._swinging(drive, moving, nearer, follow)
-            stiffest = self._stiffest + self._tangent * (1.0 + self._kinetic)
-            if standing and unbalanced + math.sqrt(stiffest * self._heaviest) * fast < AT_REST_N:
+            if standing and self._balanced(drive):
                 self.speed = _ZERO
-                self.resting = normal > 0.0
+                self.resting = self.normal_n > 0.0
                 break
-            small = QUIET_N + QUIET_SHARE * abs(normal)
-            quiet = ringing < small and unbalanced + self._quiet_soft * fast < small
-            if dt > left:
+            if not (self._calm and self._calmly(drive, moving, nearer, left)):
+                dt = self._divided(drive, moving, nearer, min(dt, left))
+            else:
                 dt = left
-            if not quiet:
-                rate = self._soft_rate
-                if ringing >= small:
-                    omega2 = stiffest / self._lightest
-                    rate = math.sqrt(omega2) + self._damping_rate
-                if rate * dt > self._swing:
-                    dt = self._swing / rate
-            while True:
-                move, speed = self._moved(drive, moving, nearer * dt, follow, dt, quiet)
-                depth = self.at[2] + move[2] - self.surface_m + nearer * dt
-                force, tangent = self._evaluate(depth)
-                rubbing = CLEAN
-                if force > 0.0:
-                    most = (self._kinetic if self.rubbing[2] else self._static) * force
-                    stiffness = self._ratio * self._tangent, self._ratio * tangent
-                    rubbing = rub(self.rubbing, move[0], move[1], stiffness, most)
-                if dt <= _SHORTEST_S or (
-                    self._is_linear(move, nearer * dt, follow, force, rubbing)
-                    and (
-                        force != 0.0
-                        or normal != 0.0
-                        or not self._turns_inside(speed[2] + nearer, nearer, dt)
-                    )
-                ):
-                    break
-                dt *= 0.5
-            if force > 0.0:
-                most = self._most(speed[2] + nearer, nearer, dt, force)
-                friction = math.sqrt(rubbing[0] * rubbing[0] + rubbing[1] * rubbing[1])
-                self._note(most + ringing if quiet else most, friction)
-            self._law.remember(depth)
-            if rubbing[2]:
-                self.slid_m += rubbing[6]
-                if not self.rubbing[2] and self._kinetic < self._static:  # it has come loose
-                    lower = self._kinetic / self._static
-                    rubbing = rubbing._replace(x=rubbing[0] * lower, y=rubbing[1] * lower)
-            x, y, z = self.at
-            self.at = (x + move[0], y + move[1], z + move[2])
-            self.speed, self.surface_m = speed, self.surface_m - nearer * dt
-            self.normal_n, self._tangent, self.rubbing = force, tangent, rubbing
             x, y, z = drive
             drive = (x + moving[0] * dt, y + moving[1] * dt, z + moving[2] * dt)
             left -= dt
@@ -250,6 +206,113 @@ class SixTip:
                 break
             dt *= 2.0
         self._sub_s = dt
+
+    def _balanced(self, drive: Vector3) -> bool:
+        """Whether the tip of a standing drive may be left where it is."""
+        (s11, s12, s13), (_, s22, s23), (_, _, s33) = self._stiffness
+        (x1, x2, x3), (d1, d2, d3), (v1, v2, v3) = self.at, drive, self.speed
+        y1, y2, y3 = d1 - x1, d2 - x2, d3 - x3
+        r1 = s11 * y1 + s12 * y2 + s13 * y3 - self.rubbing[0]
+        r2 = s12 * y1 + s22 * y2 + s23 * y3 - self.rubbing[1]
+        r3 = s13 * y1 + s23 * y2 + s33 * y3 - self.normal_n
+        swinging = (self._stiffest + self._tangent * (1.0 + self._kinetic)) * self._heaviest
+        return (
+            math.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
+            + math.sqrt(swinging * (v1 * v1 + v2 * v2 + v3 * v3))
+            < AT_REST_N
+        )
+
+    def _calmly(self, drive: Vector3, moving: Vector3, nearer: float, dt: float) -> bool:
+        """One quiet sub-step if the inertia that it shows is as small as that of the last one.
+
+        What swings would show by its inertia, smaller by (ω dt)² where dt is long.
+        """
+        follow = self._follow()
+        move, speed = self._moved(drive, moving, nearer * dt, follow, dt, True)
+        before, mass = self.speed, self._heaviest
+        a, b, c = speed[0] - before[0], speed[1] - before[1], speed[2] - before[2]
+        stiffest = self._stiffest + self._tangent * (1.0 + self._kinetic)
+        phase2 = stiffest / self._lightest * dt * dt
+        shown = mass / dt * math.sqrt(a * a + b * b + c * c)
+        if phase2 > 1.0:
+            shown *= phase2
+        if shown < QUIET_N + QUIET_SHARE * self.normal_n:
+            end = self._end(move, nearer * dt)
+            if end[0] > 0.0 and self._is_linear(move, nearer * dt, follow, end[0], end[2]):
+                self._take(move, speed, nearer, dt, end, shown)
+                return True
+        self._calm = False
+        return False
+
+    def _divided(self, drive: Vector3, moving: Vector3, nearer: float, dt: float) -> float:
+        """One sub-step of at most `dt` that follows what swings; returns its length."""
+        normal = self.normal_n
+        follow = self._follow()
+        unbalanced, fast, ringing = self._swinging(drive, moving, nearer, follow)
+        small = QUIET_N + QUIET_SHARE * abs(normal)
+        quiet = ringing < small and unbalanced + self._quiet_soft * fast < small
+        if not quiet:
+            rate = self._soft_rate
+            if ringing >= small:
+                stiffest = self._stiffest + self._tangent * (1.0 + self._kinetic)
+                rate = math.sqrt(stiffest / self._lightest) + self._damping_rate
+            if rate * dt > self._swing:
+                dt = self._swing / rate
+        while True:
+            move, speed = self._moved(drive, moving, nearer * dt, follow, dt, quiet)
+            end = self._end(move, nearer * dt)
+            if dt <= _SHORTEST_S or (
+                self._is_linear(move, nearer * dt, follow, end[0], end[2])
+                and (
+                    end[0] != 0.0
+                    or normal != 0.0
+                    or not self._turns_inside(speed[2] + nearer, nearer, dt)
+                )
+            ):
+                break
+            dt *= 0.5
+        self._take(move, speed, nearer, dt, end, ringing if quiet else 0.0)
+        self._calm = quiet and end[0] > 0.0
+        return dt
+
+    def _follow(self) -> Follow:
+        return following(self.rubbing, self._ratio * self._tangent, self._tangent, self._kinetic)
+
+    def _end(self, move: Vector3, come: float) -> End:
+        """Normal force, its tangent, friction and depth after a move."""
+        depth_m = self.at[2] + move[2] - self.surface_m + come
+        force, tangent = self._evaluate(depth_m)
+        if force <= 0.0:
+            return force, tangent, CLEAN, depth_m
+        most = (self._kinetic if self.rubbing[2] else self._static) * force
+        stiffness = self._ratio * self._tangent, self._ratio * tangent
+        return force, tangent, rub(self.rubbing, move[0], move[1], stiffness, most), depth_m
+
+    def _take(
+        self,
+        move: Vector3,
+        speed: Vector3,
+        nearer: float,
+        dt: float,
+        end: End,
+        ringing: float,
+    ) -> None:
+        """Go on to the end of a sub-step; `ringing` is the swinging force that it stepped over."""
+        force, self._tangent, rubbing, depth_m = end
+        if force > 0.0:
+            friction = math.sqrt(rubbing[0] * rubbing[0] + rubbing[1] * rubbing[1])
+            self._note(self._most(speed[2] + nearer, nearer, dt, force) + ringing, friction)
+        x, y, z = self.at
+        self.at = (x + move[0], y + move[1], z + move[2])
+        self.speed = speed
+        self.surface_m -= nearer * dt
+        self._law.remember(depth_m)
+        if rubbing[2]:
+            self.slid_m += rubbing[6]
+            if not self.rubbing[2] and self._kinetic < self._static:  # it has come loose
+                lower = self._kinetic / self._static
+                rubbing = rubbing._replace(x=rubbing[0] * lower, y=rubbing[1] * lower)
+        self.normal_n, self.rubbing = force, rubbing
 
     def _swinging(
         self, drive: Vector3, moving: Vector3, nearer: float, follow: Follow
