@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 
+from stepload.rig.mount import Mount
 from stepload.rig.world import PayloadTruth, SimulatedRig, WorldSpec
 from stepload_drivers.sim.simulation import World
 from stepload_drivers.sim.world import open_world
@@ -47,6 +49,20 @@ STVF = WorldSpec(
     gauge_noise_m=0.0,
 )
 
+SIX_AXES = replace(
+    STVF,
+    mount=Mount(
+        compliance_m_per_n=(
+            (1.7 / 3.49e6, 0.0, 0.1 / 3.49e6),
+            (0.0, 1.7 / 3.49e6, 0.0),
+            (0.1 / 3.49e6, 0.0, 1.0 / 3.49e6),
+        ),
+        friction_static=0.3,
+        friction_kinetic=0.3,
+        plate_tilt_rad=(0.0, 0.03),
+    ),
+)
+
 
 def drive(rig: SimulatedRig, start_m: float, speed_m_s: float, ticks: int) -> float:
     """Seconds of host time for `ticks` ticks along a ramp of commands."""
@@ -74,21 +90,21 @@ def idle(rig: SimulatedRig, ticks: int) -> float:
 def main() -> None:
     ticks = 5000
     rows: dict[str, list[float]] = {}
-    for _ in range(5):
-        rig = open_world(STVF)
+    for name, spec in [*[("", STVF)] * 5, *[("six axes: ", SIX_AXES)] * 5]:
+        rig = open_world(spec)
         rig.arm.open(1.0)
         rig.force.open(1.0)
         world = rig.world
         assert isinstance(world, World)
-        rows.setdefault("free, standing", []).append(drive(rig, 0.0, 0.0, ticks))
-        rows.setdefault("free, moving", []).append(drive(rig, 0.0, 0.0004, ticks))
+        rows.setdefault(f"{name}free, standing", []).append(drive(rig, 0.0, 0.0, ticks))
+        rows.setdefault(f"{name}free, moving", []).append(drive(rig, 0.0, 0.0004, ticks))
         before = world.plant.sub_steps
-        rows.setdefault("pressing, 20 um/s", []).append(drive(rig, 0.00198, 0.00002, ticks))
+        rows.setdefault(f"{name}pressing, 20 um/s", []).append(drive(rig, 0.00198, 0.00002, ticks))
         subs = world.plant.sub_steps - before
-        rows.setdefault("pressing, holding", []).append(drive(rig, 0.00208, 0.0, ticks))
-        rows.setdefault("world alone, holding", []).append(idle(rig, ticks))
+        rows.setdefault(f"{name}pressing, holding", []).append(drive(rig, 0.00208, 0.0, ticks))
+        rows.setdefault(f"{name}world alone, holding", []).append(idle(rig, ticks))
     for name, seconds in rows.items():
-        print(f"{name:22} {min(seconds) / ticks * 1e6:6.2f} us per tick")
+        print(f"{name:31} {min(seconds) / ticks * 1e6:6.2f} us per tick")
     print(f"sub-steps per tick while pressing: {subs / ticks:.2f}")
     print(f"true peak {world.true_peak_force_n:.2f} N")
 

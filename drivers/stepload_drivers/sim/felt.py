@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
-from stepload.rig.mount import ZERO, Matrix6, Mount, SensorMount, Vector3
+import numpy as np
+
+from stepload.rig.mount import Mount, SensorMount, Vector3
 from stepload_drivers.sim.channels import Wrench
-from stepload_drivers.sim.frames import cross, rows, times, turning
+from stepload_drivers.sim.frames import FloatArray, turning
 
 _PLACES = {"z": (0, 1, 2), "x": (1, 2, 0), "y": (2, 0, 1)}
 """Which component of the sensor shows axes 1, 2, 3 of the pressing frame."""
@@ -32,6 +33,9 @@ class Loaded(Protocol):
 class Felt:
     """The wrench at the origin of one sensor, without noise and offset.
 
+    Everything between load and reading is linear: the lever, the weight that the tool shows when
+    the load turns it, its inertia, the frame of the sensor and its cross-talk.
+
     Args:
         tool_mass_kg: what hangs on the measured side; it has weight and inertia.
         weighs: whether its constant weight shows too, which a tare takes away.
@@ -47,70 +51,58 @@ class Felt:
         weighs: bool = True,
     ) -> None:
         self._plant = plant
-        self._turn = plant.mount.turn_rad_per_n
-        self._turns = any(any(row) for row in self._turn)
-        gx, gy, gz = plant.mount.gravity_m_s2
-        self._weight = (tool_mass_kg * gx, tool_mass_kg * gy, tool_mass_kg * gz)
-        self._mass = tool_mass_kg
-        self._weighs = weighs
-        self._lever, self._cog = sensor.lever_m, sensor.tool_cog_m
-        turned = any(sensor.rotation_rad)
-        self._into = rows(turning(sensor.rotation_rad).T) if turned else None
-        self._show = _shown(axis)
-        self._cross_talk: Matrix6 | None = sensor.cross_talk
+        mount = plant.mount
+        shows = _shows(sensor, axis)
+        weight = tool_mass_kg * np.array(mount.gravity_m_s2)
+        contact, tool = _with_moment(sensor.lever_m), _with_moment(sensor.tool_cog_m)
+        turned = -_skew(weight) @ np.array(mount.turn_rad_per_n)
+        self._of_load = _six_rows(shows @ (contact + tool @ turned))
+        self._of_tool = _six_rows(shows @ tool * tool_mass_kg) if tool_mass_kg else None
+        self._of_weight = _six_rows((shows @ tool @ -weight)[:, None]) if weighs else None
 
     def wrench(self, back: float = 0.0) -> Wrench:
         """Now, or a share `back` of a base step earlier."""
-        load = self._plant.load
+        x, y, z = self._plant.load
         if back:
-            x, y, z = self._plant.last_load
-            p, q, r = load
-            load = (p - back * (p - x), q - back * (q - y), r - back * (r - z))
-        force, torque = load, cross(self._lever, load)
-        if self._mass:
-            force, torque = self._with_tool(load, torque)
-        if self._into is not None:
-            force, torque = times(self._into, force), times(self._into, torque)
-        six = self._show(force, torque)
-        return six if self._cross_talk is None else _mixed(self._cross_talk, six)
-
-    def _with_tool(self, load: Vector3, torque: Vector3) -> tuple[Vector3, Vector3]:
-        """The tool pulls with its weight as the turned tool feels it, and pushes by inertia."""
-        m = self._mass
-        ax, ay, az = self._plant.acceleration_m_s2
-        wx, wy, wz = self._weight if self._weighs else ZERO
-        if self._turns:
-            tx, ty, tz = cross(times(self._turn, load), self._weight)
-            wx, wy, wz = wx - tx, wy - ty, wz - tz
-        own = (m * ax - wx, m * ay - wy, m * az - wz)
-        x, y, z = cross(self._cog, own)
-        force = (load[0] + own[0], load[1] + own[1], load[2] + own[2])
-        return force, (torque[0] + x, torque[1] + y, torque[2] + z)
+            p, q, r = self._plant.last_load
+            x, y, z = x - back * (x - p), y - back * (y - q), z - back * (z - r)
+        six: Any = [a * x + b * y + c * z for a, b, c in self._of_load]
+        if self._of_tool is not None:
+            x, y, z = self._plant.acceleration_m_s2
+            if x or y or z:
+                own = [a * x + b * y + c * z for a, b, c in self._of_tool]
+                six = [one + other for one, other in zip(six, own, strict=True)]
+            if self._of_weight is not None:
+                six = [one + other for one, (other,) in zip(six, self._of_weight, strict=True)]
+        return tuple(six)
 
 
-def _shown(axis: str) -> Callable[[Vector3, Vector3], Wrench]:
-    """From force and torque in the pressing frame to the components of a sensor."""
-    sign = -1.0 if axis[0] == "-" else 1.0
-    place = _PLACES[axis[-1]]
-    first, second, third = (place.index(i) for i in range(3))
-
-    def show(force: Vector3, torque: Vector3) -> Wrench:
-        return (
-            sign * force[first],
-            sign * force[second],
-            sign * force[third],
-            sign * torque[first],
-            sign * torque[second],
-            sign * torque[third],
-        )
-
-    return show
+def _skew(vector: FloatArray | Vector3) -> FloatArray:
+    """[v]×, so that [v]× w = v × w."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
-def _mixed(cross_talk: Matrix6, six: Wrench) -> Wrench:
-    """Every component with its share of the others."""
-    a, b, c, d, e, f = (
-        own + sum(share * other for share, other in zip(row, six, strict=True))
-        for own, row in zip(six, cross_talk, strict=True)
-    )
-    return a, b, c, d, e, f
+def _with_moment(lever: Vector3) -> FloatArray:
+    """(6, 3): force and moment about the sensor's origin of a force at `lever`."""
+    return np.vstack([np.eye(3), _skew(lever)])
+
+
+def _shows(sensor: SensorMount, axis: str) -> FloatArray:
+    """(6, 6): what a sensor shows of a wrench at its origin in the pressing frame."""
+    into = turning(sensor.rotation_rad).T
+    named = np.zeros((3, 3))
+    for of_press, component in enumerate(_PLACES[axis[-1]]):
+        named[component, of_press] = -1.0 if axis[0] == "-" else 1.0
+    frame = np.kron(np.eye(2), named @ into)
+    mixing = np.eye(6)
+    if sensor.cross_talk is not None:
+        mixing += np.array(sensor.cross_talk)
+    shown: FloatArray = mixing @ frame
+    return shown
+
+
+def _six_rows(matrix: FloatArray) -> list[Any]:
+    """Rows as plain floats."""
+    rows: list[Any] = matrix.tolist()
+    return rows

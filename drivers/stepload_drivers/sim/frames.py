@@ -35,12 +35,6 @@ def times(matrix: Matrix3, vector: Vector3) -> Vector3:
     return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
-def cross(one: Vector3, other: Vector3) -> Vector3:
-    a, b, c = one
-    x, y, z = other
-    return b * z - c * y, c * x - a * z, a * y - b * x
-
-
 def solved(matrix: Matrix3, vector: Vector3) -> Vector3:
     """x of A x = b, A any matrix that has an inverse (Cramer)."""
     (a11, a12, a13), (a21, a22, a23), (a31, a32, a33) = matrix

@@ -31,6 +31,8 @@ class Rubbing(NamedTuple):
 
 CLEAN = Rubbing(0.0, 0.0, False, 0.0, 0.0, 1.0, 0.0)
 """A contact that has just met, or has parted."""
+Follow = tuple[float, float, float, float, float, float]
+"""a, b, c, d, e, k of dq = [[a, b], [b, c]] du + (d, e) dδ and dN = k dδ."""
 _new = tuple.__new__
 
 
@@ -61,17 +63,15 @@ def rub(
     return _new(Rubbing, (x * share, y * share, True, x / size, y / size, share, slid_m))
 
 
-def following(
-    rubbing: Rubbing, tangential: float, normal: float, kinetic: float
-) -> tuple[float, float, float, float, float]:
-    """How friction follows a small move: dq = [[a, b], [b, c]] du + (d, e) dδ, as a, b, c, d, e.
+def following(rubbing: Rubbing, tangential: float, normal: float, kinetic: float) -> Follow:
+    """How the contact follows a small move, at the stiffnesses that it has now.
 
     Args:
         tangential, normal: stiffness of the contact, N/m.
         kinetic: friction while it slides.
     """
     if not rubbing[2]:
-        return tangential, 0.0, tangential, 0.0, 0.0
+        return tangential, 0.0, tangential, 0.0, 0.0, normal
     x, y = rubbing[3], rubbing[4]
     across, along = tangential * rubbing[5], kinetic * normal
     return (
@@ -80,4 +80,5 @@ def following(
         across * (1.0 - y * y),
         along * x,
         along * y,
+        normal,
     )

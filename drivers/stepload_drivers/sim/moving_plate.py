@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.slow import PLATE_MOVES_S
@@ -27,3 +29,11 @@ class MovingPlate:
         last = change_m == goal_m - self._moved_m
         self._moved_m = goal_m if last else self._moved_m + change_m
         return self._drift_m_s + change_m / self._step_s
+
+
+def moving_plate(spec: WorldSpec, step_s: float) -> MovingPlate | None:
+    """The plate of a rig; None where it stands for good."""
+    faults = Schedule.for_plate(spec.faults)
+    if spec.drift_m_s == 0.0 and faults.next_s == math.inf:
+        return None
+    return MovingPlate(spec, faults, step_s)

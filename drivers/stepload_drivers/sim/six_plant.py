@@ -9,10 +9,9 @@ from stepload.rig.mount import Mount, Vector3
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.contact import Contact, path_give
 from stepload_drivers.sim.drive import Drive
-from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.frames import times
 from stepload_drivers.sim.held import held
-from stepload_drivers.sim.moving_plate import MovingPlate
+from stepload_drivers.sim.moving_plate import moving_plate
 from stepload_drivers.sim.six_tip import SWING_RAD, SixTip
 
 _EARLY_S = 1e-9
@@ -66,7 +65,7 @@ class SixPlant:
         self._pulls = tuple(times(self._held.stiffness, axis) for axis in axes)
         self._creep = contact.creep
         self._give = path_give(spec)
-        self._plate = MovingPlate(spec, Schedule.for_plate(spec.faults), step_s)
+        self._plate = moving_plate(spec, step_s)
         self._drive: Vector3 = (0.0, 0.0, 0.0)
         self._steep = self._held.to_press[2][2]
         """Cosine of the tilt: depth along the normal over travel along the press."""
@@ -128,7 +127,7 @@ class SixPlant:
             self._take_commands()
         before = self._drive
         moving = self._advance_drives()
-        nearer_m_s = self._plate.speed_m_s(self.time_s)
+        nearer_m_s = 0.0 if self._plate is None else self._plate.speed_m_s(self.time_s)
         if self._creep is not None:
             self._creep.flow(self.step_s)
             self.tip.yielded()

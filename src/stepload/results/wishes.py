@@ -7,10 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from numbers import Real
 from pathlib import Path
+from typing import Any
 
 from stepload.contact.law_names import LAW_NAMES
 from stepload.envelope.theory import theory_of
 from stepload.errors import BadInputError
+from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.deflection import least_sigma
 from stepload.estimators.sources import Sources
@@ -88,10 +90,14 @@ class Wishes:
     def applied(self, conditions: Conditions) -> Conditions:
         """The conditions with what was stated in the place of what the file says."""
         sources = {name: value for name in _SOURCES if (value := getattr(self, name)) is not None}
-        others = {name: value for name in _CONDITIONS if (value := getattr(self, name)) is not None}
+        others: dict[str, Any] = {
+            name: value for name in _CONDITIONS if (value := getattr(self, name)) is not None
+        }
         changed = replace(conditions.sources, **sources)
         if any(name.startswith("system_stiffness") for name in sources):
             changed = _without_table(changed)
+            # Nobody has said under which friction that one was measured.
+            others["across"] = Across()
         return replace(conditions, sources=changed, **others)
 
 

@@ -14,7 +14,6 @@ from stepload.evidence.answer import weigh
 from stepload.evidence.gates import FRICTION_HARMLESS, LARGEST_CORRECTION, STRONG_LATERAL
 from stepload.evidence.sideways import (
     GUIDED_COMPLIANCE,
-    LEFT_OVER,
     UNKNOWN_FRICTION,
     Sideways,
     expected_sideways,
@@ -80,7 +79,7 @@ def test_three_numbers_leave_their_covariance_and_a_share_of_what_they_take_out(
     taken = K_S * 2e-6 * 0.1
     assert it.rule == "three numbers"
     assert it.taken == pytest.approx(taken)
-    assert it.relative == pytest.approx(np.hypot(K_S * 1e-8, LEFT_OVER * taken))
+    assert it.relative == pytest.approx(np.hypot(K_S * 1e-8, 0.05 * taken))
     assert found(KNOWN, (0.1, 0.1)).relative == pytest.approx(K_S * 1e-8)
 
 

@@ -10,8 +10,10 @@ from run_plans import SIM, stvf_plan
 
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
-from stepload.plan.model import DisplacementSpec, Plan
+from stepload.estimators.across import Across
+from stepload.plan.model import DisplacementSpec, Plan, Structure
 from stepload.results.conditions import FILE, from_attachments, planned, to_bytes
+from stepload.results.wishes import Wishes
 
 
 def warm_plan() -> Plan:
@@ -56,6 +58,63 @@ def test_conditions_are_read_back_from_a_record_also_from_one_that_knew_no_tempe
         del old["sources"][key]
     found = from_attachments({FILE: json.dumps(old).encode()})
     assert found == planned(envelope_of(stvf_plan()))
+
+
+def as_arm(**stiffness: object) -> Plan:
+    """A plan with a serial arm."""
+    plan = stvf_plan()
+    system = replace(plan.rig.system_stiffness, **stiffness)  # type: ignore[arg-type]
+    arm = replace(plan.rig.arm, structure=Structure.ARM)
+    return replace(plan, rig=replace(plan.rig, arm=arm, system_stiffness=system))
+
+
+ACROSS = {
+    "across_m_per_n": (3e-8, -1e-8), "across_sigma_m_per_n": (1e-9, 2e-9),
+    "across_correlation": -0.5, "at_share": (0.1, 0.0), "share_reach": 0.15, "stuck_ratio": 2.4,
+}  # fmt: skip
+
+
+def test_what_the_force_across_does_is_taken_from_the_plan_and_read_back() -> None:
+    conditions = planned(envelope_of(as_arm(**ACROSS)))
+    assert conditions.across == Across((3e-8, -1e-8), (1e-9, 2e-9), -0.5, (0.1, 0.0), 0.15)
+    assert (conditions.arm, conditions.stuck_ratio) == (True, 2.4)
+    assert from_attachments({FILE: to_bytes(conditions)}) == conditions
+    assert planned(envelope_of(stvf_plan())).across == Across()
+    assert not planned(envelope_of(stvf_plan())).arm
+
+
+def test_a_run_that_measures_the_system_takes_nothing_of_it_out() -> None:
+    plan = as_arm(**ACROSS)
+    plan = replace(plan, identify=replace(plan.identify, kind="system"))
+    assert planned(envelope_of(plan)).across == Across()
+
+
+def test_a_stiffness_stated_by_hand_is_of_no_known_friction() -> None:
+    conditions = planned(envelope_of(as_arm(**ACROSS)))
+    assert Wishes(system_stiffness_n_per_m=3e6).applied(conditions).across == Across()
+    assert Wishes(secant_force_n=100.0).applied(conditions).across == conditions.across
+
+
+def test_a_record_of_an_earlier_version_knows_nothing_of_arms() -> None:
+    old = json.loads(to_bytes(planned(envelope_of(as_arm(**ACROSS)))))
+    for key in ("across", "arm", "stuck_ratio"):
+        del old[key]
+    found = from_attachments({FILE: json.dumps(old).encode()})
+    assert (found.across, found.arm, found.stuck_ratio) == (Across(), False, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("per_newton_m", [1e-8]), ("at_share", [0.1, None]), ("sigma_m_per_n", [-1e-9, 1e-9]),
+        ("correlation", 1.5), ("reach", -0.1), ("reach", float("nan")), ("unknown", 1.0),
+    ],
+)  # fmt: skip
+def test_impossible_numbers_across_are_a_damaged_record(key: str, value: object) -> None:
+    old = json.loads(to_bytes(planned(envelope_of(as_arm(**ACROSS)))))
+    old["across"][key] = value
+    with pytest.raises(BadInputError, match="damaged"):
+        from_attachments({FILE: json.dumps(old).encode()})
 
 
 ROWS = {

@@ -7,18 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stepload.atlas.plans import plan_of
 from stepload.contact.power_law import secant_stiffness
 from stepload.estimators.identifiability import identifiability
-from stepload.plan.load import load_plan
-from stepload.plan.shipped import plan_path
+from stepload.plan.shipped import payload_folder
 from stepload_verify.paper.chart import COLOURS, Line, chart
 from stepload_verify.paper.printed import FLAT_FACE, LOG_K_MAX, PAYLOADS, SECANT_FORCE_N
 from stepload_verify.paper.rows import Row, number, table
 from stepload_verify.paper.section import Kind, Section
 from stepload_verify.paper.step_load import INSTRON, STVF
 
-_ARMS = ("ur5e-silicone-sphere", "ur16e-polyurethane-sphere")
-"""Plans that come with stepload, for the figures of their rigs."""
+_ARMS = ("ur5e", "ur16e")
+"""Profiles that come with stepload."""
 
 
 class Rig(NamedTuple):
@@ -43,7 +43,7 @@ def rigs() -> list[Rig]:
         for name, rig in (("STVF", STVF), ("Instron", INSTRON))
     ]
     for name in _ARMS:
-        rig = load_plan(plan_path(name)).rig
+        rig = plan_of(name, payload_folder() / "stiff-flat.yaml", SECANT_FORCE_N).rig
         stiffness = rig.system_stiffness.stiffness_n_per_m
         top = min(rig.arm.max_push_n, SECANT_FORCE_N)
         found.append(Rig(rig.name, top, rig.arm.position_resolution_m, stiffness))
