@@ -144,14 +144,17 @@ class ForceWatch(_StreamWatch):
     """Watches a force sensor; `raw_n` is its newest reading along the pressing axis, not tared."""
 
     __slots__ = (
-        "_across",
-        "_across_smooth",
-        "_across_zero",
         "_full_scale_n",
+        "_i",
         "_index",
+        "_j",
         "_same",
         "_sign",
+        "_smooth_i",
+        "_smooth_j",
         "_wrench",
+        "_zero_i",
+        "_zero_j",
         "identical_counts",
         "raw_n",
     )
@@ -169,9 +172,9 @@ class ForceWatch(_StreamWatch):
     ) -> None:
         super().__init__(name, stale_s=stale_s, clock_s=clock_s, found=found)
         self._index, self._sign = wrench_axis(axis)
-        self._across = tuple(index for index in AXES.values() if index != self._index)
-        self._across_zero = (0.0, 0.0)
-        self._across_smooth: tuple[float, float] | None = None
+        self._i, self._j = (index for index in AXES.values() if index != self._index)
+        self._zero_i = self._zero_j = 0.0
+        self._smooth_i = self._smooth_j = float("nan")
         self._full_scale_n = full_scale_n
         self.identical_counts = identical_counts
         self._wrench: tuple[float, ...] = ()
@@ -186,24 +189,24 @@ class ForceWatch(_StreamWatch):
     @property
     def across_n(self) -> float:
         """Newest force across the pressing axis, in N since `tare_across`."""
-        if not self._wrench:
+        wrench = self._wrench
+        if not wrench:
             return 0.0
-        i, j = self._across
-        zero_i, zero_j = self._across_zero
-        return math.hypot(self._wrench[i] - zero_i, self._wrench[j] - zero_j)
+        across_i, across_j = wrench[self._i] - self._zero_i, wrench[self._j] - self._zero_j
+        return math.hypot(across_i, across_j) if across_i or across_j else 0.0
 
     @property
     def smooth_across_n(self) -> float:
         """The same, smoothed over some ticks: its noise is not that of the pressing axis."""
-        if self._across_smooth is None:
+        if self._smooth_i != self._smooth_i:
             return 0.0
-        (smooth_i, smooth_j), (zero_i, zero_j) = self._across_smooth, self._across_zero
-        return math.hypot(smooth_i - zero_i, smooth_j - zero_j)
+        across_i, across_j = self._smooth_i - self._zero_i, self._smooth_j - self._zero_j
+        return math.hypot(across_i, across_j) if across_i or across_j else 0.0
 
     def tare_across(self) -> None:
         """Take the smoothed force across the pressing axis for zero."""
-        if self._across_smooth is not None:
-            self._across_zero = self._across_smooth
+        if self._smooth_i == self._smooth_i:
+            self._zero_i, self._zero_j = self._smooth_i, self._smooth_j
 
     @property
     def axis(self) -> tuple[int, float]:
@@ -252,14 +255,11 @@ class ForceWatch(_StreamWatch):
         return breach
 
     def _smooth_across(self, wrench: Sequence[float]) -> None:
-        i, j = self._across
-        if self._across_smooth is None:
-            self._across_smooth = wrench[i], wrench[j]
-        smooth_i, smooth_j = self._across_smooth
-        self._across_smooth = (
-            smooth_i + ACROSS_ALPHA * (wrench[i] - smooth_i),
-            smooth_j + ACROSS_ALPHA * (wrench[j] - smooth_j),
-        )
+        across_i, across_j = wrench[self._i], wrench[self._j]
+        if self._smooth_i != self._smooth_i:
+            self._smooth_i, self._smooth_j = across_i, across_j
+        self._smooth_i += ACROSS_ALPHA * (across_i - self._smooth_i)
+        self._smooth_j += ACROSS_ALPHA * (across_j - self._smooth_j)
 
 
 class ArmWatch(_StreamWatch):
