@@ -97,19 +97,34 @@ class Cadence:
             self._worst_s = late_s
 
     def _read(self, now_s: float) -> tuple[Samples, Samples, Samples, Samples]:
-        """New samples of the force sensor, the arm, the displacement sensor, the second sensor."""
-        rig, drained = self._rig, self._faults.drained
+        """New samples of the force sensor, the arm, the displacement sensor, the second sensor.
+
+        A driver that raises ends the run and gives none; the other devices are read all the same.
+        """
+        rig = self._rig
+        force = arm = displacement = second = NOTHING
         self.busy = "force sensor"
-        force = drained(rig.force.drain, self.busy, now_s)
+        try:
+            force = rig.force.drain()
+        except Exception as error:
+            self._faults.raised(self.busy, now_s, error)
         self.busy = "arm"
-        arm = drained(rig.arm.drain, self.busy, now_s)
-        displacement = second = NOTHING
+        try:
+            arm = rig.arm.drain()
+        except Exception as error:
+            self._faults.raised(self.busy, now_s, error)
         if rig.second_force:
             self.busy = "second force sensor"
-            second = drained(rig.second_force.drain, self.busy, now_s)
+            try:
+                second = rig.second_force.drain()
+            except Exception as error:
+                self._faults.raised(self.busy, now_s, error)
         if rig.displacement:
             self.busy = "displacement sensor"
-            displacement = drained(rig.displacement.drain, self.busy, now_s)
+            try:
+                displacement = rig.displacement.drain()
+            except Exception as error:
+                self._faults.raised(self.busy, now_s, error)
         return force, arm, displacement, second
 
     def _keep(
