@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping
 
 from stepload.engine.interfaces import RigDevices, by_role
 from stepload.engine.tick import Engine

@@ -36,7 +36,7 @@ _WRITER_ENVIRONMENT = {
     "MALLOC_MMAP_THRESHOLD_": str(1 << 28),
     "MALLOC_TRIM_THRESHOLD_": str(1 << 28),
 }
-"""glibc keeps the memory of a chunk for the next one: to get it anew cost a fifth of the writing."""
+"""glibc keeps the memory of a chunk for the next one: getting it anew is a fifth of the writing."""
 _LOOK_EVERY = 64
 """Every how many `problem` calls the writer process itself is looked at (a system call)."""
 
