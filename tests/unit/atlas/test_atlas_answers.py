@@ -12,9 +12,10 @@ from stepload.atlas import points as cells
 from stepload.atlas.answers import REQUIRED, Can, Map, can, payload_answers, reaches, sentences
 from stepload.atlas.binomial import share
 from stepload.atlas.changes import as_it_is, finer, for_sale, gauged, known, relative_sigma, stiffer
-from stepload.atlas.make import shipped_payloads
+from stepload.atlas.make import make, shipped_payloads
 from stepload.atlas.points import k_max, points
 from stepload.atlas.rigs import Specimen, bench, specimen
+from stepload.atlas.tables import payload_table
 from stepload.atlas.work import Job, Row, Work, run_all
 from stepload.errors import BadInputError
 from stepload.plan.problems import PlanError
@@ -239,3 +240,25 @@ def test_a_payload_that_bears_no_stiffness_is_a_row_with_its_problem(
     row = Work(1, 10).run(job)
     assert row.problem == "nothing to fit"
     assert can(row.measured) is Can.NO
+
+
+def test_a_payload_of_the_users_stands_for_the_shipped_one_of_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cells, "PANELS", ())
+    monkeypatch.setattr(cells, "COLUMNS", 1)
+    own = tmp_path / "own.yaml"
+    own.write_text(SPHERE.read_text().replace("28.7 mm", "20 mm"))
+    found = make("stvf", [own], shipped=[SPHERE, CONE], samples=1, seed=1, pool=LocalPool(1))
+    assert [each.path for each in found.specimens] == [own, CONE]
+    with pytest.raises(BadInputError, match="two payloads are named 'plastic sphere'"):
+        make("stvf", [own, SPHERE], samples=1, seed=1, pool=LocalPool(1))
+
+
+def test_the_columns_of_payloads_are_explained_with_their_limits() -> None:
+    body = specimen("stvf", SPHERE, 300.0)
+    found = payload_table(rows({("payloads", "as it is"): [250]}, [body]))
+    assert {"within ±20%", "can be measured"} <= set(found.columns)
+    [note] = found.notes
+    assert "250 simulated runs" in note
+    assert "90%" in note
