@@ -69,7 +69,9 @@ def pressed(seed: int, plan_file: Path, truth: Truth = ()) -> Pressed:
     if not found or not found["interval_n_per_m"]:
         return Pressed(math.inf, False, False, False, peak_share, data["status"], reasons)
     true_n_per_m = true_chord(
-        payload_truth(plan.payload, theory_of(plan.payload), simulation), found["from_n"], found["to_n"]
+        payload_truth(plan.payload, theory_of(plan.payload), simulation),
+        found["from_n"],
+        found["to_n"],
     )
     low, high = found["interval_n_per_m"]
     value = found["value_n_per_m"]
@@ -139,13 +141,16 @@ def main() -> None:
     parser.add_argument("payload", type=Path, nargs="?", default=PAYLOAD)
     parser.add_argument("rig", nargs="?", default=RIG)
     parser.add_argument("--within", type=float, default=WITHIN_S, help="seconds")
+    parser.add_argument("--samples", type=int, default=250, help="simulated runs of each plan")
     parser.add_argument("--truth", type=_truth, action="append", default=[], metavar="KEY=VALUE")
     parser.add_argument("--processes", type=int)
     given = parser.parse_args()
     runs, truth, false = given.runs, tuple(given.truth), 0
     with tempfile.TemporaryDirectory() as place:
         file = Path(place) / "designed.yaml"
-        chosen = designed(file, payload=given.payload, rig=given.rig, within_s=given.within).chosen
+        chosen = designed(
+            file, given.samples, payload=given.payload, rig=given.rig, within_s=given.within
+        ).chosen
         print(f"designed: {chosen.candidate.text}; predicted: {chosen.text}", flush=True)
         plans = {"designed": file}
         if given.payload == PAYLOAD and given.rig == RIG:
