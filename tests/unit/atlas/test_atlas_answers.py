@@ -159,6 +159,10 @@ def test_forces_that_the_table_does_not_cover_are_told_and_a_table_that_is_bough
 ):
     assert "ends at 300 N, the data reach 400 N" in bench("stvf", 400.0).note
     assert "ends at" not in STVF.note
+    assert STVF.note.endswith("(a table of the pose)")
+    small = bench("stvf", 60.0)
+    assert small.conditions.sources.system_stiffness_note
+    assert small.note.endswith(small.conditions.sources.system_stiffness_note)
     far = specimen("stvf", SPHERE, 400.0)
     assert "ends at 300 N, the data reach 400 N" in far.why
     assert far.conditions is not None

@@ -117,7 +117,7 @@ def line(name: str, duration_s: float, runs: Sequence[Pressed]) -> str:
 
 
 def why_not(runs: Sequence[Pressed]) -> list[str]:
-    """The reasons of the runs that are not IDENTIFIED, figures left out, the most frequent first."""
+    """The reasons of runs that are not IDENTIFIED, without figures, the most frequent first."""
     said = Counter(
         text
         for each in runs
