@@ -43,6 +43,7 @@ def test_a_share_has_the_interval_of_clopper_and_pearson() -> None:
         (250, 250, Can.YES),
         (232, 250, Can.UNSURE),  # 92.8 %, but the bound is below 90 %
         (180, 250, Can.NO),
+        (17, 20, Can.UNSURE),  # 85 %, but so few that it may be 90 %
         (0, 0, Can.UNSURE),
     ],
 )
@@ -135,6 +136,7 @@ def test_changes_change_what_they_say() -> None:
     assert as_it_is(told) is told
     assert finer(told, 4.0).sources.position_resolution_m == pytest.approx(0.5e-6)
     assert finer(told, 4.0).position_resolution_m == pytest.approx(0.5e-6)
+    assert finer(told, 4.0).sources.position_noise_m == pytest.approx(0.05e-6)
     across = gauged(told, 1e-6)
     assert across.sources.system_stiffness_n_per_m is None
     assert across.sources.deflection() is None
