@@ -102,7 +102,8 @@ def bench(rig: str, top_n: float | None) -> Bench:
         share = known.system_stiffness_sigma_n_per_m / known.system_stiffness_n_per_m
         stiffness = format_quantity(known.system_stiffness_n_per_m, "N/m")
         note = f"K_s = {stiffness}, known to {100.0 * share:.2g} % ({by})"
-        note = "; ".join((note, *told.table_doubts(top_n)))
+        doubts = (known.system_stiffness_note, *told.table_doubts(top_n))
+        note = "; ".join(filter(None, (note, *doubts)))
     return Bench(
         name=name,
         top_n=top_n,

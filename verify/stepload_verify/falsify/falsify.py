@@ -69,7 +69,7 @@ def falsify(
         "trials": trials,  # they decide how many points of a stratum are drawn at random
         "strata": hashlib.sha256(names.encode()).hexdigest(),
         "without": what.ablation,
-        "plan": what.template.sources[0].sha256 if what.template.sources else "",
+        "plan": what.template.digest,
         "code": what.digest,
     }
     with Store(directory, FILES, header, Trial.from_line) as store:
