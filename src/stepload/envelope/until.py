@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from stepload.envelope.conditions import conditions_of
 from stepload.envelope.reason import Reason, Severity
