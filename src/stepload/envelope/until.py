@@ -149,6 +149,7 @@ def _factor(relative: Callable[[float], float], wanted: float) -> float:
     Its square is a constant and a share that goes with the inverse square of the deformation, as
     good as: a straight line to whoever looks for its zero.
     """
+    from scipy.optimize import brentq
 
     def beyond(inverse_square: float) -> float:
         return relative(inverse_square**-0.5) ** 2 - wanted**2
