@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from stepload.envelope.conditions import conditions_of
 from stepload.envelope.reason import Reason, Severity
@@ -150,6 +149,7 @@ def _factor(relative: Callable[[float], float], wanted: float) -> float:
     Its square is a constant and a share that goes with the inverse square of the deformation, as
     good as: a straight line to whoever looks for its zero.
     """
+    from scipy.optimize import brentq
 
     def beyond(inverse_square: float) -> float:
         return relative(inverse_square**-0.5) ** 2 - wanted**2
