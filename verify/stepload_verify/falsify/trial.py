@@ -65,6 +65,11 @@ class Trial:
         return max(0.0, self.j) + UNSEEN_WEIGHT * unseen + REACHED_WEIGHT * min(1.0, self.reached)
 
     @property
+    def ended_by(self) -> str:
+        """The rule or the word by which it ended."""
+        return self.rule or self.status
+
+    @property
     def broken(self) -> bool:
         """F_c was passed, and no named hazard explains it."""
         return self.j > 1.0 and not self.hazard
@@ -120,13 +125,14 @@ class Search(NamedTuple):
 
 
 @cache
-def _without(name: str) -> Ablation | None:
+def left_out(name: str) -> Ablation | None:
+    """What is left out under this name; None for ""."""
     return Ablation(name) if name else None
 
 
 def try_point(search: Search, at: Point) -> Trial:
     """What happens at a point."""
-    scenario = scenario_at(search.template, at.stratum, at.number, at.point)
+    scenario = scenario_at(search.template, at.stratum, at.number, at.point, left_out(search.ablation))
     if scenario is None:
         return no_run(at)
     if scenario.hazard == BLIND:
@@ -147,7 +153,7 @@ def judge(scenario: Scenario, ablation: str = "") -> Trial:
         if row.force_n > believed_n[0]:
             believed_n[0] = row.force_n
 
-    result, _ = run_scenario(scenario, _without(ablation), look)
+    result, _ = run_scenario(scenario, left_out(ablation), look)
     top_n = scenario.plan.procedure.top_force_n
     room_n = scenario.limits.elastic_limit_n - top_n
     j, hazard = (result.peak_n - top_n) / room_n, scenario.hazard
