@@ -14,15 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from stepload_verify.falsify.scene import length
+from stepload_verify.falsify.scene import RIG, length
 from stepload_verify.falsify.strata import Stratum
 from stepload_verify.falsify.trial import Point, Trial
 
 SPREAD = 0.2
 """First standard deviation of CMA-ES in the unit cube."""
 POPULATION = 12
-CANDIDATES = 256
-"""Rigs that are looked at for a point at random, before a run is spent on it."""
+DRAWN, CLIMBED, REDRAWN = 128, 384, 0.1
+"""Rigs that are drawn for a weak one; rigs made from the weakest of them, a tenth of it redrawn."""
 NOWHERE = 1e6
 """The cost of a point without a run; the ranks alone matter."""
 ELSEWHERE = 10.0
@@ -111,19 +111,32 @@ class Hunt:
         return self._points([self._drawn(ends=index % 2 == 1) for index in range(count)])
 
     def _drawn(self, *, ends: bool) -> list[float]:
-        """One point at random; towards the ends the weakest of some rigs, else the first one."""
-        best: list[float] = []
-        most = -math.inf
-        for _ in range(CANDIDATES):
-            row = [self._chance.random() for _ in range(self._length)]
-            if ends:
-                row = [to_the_ends(number) for number in row]
-            weight = self._weigh(self.stratum, row) if self._weigh else 0.0
+        """One point at random where a rig can press; towards the ends it is made a weak rig."""
+        best = self._row(ends)
+        most = self._weight(best)
+        for number in range(1, DRAWN + CLIMBED):
+            if most == 0.0 or (most > 0.0 and not ends):
+                break
+            row = self._row(ends) if number < DRAWN else self._redrawn(best)
+            weight = self._weight(row)
             if weight > most:
                 best, most = row, weight
-            if not self._weigh or (weight >= 0.0 and not ends) or weight >= 1.0:
-                break
         return best
+
+    def _row(self, ends: bool) -> list[float]:
+        row = [self._chance.random() for _ in range(self._length)]
+        return [to_the_ends(number) for number in row] if ends else row
+
+    def _redrawn(self, row: Sequence[float]) -> list[float]:
+        """The same point with some numbers of its rig drawn again."""
+        again, chance = self._row(True), self._chance
+        return [
+            new if index < RIG and chance.random() < REDRAWN else old
+            for index, (old, new) in enumerate(zip(row, again, strict=True))
+        ]
+
+    def _weight(self, row: Sequence[float]) -> float:
+        return self._weigh(self.stratum, row) if self._weigh else 0.0
 
     def nearer(self) -> list[Point]:
         """The next generation of a niche; points at random where there is none yet."""
