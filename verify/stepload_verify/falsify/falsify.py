@@ -61,7 +61,10 @@ def falsify(
     Raises:
         RefusedError: the directory holds another search.
     """
-    run, weigh = partial(_in_batches, what, pool), partial(weakness, what.template, left_out(what.ablation))
+    run, weigh = (
+        partial(_in_batches, what, pool),
+        partial(weakness, what.template, left_out(what.ablation)),
+    )
     if directory is None:
 
         def anew(points: Sequence[Point]) -> list[Trial]:

@@ -132,7 +132,9 @@ def left_out(name: str) -> Ablation | None:
 
 def try_point(search: Search, at: Point) -> Trial:
     """What happens at a point."""
-    scenario = scenario_at(search.template, at.stratum, at.number, at.point, left_out(search.ablation))
+    scenario = scenario_at(
+        search.template, at.stratum, at.number, at.point, left_out(search.ablation)
+    )
     if scenario is None:
         return no_run(at)
     if scenario.hazard == BLIND:
