@@ -18,7 +18,7 @@ from stepload_verify.falsify.scene import RIG, length
 from stepload_verify.falsify.strata import Stratum
 from stepload_verify.falsify.trial import Point, Trial
 
-SPREAD = 0.2
+SPREAD = 0.1
 """First standard deviation of CMA-ES in the unit cube."""
 POPULATION = 12
 DRAWN, CLIMBED, REDRAWN = 128, 384, 0.1
@@ -167,9 +167,9 @@ class Hunt:
             asked.strategy.tell([np.array(point.point) for point in points], costs)
 
     def _next(self) -> Niche:
-        """The niche that has had least for its rank: the best gets most, the second half of it."""
+        """The niche that has had least for its rank: the best one most, the second a quarter of it."""
         ranked = sorted(self._niches.values(), key=lambda niche: -niche.score)
-        shares = {niche.name: niche.generations * rank for rank, niche in enumerate(ranked, 1)}
+        shares = {niche.name: niche.generations * rank**2 for rank, niche in enumerate(ranked, 1)}
         return min(ranked, key=lambda niche: shares[niche.name])
 
     def _points(self, rows: Sequence[Sequence[float]]) -> list[Point]:
