@@ -61,7 +61,7 @@ def scene(stratum: Stratum = SENSOR, seed: int = 1) -> tuple[Scenario, tuple[flo
 
 
 def trial(at: Point, j: float, hazard: str = "") -> Trial:
-    return Trial(at.stratum.name, at.number, j, 0.0, hazard, 0.9, 1.0, "stopped", "R1", "LOAD")
+    return Trial(at.stratum.name, at.number, j, 0.0, hazard, 0.9, 1.0, 0.5, "stopped", "R1", "LOAD")
 
 
 @given(st.floats(0.0, 1.0), st.floats(0.0, 1.0))

@@ -29,16 +29,14 @@ def run_scenario(
     scenario: Scenario,
     ablation: Ablation | None = None,
     on_tick: Callable[[TickRow], None] | None = None,
-    on_world: Callable[[WorldView], None] | None = None,
+    on_begin: Callable[[Engine, WorldView], None] | None = None,
 ) -> tuple[Result, RunOutcome | None]:
     """Run it to its end; the outcome is None where the devices did not open.
 
     The true peak force is that of the whole time, also while and after the rig is made safe.
-    `on_world` is given the world before the run begins, `on_tick` every tick.
+    `on_begin` is given the engine and the world before the run begins, `on_tick` every tick.
     """
     rig = _world()(scenario.truth)
-    if on_world:
-        on_world(rig.world)
     clock = rig.clock
     try:
         _open(rig)
@@ -46,6 +44,8 @@ def run_scenario(
         return _result(scenario, rig, None, "open", error.message), None
     operator = Operator()
     engine, on_progress = _engine(scenario, ablation, operator)
+    if on_begin:
+        on_begin(engine, rig.world)
     course = engine.course
     recorder = NullRecorder(on_tick) if on_tick else NullRecorder()
     used = install(scenario.incidents, rig, engine, operator, recorder)

@@ -21,6 +21,8 @@ from stepload_verify.falsify.trial import Point, Trial
 SPREAD = 0.1
 """First standard deviation of CMA-ES in the unit cube."""
 POPULATION = 12
+AFRESH = 4
+"""Every so many generations are points at random: a better start may be left to be found."""
 DRAWN, CLIMBED, REDRAWN = 128, 384, 0.1
 """Rigs that are drawn for a weak one; rigs made from the weakest of them, a tenth of it redrawn."""
 NOWHERE = 1e6
@@ -92,6 +94,7 @@ class Hunt:
         self._seed = seed
         self._length = length(stratum)
         self._chance = Random(f"falsify {seed} {stratum.name}")
+        self._generations = 0
         self._niches: dict[str, Niche] = {}
         self._asked: Niche | None = None
 
@@ -139,8 +142,9 @@ class Hunt:
         return self._weigh(self.stratum, row) if self._weigh else 0.0
 
     def nearer(self) -> list[Point]:
-        """The next generation of a niche; points at random where there is none yet."""
-        if not self._niches:
+        """The next generation of a niche; at times, and where there is none, points at random."""
+        self._generations += 1
+        if not self._niches or self._generations % AFRESH == 0:
             return self.anywhere(POPULATION)
         self._asked = niche = self._next()
         niche.generations += 1
@@ -167,7 +171,7 @@ class Hunt:
             asked.strategy.tell([np.array(point.point) for point in points], costs)
 
     def _next(self) -> Niche:
-        """The niche that has had least for its rank: the best one most, the second a quarter of it."""
+        """The niche that had least for its rank: the best gets most, the second a quarter of it."""
         ranked = sorted(self._niches.values(), key=lambda niche: -niche.score)
         shares = {niche.name: niche.generations * rank**2 for rank, niche in enumerate(ranked, 1)}
         return min(ranked, key=lambda niche: shares[niche.name])

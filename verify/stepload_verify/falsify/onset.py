@@ -13,6 +13,7 @@ from dataclasses import replace
 from random import Random
 from typing import NamedTuple
 
+from stepload.engine.tick import Engine
 from stepload.record.rows import TickRow
 from stepload.rig.world import WorldFault, WorldView
 from stepload_verify.campaign.ablation import Ablation
@@ -60,7 +61,7 @@ def placed(
     pairs = list(zip(scenario.faults, onsets, strict=True))
     look = _Look([onset.share * scenario.limits.elastic_limit_n for onset in waiting])
     by_clock = [fault for fault, onset in pairs if onset is None]
-    run_scenario(_with_faults(scenario, by_clock), ablation, look.at_tick, look.at_world)
+    run_scenario(_with_faults(scenario, by_clock), ablation, look.at_tick, look.at_begin)
     times_s = iter(look.times_s)
     return _with_faults(scenario, [
         fault if onset is None else replace(fault, start_s=next(times_s) + onset.later_s)
@@ -90,7 +91,7 @@ class _Look:
         """Time at which each force was passed, or at which the force was largest."""
         return [self._passed_s.get(i, self._peak_s) for i in range(len(self._forces_n))]
 
-    def at_world(self, world: WorldView) -> None:
+    def at_begin(self, _engine: Engine, world: WorldView) -> None:
         """The run begins in this world."""
         self._world = world
 

@@ -13,21 +13,25 @@ from collections.abc import Sequence
 from stepload.envelope.unseen import unseen
 from stepload.plan.model import Plan
 from stepload_verify.campaign.ablation import Ablation
+from stepload_verify.campaign.scenario import expected_times
 from stepload_verify.falsify.scene import believed
 from stepload_verify.falsify.strata import Stratum
 
 NO_RIG = -1.0
 """Of a point at which there is no rig that can press, or none within the time."""
-FREEZES = ("force_freeze", "second_freeze", "arm_force_freeze", "arm_freeze")
+SECOND_FREEZES = ("second_freeze", "arm_force_freeze", "arm_freeze")
+FREEZES = ("force_freeze", *SECOND_FREEZES)
 
 
 def weakness(
     template: Plan, ablation: Ablation | None, stratum: Stratum, point: Sequence[float]
 ) -> float:
-    """The force over F_c that the rig at a point lets build up beside a channel that is frozen.
+    """How weak the rig at a point is where a channel is frozen, by what preflight bounds.
 
-    The number that preflight bounds, for the least gain: the largest gains come near F_c on every
-    rig that is pressed near it. 0 in strata without such a fault: there is none that tells.
+    The share of the loading for which equal samples do not tell, and the force over F_c that builds
+    up beside a frozen channel, for the least gain: the time alone is a slope where the force is
+    none yet, and the largest gains come near F_c on every rig that is pressed near it. 0 in strata
+    without such a fault: there is none that tells.
     """
     envelope = believed(template, stratum, point)
     if envelope is None:
@@ -36,4 +40,10 @@ def weakness(
         return 0.0
     limits = ablation.limits(envelope.run_limits) if ablation else envelope.run_limits
     found = unseen(envelope.plan, limits)
-    return found.forces_n[0] / limits.elastic_limit_n if found else 0.0
+    if found is None:
+        return 0.0
+    times = expected_times(envelope.plan, limits, envelope.plan.procedure.surface_distance_m)
+    main_only = not any(kind in SECOND_FREEZES for kind in stratum.wrong)
+    frozen_s = found.main_s if main_only else found.second_s
+    unseen_share = min(1.0, frozen_s / (times.end_s - times.touch_s))
+    return unseen_share + found.forces_n[0] / limits.elastic_limit_n
