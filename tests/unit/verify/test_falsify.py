@@ -354,6 +354,17 @@ def test_a_position_that_jumps_back_while_pressing_does_not_end_the_retract() ->
     assert now.peak_ratio < 0.25
 
 
+def test_a_coarse_second_sensor_that_freezes_beside_a_low_main_one() -> None:
+    """Found by a search without the rule for a second sensor that stands: 1.11 F_c."""
+    found, figures = read_scene(ROOT / "docs/scenes/frozen-second-sensor.json")
+    assert figures["peak_ratio"] > 1.1
+    open_hole = judge(found, "standing")
+    assert open_hole.broken
+    now = judge(found)
+    assert now.rule == "R4"
+    assert now.peak_ratio < 0.7
+
+
 HAZARDS_FOUND = ("held-back-commands", "heavier-arm", "unstated-delays")
 
 
