@@ -35,12 +35,13 @@ class FreeAir:
         self._course = course
         self._stopped = stopped
         self._then = stopped
+        self._touching: Then | None = None
         self._window = TareWindow()
         self._before: Tare | None = None
 
-    def prove(self, now_s: float, then: Then) -> None:
-        """End the run if something touched, else `then` go on, backed off."""
-        self._then = then
+    def prove(self, now_s: float, then: Then, touching: Then | None = None) -> None:
+        """Back off; `then` go on if nothing touched, else `touching`, or end the run without it."""
+        self._then, self._touching = then, touching
         self._window = TareWindow()
         self._course.enter(Phase.FREE_AIR, now_s, self._look)
 
@@ -80,11 +81,15 @@ class FreeAir:
             free = self._unchanged("second force channel", second_n, second_error_n, tolerance_n)
         if free:
             self._then(now_s)
+        elif self._touching is not None:
+            self._touching(now_s)
 
     def _unchanged(self, name: str, change_n: float, error_n: float, allowed_n: float) -> bool:
         limit_n = max(FREE_SIGMAS * error_n, ALLOWED_SHARE * allowed_n)
         if abs(change_n) <= limit_n:
             return True
+        if self._touching is not None:
+            return False
         self._course.fail(
             "not_free", change_n, limit_n, "N",
             f"the {name} changed by {change_n:+.3g} N when the arm backed off by"
