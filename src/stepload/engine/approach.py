@@ -119,17 +119,8 @@ class Approach:
         if not (moved and self._renews and course.may_be_zero and course.target_m > course.start_m):
             return False
         self._mean_n = 0.0
-        self._zero(now_s, self._renewed, self._meet)
+        self._zero(now_s, self._fast_to_guarded, self._meet)
         return True
-
-    def _renewed(self, now_s: float) -> None:
-        """Go on with the new zero; where it is the old one, a slow contact had grown."""
-        course = self._course
-        moved_n = course.tares[-1].mean_n - course.tares[-2].mean_n
-        if abs(moved_n) > 0.5 * course.limits.moved_zero_n:
-            self._fast_to_guarded(now_s)
-        else:
-            self._meet(now_s)
 
     def _meet(self, now_s: float) -> None:
         """Go for what was felt, with the zero as it is; it is left to the touch and to R11."""

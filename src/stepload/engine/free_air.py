@@ -40,7 +40,11 @@ class FreeAir:
         self._before: Tare | None = None
 
     def prove(self, now_s: float, then: Then, touching: Then | None = None) -> None:
-        """Back off; `then` go on if nothing touched, else `touching`, or end the run without it."""
+        """Back off; `then` go on if nothing touched, else `touching`, or end the run without it.
+
+        With `touching` on the way to a surface even a little that goes with the way is contact: a
+        payload that is much softer than planned gives way by more than the retract.
+        """
         self._then, self._touching = then, touching
         self._window = TareWindow()
         self._course.enter(Phase.FREE_AIR, now_s, self._look)
@@ -75,9 +79,11 @@ class FreeAir:
         )  # fmt: skip
         error_n = math.hypot(after.mean_error_n, before.mean_error_n)
         second_error_n = math.hypot(after.second_mean_error_n, before.second_mean_error_n)
-        free = self._unchanged("force", change_n, error_n, course.plan.max_drift_n)
+        drift_n, tolerance_n = course.plan.max_drift_n, limits.cross_tolerance_n
+        if self._touching is not None:
+            drift_n = tolerance_n = limits.moved_zero_n
+        free = self._unchanged("force", change_n, error_n, drift_n)
         if free and limits.cross_check:
-            tolerance_n = limits.cross_tolerance_n
             free = self._unchanged("second force channel", second_n, second_error_n, tolerance_n)
         if free:
             self._then(now_s)
