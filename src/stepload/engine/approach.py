@@ -16,6 +16,8 @@ from stepload.record.rows import Phase
 RING_TIMEOUT_S = 2.0
 MEAN_S = 5.0
 """Time constant of the mean force in an approach: a zero moves slowly, a contact grows fast."""
+WORTH = 2.0
+"""Retracts of way from one zero of an approach to the next."""
 Zero = Callable[[float, Then, Then | None], None]
 """Proves free air and takes the zero: (now_s, what follows, what follows where it touches)."""
 
@@ -34,7 +36,7 @@ class Approach:
         self._stopped = stopped
         self._zero = zero
         self._zeroed = False
-        self._mean_n, self._renews = 0.0, True
+        self._mean_n, self._renews, self._renew_from_m = 0.0, True, 0.0
         self._mean_share = course.limits.period_s / MEAN_S
         self._then: Then = stopped
         self._purpose = ""
@@ -49,6 +51,7 @@ class Approach:
         self._purpose, self._left, self._then = purpose, touches, then
         self._zeroed = False
         self._mean_n, self._renews = 0.0, True
+        self._renew_from_m = self._course.target_m + WORTH * self._course.retract_m
         self._fast_to_guarded(now_s)
 
     def _fast_to_guarded(self, now_s: float) -> None:
@@ -111,14 +114,16 @@ class Approach:
     def _zero_moved(self, now_s: float) -> bool:
         """Go back and take the zero again where it has moved on a long way to the surface.
 
-        Not behind the start pose, where only one retract of way is known to be free.
+        Not before the way gained is worth what is lost by backing off: the zero moves meanwhile.
         """
         course, limits = self._course, self._course.limits
         self._mean_n += self._mean_share * (course.sup.smooth_n - self._mean_n)
         moved = abs(self._mean_n) > limits.moved_zero_n
-        if not (moved and self._renews and course.may_be_zero and course.target_m > course.start_m):
+        if not (moved and self._renews and course.may_be_zero):
             return False
-        self._mean_n = 0.0
+        if course.target_m < self._renew_from_m:
+            return False
+        self._mean_n, self._renew_from_m = 0.0, course.target_m + WORTH * course.retract_m
         self._zero(now_s, self._fast_to_guarded, self._meet)
         return True
 

@@ -11,7 +11,7 @@ from course_feed import PERIOD_S, PLAN, PLANNED, Stage
 from run_bench import Bench, bench_for, run, spec_for
 from run_plans import stvf_plan
 
-from stepload.engine.approach import MEAN_S, Approach
+from stepload.engine.approach import MEAN_S, WORTH, Approach
 from stepload.engine.course import ZERO_SHARE
 from stepload.engine.free_air import LOOK_S, FreeAir
 from stepload.engine.tick import Engine
@@ -28,9 +28,8 @@ TICKS = round(3.0 * MEAN_S / PLANNED.period_s)
 
 
 def approach(limits: dict[str, Any] | None = None, **procedure: Any) -> tuple[Stage, Approach]:
-    stage = Stage(limits, {"max_drift_n": 10.0, **procedure})
+    stage = Stage(limits, {"max_drift_n": 10.0, "retract_m": 1e-4, **procedure})
     stage.course.tares.append(ZERO)
-    stage.course.start_m = -1.0
     part = Approach(stage.course, stage.stopped.append, stage.zero)
     part.begin(stage.now_s, "first", 1, stage.then.append)
     return stage, part
@@ -55,11 +54,20 @@ def test_a_force_that_has_not_stood_for_long_is_no_moved_zero() -> None:
     assert len(stage.zeroing) == 1
 
 
-def test_behind_the_start_pose_there_is_no_room_to_back_off() -> None:
-    stage, _ = approach()
-    stage.course.start_m = 1.0
-    stage.ticks(TICKS, 2.0 * MOVED_N)
-    assert not stage.zeroing
+def test_the_way_gained_is_worth_what_backing_off_loses() -> None:
+    """Two retracts of way from where the approach began, and from where a zero was taken."""
+    worth_m, leash_m = WORTH * 1e-4, 1e-6
+    stage, _ = approach({"leash_free_m": leash_m, "ahead_m": 1.0})
+    for start_m in (0.0, worth_m):
+        taken = len(stage.zeroing)
+        stage.position_m = start_m + 0.99 * worth_m - leash_m
+        stage.ticks(TICKS, 2.0 * MOVED_N)
+        assert len(stage.zeroing) == taken
+        stage.position_m = start_m + 1.001 * worth_m - leash_m
+        stage.ticks(100, 2.0 * MOVED_N)
+        assert len(stage.zeroing) == taken + 1
+        stage.course.tares.append(ZERO)
+        stage.zeroing[-1](stage.now_s)
 
 
 def test_no_more_than_the_allowed_drift_since_the_first_zero_is_taken_for_one() -> None:
