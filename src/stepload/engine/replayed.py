@@ -44,6 +44,9 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
         del data["terms"]  # names, units and sources for readers; they follow from the names
         # Records from before F_c had an uncertainty counted on all of it.
         data.setdefault("counted_limit_n", data["elastic_limit_n"])
+        # Records from before a zero was taken anew in an approach; no rule asks for these.
+        data.setdefault("moved_zero_n", data["touch_force_n"])
+        data.setdefault("shown_noise_n", data["noise_n"])
         limits = RunLimits(**data)
         if limits.command_delay_s > MOST_DELAYED * limits.period_s:
             raise ValueError(f"command_delay_s {limits.command_delay_s} s")
