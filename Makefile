@@ -5,8 +5,11 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 KEPT   := $(VENV)/.compiled
 
+CORES := $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
+
 # Two tests more at a time than there are cores: some of them wait.
-WORKERS ?= $(shell expr $$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2) + 2)
+WORKERS ?= $(shell expr $(CORES) + 2)
+BESIDE  := --dist loadfile --no-loadscope-reorder
 
 # Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.
 export OPENBLAS_NUM_THREADS := 1
@@ -54,10 +57,11 @@ imports: $(READY)
 	$(BIN)/lint-imports --no-cache
 
 virtual: $(KEPT) ## The tests that no clock on the wall can fail, on every core
-	$(BIN)/pytest -m 'not realtime and not long' -n $(WORKERS) --dist loadfile --no-loadscope-reorder
+	$(BIN)/pytest -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
 
-realtime: $(READY) ## The tests against the wall clock, alone, under a meter of the host's stalls
-	$(BIN)/pytest -m 'realtime and not long'
+realtime: $(READY) ## The tests against the wall clock, under a meter of the host's stalls
+	$(BIN)/pytest -m 'patient and not long' -n $(CORES) $(BESIDE)
+	$(BIN)/pytest -m 'realtime and not patient and not long'
 
 test-under-load: $(READY) ## Both of these, ten times beside busy loops and ten times with stops
 	$(BIN)/python tests/helpers/under_load.py --runs 10 -- $(MAKE) --no-print-directory virtual realtime

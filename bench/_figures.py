@@ -63,7 +63,7 @@ class Effort:
 
 
 WHOLE = Effort()
-QUICK = Effort(1, 1, 5, 2, 4, 1, (3000,), 1, (1.0, 2.0))
+QUICK = Effort(1, 1, 5, 2, 4, 1, (3000,), 1, (0.5, 1.0))
 Step = Callable[[Effort], Iterator[Row]]
 
 

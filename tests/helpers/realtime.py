@@ -8,6 +8,7 @@ without the mark is never run again, and a failure without a measured stall is a
 While such a test runs, garbage is not collected, as in the loop of a run: among thousands of tests
 one collection takes up to half a second, which is this process's own work and no stall of the host.
 With `-p no:realtime` every failure is one.
+Tests that survive a stall of `PATIENT_S` get the mark `patient`: they run beside each other.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from _pytest.runner import runtestprotocol
 from stall_meter import StallMeter, longest_s
 
 RERUNS = 3
+PATIENT_S = 0.02
+"""One real-time test beside another stalls it for less than that."""
 STALLED = "stalled for"
 """A report's property: "rerun" or "inconclusive", then the longest stall of each attempt in s."""
 
@@ -36,6 +39,11 @@ def meter_of(config: pytest.Config) -> StallMeter:
     return config.stash[_METER]
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    told = f"real time that survives {PATIENT_S * 1e3:g} ms, beside another such test"
+    config.addinivalue_line("markers", f"patient: {told}")
+
+
 def pytest_unconfigure(config: pytest.Config) -> None:
     if _METER in config.stash:
         config.stash[_METER].close()
@@ -45,6 +53,12 @@ def tolerated_s(item: pytest.Item) -> float | None:
     """The stall that a test survives, in s; None where it does not run in real time."""
     marker = item.get_closest_marker("realtime")
     return None if marker is None else float(marker.kwargs["tolerates_s"])
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if (tolerated_s(item) or 0.0) >= PATIENT_S:
+            item.add_marker("patient")
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -131,6 +131,17 @@ def test_what_is_said_reaches_the_last_line_from_worker_processes(run):
     result.stdout.fnmatch_lines(["rerun: *the host stalled for 50 ms; *", "*1 passed, 1 rerun in*"])
 
 
+@pytest.mark.parametrize(("survives_s", "runs"), [(0.02, 1), (0.005, 0)])
+def test_only_what_survives_a_long_stall_runs_beside_another(run, survives_s, runs):
+    mark = f"@pytest.mark.realtime(tolerates_s={survives_s})"
+    result = run(of_a_test("pass", mark=mark), "-m", "patient")
+    result.assert_outcomes(passed=runs, deselected=1 - runs)
+
+
+def test_what_is_not_in_real_time_is_not_among_what_runs_beside_another(run):
+    run(of_a_test("pass", mark=""), "-m", "patient").assert_outcomes(deselected=1)
+
+
 METERED = """
 import sys, time
 from stall_meter import StallMeter, longest_s

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from pathlib import Path
 
 import pytest
 from real_runs import ROOT, in_process
 
+from stepload.cli import room_to_write
 from stepload.design import grid
 from stepload.plan.load import load_plan
 
@@ -130,3 +132,18 @@ def test_a_plan_that_preflight_refuses_does_not_stay(tmp_path: Path) -> None:
     with pytest.raises(RefusedError, match="preflight refused"):
         write(file, text)
     assert not file.exists()
+
+
+def test_a_place_where_nothing_can_be_written_is_told_before_the_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(dir: Path) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(room_to_write.tempfile, "TemporaryFile", full)
+    for words in (("--out", "new.yaml"), ("--out", "ok.yaml", "--picture", "new.svg")):
+        said = in_process(*SMALL, *words, cwd=tmp_path)
+        assert said.returncode == 2, words
+        assert "No space left on device" in said.stderr
+        assert "simulated identifications" not in said.stderr
+    assert list(tmp_path.iterdir()) == []

@@ -132,6 +132,22 @@ def test_only_the_verb_that_is_called_is_imported() -> None:
     assert in_a_new_process("plans")[1] == ["shipped"]
 
 
+def test_a_preflight_imports_nothing_of_scipy() -> None:
+    """Its import took two fifths of a preflight."""
+    program = (
+        "import sys, atexit\n"
+        "atexit.register(lambda: print('scipy' in sys.modules, file=sys.stderr))\n"
+        "from stepload.cli.main import main\n"
+        "main()"
+    )
+    plan = HOME / "procedures" / "plastic-sphere.yaml"
+    done = subprocess.run(
+        [sys.executable, "-c", program, "preflight", plan],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stderr.split() == ["False"]
+
+
 @pytest.mark.parametrize(
     ("typed", "offered"),
     [("pre", "preflight"), ("camp", "campaign"), ("explain unid", "unidentifiable"),

@@ -19,7 +19,12 @@ import jsonschema
 import pytest
 from real_runs import QUICK, ROOT, in_process, stepload
 
+from stepload.atlas import make, points
+from stepload.design import grid
+
 EXPECTED = Path(__file__).parent / "json_version_1"
+PAYLOADS = ROOT / "procedures" / "payloads"
+SPHERE = PAYLOADS / "plastic-sphere.yaml"
 RELATIVE, ABSOLUTE = 1e-3, 1e-9
 """Fits go through linear algebra that differs from build to build in the last digits."""
 SMOOTH = QUICK.replace("profile: stvf", "profile: stvf\n  simulation: {law: smooth}")
@@ -36,7 +41,7 @@ MASKED = (
     "compare.curve.run", "compare.groups", "compare.differences.first",
     "compare.differences.second", "compare.differences.why", "calibrate*.record",
     "*.calibration.run", "*.measured_on", "*.valid_until", "campaign.elapsed_s", "bad_input.error",
-    "snippet.snippet", "pose.answers",
+    "snippet.snippet", "pose.answers", "design.plan",
 )  # fmt: skip
 AS_A_PROCESS = ("run_again", "identify_curve")
 """Where whatever a library writes past Python's streams would be seen too."""
@@ -88,6 +93,16 @@ def objects(directory: Path) -> dict[str, Any]:
         "--seed", 20, "--processes", 1,
     )  # fmt: skip
     verb("pose", "pose", "ur5e", "--radius", "300 mm to 360 mm", "--height", "0 mm")
+    with pytest.MonkeyPatch.context() as few:
+        few.setattr(points, "PANELS", ("exponent",))
+        few.setattr(points, "EXPONENTS", (1.5,))
+        few.setattr(points, "COLUMNS", 2)
+        few.setattr(make, "shipped_payloads", lambda: [PAYLOADS / "plastic-cone.yaml"])
+        seed = ("--seed", 3, "--processes", 1)
+        verb("map", "map", "stvf", "--payload", SPHERE, "--samples", 12, *seed)
+        few.setattr(grid, "STEPS", (4,))
+        few.setattr(grid, "HOLDS_S", (1.0, 5.0))
+        verb("design", "design", SPHERE, "stvf", "--samples", 60, *seed)
     verb("bad_input", "identify", "nothing.csv")
     return made
 

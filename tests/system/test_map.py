@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 from real_runs import ROOT, in_process
 
 from stepload.atlas import make, points
+from stepload.cli import room_to_write
 from stepload.data import columns
 
 SMALL = ("map", "stvf", "--samples", 12, "--seed", 3)
@@ -77,3 +79,18 @@ def test_what_is_there_is_not_overwritten_and_a_missing_library_is_told_first(
     monkeypatch.setattr(columns, "library", missing)
     said = in_process(*SMALL, "--parquet", "new.parquet", cwd=tmp_path)
     assert (said.returncode, "needs pyarrow" in said.stderr) == (2, True)
+
+
+def test_a_place_where_nothing_can_be_written_is_told_before_the_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(dir: Path) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(room_to_write.tempfile, "TemporaryFile", full)
+    for words in (("--out", "new/m"), ("--parquet", "new.parquet")):
+        said = in_process(*SMALL, *words, cwd=tmp_path)
+        assert said.returncode == 2, words
+        assert "No space left on device" in said.stderr
+        assert "simulated identifications" not in said.stderr
+    assert list(tmp_path.iterdir()) == []

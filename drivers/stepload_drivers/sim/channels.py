@@ -36,7 +36,6 @@ WRENCHES: dict[str, Callable[[float], Wrench]] = {
 
 _IGNORED_S = 1.0
 
-_floor = math.floor
 _new: Any = tuple.__new__
 _FULL_SCALE = int(Status.OVERRANGE | Status.SATURATED)
 _OVERRANGE = int(Status.OVERRANGE)
@@ -44,7 +43,7 @@ _STOPPED = int(Status.STOPPED)
 
 
 def _quantised(value: float, quantum: float) -> float:
-    return _floor(value / quantum + 0.5) * quantum if quantum else value
+    return (value / quantum + 0.5) // 1.0 * quantum if quantum else value
 
 
 class Channel:
@@ -230,7 +229,7 @@ class ForceChannel(Channel):
                 value = math.copysign(1.2 * limit, value)
         quantum = self._quantum
         if quantum:
-            value = _floor(value / quantum + 0.5) * quantum
+            value = (value / quantum + 0.5) // 1.0 * quantum
         self.sequence += 1
         if self.disturbed or time_s >= self._faults.next_s:
             self._disturb(time_s, truth, value, status)
@@ -303,6 +302,8 @@ class ArmChannel(Channel):
         "_arm_held",
         "_drift_m",
         "_error",
+        "_error_at_m",
+        "_error_m",
         "_force_held",
         "_force_noise",
         "_force_offset",
@@ -326,6 +327,7 @@ class ArmChannel(Channel):
         )
         self._plant = plant
         self._error = smooth_error(spec.seed, 11, spec.kinematic_error_m, spec.kinematic_length_m)
+        self._error_at_m, self._error_m = math.nan, 0.0
         self._has_force = spec.arm_has_force
         self._force_noise = normal_source(spec.seed, 12, spec.arm_force_noise_n)
         self._force_offset = force_offset_n
@@ -339,11 +341,13 @@ class ArmChannel(Channel):
         plant = self._plant
         value = plant.measured_m
         if self._error is not None:
-            value += self._error(value)
+            if value != self._error_at_m:
+                self._error_at_m, self._error_m = value, self._error(value)
+            value += self._error_m
         value += self._noise()
         quantum = self._quantum
         if quantum:
-            value = _floor(value / quantum + 0.5) * quantum
+            value = (value / quantum + 0.5) // 1.0 * quantum
         if self._has_force:
             self.arm_force_n = plant.force_n + self._force_offset + self._force_noise()
             if self._mass:

@@ -41,11 +41,10 @@ def smooth_error(
     table: list[float] = (values * sd_m / math.sqrt(power)).tolist()
     table.append(table[0])
     cells_per_m = _CELLS_PER_LENGTH / length_m
-    floor = math.floor
 
     def error(travel_m: float) -> float:
         place = travel_m * cells_per_m % count
-        i = floor(place)
+        i = int(place)
         return table[i] + (place - i) * (table[i + 1] - table[i])
 
     return error

@@ -239,7 +239,9 @@ class Plant:
                 if -1e-15 < w < 1e-15 and -1e-18 < tip - moved < 1e-18:
                     tip, w = moved, 0.0
             speed = actual + w
-            if tip > self._contact_m or self._turns_inside(self.tip_m, self.tip_speed, speed, h):
+            was = self.tip_speed
+            turns = was > 0.0 > speed and self._turns_inside(self.tip_m, was, speed, h)
+            if tip > self._contact_m or turns:
                 self._press(drive, actual, h)
             else:
                 self.tip_m = tip

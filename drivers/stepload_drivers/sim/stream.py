@@ -53,7 +53,7 @@ class Stream:
         self._channel = channel
         self._fault: Fault | None = None
         self._received = self._lost = 0
-        self._first_s = self._newest_s = -math.inf
+        self._newest_s = math.nan
         self._longest_s = 0.0
         self._stale_s = max(_STALE_S, _STALE_PERIODS * channel.period_s)
         self._sequence = channel.sequence
@@ -70,6 +70,7 @@ class Stream:
                 )
             host.clock.sleep_until(min(end_s, now_s + _OPEN_WAIT_S))
             now_s = host.catch_up()
+        self._first_s: float = channel.pending[0][2]
 
     def close(self) -> None:
         self._channel.ignore()
@@ -87,22 +88,18 @@ class Stream:
         if out:
             newest = out[-1]
             gap_s = out[0][2] - self._newest_s
-            if self._received == 0:
-                self._first_s = out[0][2]
-            elif gap_s > self._longest_s:
+            if gap_s > self._longest_s:
                 self._longest_s = gap_s
             self._newest_s = newest[2]
-            count = len(out)
-            self._received += count
-            missing = newest[0] - self._sequence - count
-            if missing > 0:
-                self._lost += missing
-            self._sequence = newest[0]
+            self._received += len(out)
             if channel.disturbed or newest[3]:
                 self._inspect(out)
+            self._sequence = newest[0]
         return out
 
     def _inspect(self, samples: list[Any]) -> None:
+        """Count what was lost, and latch what the readings say; only faults make either."""
+        self._lost += max(0, samples[-1][0] - self._sequence - len(samples))
         for sample in samples:
             status = sample[3]
             if status & Status.STOPPED:
@@ -140,15 +137,13 @@ class Stream:
         now_s = self._host.catch_up()
         waiting = [s for s in self._channel.pending if s[2] <= now_s + _EARLY_S]
         received, lost = self._received + len(waiting), self._lost
-        first_s, newest_s, longest_s = self._first_s, self._newest_s, self._longest_s
+        newest_s, longest_s = self._newest_s, self._longest_s
         if waiting:
             lost += max(0, waiting[-1][0] - self._sequence - len(waiting))
-            if self._received == 0:
-                first_s = waiting[0][2]
-            else:
+            if self._received:
                 longest_s = max(longest_s, waiting[0][2] - newest_s)
             newest_s = waiting[-1][2]
-        span_s = newest_s - first_s
+        span_s = newest_s - self._first_s
         return Health(
             received=received,
             lost=lost,

@@ -27,6 +27,7 @@ def make(
     rig: str,
     payloads: Sequence[Path],
     *,
+    shipped: Sequence[Path] = (),
     top_n: float | None = None,
     samples: int,
     seed: int,
@@ -40,6 +41,7 @@ def make(
     Args:
         rig: a profile that comes with stepload, or a rig file.
         payloads: payload files; each name once.
+        shipped: more of them, left out where `payloads` has one of the same name.
         top_n: top force; None: 300 N, or what the rig bears.
         samples: runs of each cell.
         seed: the same seed gives the same map, whatever the number of processes.
@@ -60,6 +62,9 @@ def make(
             raise BadInputError(
                 f"two payloads are named {name!r}", hint="give each a name of its own"
             )
+    bodies += (
+        body for path in shipped if (body := specimen(rig, path, base.top_n)).name not in names
+    )
     cells = points(base, bodies, columns(base, bodies))
     jobs = [Job(p.series, p.index, p) for p in cells if not only or p.series in only]
     if on_start is not None:

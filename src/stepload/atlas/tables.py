@@ -45,8 +45,20 @@ def payload_table(found: Map) -> Table:
                 f"{best.point.change}: {best.measured.value:.0%}" if best else "",
             )
         )
-    columns = ("payload", "force", "secant", "within 1/t", "IDENTIFIED", "measured", "best change")
-    return Table(f"Payloads on {found.rig.name}", columns, rows)
+    columns = (
+        "payload", "force", "secant", f"within ±{1.0 / found.rig.conditions.t:.0%}", "IDENTIFIED",
+        "can be measured", "best change",
+    )  # fmt: skip
+    return Table(f"Payloads on {found.rig.name}", columns, rows, (explained(found),))
+
+
+def explained(found: Map) -> str:
+    """What the columns of the table of payloads count."""
+    return (
+        f"Share of {found.samples} simulated runs each, with its 95 % interval. Within "
+        f"±{1.0 / found.rig.conditions.t:.0%} (1/t): the headline is so close to the truth. A "
+        f"payload can be measured where at least {REQUIRED:.0%} of the runs are shown to be both."
+    )
 
 
 def reach_table(found: Map) -> Table:
@@ -55,7 +67,7 @@ def reach_table(found: Map) -> Table:
     for each in reaches(found):
         limit = format_quantity(each.k_max_n_per_m, "N/m")
         rows.append((each.series, value_text(each), extent(each), limit, each.guideline))
-    columns = ("varied", "value", "measured, without a gap", "(34)", "the guideline is")
+    columns = ("varied", "value", "can be measured, without a gap", "K_max (34)", "(34) is")
     return Table(f"Secant stiffness at {found.rig.top_n:.4g} N", columns, rows)
 
 

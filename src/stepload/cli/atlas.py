@@ -49,17 +49,22 @@ def map_rig(
     Example: stepload map stvf --payload procedures/payloads/plastic-sphere.yaml --out map
     """
     from stepload.atlas import make, tables
+    from stepload.cli.room_to_write import check_room
     from stepload.data.columns import check_parquet, write_columns
     from stepload.runner.choose import open_pool
 
     output = Output(as_json=as_json)
     if parquet is not None:
         check_parquet(parquet)
-    _check_out(out)
+        check_room("--parquet", parquet)
+    if out is not None:
+        _check_out(out)
+        check_room("--out", out)
     with open_pool(processes, scheduler) as pool:
         found = make.make(
             rig,
-            _payloads(payload or []),
+            payload or [],
+            shipped=make.shipped_payloads(),
             top_n=_force(top_force),
             samples=samples,
             seed=seed,
@@ -96,14 +101,6 @@ def map_rig(
     output.result(said)
 
 
-def _payloads(own: list[Path]) -> list[Path]:
-    """The user's payloads, then the shipped ones that are not among them."""
-    from stepload.atlas.make import shipped_payloads
-
-    taken = {path.resolve() for path in own}
-    return [*own, *(path for path in shipped_payloads() if path.resolve() not in taken)]
-
-
 def _force(text: str) -> float | None:
     from stepload.units import parse_quantity
 
@@ -112,9 +109,7 @@ def _force(text: str) -> float | None:
     return parse_quantity(text, "N")
 
 
-def _check_out(out: Path | None) -> None:
-    if out is None:
-        return
+def _check_out(out: Path) -> None:
     if out.exists() and not out.is_dir():
         raise BadInputError(f"--out {out}: that is a file", hint="name a directory")
     for name in FILES:

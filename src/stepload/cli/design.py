@@ -58,6 +58,7 @@ def design_plan(
 
     Example: stepload design procedures/payloads/plastic-sphere.yaml stvf --time "3 min"
     """
+    from stepload.cli.room_to_write import check_room
     from stepload.design import make, tables, words, written
     from stepload.design.picture import check_picture, write_picture
     from stepload.runner.choose import open_pool
@@ -67,8 +68,10 @@ def design_plan(
     within_s = _positive("--time", time, "s")
     surface = format_quantity(_positive("--surface-distance", surface_distance, "m"), "m", 6)
     written.check_new(out)
+    check_room("--out", out)
     if picture is not None:
         check_picture(picture)
+        check_room("--picture", picture)
     with open_pool(processes, scheduler) as pool:
         found = make.design(
             rig,

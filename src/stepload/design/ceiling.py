@@ -11,7 +11,7 @@ from stepload.atlas.plans import plan_of
 from stepload.atlas.rigs import most_push
 from stepload.envelope.envelope import Envelope, derive
 from stepload.envelope.pressing import largest_top_force
-from stepload.errors import RefusedError
+from stepload.errors import BadInputError, RefusedError
 from stepload.estimators.sources import Sources
 from stepload.plan.model import Plan
 from stepload.results.conditions import planned
@@ -55,17 +55,21 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
         DomainError: a number outside the domain of contact theory.
     """
     name, most_n = most_push(rig)
-    top_n, why = most_n, f"{name} can press with {format_quantity(most_n, 'N')} at most"
+    why = f"{name} can press with {format_quantity(most_n, 'N')} at most"
+    plan = plan_of(rig, payload, most_n, order)
+    envelope = derive(plan)
+    # What a plan asks far beyond F_c says nothing of those below: its steps leave no room there.
+    top_n = min(most_n, envelope.theory.counted.lower_n)
     for _ in range(TRIES):
-        plan = plan_of(rig, payload, top_n, order)
-        envelope = derive(plan)
+        if top_n < most_n:
+            try:
+                plan = plan_of(rig, payload, top_n, order)
+            except BadInputError as error:
+                raise _no_force(envelope) from error
+            envelope = derive(plan)
         safe_n = envelope.largest_safe_force_n
         if not safe_n > 0.0:
-            raise RefusedError(
-                f"{plan.payload.name} must not be pressed on {name}: {_limit(envelope)}, and no "
-                "top force that this rig resolves is safe",
-                hint="stepload preflight PLAN says how the force budget is spent",
-            )
+            raise _no_force(envelope)
         if safe_n < most_n:
             top_n, why = safe_n, _unsafe(plan, envelope)
     last_n = _covered(planned(envelope).sources)
@@ -76,6 +80,15 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
             f"IDENTIFIED; {safe} would be safe, so calibrate up to there to use it"
         )
     return Ceiling(name, plan.payload.name, min(top_n, last_n), why)
+
+
+def _no_force(envelope: Envelope) -> RefusedError:
+    plan = envelope.plan
+    return RefusedError(
+        f"{plan.payload.name} must not be pressed on {plan.rig.name}: {_limit(envelope)}, and no "
+        "top force that this rig resolves is safe",
+        hint="stepload preflight PLAN says how the force budget is spent",
+    )
 
 
 def _covered(sources: Sources) -> float:

@@ -94,18 +94,19 @@ class Grid:
     Attributes:
         candidates: those that may run.
         refused: how many may not; `because` is what preflight says of the
-            last, which has the largest top force.
+            last, which has the largest top force, `hint` what to do about it.
     """
 
     candidates: tuple[Candidate, ...]
     refused: int
     because: str
+    hint: str = ""
 
 
 def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
     """Every plan of the grid that preflight lets run."""
     found: list[Candidate] = []
-    reasons: list[str] = []
+    reasons: list[tuple[str, str]] = []
     for share, order in _orders():
         step_n = rounded_down(share * limit.top_n / order.steps)
         top_n = round(step_n * order.steps, 9)
@@ -115,7 +116,7 @@ def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
         except PlanError:
             raise
         except (BadInputError, RefusedError, DomainError) as error:
-            reasons.append(error.message)
+            reasons.append((error.message, error.hint))
             continue
         if envelope.verdict is PlanVerdict.REFUSED:
             reasons.append(_why(envelope))
@@ -132,7 +133,7 @@ def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
                 plan.rig.force.drift_n_per_s, plan.rig.system_stiffness.damping_n_s_per_m,
             )
         )  # fmt: skip
-    return Grid(tuple(found), len(reasons), reasons[-1] if reasons else "")
+    return Grid(tuple(found), len(reasons), *(reasons[-1] if reasons else ("", "")))
 
 
 def _orders() -> Iterator[tuple[float, Order]]:
@@ -143,5 +144,7 @@ def _orders() -> Iterator[tuple[float, Order]]:
                     yield share, Order(steps, hold_s, ramp_s)
 
 
-def _why(envelope: Envelope) -> str:
-    return next(r.message for r in envelope.reasons if r.severity is Severity.REFUSE)
+def _why(envelope: Envelope) -> tuple[str, str]:
+    """The first reason of a refusal, and what would change it."""
+    first = next(r for r in envelope.reasons if r.severity is Severity.REFUSE)
+    return first.message, first.remedy

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -91,7 +92,8 @@ def design(
     limit = ceiling(rig, payload, Order(min(STEPS), max(HOLDS_S)))
     found = grid(rig, payload, limit, surface)
     soon = [each for each in found.candidates if each.duration_s <= LONGER * within_s]
-    _check_time(limit, found, within_s, f"stepload map {rig} --payload {payload}")
+    map_verb = shlex.join(["stepload", "map", rig, "--payload", str(payload)])
+    _check_time(limit, found, within_s, map_verb)
     if on_start is not None:
         on_start(len(soon))
     tried = _try(soon, Work(seed, samples, CHECK_EVERY), pool)
@@ -116,7 +118,7 @@ def _check_time(limit: Ceiling, found: Grid, within_s: float, map_verb: str) -> 
         raise RefusedError(
             f"preflight refuses all {found.refused} plans for {limit.payload} on {limit.rig}. "
             f"About the one with the largest top force it says: {found.because}",
-            hint=f"{map_verb} says what to buy",
+            hint=found.hint or f"{map_verb} says what to buy",
         )
     fastest = min(found.candidates, key=lambda each: each.duration_s)
     if fastest.duration_s > within_s:

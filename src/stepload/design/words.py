@@ -39,9 +39,13 @@ def _top(found: Design) -> str:
 
 def _time(found: Design) -> str:
     chosen, longer_s = found.chosen, LONGER * found.within_s
+    longest_s = max(each.duration_s for each in found.tried)
     longer = choose(found.again, longer_s)
-    if longer is None or not longer.half_width * ALIKE < chosen.half_width:
-        more = f"up to {longer_s:.0f} s would narrow the interval by less than {ALIKE - 1.0:.0%}"
+    if longest_s <= found.within_s:
+        more = f"no plan that was looked at takes longer than {longest_s:.0f} s"
+    elif longer is None or not longer.half_width * ALIKE < chosen.half_width:
+        most_s = min(longer_s, longest_s)
+        more = f"up to {most_s:.0f} s would narrow the interval by less than {ALIKE - 1.0:.0%}"
     else:
         more = f"{longer.candidate.text}, gives ±{longer.half_width:.1%}"
     faster = [each for each in found.curve if each.duration_s < chosen.duration_s]

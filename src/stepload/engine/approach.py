@@ -14,6 +14,12 @@ from stepload.record.outcome import Touch
 from stepload.record.rows import Phase
 
 RING_TIMEOUT_S = 2.0
+MEAN_S = 5.0
+"""Time constant of the mean force in an approach: a zero moves slowly, a contact grows fast."""
+WORTH = 2.0
+"""Retracts of way from one zero of an approach to the next."""
+Zero = Callable[[float, Then, Then | None], None]
+"""Proves free air and takes the zero: (now_s, what follows, what follows where it touches)."""
 
 
 class Approach:
@@ -22,14 +28,16 @@ class Approach:
     Args:
         course: of the run.
         stopped: what to do when the operator stops the search.
-        zero: proves free air, takes the zero anew, and goes on.
+        zero: proves free air, takes the zero anew, and goes on; see `Zeroing.take`.
     """
 
-    def __init__(self, course: Course, stopped: Then, zero: Callable[[float, Then], None]) -> None:
+    def __init__(self, course: Course, stopped: Then, zero: Zero) -> None:
         self._course = course
         self._stopped = stopped
         self._zero = zero
         self._zeroed = False
+        self._mean_n, self._renews, self._renew_from_m = 0.0, True, 0.0
+        self._mean_share = course.limits.period_s / MEAN_S
         self._then: Then = stopped
         self._purpose = ""
         self._slow = False
@@ -42,6 +50,8 @@ class Approach:
         """Touch `touches` times, `then` go on in contact; `purpose` goes into the record."""
         self._purpose, self._left, self._then = purpose, touches, then
         self._zeroed = False
+        self._mean_n, self._renews = 0.0, True
+        self._renew_from_m = self._course.target_m + WORTH * self._course.retract_m
         self._fast_to_guarded(now_s)
 
     def _fast_to_guarded(self, now_s: float) -> None:
@@ -57,7 +67,7 @@ class Approach:
 
     def _fast(self, now_s: float, step_s: float) -> None:
         course = self._course
-        if self._touched(now_s) or self._stop_asked(now_s) or self._felt.waits(now_s):
+        if self._held_up(now_s):
             return
         fastest_m_s = course.limits.fast_speed_m_s
         if course.target_m >= course.goal_m or course.move(fastest_m_s, step_s):
@@ -73,7 +83,7 @@ class Approach:
 
     def _guarded(self, now_s: float, step_s: float) -> None:
         course = self._course
-        if self._touched(now_s) or self._stop_asked(now_s) or self._felt.waits(now_s):
+        if self._held_up(now_s):
             return
         limits = course.limits
         speed = min(limits.guarded_speed_m_s, course.speed_m_s + limits.acceleration_m_s2 * step_s)
@@ -91,6 +101,36 @@ class Approach:
         end_m = course.sup.arm.position_m + course.limits.leash_free_m
         if course.target_m > end_m:
             course.target_m = end_m
+
+    def _held_up(self, now_s: float) -> bool:
+        """Whether the approach does not go on in this tick, or not at all."""
+        return (
+            self._touched(now_s)
+            or self._stop_asked(now_s)
+            or self._felt.waits(now_s)
+            or self._zero_moved(now_s)
+        )
+
+    def _zero_moved(self, now_s: float) -> bool:
+        """Go back and take the zero again where it has moved on a long way to the surface.
+
+        Not before the way gained is worth what is lost by backing off: the zero moves meanwhile.
+        """
+        course, limits = self._course, self._course.limits
+        self._mean_n += self._mean_share * (course.sup.smooth_n - self._mean_n)
+        moved = abs(self._mean_n) > limits.moved_zero_n
+        if not (moved and self._renews and course.may_be_zero):
+            return False
+        if course.target_m < self._renew_from_m:
+            return False
+        self._mean_n, self._renew_from_m = 0.0, course.target_m + WORTH * course.retract_m
+        self._zero(now_s, self._fast_to_guarded, self._meet)
+        return True
+
+    def _meet(self, now_s: float) -> None:
+        """Go for what was felt, with the zero as it is; it is left to the touch and to R11."""
+        self._renews = False
+        self._begin_guarded(now_s)
 
     def _stop_asked(self, now_s: float) -> bool:
         if not self._course.stop_asked():
@@ -149,11 +189,11 @@ class Approach:
         if abs(course.sup.smooth_n) > free_n:
             furthest_m = course.surface_m - course.plan.retract_m
             if course.goal_m <= furthest_m:
-                if self._zeroed or abs(course.moved_n) > course.plan.max_drift_n:
+                if self._zeroed or not course.may_be_zero:
                     not_open(course, free_n)
                 else:
                     self._zeroed = True
-                    self._zero(now_s, self._fast_to_guarded)
+                    self._zero(now_s, self._fast_to_guarded, None)
                 return
             course.aim(max(course.goal_m - self._gap_m(), furthest_m))
             return

@@ -17,6 +17,7 @@ from stepload.record.outcome import Cause, Lateness
 
 FAULT_POLL_TICKS = 16
 PROGRESS_S = 0.1
+_ARM_ONLY = int(StopLevel.ARM_ONLY)
 
 Samples = list[Any]
 NOTHING: Samples = []
@@ -59,26 +60,28 @@ class Cadence:
         rig, engine = self._rig, self._engine
         now, sleep_until = rig.clock.now_s, rig.clock.sleep_until
         tick, command, operator = engine.tick, rig.arm.command, engine.operator
-        period_s = rig.arm.period_s
+        read, keep, period_s = self._read, self._keep, rig.arm.period_s
         progress_s = deadline_s = now()
         done = False
         while not done:
             begin_s = now()
-            late_s = begin_s - deadline_s
-            self._count(late_s, period_s)
-            samples = self._read(begin_s)
+            engine.late_s = late_s = begin_s - deadline_s
+            self.ticks += 1
+            if late_s:
+                self._count(late_s, period_s)
+            force, arm, displacement, second = read(begin_s)
             now_s = now()  # after what was drained: no honest sample is later than its tick
-            target_m, done = tick(now_s, *samples)
+            target_m, done = tick(now_s, force, arm, displacement, second)
             if target_m == target_m:
                 self.busy = "the arm's command"
                 command(target_m)
-            self._keep(now_s, *samples)
-            if self.ticks % FAULT_POLL_TICKS == 0 and engine.cause is None:
+            keep(now_s, force, arm, displacement, second)
+            if not self.ticks % FAULT_POLL_TICKS and engine.cause is None:
                 self._poll(now_s)
             if now_s >= progress_s:
                 progress_s = now_s + PROGRESS_S
                 self._show()
-            if operator.stop_level >= StopLevel.ARM_ONLY and not engine.safe_reached:
+            if operator.stop_level >= _ARM_ONLY and not engine.safe_reached:
                 return
             self.busy = "the clock"
             deadline_s += period_s
@@ -87,28 +90,41 @@ class Cadence:
             sleep_until(deadline_s)
 
     def _count(self, late_s: float, period_s: float) -> None:
-        self.ticks += 1
         self._total_s += late_s
         if late_s > period_s:
             self._overruns += 1
         if late_s > self._worst_s:
             self._worst_s = late_s
-        self._engine.late_s = late_s
 
     def _read(self, now_s: float) -> tuple[Samples, Samples, Samples, Samples]:
-        """New samples of the force sensor, the arm, the displacement sensor, the second sensor."""
-        rig, drained = self._rig, self._faults.drained
+        """New samples of the force sensor, the arm, the displacement sensor, the second sensor.
+
+        A driver that raises ends the run and gives none; the other devices are read all the same.
+        """
+        rig = self._rig
+        force = arm = displacement = second = NOTHING
         self.busy = "force sensor"
-        force = drained(rig.force.drain, self.busy, now_s)
+        try:
+            force = rig.force.drain()
+        except Exception as error:
+            self._faults.raised(self.busy, now_s, error)
         self.busy = "arm"
-        arm = drained(rig.arm.drain, self.busy, now_s)
-        displacement = second = NOTHING
+        try:
+            arm = rig.arm.drain()
+        except Exception as error:
+            self._faults.raised(self.busy, now_s, error)
         if rig.second_force:
             self.busy = "second force sensor"
-            second = drained(rig.second_force.drain, self.busy, now_s)
+            try:
+                second = rig.second_force.drain()
+            except Exception as error:
+                self._faults.raised(self.busy, now_s, error)
         if rig.displacement:
             self.busy = "displacement sensor"
-            displacement = drained(rig.displacement.drain, self.busy, now_s)
+            try:
+                displacement = rig.displacement.drain()
+            except Exception as error:
+                self._faults.raised(self.busy, now_s, error)
         return force, arm, displacement, second
 
     def _keep(

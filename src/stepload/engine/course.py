@@ -17,6 +17,8 @@ Act = Callable[[float, float], None]
 """What is done in each tick of a phase: (now_s, step_s)."""
 Then = Callable[[float], None]
 """What comes after a part of the order: (now_s)."""
+ZERO_SHARE = 0.5
+"""Of the cross-check tolerance: so far the zero of the second channel may move over a run."""
 Emit = Callable[[float, str, dict[str, object]], None]
 
 
@@ -98,9 +100,14 @@ class Course:
         return known_m - self.retract_m
 
     @property
-    def moved_n(self) -> float:
-        """The force now, as it would be with the first zero of the run."""
-        return self.sup.smooth_n + self.tares[-1].mean_n - self.tares[0].mean_n
+    def may_be_zero(self) -> bool:
+        """Whether what both channels read may be a drift since the first zero of the run."""
+        sup, limits, first, last = self.sup, self.limits, self.tares[0], self.tares[-1]
+        moved_n = sup.smooth_n + last.mean_n - first.mean_n
+        if not abs(moved_n) <= self.plan.max_drift_n:
+            return False
+        second_n = sup.second_n + last.second_mean_n - first.second_mean_n
+        return not limits.cross_check or abs(second_n) <= ZERO_SHARE * limits.cross_tolerance_n
 
     @property
     def retract_m(self) -> float:

@@ -20,14 +20,14 @@ FILTERS = 8.0
 class _Range:
     """Lowest and highest of the last filtered readings of one channel, without their noise."""
 
-    __slots__ = ("_alpha", "_at", "_n", "_noise_n", "_readings")
+    __slots__ = ("_alpha", "_at", "_high_n", "_low_n", "_n", "_noise_n", "_readings")
 
     def __init__(self, ticks: int, alpha: float, noise_n: float) -> None:
         self._alpha = alpha
         self._noise_n = noise_n * math.sqrt(alpha / (2.0 - alpha))
         self._readings = [math.nan] * ticks
         self._at = 0
-        self._n = math.nan
+        self._n = self._low_n = self._high_n = math.nan
 
     def restart(self) -> None:
         self._n = math.nan
@@ -36,11 +36,20 @@ class _Range:
         """Take a reading in; (lowest, highest), one of which noise alone would make is narrowed."""
         readings, at = self._readings, self._at
         if self._n != self._n:
-            self._n = reading_n
+            self._n = self._low_n = self._high_n = reading_n
             readings[:] = [reading_n] * len(readings)
-        readings[at] = self._n = self._n + self._alpha * (reading_n - self._n)
+        oldest_n = readings[at]
+        readings[at] = self._n = n = self._n + self._alpha * (reading_n - self._n)
         self._at = at + 1 if at + 1 < len(readings) else 0
-        low, high = min(readings) + self._noise_n, max(readings) - self._noise_n
+        if n <= self._low_n:
+            self._low_n = n
+        elif oldest_n == self._low_n:
+            self._low_n = min(readings)
+        if n >= self._high_n:
+            self._high_n = n
+        elif oldest_n == self._high_n:
+            self._high_n = max(readings)
+        low, high = self._low_n + self._noise_n, self._high_n - self._noise_n
         if low < high:
             return low, high
         middle = 0.5 * (low + high)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping
 
 from stepload.engine.interfaces import RigDevices, by_role
 from stepload.engine.tick import Engine
@@ -24,16 +23,11 @@ class DeviceFaults:
         self._engine, self._rig, self._identities = engine, rig, identities
         self._raised: set[str] = set()
 
-    def drained(self, drain: Callable[[], list[Any]], role: str, now_s: float) -> list[Any]:
-        """The new samples of a device; none, and the run is ended, where its driver raises."""
-        try:
-            return drain()
-        except Exception as error:  # a driver's bug is no reason to leave the force on
-            self.raised(role, now_s, error)
-            return []
-
     def raised(self, role: str, now_s: float, error: Exception) -> None:
-        """End the run because what has this role raised an error."""
+        """End the run because what has this role raised an error.
+
+        A bug of a driver is no reason to leave the force on.
+        """
         message = f"{self._name(role)}: {type(error).__name__}: {error}"
         if role not in self._raised:
             self._raised.add(role)

@@ -8,6 +8,7 @@ often wrong than one that does not end.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from enum import StrEnum
 from typing import NamedTuple
@@ -46,6 +47,21 @@ class Reach(NamedTuple):
     def share(self) -> float:
         """Of the deformation without which that level cannot be enough."""
         return self.most_m / self.need.least_m
+
+    @property
+    def text(self) -> str:
+        """Why that is too little, where it is: the end of a sentence."""
+        level_n, least_m = self.need.level_n, self.need.least_m
+        if math.isinf(least_m):
+            return (
+                "and at no level that is left any deformation is known so well (preflight: none "
+                "is enough)"
+            )
+        return (
+            f"so at {level_n:g} N by {self.most_m * 1e6:.3g} µm at the most, and the known errors "
+            f"alone need {least_m * 1e6:.3g} µm there (preflight asks for more than that, as room "
+            "for what the contact does of its own)"
+        )
 
 
 def nearest(needs: Sequence[Need], index: int, deformation_m: float) -> Reach | None:

@@ -35,12 +35,17 @@ class FreeAir:
         self._course = course
         self._stopped = stopped
         self._then = stopped
+        self._touching: Then | None = None
         self._window = TareWindow()
         self._before: Tare | None = None
 
-    def prove(self, now_s: float, then: Then) -> None:
-        """End the run if something touched, else `then` go on, backed off."""
-        self._then = then
+    def prove(self, now_s: float, then: Then, touching: Then | None = None) -> None:
+        """Back off; `then` go on if nothing touched, else `touching`, or end the run without it.
+
+        With `touching` on the way to a surface even a little that goes with the way is contact: a
+        payload that is much softer than planned gives way by more than the retract.
+        """
+        self._then, self._touching = then, touching
         self._window = TareWindow()
         self._course.enter(Phase.FREE_AIR, now_s, self._look)
 
@@ -74,17 +79,23 @@ class FreeAir:
         )  # fmt: skip
         error_n = math.hypot(after.mean_error_n, before.mean_error_n)
         second_error_n = math.hypot(after.second_mean_error_n, before.second_mean_error_n)
-        free = self._unchanged("force", change_n, error_n, course.plan.max_drift_n)
+        drift_n, tolerance_n = course.plan.max_drift_n, limits.cross_tolerance_n
+        if self._touching is not None:
+            drift_n = tolerance_n = limits.moved_zero_n
+        free = self._unchanged("force", change_n, error_n, drift_n)
         if free and limits.cross_check:
-            tolerance_n = limits.cross_tolerance_n
             free = self._unchanged("second force channel", second_n, second_error_n, tolerance_n)
         if free:
             self._then(now_s)
+        elif self._touching is not None:
+            self._touching(now_s)
 
     def _unchanged(self, name: str, change_n: float, error_n: float, allowed_n: float) -> bool:
         limit_n = max(FREE_SIGMAS * error_n, ALLOWED_SHARE * allowed_n)
         if abs(change_n) <= limit_n:
             return True
+        if self._touching is not None:
+            return False
         self._course.fail(
             "not_free", change_n, limit_n, "N",
             f"the {name} changed by {change_n:+.3g} N when the arm backed off by"

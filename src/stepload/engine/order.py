@@ -160,9 +160,7 @@ class RunOrder:
                 "until", reach.most_m, reach.need.least_m, "m",
                 f"an interval of ±{100.0 * asked:g} % cannot be reached: at "
                 f"{needs[index].level_n:g} N the payload has given way by "
-                f"{deformation_m * 1e6:.3g} µm, so at {reach.need.level_n:g} N by "
-                f"{reach.most_m * 1e6:.3g} µm at the most, and even without any "
-                f"margin {reach.need.least_m * 1e6:.3g} µm are needed there",
+                f"{deformation_m * 1e6:.3g} µm, {reach.text}",
             )  # fmt: skip
 
     def _unload(self, now_s: float) -> None:

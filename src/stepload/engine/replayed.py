@@ -48,6 +48,9 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
         # Rules that a record is older than are off.
         for name in SIDEWAYS:
             data.setdefault(name, 0.0)
+        # Records from before a zero was taken anew in an approach; no rule asks for these.
+        data.setdefault("moved_zero_n", data["touch_force_n"])
+        data.setdefault("shown_noise_n", data["noise_n"])
         limits = RunLimits(**data)
         if limits.command_delay_s > MOST_DELAYED * limits.period_s:
             raise ValueError(f"command_delay_s {limits.command_delay_s} s")

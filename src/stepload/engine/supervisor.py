@@ -40,7 +40,7 @@ ACROSS_SIGMAS = 8.0
 ANSWER_FILTER_S = 0.3
 """Time constant of the force that R6 looks for an answer in."""
 
-_LOAD, _HOLD = int(Phase.LOAD), int(Phase.HOLD)
+_LOAD, _HOLD = _PRESSING = int(Phase.LOAD), int(Phase.HOLD)
 
 
 class Supervisor:
@@ -306,21 +306,15 @@ class Supervisor:
             self._mean_n += weight * (smooth_n - self._mean_n)
             self._answer_n = self._mean_n
             self._answer_m, self._taut_s = target_m, 0.0
-        self._averages = phase in (_LOAD, _HOLD)
+        self._averages = phase in _PRESSING
         return breach
 
     def _judge_side(self, force_n: float, phase: int) -> Breach | None:
         """R1 and R2 for the whole force; R11 in an approach, else R12 and R14."""
         limits, across_n = self._limits, self.force.across_n
         breach = None
-        for rule, along_n, word in (("R1", force_n, "is"), ("R2", self.predicted_n, "would be")):
-            whole_n = math.hypot(along_n, across_n)
-            if across_n > limits.touch_force_n and whole_n > limits.force_limit_n:
-                breach = breach or self._found(
-                    rule, whole_n, limits.force_limit_n, "N",
-                    f"with {across_n:.4g} N across the pressing axis the whole force {word}"
-                    f" {whole_n:.4g} N, beyond {limits.force_limit_n:.4g} N",
-                )  # fmt: skip
+        if across_n > limits.touch_force_n:
+            breach = self._judge_whole(force_n, across_n)
         if self.second is not None:
             breach = breach or self._judge_second_side(self.second, phase)
         if phase in SEARCHING:
@@ -330,11 +324,24 @@ class Supervisor:
         beside = self.wrench.judge_centre(self.force, self.smooth_n)
         return breach or dragged or beside
 
+    def _judge_whole(self, force_n: float, across_n: float) -> Breach | None:
+        """R1 and R2 for the force along and across the pressing axis together."""
+        limit_n, breach = self._limits.force_limit_n, None
+        for rule, along_n, word in (("R1", force_n, "is"), ("R2", self.predicted_n, "would be")):
+            whole_n = math.hypot(along_n, across_n)
+            if whole_n > limit_n:
+                breach = breach or self._found(
+                    rule, whole_n, limit_n, "N",
+                    f"with {across_n:.4g} N across the pressing axis the whole force {word}"
+                    f" {whole_n:.4g} N, beyond {limit_n:.4g} N",
+                )  # fmt: skip
+        return breach
+
     def _judge_second_side(self, second: ForceWatch, phase: int) -> Breach | None:
         """R1 and R11 of what a second sensor feels across its axis: only it may be alive."""
         limits, across_n = self._limits, second.across_n
-        whole_n = math.hypot(self.second_n, across_n)
-        if whole_n > limits.force_limit_n and across_n > limits.touch_force_n:
+        whole_n = math.hypot(self.second_n, across_n) if across_n > limits.touch_force_n else 0.0
+        if whole_n > limits.force_limit_n:
             return self._found(
                 "R1", whole_n, limits.force_limit_n, "N",
                 f"with {across_n:.4g} N across the pressing axis the whole force on the second"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from stepload.engine.controller import StepController
 from stepload.engine.course import Course
@@ -28,6 +29,8 @@ ARRIVAL_SHARE = 0.25
 """Of the retract: an arm that did not move at all must never count as retracted."""
 
 _SAFING = int(Phase.SAFING)
+_STOP_NOW = int(StopLevel.NOW)
+_new: Any = tuple.__new__
 
 
 def _nobody_listens(_cause: Cause | None) -> None:
@@ -125,14 +128,14 @@ class Engine:
         self._last_s = now_s
         if not 0.0 <= step_s <= self._longest_step_s:
             step_s = self._longest_step_s if step_s > 0.0 else 0.0
-        sup, course = self.supervisor, self.course
+        sup, course, controller = self.supervisor, self.course, self.steps.controller
         cause = sup.check(
             now_s,
             force_samples,
             arm_samples,
             second_samples,
             self.target_m,
-            self.steps.controller.c_m_per_n,
+            controller.c_m_per_n,
             self._phase,
         )
         if self.safing:
@@ -140,7 +143,7 @@ class Engine:
         elif cause is not None:
             self.trip(cause)
             done = False
-        elif self.operator.stop_level >= StopLevel.NOW:
+        elif self.operator.stop_level >= _STOP_NOW:
             self.on_stop(None)
             self._begin_safing(now_s)
             done = False
@@ -155,14 +158,16 @@ class Engine:
                 age_s = max(0.0, now_s - sup.force.receive_s)
                 self.trip(Cause(reason, value, limit, unit, age_s, now_s, message))
                 done = False
-        force_n = abs(sup.force_n)
+        force_n = sup.force_n
         if force_n > self.peak_force_n:
             self.peak_force_n = force_n
-        self.row = TickRow(
-            now_s, self.target_m, sup.force_n, sup.second_n, sup.predicted_n,
+        elif -force_n > self.peak_force_n:
+            self.peak_force_n = -force_n
+        self.row = _new(TickRow, (
+            now_s, self.target_m, force_n, sup.second_n, sup.predicted_n,
             self.limits.force_limit_n, self.steps.controller.c_m_per_n, course.level_n,
             self.late_s, self._phase, course.cycle, course.step_number,
-        )  # fmt: skip
+        ))  # fmt: skip
         return self.target_m, done
 
     def _adopt(self, measured: Measured) -> RefusedError | DomainError | None:

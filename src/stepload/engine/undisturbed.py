@@ -15,13 +15,10 @@ REALTIME_PRIORITY = 20
 def undisturbed(virtual: bool) -> Iterator[None]:
     """No garbage collection in the loop; in real time also priority and locked memory if allowed.
 
-    Without the rights for them the loop runs all the same; its lateness tells. What the process
-    had frozen before stays frozen: a process of many runs looks through its modules only once.
+    Without the rights for them the loop runs all the same; its lateness tells.
     """
-    was_enabled, was_frozen = gc.isenabled(), gc.get_freeze_count() > 0
+    was_enabled = gc.isenabled()
     gc.collect()
-    if not was_frozen:
-        gc.freeze()
     gc.disable()
     former = None
     if not virtual:
@@ -39,7 +36,5 @@ def undisturbed(virtual: bool) -> Iterator[None]:
         if not virtual:
             with suppress(OSError):
                 ctypes.CDLL(None, use_errno=True).munlockall()
-        if not was_frozen:
-            gc.unfreeze()
         if was_enabled:
             gc.enable()

@@ -144,12 +144,16 @@ class ForceWatch(_StreamWatch):
     """Watches a force sensor; `raw_n` is its newest reading along the pressing axis, not tared."""
 
     __slots__ = (
-        "_across",
         "_full_scale_n",
+        "_i",
         "_index",
+        "_j",
         "_same",
         "_sign",
-        "_smooth",
+        "_smooth_i",
+        "_smooth_j",
+        "_torque_i",
+        "_torque_j",
         "_wrench",
         "_zero",
         "identical_counts",
@@ -169,9 +173,10 @@ class ForceWatch(_StreamWatch):
     ) -> None:
         super().__init__(name, stale_s=stale_s, clock_s=clock_s, found=found)
         self._index, self._sign = wrench_axis(axis)
-        self._across = tuple(index for index in AXES.values() if index != self._index)
+        self._i, self._j = (index for index in AXES.values() if index != self._index)
         self._zero: Sequence[float] = (0.0,) * 6
-        self._smooth: tuple[float, float, float, float] | None = None
+        self._smooth_i = self._smooth_j = float("nan")
+        self._torque_i = self._torque_j = 0.0
         self._full_scale_n = full_scale_n
         self.identical_counts = identical_counts
         self._wrench: tuple[float, ...] = ()
@@ -186,42 +191,43 @@ class ForceWatch(_StreamWatch):
     @property
     def across_n(self) -> float:
         """Newest force across the pressing axis, in N since `tare_across`."""
-        if not self._wrench:
+        wrench = self._wrench
+        if not wrench:
             return 0.0
-        i, j = self._across
-        zero = self._zero
-        return math.hypot(self._wrench[i] - zero[i], self._wrench[j] - zero[j])
+        i, j, zero = self._i, self._j, self._zero
+        across_i, across_j = wrench[i] - zero[i], wrench[j] - zero[j]
+        return math.hypot(across_i, across_j) if across_i or across_j else 0.0
 
     @property
     def smooth_across_n(self) -> float:
         """The same, smoothed over some ticks: its noise is not that of the pressing axis."""
-        if self._smooth is None:
+        if self._smooth_i != self._smooth_i:
             return 0.0
-        (i, j), smooth, zero = self._across, self._smooth, self._zero
-        return math.hypot(smooth[0] - zero[i], smooth[1] - zero[j])
+        zero = self._zero
+        across_i, across_j = self._smooth_i - zero[self._i], self._smooth_j - zero[self._j]
+        return math.hypot(across_i, across_j) if across_i or across_j else 0.0
 
     def torque_beside(self, lever_m: float) -> float:
         """Size in N·m of the torque across the axis that a force at the axis, `lever_m` from the
         sensor's origin towards the plate, does not explain; smoothed, since `tare`."""
-        if self._smooth is None:
+        i, j, zero = self._i, self._j, self._zero
+        if self._smooth_i != self._smooth_i:
             return 0.0
-        (i, j), zero = self._across, self._zero
-        force_i, force_j, torque_i, torque_j = self._smooth
         # (r × f) of r along the axis; the plate lies where its push comes from.
         lever_m *= self._sign if self._index == 1 else -self._sign
         return math.hypot(
-            torque_i - zero[3 + i] + lever_m * (force_j - zero[j]),
-            torque_j - zero[3 + j] - lever_m * (force_i - zero[i]),
+            self._torque_i - zero[3 + i] + lever_m * (self._smooth_j - zero[j]),
+            self._torque_j - zero[3 + j] - lever_m * (self._smooth_i - zero[i]),
         )
 
     def tare(self, wrench: Sequence[float] = ()) -> None:
         """Take this mean of the six components for zero; without one, what is smoothed now."""
         if wrench:
             self._zero = tuple(wrench)
-        elif self._smooth is not None:
-            i, j = self._across
-            zero = [0.0] * 6
-            zero[i], zero[j], zero[3 + i], zero[3 + j] = self._smooth
+        elif self._smooth_i == self._smooth_i:
+            zero, i, j = [0.0] * 6, self._i, self._j
+            zero[i], zero[j] = self._smooth_i, self._smooth_j
+            zero[3 + i], zero[3 + j] = self._torque_i, self._torque_j
             self._zero = tuple(zero)
 
     @property
@@ -277,18 +283,16 @@ class ForceWatch(_StreamWatch):
 
     def _follow(self, wrench: Sequence[float]) -> None:
         """Smooth forces and torques across the axis."""
-        i, j = self._across
-        now = (wrench[i], wrench[j], wrench[3 + i], wrench[3 + j])
-        if self._smooth is None:
-            self._smooth = now
-            return
-        force_i, force_j, torque_i, torque_j = self._smooth
-        self._smooth = (
-            force_i + ACROSS_ALPHA * (now[0] - force_i),
-            force_j + ACROSS_ALPHA * (now[1] - force_j),
-            torque_i + ACROSS_ALPHA * (now[2] - torque_i),
-            torque_j + ACROSS_ALPHA * (now[3] - torque_j),
-        )
+        i, j = self._i, self._j
+        across_i, across_j = wrench[i], wrench[j]
+        torque_i, torque_j = wrench[3 + i], wrench[3 + j]
+        if self._smooth_i != self._smooth_i:
+            self._smooth_i, self._smooth_j = across_i, across_j
+            self._torque_i, self._torque_j = torque_i, torque_j
+        self._smooth_i += ACROSS_ALPHA * (across_i - self._smooth_i)
+        self._smooth_j += ACROSS_ALPHA * (across_j - self._smooth_j)
+        self._torque_i += ACROSS_ALPHA * (torque_i - self._torque_i)
+        self._torque_j += ACROSS_ALPHA * (torque_j - self._torque_j)
 
 
 class ArmWatch(_StreamWatch):

@@ -46,10 +46,10 @@ class Zeroing:
         self._then = then
         self._course.enter(Phase.WARM_UP, now_s, self._warm_up)
 
-    def take(self, now_s: float, then: Then) -> None:
-        """Prove free air, take the zero, see that it stays, `then` go on."""
+    def take(self, now_s: float, then: Then, touching: Then | None = None) -> None:
+        """Prove free air, take the zero, see that it stays, `then` go on; as `FreeAir.prove`."""
         self._then = then
-        self._free_air.prove(now_s, self._begin_tare)
+        self._free_air.prove(now_s, self._begin_tare, touching)
 
     def look_back(self, now_s: float, then: Then) -> None:
         """After a retract: how far has the zero moved? `then` go on.
@@ -132,7 +132,7 @@ class Zeroing:
     def _still_fits(self, tare: Tare) -> bool:
         """Whether the plan leaves room with the noise and drift that there really are."""
         course, plan, limits = self._course, self._course.plan, self._course.limits
-        noise_n = tare.noise_n if tare.sure_noise_n > limits.noise_n else 0.0
+        noise_n = tare.noise_n if tare.sure_noise_n > limits.shown_noise_n else 0.0
         steps = len(plan.levels_n) * (2 if plan.unload else 1)
         steps *= 1 if plan.lift_off else plan.cycles
         step_s = plan.step_n / plan.load_rate_n_per_s + plan.hold_s
@@ -144,7 +144,7 @@ class Zeroing:
         if refusal is not None:
             found = f"a noise of {tare.noise_n:.3g} N and a drift of {drift_n:.3g} N until the zero"
             course.fail(
-                "no_room", tare.noise_n, limits.noise_n, "N",
+                "no_room", tare.noise_n, limits.shown_noise_n, "N",
                 f"the tare shows {found} is looked at again; with them the plan does not fit:"
                 f" {refusal.message} ({refusal.hint})",
             )  # fmt: skip

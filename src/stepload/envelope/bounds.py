@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 from stepload.envelope.press import PressRig, Term
 from stepload.plan.model import (
@@ -33,6 +35,8 @@ AGE_S = 0.012
 """Age at which data stop a run where the plan does not say."""
 AGE_PERIODS = 4.0
 FASTEST_RETRACT_M_S = 0.02
+QUANTA = 8
+"""Quanta of a coarse sensor that its noise reaches: 8 sigma at the least."""
 LOAD_TIMEOUTS = 20.0
 """Settle timeouts after which a load step is given up."""
 
@@ -95,6 +99,24 @@ def follow_travel(arm: ArmSpec) -> float:
 def step_rate_per_s(loop_s: float) -> float:
     """λ = 0.25/T of the step controller, from the loop delay T in s."""
     return 0.25 / loop_s
+
+
+def shown_noise_n(noise_n: float, resolution_n: float) -> float:
+    """Largest standard deviation in N that readings of this noise and resolution can show.
+
+    It is sqrt(σ² + q²/12) in the mean over where the force stands within a quantum q. A force at
+    the edge of one flips between two values half a quantum away, which a coarse sensor shows.
+    """
+    if resolution_n <= noise_n:
+        return math.hypot(noise_n, resolution_n / math.sqrt(12.0))
+    below = [math.erf(j * resolution_n / (noise_n * math.sqrt(2.0))) for j in range(QUANTA + 1)]
+    odds = [above - less for less, above in pairwise(below)]
+    return resolution_n * math.sqrt(sum(p * (j + 0.5) ** 2 for j, p in enumerate(odds)))
+
+
+def step_band_n(noise_n: float) -> float:
+    """How near in N a load step comes to its level: 0.25 N, or two sigma of noise."""
+    return max(0.25, 2.0 * noise_n)
 
 
 def retract_speed_m_s(rig: Rig) -> float:

@@ -29,6 +29,7 @@ from stepload.envelope.sideways import sideways_reasons
 from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
+from stepload.envelope.unseen import unseen_reasons
 from stepload.envelope.until import Until, until_of, until_reasons
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability, identifiability
@@ -158,6 +159,8 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         reasons += hazards(plan, pressing)
         if refusal is None:
             reasons += softness(plan, pressing, theory)
+    if limits is not None:
+        reasons += unseen_reasons(plan, limits)
     return Envelope(
         plan=plan,
         verdict=verdict_of(reasons),

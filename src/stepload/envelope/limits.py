@@ -12,6 +12,8 @@ from stepload.envelope.bounds import (
     age_limit_s,
     channel_skew_s,
     retract_speed_m_s,
+    shown_noise_n,
+    step_band_n,
     step_rate_per_s,
 )
 from stepload.envelope.press import Term
@@ -29,6 +31,8 @@ MODEL_LAG_S = 0.07
 STILL_BLURS = 2.0
 """Commanded travel over what may hide it in the measured position, before R7 asks for an answer."""
 LEASH_TIME_S = 1.5
+MOVED_ZERO_SHARE = 0.25
+"""Of the touch force: so far from zero, noise does not make a touch yet, nor break R11."""
 HIDDEN_SIGMAS, RANGE_SIGMAS = 4.0, 10.0
 """Of a sensor that stands: how far its noise may hide a change; lowest to highest of filtered noise
 over a whole run."""
@@ -126,6 +130,8 @@ class RunLimits:
     second_overload_tz_n_m: float = _limit("N m", _OVERLOAD, "R13", zero=True)
     lever_m: float = _limit("m", "rig: force.lever; 0: not stated", zero=True)
     eccentricity_m: float = _limit("m", "plan; 0: off", "R14", zero=True)
+    moved_zero_n: float = _limit("N", "a quarter of the touch force, over 5 s of an approach")
+    shown_noise_n: float = _limit("N", "noise_n at the edge of a quantum: more in a tare is noise")
     lost_motion_m: float = _limit("m", "rig: arm.lost_motion", zero=True)
     position_resolution_m: float = _limit("m", "rig: arm.position_resolution")
     second_noise_n: float = _limit("N", "rig: second_force.noise", zero=True)
@@ -303,10 +309,12 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         arm_acceleration_m_s2=press.acceleration_m_s2,
         leash_free_m=pressing.leash_free_m,
         step_rate_per_s=step_rate_per_s(press.loop_s),
-        band_n=max(0.25, 2.0 * press.noise_n),
+        band_n=step_band_n(press.noise_n),
         load_rate_n_per_s=procedure.load_rate_n_per_s,
         touch_force_n=procedure.touch_force_n,
         **sideways_limits(plan, noise_n),
+        moved_zero_n=MOVED_ZERO_SHARE * procedure.touch_force_n,
+        shown_noise_n=shown_noise_n(press.noise_n, force.resolution_n),
         lost_motion_m=arm.lost_motion_m,
         position_resolution_m=arm.position_resolution_m,
         second_noise_n=second.noise_n if has_second else 0.0,

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 
 from stepload.contact.power_law import ContactLaw
-from stepload.envelope.bounds import Measured, follow_travel, press_rig
+from stepload.envelope.bounds import Measured, follow_travel, press_rig, step_band_n
 from stepload.envelope.catch_up import largest_catch_up
 from stepload.envelope.ladder import ForceLimits, force_limits
-from stepload.envelope.leash import check_leash, leash_travel
+from stepload.envelope.leash import check_leash, check_levels, leash_travel
 from stepload.envelope.press import (
     IMPACT_FACTOR,
     NOISE_MULTIPLE,
@@ -116,6 +116,15 @@ def pressing_for(
         noise_n=reading_n,
         period_s=max(1.0 / rig.arm.rate_hz, 1.0 / rig.force.rate_hz),
         position_resolution_m=rig.arm.position_resolution_m,
+    )
+    check_levels(
+        softest,
+        levels_n=procedure.levels_n,
+        limit_n=forces.limit_n,
+        band_n=step_band_n(noise_n),
+        noise_n=reading_n,
+        period_s=max(1.0 / rig.arm.rate_hz, 1.0 / rig.force.rate_hz),
+        stiffness_n_per_m=press.stiffness_n_per_m,
     )
     room_n = forces.allowed_n - procedure.touch_force_n - NOISE_MULTIPLE * noise_n
     rigid = room_n / rigid_coefficient(press, forces.limit_n)

@@ -72,7 +72,7 @@ def identifiable_reasons(
         return
     figures = (
         f"predicted secant {format_quantity(secant_n_per_m, 'N/m')} is "
-        f"{secant_n_per_m / k_max:.2g} times K_max {format_quantity(k_max, 'N/m')} (34); "
+        f"{secant_n_per_m / k_max:.3g} times K_max {format_quantity(k_max, 'N/m')} (34); "
         f"{found.binding} binds"
     )
     if secant_n_per_m <= k_max:

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from stepload.envelope.conditions import conditions_of
 from stepload.envelope.reason import Reason, Severity
@@ -157,6 +156,7 @@ def _factor(relative: Callable[[float], float], wanted: float) -> float:
     Its square is a constant and a share that goes with the inverse square of the deformation, as
     good as: a straight line to whoever looks for its zero.
     """
+    from scipy.optimize import brentq
 
     def beyond(inverse_square: float) -> float:
         return relative(inverse_square**-0.5) ** 2 - wanted**2
@@ -187,10 +187,23 @@ def until_reasons(until: Until) -> Iterator[Reason]:
         yield Reason(
             "until_not_expected", Severity.WARN,
             f"until {asked}: by theory no level will do; at {format_quantity(top.level_n, 'N')} "
-            f"±{top.half_width:.1%} is to be expected ({theory} of deformation, "
-            f"{format_quantity(top.needed_m, 'm')} needed, margin included); the run stops where "
-            f"it is certain that {asked} is out of reach",
+            f"±{top.half_width:.1%} is to be expected from {theory} of deformation. "
+            f"{_wanted(top, asked)}",
             "ask for a wider interval, plan a higher top force, or make K_s and its table better "
             "known",
             top.half_width, until.asked, "",
         )  # fmt: skip
+
+
+def _wanted(need: Need, asked: str) -> str:
+    """What a level needs, and what of that is for the errors that are known."""
+    if math.isinf(need.least_m):
+        return f"No deformation there is known well enough for {asked}"
+    least = format_quantity(need.least_m, "m")
+    if math.isinf(need.needed_m):
+        return f"{asked} needs at least {least} there, for the known errors alone"
+    return (
+        f"{asked} needs {format_quantity(need.needed_m, 'm')} there: {least} for the known errors, "
+        "the rest as room for what the contact does of its own, such as creep. The run stops where "
+        f"it is certain that not even {least} can be reached"
+    )

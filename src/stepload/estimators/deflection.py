@@ -17,6 +17,7 @@ import numpy as np
 from stepload.contact.deflection import table_problem
 from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray
+from stepload.estimators.monotone import rising_curve
 
 LEAST_RELATIVE = 0.05
 """Least relative standard uncertainty of a K_s without a table of the same pose."""
@@ -37,12 +38,7 @@ def _curve(
     force_n: tuple[float, ...], deflection_m: tuple[float, ...]
 ) -> Callable[[FloatArray], FloatArray]:
     """The monotone curve through the rows and through nothing at 0 N."""
-    from scipy.interpolate import PchipInterpolator
-
-    curve: Callable[[FloatArray], FloatArray] = PchipInterpolator(
-        (0.0, *force_n), (0.0, *deflection_m)
-    )
-    return curve
+    return rising_curve(np.array([0.0, *force_n]), np.array([0.0, *deflection_m]))
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ Other rooms import every part of a plan from here.
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
@@ -251,3 +252,9 @@ class Plan:
     record: Annotated[RecordPlan, Key("Where the record goes.", derived=True)]
     sources: tuple[SourceFile, ...]
     payload_file: Path | None = None
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of every file it was made from, payload, rig and profile among them."""
+        sums = " ".join(source.sha256 for source in self.sources)
+        return hashlib.sha256(sums.encode()).hexdigest()

@@ -86,7 +86,7 @@ def _lay_out(figure: Figure) -> None:
     dpi, figure.dpi = figure.dpi, FigureCanvasSVG.fixed_dpi
     engine.execute(figure)
     figure.dpi = dpi
-    figure.set_layout_engine("none")
+    figure.set_layout_engine(None)  # "none" would keep a placeholder, and saving draw twice
 
 
 def svg_of(figure: Figure) -> str:

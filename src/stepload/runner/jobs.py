@@ -14,6 +14,10 @@ from stepload.errors import RefusedError
 BATCH = 25
 """Jobs that are sent, done and kept together."""
 
+TAIL = 8
+"""A batch holds this part of the jobs that are left at the most: towards the end batches become
+smaller, so that no worker waits long for the last one of another."""
+
 JobT = TypeVar("JobT")
 RowT = TypeVar("RowT")
 PartT = TypeVar("PartT")
@@ -91,7 +95,7 @@ def run_all(
         work: what all jobs have in common.
         jobs: what is to be done.
         pool: who does it.
-        size: jobs in a batch, `BATCH` where nothing is said.
+        size: most jobs in a batch, `BATCH` where nothing is said.
     """
     yield from pool.finished(partial(run_batch, work, work.digest), _parts(jobs, size))
 
@@ -116,5 +120,8 @@ def _numbered(do: Callable[[PartT], DoneT], part: tuple[int, PartT]) -> tuple[in
 
 
 def _parts(jobs: Sequence[JobT], size: int | None) -> Iterator[Sequence[JobT]]:
-    step = size or BATCH
-    return (jobs[start : start + step] for start in range(0, len(jobs), step))
+    start = 0
+    while start < len(jobs):
+        count = max(1, min(size or BATCH, (len(jobs) - start) // TAIL))
+        yield jobs[start : start + count]
+        start += count

@@ -13,6 +13,7 @@ from stepload.results.data import identification_data
 from stepload.results.from_file import identify_file
 from stepload.results.wishes import Wishes
 from stepload.session.again import results_again, write_new
+from stepload.units import format_quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,10 +40,13 @@ class Repaired:
         text += f", {sum(counts.values())} messages read back, {self.found.cut_bytes} bytes cut); "
         if self.identification is None:
             return text + f"nothing to identify: {self.problem}"
-        fit = self.identification.fit
+        found, said = self.identification.headline, self.identification.judgement.verdict.value
+        if found is None:
+            return text + f"from what is there: no stiffness, {said}"
+        low, high = (format_quantity(force_n, "N") for force_n in (found.from_n, found.to_n))
         return text + (
-            f"from what is there: secant {fit.secant_n_per_m:.4g} N/m at {fit.secant_force_n:.4g} N"
-            f", {self.identification.judgement.verdict.value}"
+            f"from what is there: chord stiffness {format_quantity(found.value_n_per_m, 'N/m')} "
+            f"from {low} to {high}, {said}"
         )
 
     @property

@@ -12,9 +12,10 @@ from stepload.atlas import points as cells
 from stepload.atlas.answers import REQUIRED, Can, Map, can, payload_answers, reaches, sentences
 from stepload.atlas.binomial import share
 from stepload.atlas.changes import as_it_is, finer, for_sale, gauged, known, relative_sigma, stiffer
-from stepload.atlas.make import shipped_payloads
+from stepload.atlas.make import make, shipped_payloads
 from stepload.atlas.points import k_max, points
 from stepload.atlas.rigs import Specimen, bench, specimen
+from stepload.atlas.tables import payload_table
 from stepload.atlas.work import Job, Row, Work, run_all
 from stepload.errors import BadInputError
 from stepload.plan.problems import PlanError
@@ -42,6 +43,7 @@ def test_a_share_has_the_interval_of_clopper_and_pearson() -> None:
         (250, 250, Can.YES),
         (232, 250, Can.UNSURE),  # 92.8 %, but the bound is below 90 %
         (180, 250, Can.NO),
+        (17, 20, Can.UNSURE),  # 85 %, but so few that it may be 90 %
         (0, 0, Can.UNSURE),
     ],
 )
@@ -134,6 +136,7 @@ def test_changes_change_what_they_say() -> None:
     assert as_it_is(told) is told
     assert finer(told, 4.0).sources.position_resolution_m == pytest.approx(0.5e-6)
     assert finer(told, 4.0).position_resolution_m == pytest.approx(0.5e-6)
+    assert finer(told, 4.0).sources.position_noise_m == pytest.approx(0.05e-6)
     across = gauged(told, 1e-6)
     assert across.sources.system_stiffness_n_per_m is None
     assert across.sources.deflection() is None
@@ -158,6 +161,10 @@ def test_forces_that_the_table_does_not_cover_are_told_and_a_table_that_is_bough
 ):
     assert "ends at 300 N, the data reach 400 N" in bench("stvf", 400.0).note
     assert "ends at" not in STVF.note
+    assert STVF.note.endswith("(a table of the pose)")
+    small = bench("stvf", 60.0)
+    assert small.conditions.sources.system_stiffness_note
+    assert small.note.endswith(small.conditions.sources.system_stiffness_note)
     far = specimen("stvf", SPHERE, 400.0)
     assert "ends at 300 N, the data reach 400 N" in far.why
     assert far.conditions is not None
@@ -239,3 +246,25 @@ def test_a_payload_that_bears_no_stiffness_is_a_row_with_its_problem(
     row = Work(1, 10).run(job)
     assert row.problem == "nothing to fit"
     assert can(row.measured) is Can.NO
+
+
+def test_a_payload_of_the_users_stands_for_the_shipped_one_of_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cells, "PANELS", ())
+    monkeypatch.setattr(cells, "COLUMNS", 1)
+    own = tmp_path / "own.yaml"
+    own.write_text(SPHERE.read_text().replace("28.7 mm", "20 mm"))
+    found = make("stvf", [own], shipped=[SPHERE, CONE], samples=1, seed=1, pool=LocalPool(1))
+    assert [each.path for each in found.specimens] == [own, CONE]
+    with pytest.raises(BadInputError, match="two payloads are named 'plastic sphere'"):
+        make("stvf", [own, SPHERE], samples=1, seed=1, pool=LocalPool(1))
+
+
+def test_the_columns_of_payloads_are_explained_with_their_limits() -> None:
+    body = specimen("stvf", SPHERE, 300.0)
+    found = payload_table(rows({("payloads", "as it is"): [250]}, [body]))
+    assert {"within ±20%", "can be measured"} <= set(found.columns)
+    [note] = found.notes
+    assert "250 simulated runs" in note
+    assert "90%" in note

@@ -142,3 +142,23 @@ def test_what_to_buy_is_said_where_no_plan_is_good_enough(few: None) -> None:
     assert "any one of these would do: " in refused.value.hint
     assert "K_s known to 1 %, by a table (7" in refused.value.hint
     assert "stepload calibrate" in refused.value.hint
+
+
+@pytest.mark.usefixtures("few")
+def test_time_that_no_plan_would_use_is_not_said_to_have_been_looked_at() -> None:
+    found = designed(1e6, 60)
+    longest_s = max(each.duration_s for each in found.tried)
+    [said] = [each for each in sentences(found) if each.startswith("More time")]
+    assert f"no plan that was looked at takes longer than {longest_s:.0f} s" in said
+    assert "would narrow" not in said
+
+
+@pytest.mark.usefixtures("few")
+@pytest.mark.parametrize("surface", ["1e9 m", "1 nm"])
+def test_a_surface_that_no_plan_can_have_is_no_reason_to_buy_anything(surface: str) -> None:
+    with pytest.raises(RefusedError, match="surface_distance") as refused:
+        design(
+            "stvf", SPHERE, within_s=300.0, surface=surface, samples=1, seed=1, pool=LocalPool(1)
+        )
+    assert "what to buy" not in refused.value.hint
+    assert refused.value.hint

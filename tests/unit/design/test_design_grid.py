@@ -61,6 +61,17 @@ def test_all_orders_of_the_largest_top_force_may_run_where_the_elastic_limit_end
     assert len(highest) == len(room.STEPS) * len(room.HOLDS_S) * len(room.RAMPS_S)
 
 
+def test_a_rig_that_pushes_far_beyond_the_limit_is_designed_for_like_a_weaker_one(
+    tmp_path: Path,
+) -> None:
+    rig = tmp_path / "mine.yaml"
+    rig.write_text("profile: stvf\narm: {max_push: 1e6 N}\nforce: {range: 1e6 N}\n")
+    silicone = PAYLOADS / "silicone-sphere.yaml"
+    strong, weak = ceiling(str(rig), silicone), ceiling("stvf", silicone)
+    assert strong.top_n == pytest.approx(weak.top_n, rel=1e-3)
+    assert "is not safe: its elastic limit F_c" in strong.why
+
+
 def test_a_payload_that_bears_no_force_is_refused() -> None:
     with pytest.raises(RefusedError, match="must not be pressed on STVF: its elastic limit"):
         ceiling("stvf", PAYLOADS / "plastic-cone.yaml")
@@ -90,6 +101,8 @@ def test_every_plan_of_the_grid_is_one_that_preflight_lets_run() -> None:
         assert each.duration_s == envelope.duration_s
         cell = each.job(0, each.conditions).point.cell
         assert (cell.top_n, cell.order) == (each.top_n, each.order)
+        assert cell.damping_n_s_per_m == 3.87e4
+        assert cell.zero_drift_n_per_s == 0.005
         assert cell.payload.secant_n_per_m == envelope.secant_at_top_n_per_m
 
 

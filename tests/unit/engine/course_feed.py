@@ -48,10 +48,17 @@ class Stage:
         self.then: list[float] = []
         self.stopped: list[float] = []
         self.zeroing: list[Callable[[float], None]] = []
+        self.touching: list[Callable[[float], None] | None] = []
 
-    def zero(self, _now_s: float, then: Callable[[float], None]) -> None:
-        """Takes a zero for ever; what follows is in `zeroing`."""
+    def zero(
+        self,
+        _now_s: float,
+        then: Callable[[float], None],
+        touching: Callable[[float], None] | None,
+    ) -> None:
+        """Takes a zero for ever; what follows is in `zeroing`, or in `touching`."""
         self.zeroing.append(then)
+        self.touching.append(touching)
         self.course.act = lambda _now_s, _step_s: None
 
     def ticks(self, count: int = 1, force_n: float | None = None) -> None:

@@ -103,3 +103,15 @@ def test_a_range_is_narrowed_by_the_filtered_noise() -> None:
     cross.add(0.0, 0.0)
     cross.add(0.0, 100.0)
     assert cross.difference_n == pytest.approx(0.5 * 1.5)
+
+
+@settings(max_examples=60, deadline=None)
+@given(force_n=st.lists(st.floats(-500.0, 500.0), min_size=20, max_size=60))
+def test_the_difference_is_the_gap_between_the_last_readings(force_n: list[float]) -> None:
+    """Extremes that leave the range are forgotten, whichever way the force goes."""
+    cross, ticks = check(), 6
+    for at, reading_n in enumerate(force_n):
+        cross.add(reading_n, 0.0)
+        last_n = ([force_n[0]] * ticks + force_n[: at + 1])[-ticks:]
+        expected_n = max(0.0, -max(last_n)) - max(0.0, min(last_n))
+        assert cross.difference_n == pytest.approx(expected_n)

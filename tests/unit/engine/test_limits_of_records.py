@@ -26,3 +26,10 @@ def test_an_old_record_counted_on_all_of_f_c() -> None:
     del data["elastic_limit_n"]
     with pytest.raises(BadInputError, match="damaged"):
         limits_from({FILE: json.dumps(data).encode()})
+
+
+def test_a_record_from_before_zeros_were_taken_anew_is_read() -> None:
+    data = json.loads(limits_to_bytes(LIMITS))
+    del data["moved_zero_n"], data["shown_noise_n"]
+    limits = limits_from({FILE: json.dumps(data).encode()})
+    assert (limits.moved_zero_n, limits.shown_noise_n) == (LIMITS.touch_force_n, LIMITS.noise_n)

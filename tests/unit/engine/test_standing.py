@@ -8,65 +8,31 @@ from random import Random
 
 import pytest
 from run_bench import bench_for, run, run_to, spec_for
-from run_plans import SIM, limits_for, ur_plan
+from run_plans import COARSE_F_C_N, coarse_plan, limits_for
 
-from stepload.contact.materials import FlatPunch, Material
 from stepload.engine.cross_check import Standing
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.watch import Breach, Found
 from stepload.envelope.limits import RunLimits, identical_counts, second_stands_n
-from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
+from stepload.plan.model import Plan
 from stepload.record.rows import Phase
 from stepload.rig.samples import ForceSample
 from stepload.rig.world import WorldFault
-
-F_C = 23.89
-
-
-def coarse_plan() -> Plan:
-    """An arm with two force sensors; the second is so coarse that it may stand for 15 s."""
-    plan = ur_plan(
-        top_force_n=14.504, step_n=7.252, levels_n=(7.252, 14.504), load_rate_n_per_s=60.57,
-        hold_s=0.2, unload=False, touches=1, touch_force_n=1.0, retract_m=0.0005, tare_s=0.3,
-        warm_up_s=0.0, settle_timeout_s=0.3, surface_distance_m=0.0005,
-        surface_uncertainty_m=0.0001, search_distance_m=0.00033,
-    )  # fmt: skip
-    force = ForceSpec(
-        driver=SIM, axis="-fz", rate_hz=500.0, range_n=100.0, resolution_n=0.0475, noise_n=0.0556,
-        delay_s=0.00395, gain_uncertainty=0.01, drift_n_per_s=0.0,
-    )  # fmt: skip
-    sensor = replace(force, axis="+fz", resolution_n=0.2998, noise_n=0.0512, delay_s=0.00243)
-    arm = replace(
-        plan.rig.arm, max_speed_m_s=0.0922, max_acceleration_m_s2=1.226, max_push_n=594.7,
-        effective_mass_kg=3.445, command_delay_s=0.0044, lag_s=0.0341, lost_motion_m=9e-6,
-        position_resolution_m=1.222e-5, position_noise_m=2.71e-6,
-    )  # fmt: skip
-    stiffness = replace(
-        plan.rig.system_stiffness, stiffness_n_per_m=182110.0, sigma_n_per_m=6361.0,
-        damping_n_s_per_m=726.6,
-    )  # fmt: skip
-    second = SecondForce(SecondForceSource.SENSOR, 4.825, 0.0244, 0.02, 0.0512, sensor)
-    rig = replace(plan.rig, arm=arm, force=force, second_force=second, system_stiffness=stiffness)
-    payload = replace(
-        plan.payload, geometry=FlatPunch(9.4546e-5),
-        material=Material("hard", 70e9, 0.33, None), declared_force_limit_n=F_C,
-    )  # fmt: skip
-    return replace(plan, rig=rig, payload=payload)
 
 
 @pytest.mark.parametrize("loaded_s", [0.24, 0.54, 0.6, 0.66])
 def test_a_main_channel_that_reads_too_little_and_a_frozen_second_one(loaded_s: float) -> None:
     """Found by a search: 1.5 F_c before the rule, since R5 compared with what was read long ago."""
     plan = coarse_plan()
-    load_s = run_to(bench_for(plan, F_C, spec_for(plan, 3)), Phase.LOAD, 1)
+    load_s = run_to(bench_for(plan, COARSE_F_C_N, spec_for(plan, 3)), Phase.LOAD, 1)
     faults = (
         WorldFault("force_gain", 1.87, 600.0, 0.35),
         WorldFault("second_freeze", load_s + loaded_s, 600.0, 0.0),
     )
-    bench = bench_for(plan, F_C, spec_for(plan, 3, faults))
+    bench = bench_for(plan, COARSE_F_C_N, spec_for(plan, 3, faults))
     engine = run(bench, 25.0)
     assert engine.cause is not None
-    assert bench.peak_n < 0.7 * F_C
+    assert bench.peak_n < 0.7 * COARSE_F_C_N
 
 
 def test_a_rule_that_is_left_out_takes_no_other_one_with_it() -> None:
@@ -75,7 +41,7 @@ def test_a_rule_that_is_left_out_takes_no_other_one_with_it() -> None:
     def without(left_out: str) -> Found:
         return lambda rule, *rest: None if rule == left_out else Breach(rule, *rest)
 
-    limits = limits_for(coarse_plan(), F_C)
+    limits = limits_for(coarse_plan(), COARSE_F_C_N)
     supervisor = Supervisor(limits, "-fz", "+fz", without("R4"))
     assert supervisor.second is not None
     supervisor.force.raw_n = supervisor.second.raw_n = 0.0
@@ -100,7 +66,7 @@ def test_a_rule_that_is_left_out_takes_no_other_one_with_it() -> None:
 
 
 def test_the_same_rig_without_faults_completes() -> None:
-    bench = bench_for(coarse_plan(), F_C)
+    bench = bench_for(coarse_plan(), COARSE_F_C_N)
     assert run(bench, 40.0).cause is None
 
 
@@ -134,12 +100,12 @@ def ramps(seed: int, ticks: int) -> list[float]:
 @pytest.mark.parametrize("seed", range(8))
 def test_a_sound_coarse_sensor_never_stands_too_long(seed: int) -> None:
     plan = coarse_plan()
-    limits = limits_for(plan, F_C)
+    limits = limits_for(plan, COARSE_F_C_N)
     assert read(ramps(seed, 6000), limits, plan, seed) < limits.second_stands_n
 
 
 def test_a_frozen_one_is_found_when_the_force_has_moved_by_the_threshold() -> None:
-    limits = limits_for(coarse_plan(), F_C)
+    limits = limits_for(coarse_plan(), COARSE_F_C_N)
     standing = Standing(limits.period_s, limits.channel_skew_s, limits.cross_filter_s)
     ticks = 0
     while standing.moved_n <= limits.second_stands_n:
@@ -154,7 +120,7 @@ def test_a_frozen_one_is_found_when_the_force_has_moved_by_the_threshold() -> No
 
 def test_a_force_that_falls_at_once_leaves_no_trace_in_the_filter() -> None:
     """A stiff contact that opens: the second reads zero, the main one's filter still falls."""
-    limits = limits_for(coarse_plan(), F_C)
+    limits = limits_for(coarse_plan(), COARSE_F_C_N)
     standing = Standing(limits.period_s, limits.channel_skew_s, limits.cross_filter_s)
     largest_n = 0.0
     for tick in range(400):

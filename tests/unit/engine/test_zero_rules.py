@@ -188,6 +188,14 @@ def test_noise_worse_than_planned_is_taken_over_once_it_is_sure() -> None:
             assert zero.adopted[0].noise_n == pytest.approx(noise_n, rel=1e-4)
 
 
+def test_noise_that_the_edge_of_a_quantum_explains_is_none() -> None:
+    sure = 1.0 - 3.0 / math.sqrt(2.0 * Zero().count)
+    for share, adopted in ((0.98, False), (1.02, True)):
+        zero = Zero({"shown_noise_n": 1.2 * NOISE_N})
+        zero.tare(swing(0.0, share * 1.2 * NOISE_N / sure, zero.count))
+        assert bool(zero.adopted) == adopted
+
+
 @pytest.mark.parametrize(
     ("change", "steps"),
     [({}, 12), ({"unload": False}, 6), ({"cycles": 3}, 12), ({"cycles": 3, "lift_off": False}, 36)],

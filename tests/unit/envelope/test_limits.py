@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import random
+import statistics
 from dataclasses import fields, replace
 
 import pytest
@@ -10,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from run_plans import limits_for, stvf_plan, ur_plan
 
-from stepload.envelope.bounds import Measured, largest_stiffness, press_rig
+from stepload.envelope.bounds import Measured, largest_stiffness, press_rig, shown_noise_n
 from stepload.envelope.ladder import force_limits
 from stepload.envelope.limits import identical_counts
 from stepload.envelope.press import force_budget, largest_speed
@@ -175,3 +177,26 @@ def test_age_limits_of_the_plan_replace_the_supervisors_own() -> None:
     patient = limits_for(replace(plan, rig=replace(plan.rig, arm=arm, force=force)), 727.0)
     assert (patient.stale_force_s, patient.stale_arm_s, patient.clock_s) == (0.3, 0.25, 0.3)
     assert patient.force_limit_n == own.force_limit_n
+
+
+def test_a_coarse_sensor_shows_more_noise_at_the_edge_of_its_quantum() -> None:
+    chance = random.Random(1)
+    for quantum_n in (0.1, 1.0, 1.5, 3.0):
+        shown = []
+        for at in (0.0, 0.25, 0.5):
+            readings = [
+                quantum_n * round(chance.gauss(at * quantum_n, 0.5) / quantum_n)
+                for _ in range(20_000)
+            ]
+            shown.append(statistics.pstdev(readings))
+        assert shown_noise_n(0.5, quantum_n) == pytest.approx(max(shown), rel=0.02)
+    assert shown_noise_n(0.5, 0.0) == 0.5
+    assert shown_noise_n(0.5, 0.50001) == pytest.approx(shown_noise_n(0.5, 0.5), rel=1e-4)
+
+
+def test_limits_know_what_a_sound_sensor_shows_and_where_its_zero_has_moved() -> None:
+    plan = stvf_plan()
+    force = replace(plan.rig.force, resolution_n=0.9)
+    limits = limits_for(replace(plan, rig=replace(plan.rig, force=force)))
+    assert limits.shown_noise_n == shown_noise_n(0.3, 0.9) > 1.1 * limits.noise_n
+    assert limits.moved_zero_n == 0.25 * limits.touch_force_n

@@ -10,6 +10,7 @@ import pytest
 from stepload.contact.materials import FlatPunch
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
+from stepload.envelope.reasons import identifiable_reasons
 from stepload.errors import RefusedError
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
@@ -116,3 +117,9 @@ def test_the_weightiest_reason_decides() -> None:
     assert verdict_of([reason(Severity.NOTE)]) is PlanVerdict.GO
     assert verdict_of([reason(Severity.NOTE), reason(Severity.WARN)]) is PlanVerdict.WARN
     assert verdict_of([reason(Severity.WARN), reason(Severity.REFUSE)]) is PlanVerdict.REFUSED
+
+
+def test_a_payload_a_little_beyond_k_max_is_not_called_1_times_k_max(sphere: Plan) -> None:
+    seen = replace(envelope_of(sphere).identifiability, k_max_n_per_m=1e6)
+    [reason] = identifiable_reasons(sphere, 1.03e6, seen)
+    assert "is 1.03 times K_max" in reason.message

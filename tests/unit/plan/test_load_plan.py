@@ -21,6 +21,7 @@ from stepload.contact.materials import (
 from stepload.plan.load import load_payload, load_plan, profiles
 from stepload.plan.model import Provenance, SecondForceSource
 from stepload.plan.problems import PlanError
+from stepload.plan.shipped import payload_folder
 
 WritePlan = Callable[..., Path]
 
@@ -228,3 +229,22 @@ def test_an_uncertainty_that_cannot_be_is_reported_at_its_place(
     (problem,) = caught.value.problems
     assert (Path(problem.file).name, problem.line, problem.column) == ("ball.yaml", 3, 88)
     assert "yield_strength: the uncertainty '0 %' is out of range" in problem.message
+
+
+def test_a_digest_is_of_every_file_that_a_plan_is_made_from(
+    write_plan: WritePlan, tmp_path: Path
+) -> None:
+    payload = tmp_path / "mine.yaml"
+    payload.write_text((payload_folder() / "plastic-sphere.yaml").read_text())
+    (tmp_path / "rig.yaml").write_text("profile: stvf\n")
+    plan = tmp_path / "both.yaml"
+    plan.write_text(
+        "stepload: 1\npayload: ./mine.yaml\nrig: ./rig.yaml\nprocedure: "
+        "{step: 50 N, top_force: 300 N, surface_distance: 5 mm}\n"
+    )
+    before = load_plan(plan).digest
+    assert load_plan(plan).digest == before
+    payload.write_text(payload.read_text().replace("28.7 mm", "28.8 mm"))
+    other = load_plan(plan).digest
+    (tmp_path / "rig.yaml").write_text("profile: stvf\nname: mine\n")
+    assert len({before, other, load_plan(plan).digest}) == 3

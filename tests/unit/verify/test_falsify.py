@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -19,6 +20,7 @@ from stepload.plan.load import load_plan
 from stepload.plan.model import SecondForceSource
 from stepload.rig.world import WorldFault
 from stepload.runner.local import LocalPool
+from stepload_verify.campaign.ablation import Ablation
 from stepload_verify.campaign.mishaps import FOR_GOOD_S, WIDER_FAULTS, Incident
 from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.campaign.truth import Anomaly
@@ -26,6 +28,7 @@ from stepload_verify.falsify import trial as trials_of
 from stepload_verify.falsify.excuses import excuses
 from stepload_verify.falsify.falsify import BATCH, FILES, SCENES, WORST, falsify, worst
 from stepload_verify.falsify.hunt import POPULATION, Hunt
+from stepload_verify.falsify.onset import BY_FORCE_SHARE, Onset, draw_onset, placed
 from stepload_verify.falsify.scene import (
     BLIND,
     RIG,
@@ -41,6 +44,7 @@ from stepload_verify.falsify.shrink import shrink
 from stepload_verify.falsify.strata import Stratum, kinds_for, named, strata
 from stepload_verify.falsify.tape import Tape
 from stepload_verify.falsify.trial import Point, Search, Trial, judge, no_run
+from stepload_verify.falsify.weak import NO_RIG, weakness
 
 ROOT = Path(__file__).parents[3]
 TEMPLATE = load_plan(ROOT / "procedures/falsify.yaml")
@@ -57,7 +61,7 @@ def scene(stratum: Stratum = SENSOR, seed: int = 1) -> tuple[Scenario, tuple[flo
 
 
 def trial(at: Point, j: float, hazard: str = "") -> Trial:
-    return Trial(at.stratum.name, at.number, j, 0.0, hazard, 0.9, 1.0, "stopped", "R1", "LOAD")
+    return Trial(at.stratum.name, at.number, j, 0.0, hazard, 0.9, 1.0, 0.5, "stopped", "R1", "LOAD")
 
 
 @given(st.floats(0.0, 1.0), st.floats(0.0, 1.0))
@@ -178,6 +182,77 @@ def test_every_second_point_lies_towards_the_ends() -> None:
     assert sum(not 0.1 < x < 0.9 for x in even) / len(even) == pytest.approx(0.2, abs=0.03)
 
 
+def two_ends(points: Sequence[Point]) -> list[Trial]:
+    """R5 stops nearly all runs at the same height; F_c is passed on a slope of runs that R4 ends.
+
+    That slope begins far below what R5 stops at.
+    """
+    found = []
+    for at in points:
+        far = math.dist(at.point[:4], (0.9, 0.1, 0.9, 0.1))
+        late = trial(at, 1.05 - far)
+        found.append(replace(late, rule="R4") if far < 0.7 else replace(late, j=0.9, rule="R5"))
+    return found
+
+
+def test_runs_that_end_in_another_way_are_not_given_up_for_the_best_ones() -> None:
+    [found] = search([SENSOR], 1500, 3, two_ends)
+    assert found.worst is not None
+    assert found.worst[1].ended_by == "R4"
+    assert found.found_after is not None
+    assert found.found_after < 1000
+    assert not any(one.broken for one in two_ends(Hunt(SENSOR, 3).anywhere(1500)))
+
+
+def test_a_weak_rig_is_one_that_lets_much_build_up_beside_a_frozen_channel() -> None:
+    blind = Ablation("standing")
+    drawn = [(at.point, at.stratum) for at in Hunt(SENSOR, 7).anywhere(40)]
+    weights = [weakness(TEMPLATE, None, stratum, point) for point, stratum in drawn]
+    assert NO_RIG in weights
+    assert all(weight == NO_RIG or 0.0 < weight < 2.0 for weight in weights)
+    assert all(
+        weakness(TEMPLATE, blind, stratum, point) >= weight
+        for (point, stratum), weight in zip(drawn, weights, strict=True)
+    )
+    other = Stratum(SecondForceSource.SENSOR, ("force_bias", "force_gain"))
+    points = [at.point for at in Hunt(other, 7).anywhere(40)]
+    assert {weakness(TEMPLATE, None, other, point) for point in points} == {NO_RIG, 0.0}
+
+
+def test_rigs_are_made_weak_before_runs_are_spent() -> None:
+    weigh = partial(weakness, TEMPLATE, Ablation("standing"))
+    points = Hunt(SENSOR, 7, weigh).anywhere(12)
+    weights = [weigh(SENSOR, at.point) for at in points]
+    assert min(weights) > 0.0
+    assert sum(weights[1::2]) > sum(weights[::2])
+    assert max(weights) > 2.0
+
+
+def test_a_fault_begins_when_the_force_is_where_it_should_be() -> None:
+    found, _ = scene(named("force_gain")[0])
+    limit_n, top_n = found.limits.elastic_limit_n, found.plan.procedure.top_force_n
+    late = WorldFault("force_nan", 0.0, FOR_GOOD_S, 0.0)
+    by_clock = WorldFault("position_jump", 1e9, 1.0, 1e-3)
+    sound = with_faults(found, [by_clock, late])
+    share = 0.5 * top_n / limit_n
+    there = placed(sound, [None, Onset(share, 0.0)], None)
+    assert there.faults[0] == by_clock
+    assert judge(there).reached == pytest.approx(0.5, abs=0.15)
+    later = placed(sound, [None, Onset(share, 0.25)], None)
+    assert later.faults[1].start_s == pytest.approx(there.faults[1].start_s + 0.25)
+    at_the_most = placed(sound, [None, Onset(0.9999, 0.0)], None)
+    assert at_the_most.faults[1].start_s > later.faults[1].start_s
+    assert placed(sound, [None, None], None) is sound
+
+
+def test_half_of_the_faults_begin_by_force() -> None:
+    drawn = [draw_onset(Tape((u, 0.7, 0.9, 0.5))) for u in (0.0, 0.99 * BY_FORCE_SHARE, 0.51, 1.0)]
+    assert drawn == [Onset(0.7, 0.0), Onset(0.7, 0.0), None, None]
+    later = draw_onset(Tape((0.0, 0.7, 0.0, 0.5)))
+    assert later is not None
+    assert later.later_s == pytest.approx(math.sqrt(1e-3))
+
+
 def test_dice_alone_do_not_find_it() -> None:
     """What the slope is worth: as many points at random come nowhere near."""
     points = Hunt(SENSOR, 5).anywhere(600)
@@ -225,6 +300,7 @@ def test_a_search_goes_on_where_it_was_left(
         return slope([at])[0]
 
     monkeypatch.setattr(trials_of, "try_point", fake)
+    monkeypatch.setattr("stepload_verify.falsify.falsify.weakness", lambda *_: 0.0)
     what, where = Search(TEMPLATE), [SENSOR, *named("killed")]
     allowed = False
     with pytest.raises(KeyboardInterrupt):
@@ -276,6 +352,17 @@ def test_a_position_that_jumps_back_while_pressing_does_not_end_the_retract() ->
     now = judge(found)
     assert now.rule == "R7"
     assert now.peak_ratio < 0.25
+
+
+def test_a_coarse_second_sensor_that_freezes_beside_a_low_main_one() -> None:
+    """Found by a search without the rule for a second sensor that stands: 1.11 F_c."""
+    found, figures = read_scene(ROOT / "docs/scenes/frozen-second-sensor.json")
+    assert figures["peak_ratio"] > 1.1
+    open_hole = judge(found, "standing")
+    assert open_hole.broken
+    now = judge(found)
+    assert now.rule == "R4"
+    assert now.peak_ratio < 0.7
 
 
 HAZARDS_FOUND = ("held-back-commands", "heavier-arm", "unstated-delays")

@@ -53,7 +53,7 @@ def run_campaign(
         "seed": work.seed,
         "faults": ",".join(work.kinds),
         "without": work.ablation,
-        "plan": work.template.sources[0].sha256 if work.template.sources else "",
+        "plan": work.template.digest,
         "code": work.digest,
     }
     with Store(directory, FILES, header, Result.from_line) as store:

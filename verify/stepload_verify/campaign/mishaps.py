@@ -159,6 +159,10 @@ def incidents_of(kind: str, chance: Random, times: Times) -> tuple[Incident, ...
     return (Incident(kind, start_s, ""),)
 
 
+SILENT = ("stuck_mean", "gain", "bias", "deaf", "gain_ramp", "bias_ramp", "clipped")
+"""Faults of a force channel that show in the comparison with the other one, and nowhere else."""
+
+
 def both_channels_blind(faults: Iterable[WorldFault], plan: Plan) -> bool:
     """Whether both force channels lie without a sign of it: the named hazard `both_channels_alike`.
 
@@ -166,10 +170,9 @@ def both_channels_blind(faults: Iterable[WorldFault], plan: Plan) -> bool:
     """
     source = plan.rig.second_force.source
     second = "second_" if source is SecondForceSource.SENSOR else "arm_force_"
-    silent = ("stuck_mean", "gain", "bias", "deaf", "gain_ramp", "bias_ramp", "clipped")
     kinds = {fault.kind for fault in faults if not _harmless(fault)}
-    first_lies = any(f"force_{kind}" in kinds for kind in silent)
-    second_lies = any(f"{second}{kind}" in kinds for kind in silent)
+    first_lies = any(f"force_{kind}" in kinds for kind in SILENT)
+    second_lies = any(f"{second}{kind}" in kinds for kind in SILENT)
     return first_lies and second_lies
 
 

@@ -12,7 +12,7 @@ from stepload.engine.tick import Engine
 from stepload.errors import DeviceError
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase, TickRow
-from stepload.rig.world import SimulatedRig, load_world
+from stepload.rig.world import SimulatedRig, WorldView, load_world
 from stepload_verify.campaign.ablation import Ablation, ends_in_time
 from stepload_verify.campaign.incidents import Killed, NullRecorder, install
 from stepload_verify.campaign.result import KILLED, NOT_OPENED, Result
@@ -29,10 +29,12 @@ def run_scenario(
     scenario: Scenario,
     ablation: Ablation | None = None,
     on_tick: Callable[[TickRow], None] | None = None,
+    on_begin: Callable[[Engine, WorldView], None] | None = None,
 ) -> tuple[Result, RunOutcome | None]:
     """Run it to its end; the outcome is None where the devices did not open.
 
     The true peak force is that of the whole time, also while and after the rig is made safe.
+    `on_begin` is given the engine and the world before the run begins, `on_tick` every tick.
     """
     rig = _world()(scenario.truth)
     clock = rig.clock
@@ -42,6 +44,8 @@ def run_scenario(
         return _result(scenario, rig, None, "open", error.message), None
     operator = Operator()
     engine, on_progress = _engine(scenario, ablation, operator)
+    if on_begin:
+        on_begin(engine, rig.world)
     course = engine.course
     recorder = NullRecorder(on_tick) if on_tick else NullRecorder()
     used = install(scenario.incidents, rig, engine, operator, recorder)

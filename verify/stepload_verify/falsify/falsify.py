@@ -20,7 +20,8 @@ from stepload_verify.falsify.scene import scenario_at
 from stepload_verify.falsify.scene_file import text_of
 from stepload_verify.falsify.search import search
 from stepload_verify.falsify.strata import Stratum
-from stepload_verify.falsify.trial import Point, Search, Trial
+from stepload_verify.falsify.trial import Point, Search, Trial, left_out
+from stepload_verify.falsify.weak import weakness
 
 FILES = ("search.json", "trials.jsonl")
 WORST = "worst.csv"
@@ -60,20 +61,27 @@ def falsify(
     Raises:
         RefusedError: the directory holds another search.
     """
-    run = partial(_in_batches, what, pool)
+    run, weigh = (
+        partial(_in_batches, what, pool),
+        partial(weakness, what.template, left_out(what.ablation)),
+    )
     if directory is None:
-        return search(strata, trials, seed, lambda points: list(chain(*run(points))), on_progress)
+
+        def anew(points: Sequence[Point]) -> list[Trial]:
+            return list(chain(*run(points)))
+
+        return search(strata, trials, seed, anew, on_progress, weigh)
     names = "\n".join(stratum.name for stratum in strata)
     header: dict[str, object] = {
         "seed": seed,
         "trials": trials,  # they decide how many points of a stratum are drawn at random
         "strata": hashlib.sha256(names.encode()).hexdigest(),
         "without": what.ablation,
-        "plan": what.template.sources[0].sha256 if what.template.sources else "",
+        "plan": what.template.digest,
         "code": what.digest,
     }
     with Store(directory, FILES, header, Trial.from_line) as store:
-        hunts = search(strata, trials, seed, _remembered(run, store), on_progress)
+        hunts = search(strata, trials, seed, _remembered(run, store), on_progress, weigh)
     _write(directory, what, hunts)
     return hunts
 
@@ -110,7 +118,7 @@ def worst(hunts: Sequence[Hunt]) -> list[Worst]:
                 hunt.found_after,
                 best.j if best else None,
                 best.peak_ratio if best else None,
-                (best.rule or best.status) if best else "",
+                best.ended_by if best else "",
                 best.phase if best else "",
                 best.hazard if best else "",
             )
@@ -139,7 +147,8 @@ def write_scene(directory: Path, what: Search, hunt: Hunt) -> Path:
     if hunt.worst is None:
         raise SteploadError(f"{hunt.stratum.name}: nothing was run")
     point, trial = hunt.worst
-    scenario = scenario_at(what.template, hunt.stratum, point.number, point.point)
+    ablation = left_out(what.ablation)
+    scenario = scenario_at(what.template, hunt.stratum, point.number, point.point, ablation)
     assert scenario is not None
     path = directory / f"{re.sub(r'[^a-zA-Z0-9_]+', '-', hunt.stratum.name)}.json"
     found = {"j": trial.j, "peak_ratio": trial.peak_ratio}

@@ -8,27 +8,62 @@ and that is a corner that even draws seldom come to.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from random import Random
 from typing import Any
 
 import numpy as np
 
-from stepload_verify.falsify.scene import length
+from stepload_verify.falsify.scene import RIG, length
 from stepload_verify.falsify.strata import Stratum
 from stepload_verify.falsify.trial import Point, Trial
 
-SPREAD = 0.2
+SPREAD = 0.1
 """First standard deviation of CMA-ES in the unit cube."""
 POPULATION = 12
+AFRESH = 4
+"""Every so many generations are points at random: a better start may be left to be found."""
+DRAWN, CLIMBED, REDRAWN = 128, 384, 0.1
+"""Rigs that are drawn for a weak one; rigs made from the weakest of them, a tenth of it redrawn."""
 NOWHERE = 1e6
 """The cost of a point without a run; the ranks alone matter."""
+ELSEWHERE = 10.0
+"""Added to the cost of a run that ended in another way than those of its niche."""
 _FIRST = 0x57E9
 
 
 def to_the_ends(number: float) -> float:
     """An even draw of 0 to 1 as one of the arcsine law: in 41 % within a tenth of an end."""
     return math.sin(0.5 * math.pi * number) ** 2
+
+
+Weigh = Callable[[Stratum, Sequence[float]], float]
+
+
+class Niche:
+    """The search among the runs of a stratum that ended in one way: by a rule, or by a word.
+
+    What a rule stops at the last moment and what another one stops far too late look alike to J.
+    Each of them goes on from its own worst run, so that none is given up for the one that happened
+    to come out ahead at first.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.best: tuple[Point, Trial] | None = None
+        self.generations = 0
+        self.strategy: Any = None
+
+    @property
+    def score(self) -> float:
+        """The best score so far."""
+        return self.best[1].score if self.best else -math.inf
+
+    def cost(self, trial: Trial) -> float:
+        """What CMA-ES makes as small as it can: runs that end in another way come after all."""
+        if math.isinf(trial.score):
+            return NOWHERE
+        return -trial.score + (0.0 if trial.ended_by == self.name else ELSEWHERE)
 
 
 class Hunt:
@@ -40,10 +75,13 @@ class Hunt:
     Args:
         stratum: where to search.
         seed: of the search.
+        weigh: how weak the rig at a point is, negative where there is none: rigs are chosen by it
+            before runs are spent. Without it they are taken as they are drawn.
     """
 
-    def __init__(self, stratum: Stratum, seed: int) -> None:
+    def __init__(self, stratum: Stratum, seed: int, weigh: Weigh | None = None) -> None:
         self.stratum = stratum
+        self._weigh = weigh
         self.best: tuple[Point, Trial] | None = None
         """The point with the largest score so far, if one could be run."""
         self.worst: tuple[Point, Trial] | None = None
@@ -56,7 +94,9 @@ class Hunt:
         self._seed = seed
         self._length = length(stratum)
         self._chance = Random(f"falsify {seed} {stratum.name}")
-        self._strategy: Any = None
+        self._generations = 0
+        self._niches: dict[str, Niche] = {}
+        self._asked: Niche | None = None
 
     @property
     def done(self) -> bool:
@@ -70,17 +110,47 @@ class Hunt:
 
     def anywhere(self, count: int) -> list[Point]:
         """So many points drawn at random: even ones and such as are near the ends, in turn."""
-        rows = [[self._chance.random() for _ in range(self._length)] for _ in range(count)]
-        rows[1::2] = [[to_the_ends(number) for number in row] for row in rows[1::2]]
-        return self._points(rows)
+        self._asked = None
+        return self._points([self._drawn(ends=index % 2 == 1) for index in range(count)])
+
+    def _drawn(self, *, ends: bool) -> list[float]:
+        """One point at random where a rig can press; towards the ends it is made a weak rig."""
+        best = self._row(ends)
+        most = self._weight(best)
+        for number in range(1, DRAWN + CLIMBED):
+            if most == 0.0 or (most > 0.0 and not ends):
+                break
+            row = self._row(ends) if number < DRAWN else self._redrawn(best)
+            weight = self._weight(row)
+            if weight > most:
+                best, most = row, weight
+        return best
+
+    def _row(self, ends: bool) -> list[float]:
+        row = [self._chance.random() for _ in range(self._length)]
+        return [to_the_ends(number) for number in row] if ends else row
+
+    def _redrawn(self, row: Sequence[float]) -> list[float]:
+        """The same point with some numbers of its rig drawn again."""
+        again, chance = self._row(True), self._chance
+        return [
+            new if index < RIG and chance.random() < REDRAWN else old
+            for index, (old, new) in enumerate(zip(row, again, strict=True))
+        ]
+
+    def _weight(self, row: Sequence[float]) -> float:
+        return self._weigh(self.stratum, row) if self._weigh else 0.0
 
     def nearer(self) -> list[Point]:
-        """The next generation about the best so far; points at random where there is none yet."""
-        if self._strategy is None and self.best is None:
+        """The next generation of a niche; at times, and where there is none, points at random."""
+        self._generations += 1
+        if not self._niches or self._generations % AFRESH == 0:
             return self.anywhere(POPULATION)
-        if self._strategy is None:
-            self._strategy = self._begin()
-        return self._points(self._strategy.ask())
+        self._asked = niche = self._next()
+        niche.generations += 1
+        if niche.strategy is None:
+            niche.strategy = self._begin(niche)
+        return self._points(niche.strategy.ask())
 
     def tell(self, points: Sequence[Point], trials: Sequence[Trial]) -> None:
         """What these points, of one call, came to."""
@@ -92,9 +162,19 @@ class Hunt:
                 self.worst = point, trial
             if trial.score > self.score:
                 self.best = point, trial
-        if self._strategy is not None:
-            costs = [NOWHERE if math.isinf(t.score) else -t.score for t in trials]
-            self._strategy.tell([np.array(point.point) for point in points], costs)
+            if math.isfinite(trial.score):
+                niche = self._niches.setdefault(trial.ended_by, Niche(trial.ended_by))
+                if trial.score > niche.score:
+                    niche.best = point, trial
+        if (asked := self._asked) is not None:
+            costs = [asked.cost(trial) for trial in trials]
+            asked.strategy.tell([np.array(point.point) for point in points], costs)
+
+    def _next(self) -> Niche:
+        """The niche that had least for its rank: the best gets most, the second a quarter of it."""
+        ranked = sorted(self._niches.values(), key=lambda niche: -niche.score)
+        shares = {niche.name: niche.generations * rank**2 for rank, niche in enumerate(ranked, 1)}
+        return min(ranked, key=lambda niche: shares[niche.name])
 
     def _points(self, rows: Sequence[Sequence[float]]) -> list[Point]:
         found = []
@@ -103,15 +183,15 @@ class Hunt:
             self.tried += 1
         return found
 
-    def _begin(self) -> Any:
+    def _begin(self, niche: Niche) -> Any:
         """CMA-ES with a random source of its own, so that no other search changes this one."""
         import cma
 
-        assert self.best is not None
-        name = int.from_bytes(self.stratum.name.encode()[-8:], "big")
+        assert niche.best is not None
+        name = int.from_bytes(f"{self.stratum.name} {niche.name}".encode()[-8:], "big")
         rng = np.random.default_rng([_FIRST, self._seed, name])
         return cma.CMAEvolutionStrategy(
-            list(self.best[0].point),
+            list(niche.best[0].point),
             SPREAD,
             {
                 "bounds": [0.0, 1.0],

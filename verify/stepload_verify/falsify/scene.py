@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from stepload.envelope.envelope import derive
+from stepload.envelope.envelope import Envelope, derive
 from stepload.plan.model import Plan
 from stepload.rig.world import WorldFault
+from stepload_verify.campaign.ablation import Ablation
 from stepload_verify.campaign.mishaps import (
     INCIDENTS,
     Incident,
@@ -27,12 +28,13 @@ from stepload_verify.campaign.truth import (
     anomaly_of,
     draw_truth,
 )
+from stepload_verify.falsify.onset import Onset, draw_onset, placed
 from stepload_verify.falsify.strata import Stratum
 from stepload_verify.falsify.tape import Tape
 
 BLIND = "both_channels_alike"
 """A named hazard: nothing is left to stop such a run, and no use searching there."""
-RIG, TRUTH, WRONG = 34, 10, 7
+RIG, TRUTH, WRONG = 34, 10, 11
 """Numbers that a rig with its plan, its truth, and each thing that goes wrong may read."""
 LONGEST_S, LONGEST_FROZEN_S = 8.0, 20.0
 """Runs that would take longer are left out: slow rigs are safe, and use up the time.
@@ -49,47 +51,50 @@ def length(stratum: Stratum) -> int:
 
 
 def scenario_at(
-    template: Plan, stratum: Stratum, index: int, point: Sequence[float]
+    template: Plan,
+    stratum: Stratum,
+    index: int,
+    point: Sequence[float],
+    ablation: Ablation | None = None,
 ) -> Scenario | None:
     """The run at a point of the unit cube; None where that is no rig that can press, or too long.
+
+    Faults that begin at a force make it look at the run without them first (`onset`).
 
     Args:
         template: order, times and distances of the run.
         stratum: second channel, and what goes wrong.
         index: number of the run in its stratum; a name and no more.
         point: `length(stratum)` numbers between 0 and 1.
+        ablation: what is left out of the run, where it is looked at.
 
     Raises:
         DomainError: the point is too short.
     """
-    rig, truth_tape = Tape(point[:RIG], "rig"), Tape(point[RIG : RIG + TRUTH], "truth")
-    rest = point[RIG + TRUTH :]
+    envelope = believed(template, stratum, point)
+    if envelope is None:
+        return None
+    plan, limits = envelope.plan, envelope.run_limits
+    truth_tape, rest = Tape(point[RIG : RIG + TRUTH], "truth"), point[RIG + TRUTH :]
     tapes = [Tape(rest[WRONG * i : WRONG * (i + 1)], kind) for i, kind in enumerate(stratum.wrong)]
-    believed = plan_from(rig, template, rig.choice(ARM_CLASSES), stratum.source)
-    if believed is None:
-        return None
-    plan = _shorter(believed)
-    envelope = derive(plan)
-    if envelope.limits is None:
-        return None
     anomalies: tuple[Anomaly, ...] = ()
     for kind, tape in zip(stratum.wrong, tapes, strict=True):
         if kind in ANOMALIES or kind in WIDER_ANOMALIES:
             anomalies += (anomaly_of(kind, tape, plan),)
     truth = draw_truth(truth_tape, envelope, anomalies, truth_tape.getrandbits(32))
-    limits = envelope.limits
     times = expected_times(plan, limits, truth.surface_m)
-    frozen = any(kind.endswith("_freeze") for kind in stratum.wrong)
-    if times.end_s > (LONGEST_FROZEN_S if frozen else LONGEST_S):
+    if times.end_s > longest_s(stratum):
         return None
     faults: list[WorldFault] = []
+    onsets: list[Onset | None] = []
     incidents: tuple[Incident, ...] = ()
     for kind, tape in zip(stratum.wrong, tapes, strict=True):
         if kind in INCIDENTS:
             incidents += incidents_of(kind, tape, times)
         elif kind not in ANOMALIES and kind not in WIDER_ANOMALIES:
+            onsets.append(draw_onset(tape))
             faults.append(fault_of(kind, tape, times, limits.elastic_limit_n))
-    return Scenario(
+    scenario = Scenario(
         series=stratum.name,
         index=index,
         envelope=envelope,
@@ -99,6 +104,27 @@ def scenario_at(
         incidents=tuple(sorted(incidents, key=lambda incident: incident.start_s)),
         hazard=hazard_of(faults, plan),
     )
+    return scenario if scenario.hazard == BLIND else placed(scenario, onsets, ablation)
+
+
+def believed(template: Plan, stratum: Stratum, point: Sequence[float]) -> Envelope | None:
+    """The rig at a point, with what follows from it; None where it cannot press, or takes long."""
+    rig = Tape(point[:RIG], "rig")
+    plan = plan_from(rig, template, rig.choice(ARM_CLASSES), stratum.source)
+    if plan is None:
+        return None
+    envelope = derive(_shorter(plan))
+    if envelope.limits is None:
+        return None
+    nearest_m = plan.procedure.surface_distance_m - plan.procedure.surface_uncertainty_m
+    times = expected_times(envelope.plan, envelope.limits, nearest_m)
+    return envelope if times.end_s <= longest_s(stratum) else None
+
+
+def longest_s(stratum: Stratum) -> float:
+    """How long a run of this stratum may take."""
+    frozen = any(kind.endswith("_freeze") for kind in stratum.wrong)
+    return LONGEST_FROZEN_S if frozen else LONGEST_S
 
 
 def hazard_of(faults: Sequence[WorldFault], plan: Plan) -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from stepload_verify.falsify.hunt import POPULATION, Hunt
+from stepload_verify.falsify.hunt import POPULATION, Hunt, Weigh
 from stepload_verify.falsify.strata import Stratum
 from stepload_verify.falsify.trial import Point, Trial
 
@@ -54,6 +54,7 @@ def search(
     seed: int,
     run: Run,
     on_progress: Callable[[list[Hunt]], None] | None = None,
+    weigh: Weigh | None = None,
 ) -> list[Hunt]:
     """Search all strata; the same whatever runs the trials, and in whatever order.
 
@@ -66,8 +67,9 @@ def search(
         seed: decides every point.
         run: tries points.
         on_progress: called with all hunts after each batch.
+        weigh: how weak the rig at a point is; see `Hunt`.
     """
-    hunts = [Hunt(stratum, seed) for stratum in strata]
+    hunts = [Hunt(stratum, seed, weigh) for stratum in strata]
 
     def tell(asked: list[tuple[Hunt, list[Point]]]) -> None:
         results = iter(run([point for _, points in asked for point in points]))

@@ -9,8 +9,11 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
+from stepload.engine.margins import margins
+from stepload.engine.tick import Engine
 from stepload.plan.model import Plan
 from stepload.record.rows import TickRow
+from stepload.rig.world import WorldView
 from stepload_verify.campaign.ablation import Ablation
 from stepload_verify.campaign.digest import loaded
 from stepload_verify.campaign.scenario import Scenario
@@ -21,6 +24,9 @@ from stepload_verify.falsify.strata import Stratum
 
 NO_RUN = "no run"
 """Status of a point at which there is no rig that can press, or none within the time."""
+LOOK_TICKS = 8
+"""The margins cost as much as a tick: one in so many ticks is looked at, while the force rises."""
+FORCE_RULES = ("R1", "R2")
 UNSEEN_WEIGHT = REACHED_WEIGHT = 0.1
 """Weights beside J of the force that nobody saw, and of the share of the top force reached.
 
@@ -42,6 +48,8 @@ class Trial:
             or "".
         peak_ratio: true peak force over F_c.
         reached: true peak force over the top force.
+        margin: the share of its limit that the rule nearest to a stop had left when the true force
+            was largest, R1 and R2 apart; looked at every `LOOK_TICKS` ticks.
         status, rule, phase: how it ended.
     """
 
@@ -52,6 +60,7 @@ class Trial:
     hazard: str
     peak_ratio: float
     reached: float
+    margin: float
     status: str
     rule: str
     phase: str
@@ -63,6 +72,11 @@ class Trial:
             return -math.inf
         unseen = max(0.0, min(1.0, self.unseen))
         return max(0.0, self.j) + UNSEEN_WEIGHT * unseen + REACHED_WEIGHT * min(1.0, self.reached)
+
+    @property
+    def ended_by(self) -> str:
+        """The rule or the word by which it ended."""
+        return self.rule or self.status
 
     @property
     def broken(self) -> bool:
@@ -86,7 +100,7 @@ class Trial:
             row = json.loads(line)
             trial = cls(**{**row, "j": -math.inf if row["j"] is None else float(row["j"])})
             whole = trial.j < math.inf and all(
-                map(math.isfinite, (trial.unseen, trial.peak_ratio, trial.reached))
+                map(math.isfinite, (trial.unseen, trial.peak_ratio, trial.reached, trial.margin))
             )
         except (TypeError, KeyError) as error:
             raise ValueError(f"not a trial of a search: {error}") from error
@@ -120,13 +134,16 @@ class Search(NamedTuple):
 
 
 @cache
-def _without(name: str) -> Ablation | None:
+def left_out(name: str) -> Ablation | None:
+    """What is left out under this name; None for ""."""
     return Ablation(name) if name else None
 
 
 def try_point(search: Search, at: Point) -> Trial:
     """What happens at a point."""
-    scenario = scenario_at(search.template, at.stratum, at.number, at.point)
+    scenario = scenario_at(
+        search.template, at.stratum, at.number, at.point, left_out(search.ablation)
+    )
     if scenario is None:
         return no_run(at)
     if scenario.hazard == BLIND:
@@ -136,18 +153,13 @@ def try_point(search: Search, at: Point) -> Trial:
 
 def no_run(at: Point, hazard: str = "") -> Trial:
     """The trial of a point without a run."""
-    return Trial(at.stratum.name, at.number, -math.inf, 0.0, hazard, 0.0, 0.0, NO_RUN, "", "")
+    return Trial(at.stratum.name, at.number, -math.inf, 0.0, hazard, 0.0, 0.0, 0.0, NO_RUN, "", "")
 
 
 def judge(scenario: Scenario, ablation: str = "") -> Trial:
     """Run a scenario and say how near to F_c it came."""
-    believed_n = [0.0]
-
-    def look(row: TickRow) -> None:
-        if row.force_n > believed_n[0]:
-            believed_n[0] = row.force_n
-
-    result, _ = run_scenario(scenario, _without(ablation), look)
+    look = _Look()
+    result, _ = run_scenario(scenario, left_out(ablation), look.at_tick, look.at_begin)
     top_n = scenario.plan.procedure.top_force_n
     room_n = scenario.limits.elastic_limit_n - top_n
     j, hazard = (result.peak_n - top_n) / room_n, scenario.hazard
@@ -160,11 +172,41 @@ def judge(scenario: Scenario, ablation: str = "") -> Trial:
         series=scenario.series,
         index=scenario.index,
         j=j,
-        unseen=(result.peak_n - believed_n[0]) / room_n,
+        unseen=(result.peak_n - look.believed_n) / room_n,
         hazard=hazard,
         peak_ratio=result.peak_ratio,
         reached=result.peak_n / top_n,
+        margin=look.margin,
         status=result.status,
         rule=result.rule,
         phase=result.phase,
     )
+
+
+class _Look:
+    """Looks on while a run goes on: what was believed, and how near the rules were to a stop."""
+
+    def __init__(self) -> None:
+        self.believed_n = 0.0
+        self.margin = 0.0
+        self._peak_n = 0.0
+        self._ticks = 0
+        self._seen: tuple[Engine, WorldView] | None = None
+
+    def at_begin(self, engine: Engine, world: WorldView) -> None:
+        """The run begins."""
+        self._seen = engine, world
+
+    def at_tick(self, row: TickRow) -> None:
+        """After a tick."""
+        if row.force_n > self.believed_n:
+            self.believed_n = row.force_n
+        self._ticks += 1
+        if self._ticks % LOOK_TICKS or self._seen is None:
+            return
+        engine, world = self._seen
+        if world.true_force_n > self._peak_n and engine.cause is None:
+            self._peak_n = world.true_force_n
+            shares = margins(engine.supervisor, engine.limits, row.time_s, row.phase)
+            nearest = max((s for rule, s in shares.items() if rule not in FORCE_RULES), default=0.0)
+            self.margin = max(0.0, 1.0 - nearest)

@@ -1,0 +1,33 @@
+"""Whether something can be written, found out before the work whose result it is to hold."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from stepload.errors import BadInputError
+
+
+def check_room(option: str, path: Path) -> None:
+    """Write a nameless file into the nearest directory of `path` that exists; nothing stays.
+
+    Args:
+        option: of the command line, for the message.
+        path: a file or directory that is to be made.
+
+    Raises:
+        BadInputError: nothing can be written there.
+    """
+    place = path.absolute()
+    while not place.is_dir():
+        if place.exists():
+            raise BadInputError(f"{option} {path}: {place} is a file", hint="name another place")
+        place = place.parent
+    try:
+        with tempfile.TemporaryFile(dir=place):
+            pass
+    except OSError as error:
+        raise BadInputError(
+            f"{option} {path}: cannot write to {place}: {error.strerror}",
+            hint="name a place where files may be made",
+        ) from error

@@ -1,0 +1,63 @@
+"""The file of a design says what was simulated, and nothing stays that preflight refuses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from stepload.atlas.binomial import share
+from stepload.atlas.work import Row
+from stepload.design.ceiling import ceiling
+from stepload.design.front import Tried
+from stepload.design.grid import grid
+from stepload.design.make import Design
+from stepload.design.written import check_new, text_of, write
+from stepload.errors import BadInputError, RefusedError
+from stepload.plan.load import load_plan
+from stepload.plan.shipped import payload_folder
+
+SPHERE = payload_folder() / "plastic-sphere.yaml"
+
+
+@pytest.fixture(scope="module")
+def found() -> Design:
+    """A design whose plan has ramps of 2 s and holds of 8 s."""
+    limit = ceiling("stvf", SPHERE)
+    plans = grid("stvf", SPHERE, limit, "5 mm")
+    plan = plans.candidates[-1]
+    every = share(250, 250)
+    point = plan.job(0, plan.conditions).point
+    one = Tried(plan, Row(point, 1.0, every, every, every, every, 0.1, ""))
+    return Design(limit, 500.0, plans, [one], [one], one, 1, 250)
+
+
+def text(found: Design, path: Path) -> str:
+    return text_of(found, path, SPHERE, "stvf", "5 mm", "stepload design")
+
+
+def test_the_written_plan_is_the_one_that_was_simulated(found: Design, tmp_path: Path) -> None:
+    path = tmp_path / "new.yaml"
+    write(path, text(found, path))
+    plan, chosen = load_plan(path).procedure, found.chosen.candidate
+    assert (chosen.order.ramp_s, chosen.order.hold_s) == (2.0, 8.0)
+    assert plan.top_force_n == pytest.approx(chosen.top_n)
+    assert len(plan.levels_n) == chosen.order.steps
+    assert plan.step_n / plan.load_rate_n_per_s == pytest.approx(2.0)
+    assert plan.hold_s == 8.0
+
+
+def test_what_is_there_is_kept_and_what_preflight_refuses_is_not(
+    found: Design, tmp_path: Path
+) -> None:
+    path, mine = tmp_path / "new.yaml", tmp_path / "mine.yaml"
+    mine.write_text("mine")
+    with pytest.raises(BadInputError, match="is there already"):
+        check_new(mine)
+    (tmp_path / "link.yaml").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(BadInputError, match="is there already"):
+        check_new(tmp_path / "link.yaml")
+    bold = text(found, path).replace("top_force: 300 N", "top_force: 900 N")
+    with pytest.raises(RefusedError, match="preflight refused"):
+        write(path, bold)
+    assert not path.exists()

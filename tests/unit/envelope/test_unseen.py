@@ -1,0 +1,116 @@
+"""How long a frozen force channel goes unseen, and the force that can build up beside it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from run_plans import (
+    COARSE_F_C_N,
+    coarse_plan,
+    envelope_for,
+    limits_for,
+    stvf_plan,
+    ur_plan,
+)
+
+from stepload.envelope.envelope import envelope_of
+from stepload.envelope.limits import RunLimits
+from stepload.envelope.reason import PlanVerdict, Reason, Severity
+from stepload.envelope.unseen import GAINS, Unseen, unseen, unseen_reasons
+from stepload.plan.model import Plan, SecondForce, SecondForceSource
+
+PLAN = coarse_plan()
+LIMITS = limits_for(PLAN, COARSE_F_C_N)
+BLIND = replace(LIMITS, second_stands_n=1e12)
+"""Without the rule for a second sensor that stands."""
+
+
+def of(plan: Plan, limits: RunLimits) -> Unseen:
+    found = unseen(plan, limits)
+    assert found is not None
+    return found
+
+
+def said(plan: Plan, limits: RunLimits) -> Reason:
+    [reason] = unseen_reasons(plan, limits)
+    return reason
+
+
+def test_times_are_counts_over_the_rate_of_each_channel() -> None:
+    found = of(PLAN, LIMITS)
+    assert found.main_s == LIMITS.identical_counts / 500.0
+    assert found.second_s == LIMITS.second_identical_counts / 500.0 > 14.0
+    arm = ur_plan()
+    assert of(arm, limits_for(arm)).second_s == 100 / arm.rig.arm.rate_hz
+    never = replace(LIMITS, identical_counts=0, second_identical_counts=0)
+    assert of(PLAN, never).main_s == of(PLAN, never).second_s == math.inf
+    assert math.isfinite(of(PLAN, never).force_n)
+
+
+def test_a_hole_that_a_search_found_is_refused_without_the_rule_that_closes_it() -> None:
+    """Main channel 0.37, coarse second one frozen: 1.53 F_c in a run of that plan."""
+    sound = said(PLAN, LIMITS)
+    assert sound.severity is Severity.NOTE
+    assert sound.value < sound.limit == LIMITS.counted_limit_n
+    assert "after 14.8 s" in sound.message
+    hole = said(PLAN, BLIND)
+    assert hole.severity is Severity.REFUSE
+    assert hole.value > 1.53 * COARSE_F_C_N
+    assert "lower load_rate" in hole.remedy
+
+
+def test_a_refusal_is_a_verdict_of_preflight(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stepload.envelope.limits.second_stands_n", lambda *_: 1e12)
+    assert envelope_for(PLAN, COARSE_F_C_N).verdict is PlanVerdict.REFUSED
+    monkeypatch.undo()
+    codes = {reason.code: reason.severity for reason in envelope_for(PLAN, COARSE_F_C_N).reasons}
+    assert codes["frozen_channel"] is Severity.NOTE
+
+
+def test_with_one_channel_nothing_is_compared() -> None:
+    rig = replace(PLAN.rig, second_force=SecondForce(SecondForceSource.NONE, 0.0, 0.0, 0.0, 0.0))
+    alone = replace(PLAN, rig=rig)
+    assert unseen(alone, limits_for(alone, COARSE_F_C_N)) is None
+    assert not list(unseen_reasons(alone, limits_for(alone, COARSE_F_C_N)))
+
+
+def test_a_channel_that_is_right_comes_to_the_top_force_and_no_further() -> None:
+    assert of(PLAN, BLIND).forces_n[-1] == pytest.approx(LIMITS.top_force_n)
+    assert GAINS[-1] == pytest.approx(1.0)
+
+
+def test_each_of_the_rules_ends_it() -> None:
+    """The least gain, term by term: F = tol / (1 - g - g tol_rel), and what comes on top of it."""
+    gain = GAINS[0]
+    tolerance_n, relative = LIMITS.cross_tolerance_n, LIMITS.cross_relative
+    frozen_n = tolerance_n / (1.0 - gain - gain * relative)
+
+    def beyond_n(limits: RunLimits) -> float:
+        return of(PLAN, limits).forces_n[0] - frozen_n
+
+    cap = LIMITS.stiffness_n_per_m * (LIMITS.force_limit_n - gain * frozen_n)
+    slow = replace(BLIND, load_rate_n_per_s=0.1)
+    assert cap / LIMITS.contact_n_s_per_m > 0.1 / gain
+    rate = 0.1 / gain
+    assert beyond_n(slow) == pytest.approx(rate * (of(PLAN, slow).second_s + LIMITS.reaction_s))
+    stands = replace(LIMITS, second_identical_counts=0, load_rate_n_per_s=0.1)
+    forgets_s = 2.0 * LIMITS.channel_skew_s + 8.0 * LIMITS.cross_filter_s
+    assert beyond_n(stands) == pytest.approx(
+        LIMITS.second_stands_n / gain + rate * (forgets_s + LIMITS.reaction_s)
+    )
+    ever = replace(slow, second_identical_counts=0)
+    most_n = ((frozen_n + tolerance_n) / (1.0 - relative) - gain * frozen_n) / gain
+    assert beyond_n(ever) == pytest.approx(most_n + rate * (0.02 + LIMITS.reaction_s))
+    low = replace(ever, top_force_n=gain * frozen_n + 1.0)
+    assert beyond_n(low) == pytest.approx(1.0 / gain)
+    fast = replace(BLIND, load_rate_n_per_s=1e4, second_identical_counts=25)
+    rate = cap / LIMITS.contact_n_s_per_m
+    assert beyond_n(fast) == pytest.approx(rate * (25 / 500.0 + LIMITS.reaction_s))
+
+
+@pytest.mark.parametrize("plan", [ur_plan(), stvf_plan()])
+def test_usual_rigs_pass(plan: Plan) -> None:
+    assert said(plan, limits_for(plan)).severity is Severity.NOTE
+    assert "frozen_channel" in {reason.code for reason in envelope_of(plan).reasons}
