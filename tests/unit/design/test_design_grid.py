@@ -123,7 +123,7 @@ def test_what_preflight_refuses_is_no_candidate_and_its_reason_is_kept() -> None
 
 
 def test_a_force_beyond_the_limit_is_refused_by_preflight_whatever_the_ceiling_says() -> None:
-    payload = PAYLOADS / "polyurethane-sphere.yaml"
+    payload = PAYLOADS / "plastic-sphere.yaml"
     honest = ceiling("stvf", payload)
     bold = Ceiling(honest.rig, honest.payload, 2.0 * honest.top_n, "")
     found = grid("stvf", payload, bold, "5 mm")
