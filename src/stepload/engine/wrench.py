@@ -56,7 +56,7 @@ class WrenchRules:
             self._across_s += limits.period_s
         if self._across_s > LATERAL_TIME_S:
             return self._found(
-                "R12", share, largest, "",
+                "R12", 100.0 * share, 100.0 * largest, "%",
                 f"the force across the pressing axis is {across_n:.4g} N, {share:.0%} of that along"
                 f" it (allowed {largest:.0%}): the tool slides or bends sideways. Align tool and"
                 " plate, or hold the arm another way",

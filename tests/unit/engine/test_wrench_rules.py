@@ -62,7 +62,7 @@ def test_too_much_force_across_the_axis_stops_the_run(share: float, stops: bool)
     cause = Feed().ramp([share * 100.0, 0.0, 100.0, 0.0, 0.0, 0.0])
     assert (cause is not None and cause.rule == "R12") is stops
     if cause is not None:
-        assert (cause.limit, cause.unit) == (PLAN.procedure.max_lateral_share, "")
+        assert (cause.limit, cause.unit) == (100.0 * PLAN.procedure.max_lateral_share, "%")
         assert cause.value > cause.limit
 
 
