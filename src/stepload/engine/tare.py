@@ -42,11 +42,13 @@ class _Line:
 class TareWindow:
     """Takes readings in while the arm rests; as cheap at the end as at the beginning."""
 
-    __slots__ = ("_end_s", "_force", "_second", "_wrench", "count", "start_s")
+    __slots__ = ("_end_s", "_first", "_force", "_live", "_second", "_wrench", "count", "start_s")
 
     def __init__(self) -> None:
         self._force, self._second = _Line(), _Line()
         self._wrench: list[float] = []
+        self._first: Sequence[float] = ()
+        self._live: set[int] = set()
         self.start_s = self._end_s = math.nan
         self.count = 0
 
@@ -61,6 +63,8 @@ class TareWindow:
         since_s = time_s - self.start_s
         self._force.add(count, since_s, force_n)
         self._second.add(count, since_s, second_n)
+        self._first = self._first or wrench
+        self._live.update(i for i, value in enumerate(wrench) if value != self._first[i])
         means = self._wrench or wrench
         self._wrench = [
             mean + (value - mean) / count for mean, value in zip(means, wrench, strict=True)
@@ -86,4 +90,5 @@ class TareWindow:
         return Tare(
             self._end_s, self._end_s - self.start_s, count, force.mean, force.noise(count),
             force.slope, second.mean, second.noise(count), tuple(self._wrench),
+            len(self._live),
         )  # fmt: skip

@@ -177,7 +177,9 @@ class Engine:
         """
         last = self._measured
         self._measured = measured = Measured(
-            max(last.noise_n, measured.noise_n), max(last.bias_n, measured.bias_n)
+            max(last.noise_n, measured.noise_n),
+            max(last.bias_n, measured.bias_n),
+            last.one_axis or measured.one_axis,
         )
         derived = envelope_of(self._plan, measured)
         if derived.limits is None:

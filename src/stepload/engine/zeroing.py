@@ -138,14 +138,17 @@ class Zeroing:
         step_s = plan.step_n / plan.load_rate_n_per_s + plan.hold_s
         under_load_s = steps * (step_s + STEP_RATES / limits.step_rate_per_s)
         drift_n = tare.sure_slope_n_per_s * under_load_s
-        if noise_n == 0.0 and drift_n <= plan.max_drift_n:
+        # A sensor that shows its pressing axis only sees nothing of a payload that is dragged.
+        blind = tare.live <= 1 and 0.0 < limits.dragged_left < 1.0
+        if noise_n == 0.0 and drift_n <= plan.max_drift_n and not blind:
             return True
-        refusal = self._adopt(Measured(noise_n, drift_n))
+        refusal = self._adopt(Measured(noise_n, drift_n, blind))
         if refusal is not None:
             found = f"a noise of {tare.noise_n:.3g} N and a drift of {drift_n:.3g} N until the zero"
+            only = " (and nothing across the pressing axis, as a load cell)" if blind else ""
             course.fail(
                 "no_room", tare.noise_n, limits.shown_noise_n, "N",
-                f"the tare shows {found} is looked at again; with them the plan does not fit:"
+                f"the tare shows {found} is looked at again{only}; with them the plan does not fit:"
                 f" {refusal.message} ({refusal.hint})",
             )  # fmt: skip
         return course.failure is None

@@ -43,10 +43,12 @@ LOAD_TIMEOUTS = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What the run itself has found out about its force sensor: noise (sd) and drift since tare."""
+    """What the run itself has found out about its force sensor: noise (sd) and drift since tare,
+    and whether nothing but its pressing axis ever changes."""
 
     noise_n: float
     bias_n: float
+    one_axis: bool = False
 
 
 def largest_sliding_stiffness(system: SystemStiffness) -> float:

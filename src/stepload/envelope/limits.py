@@ -130,6 +130,7 @@ class RunLimits:
     second_overload_tz_n_m: float = _limit("N m", _OVERLOAD, "R13", zero=True)
     lever_m: float = _limit("m", "rig: force.lever; 0: not stated", zero=True)
     eccentricity_m: float = _limit("m", "plan; 0: off", "R14", zero=True)
+    dragged_left: float = _limit("", "of F_c, where no force across is seen", zero=True)
     moved_zero_n: float = _limit("N", "a quarter of the touch force, over 5 s of an approach")
     shown_noise_n: float = _limit("N", "noise_n at the edge of a quantum: more in a tare is noise")
     lost_motion_m: float = _limit("m", "rig: arm.lost_motion", zero=True)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from stepload.contact.lateral import weakening
-from stepload.contact.limit import softer_body
-from stepload.contact.materials import Material
-from stepload.contact.unknown import is_range
+from stepload.envelope.dragged import dragged_left, yielding_ratios
 from stepload.envelope.reason import Reason, Severity
-from stepload.plan.model import ForceSpec, Payload, Plan
+from stepload.plan.model import ForceSpec, Plan
 from stepload.units import format_quantity
 
 RATED_SHARE = 0.8
@@ -24,7 +23,7 @@ OVERLOADS = tuple(f"overload_{name}" for name in _COMPONENTS)
 SECOND_OVERLOADS = tuple(f"second_overload_{name}" for name in _COMPONENTS)
 SIDEWAYS = (
     "lateral_share", "lateral_weakening", "lateral_from_n", *OVERLOADS, *SECOND_OVERLOADS,
-    "lever_m", "eccentricity_m",
+    "lever_m", "eccentricity_m", "dragged_left",
 )  # fmt: skip
 """Thresholds that records of earlier versions do not have: their rules were off."""
 
@@ -45,6 +44,7 @@ def sideways_limits(plan: Plan, noise_n: float) -> dict[str, float]:
         **dict(zip(SECOND_OVERLOADS, _overloads(rig.second_force.sensor), strict=True)),
         "lever_m": lever_m or 0.0,
         "eccentricity_m": procedure.max_eccentricity_m if lever_m else 0.0,
+        "dragged_left": dragged_left(plan, one_axis=True),
     }
 
 
@@ -56,22 +56,20 @@ def _overloads(sensor: ForceSpec | None) -> list[float]:
     return [RATED_SHARE * rated for rated in (*forces_n, *torques_n_m)]
 
 
-def yielding_ratios(payload: Payload) -> tuple[float, ...]:
-    """Poisson's ratios of the bodies that may yield first; of a range, both ends."""
-    softer = softer_body(payload.material, payload.plate)
-    bodies = (payload.material, payload.plate) if softer is None else (softer,)
-    return tuple(nu for body in bodies for nu in _ratios(body))
-
-
-def _ratios(body: Material) -> tuple[float, ...]:
-    if is_range(body) and body.poisson_ratio_ends is not None:
-        return body.poisson_ratio_ends
-    return (body.poisson_ratio,)
-
-
 def sideways_reasons(plan: Plan) -> Iterator[Reason]:
-    """Whether the torques of the sensor allow the force that is asked for."""
+    """Whether sideways force is seen, and the sensor's torques allow the force asked for."""
     force, top_n = plan.rig.force, plan.procedure.top_force_n
+    if (left := dragged_left(plan)) < 1.0:
+        share = plan.procedure.max_lateral_share
+        yield Reason(
+            "sideways_unseen", Severity.WARN,
+            "an arm drags the payload sideways as it presses, and a force sensor of one component"
+            f" does not see it: {left:.0%} of F_c are counted on, which holds up to {share:.0%} of"
+            " the force across the axis. Beyond that nothing stops the run",
+            "use a six-axis force sensor, a guided axis, or a pose that pushes little sideways"
+            " (stepload pose)",
+            share, math.nan, "",
+        )  # fmt: skip
     if not (force.rated_torque_n_m and force.lever_m):
         return
     across = [i for i in range(3) if i != "xyz".index(force.axis[-1])]

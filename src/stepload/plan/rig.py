@@ -189,6 +189,14 @@ class ForceSpec:
     nonlinearity: Annotated[Share | None, Key(_CROOKED)] = None
     drift_n_per_s: Annotated[_Drift, Key("Largest drift of the zero.")] = 0.0
     max_age_s: Annotated[_Age | None, Key(_OLDER)] = None
+    components: Annotated[
+        str,
+        Choice(("six", "one")),
+        Key(
+            "six: three forces and three torques; one: a load cell. On a serial arm a load cell "
+            "does not see a payload being dragged sideways, which then counts in F_allowed."
+        ),
+    ] = "six"
     rated_force_n: Annotated[
         tuple[Force, ...],
         Key("Rated force of each axis of the sensor, three: fx, fy, fz; none: not watched."),

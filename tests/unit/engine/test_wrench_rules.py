@@ -11,13 +11,18 @@ import numpy as np
 import pytest
 from run_plans import limits_for, stvf_plan
 
+from stepload.contact.lateral import left_of_limit
 from stepload.engine.replayed import zero_of
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.tare import TareWindow
 from stepload.engine.watch import Breach, ForceWatch
+from stepload.envelope.bounds import Measured
+from stepload.envelope.dragged import dragged_left
+from stepload.envelope.envelope import envelope_of
 from stepload.envelope.limits import RunLimits
+from stepload.envelope.pressing import largest_top_force
 from stepload.envelope.sideways import RATED_SHARE, sideways_limits, sideways_reasons
-from stepload.plan.model import Plan
+from stepload.plan.model import Plan, Structure
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample
@@ -242,6 +247,51 @@ def test_the_zero_of_an_older_record_has_no_wrench() -> None:
     assert zero_of(event(wrench=[1, 2, 3, 4, 5, 6])).wrench == (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
     with pytest.raises(ValueError, match="5 components"):
         zero_of(event(wrench=[1, 2, 3, 4, 5]))
+
+
+def arm(components: str = "six", **procedure: Any) -> Plan:
+    """A serial arm that presses the paper's sphere."""
+    rig = replace(
+        PLAN.rig,
+        arm=replace(PLAN.rig.arm, structure=Structure.ARM),
+        force=replace(PLAN.rig.force, components=components),
+    )
+    return replace(PLAN, rig=rig, procedure=replace(PLAN.procedure, **procedure))
+
+
+def test_where_nothing_sees_sideways_force_less_of_f_c_counts() -> None:
+    nu = PLAN.payload.material.poisson_ratio
+    assert dragged_left(arm("one")) == left_of_limit(nu, 0.3) < 0.9
+    assert dragged_left(arm()) == 1.0
+    assert dragged_left(arm(), one_axis=True) == dragged_left(arm("one"))
+    assert dragged_left(arm("one", max_lateral_share=0.1)) > dragged_left(arm("one"))
+    machine = replace(PLAN.rig, arm=replace(PLAN.rig.arm, structure=Structure.MACHINE))
+    assert dragged_left(replace(PLAN, rig=machine), one_axis=True) == 1.0
+
+
+def test_a_load_cell_on_an_arm_may_press_less() -> None:
+    left = dragged_left(arm("one"))
+    known, unseen = (largest_top_force(plan, 500.0) for plan in (arm(), arm("one")))
+    assert unseen < known
+    assert known - unseen == pytest.approx(500.0 * (1.0 - left) * 0.97, rel=0.1)
+    assert [reason.code for reason in sideways_reasons(arm("one"))] == ["sideways_unseen"]
+    assert not list(sideways_reasons(arm()))
+
+
+def test_a_tare_counts_the_components_that_change() -> None:
+    cell, six = TareWindow(), TareWindow()
+    for count in range(4):
+        cell.add(0.1 * count, 0.0, math.nan, [0.0, 0.0, 0.1 * count, 0.0, 0.0, 0.0])
+        six.add(0.1 * count, 0.0, math.nan, [0.1 * count] * 6)
+    assert (cell.result().live, six.result().live) == (1, 6)
+
+
+def test_what_the_run_finds_out_lowers_the_ladder_too() -> None:
+    plan = arm(top_force_n=100.0, levels_n=(50.0, 100.0))
+    planned = envelope_of(plan).run_limits
+    found = envelope_of(plan, Measured(0.0, 0.0, one_axis=True)).run_limits
+    assert planned.dragged_left == dragged_left(plan, one_axis=True)
+    assert found.allowed_n < planned.allowed_n
 
 
 def long_tool(torque_n_m: float, lever_m: float = 0.12) -> Plan:

@@ -188,6 +188,14 @@ def test_noise_worse_than_planned_is_taken_over_once_it_is_sure() -> None:
             assert zero.adopted[0].noise_n == pytest.approx(noise_n, rel=1e-4)
 
 
+@pytest.mark.parametrize("left", [1.0, 0.8, 0.0])
+def test_a_sensor_that_shows_nothing_across_is_told_on_an_arm_only(left: float) -> None:
+    """1: a guided axis; 0: a record from before the rule."""
+    zero = Zero(limits={"dragged_left": left})
+    zero.tare(swing(0.0, 0.5 * NOISE_N, zero.count))
+    assert [measured.one_axis for measured in zero.adopted] == ([True] if left == 0.8 else [])
+
+
 def test_noise_that_the_edge_of_a_quantum_explains_is_none() -> None:
     sure = 1.0 - 3.0 / math.sqrt(2.0 * Zero().count)
     for share, adopted in ((0.98, False), (1.02, True)):

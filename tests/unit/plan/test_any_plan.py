@@ -76,6 +76,7 @@ rig:
     nonlinearity: 0.5 %
     drift: 0.01 N/s
     max_age: 20 ms
+    components: six
     rated_force: [500 N, 500 N, 1 kN]
     rated_torque: [20 N m, 20 N m, 20 N m]
     lever: 80 mm
