@@ -78,13 +78,10 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
     reached_n = _reached(rig, payload, top_n, order)
     if reached_n < top_n:
         last, safe = format_quantity(reached_n, "N"), format_quantity(top_n, "N")
-        top_n, why = (
-            reached_n,
-            (
-                f"above {last} the arm may stand still: it may press on only as far as the force below "
-                f"F_lim allows, and the error of its measured position takes that up; {safe} would be "
-                "safe"
-            ),
+        top_n = reached_n
+        why = (
+            f"above {last} the arm may stand still: the way that it may press on at a time is no "
+            f"longer than the error of its measured position; {safe} would be safe"
         )
     last_n = _covered(planned(envelope).sources)
     if last_n < top_n:

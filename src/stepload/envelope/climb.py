@@ -28,6 +28,8 @@ LEASH_PULL_S = 0.1
 """Time to prove one length of the leash by force; 0.06 s to 0.09 s in simulated runs."""
 LEAD_SIGMAS = 1.5
 """On the smooth error of the position: where it just fits, 1 in 30 simulated runs stood still."""
+SURE_SIGMAS = 2.0
+"""The same where a force is chosen that every run shall reach."""
 PARTS = 24
 """A step is reckoned in so many parts."""
 
@@ -53,7 +55,7 @@ class Climbs:
     leash_m: float
 
 
-def lead_m(rig: Rig) -> float:
+def lead_m(rig: Rig, sigmas: float = LEAD_SIGMAS) -> float:
     """How far in m the target may lead the measured position of an arm that rests where it should.
 
     Half a step of the position, and the smooth error of the arm's travel, for which the misfit of
@@ -61,12 +63,12 @@ def lead_m(rig: Rig) -> float:
     """
     system = rig.system_stiffness
     smooth_m = system.msde_m if system.smooth_error_m is None else system.smooth_error_m
-    return 0.5 * rig.arm.position_resolution_m + LEAD_SIGMAS * smooth_m
+    return 0.5 * rig.arm.position_resolution_m + sigmas * smooth_m
 
 
 def largest_reached_n(rig: Rig, limits: RunLimits) -> float:
     """The largest force in N that a step surely reaches on this rig, however high F_lim may be."""
-    taken_n = limits.stiffness_n_per_m * lead_m(rig)
+    taken_n = limits.stiffness_n_per_m * lead_m(rig, SURE_SIGMAS)
     return limits.allowed_n - NOISE_MULTIPLE * limits.noise_n - taken_n
 
 
