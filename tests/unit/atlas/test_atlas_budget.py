@@ -106,6 +106,8 @@ def test_a_steady_drift_changes_no_headline(runs: Runs) -> None:
 
 
 def test_the_truth_of_a_rough_payload_is_its_own(runs: Runs) -> None:
+    """Its chord is stiffer: counted from the mean plane, most of what the tips give is at the
+    lower end already."""
     rough, smooth = (replace(runs, rough_m=np.full(6, length)) for length in (3e-6, 0.0))
-    softer = judged(rough).truth_n_per_m / judged(smooth).truth_n_per_m
-    assert np.all(softer < 0.99)
+    stiffer = judged(rough).truth_n_per_m / judged(smooth).truth_n_per_m
+    assert np.all(stiffer > 1.03)

@@ -71,7 +71,10 @@ def test_a_plan_that_is_not_shown_to_be_good_enough_is_never_chosen() -> None:
     assert choose([unsure, failing, good], 300.0) is good
 
 
-@pytest.mark.parametrize("order", [Order(4, 5.0), Order(12, 1.0), Order()])
+SLOW = Order(4, 1.0, 1.0, up_s=(1.0, 1.0, 2.0, 6.0), down_s=(1.0, 1.0, 3.0))
+
+
+@pytest.mark.parametrize("order", [Order(4, 5.0), Order(12, 1.0), Order(), SLOW])
 def test_a_course_follows_its_order(order: Order) -> None:
     run = course(240.0, 4.0, order)
     holds = [each for each in run.branch(1, loading=True) if each.held]
@@ -80,6 +83,13 @@ def test_a_course_follows_its_order(order: Order) -> None:
     )
     assert {each.stop - each.start for each in holds} == {round(order.hold_s * RATE_HZ)}
     assert run.time_s[-1] == pytest.approx(2.0 * order.cycle_s)
+    up, down = (
+        [each for each in run.branch(1, loading=loading) if not each.held]
+        for loading in (True, False)
+    )
+    for ramps, asked in ((up, order.up_s), (down, order.down_s[::-1])):
+        took = [(each.stop - each.start) / RATE_HZ for each in ramps]
+        assert took == pytest.approx(asked or (order.ramp_s,) * len(took))
 
 
 @pytest.fixture

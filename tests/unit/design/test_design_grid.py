@@ -177,8 +177,9 @@ def test_a_plan_whose_levels_may_be_missed_is_left_out_and_others_take_their_tim
 
 def test_where_a_material_is_known_as_a_range_the_stiffest_is_designed_for(tmp_path: Path) -> None:
     payload = tmp_path / "range.yaml"
-    text = (PAYLOADS / "silicone-sphere.yaml").read_text()
-    payload.write_text(text.replace("youngs_modulus: 3 MPa", "youngs_modulus: 1 MPa to 4 MPa"))
+    text = SPHERE.read_text().replace("  yield_strength: 70 MPa\n", "")
+    text = text.replace("modulus: 2.75 GPa", "modulus: 2 GPa to 3.5 GPa")
+    payload.write_text(text + "force_limit: 400 N\n")
     found = grid("stvf", payload, ceiling("stvf", payload), "5 mm").candidates[0]
     envelope = envelope_of(plan_of("stvf", payload, found.top_n, found.order))
     assert found.specimen.secant_n_per_m == envelope.theory.stiffest.secant(found.top_n)
