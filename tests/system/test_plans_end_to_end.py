@@ -38,7 +38,10 @@ VERDICTS: dict[str, tuple[str, set[str]]] = {
     "plastic-sphere": ("go", set()),
     "run-in": ("go", set()),
     "system-stiffness": ("go", set()),
-    "ur16e-polyurethane-sphere": ("warn", {"stiffness_indicative", "friction_unknown"}),
+    "ur16e-polyurethane-sphere": (
+        "warn",
+        {"stiffness_indicative", "friction_unknown", "level_out_of_reach"},
+    ),
     "ur5e-silicone-sphere": ("warn", {"stiffness_indicative", "friction_unknown"}),
 }
 """Verdict, and the codes of the reasons that refuse or warn."""

@@ -21,17 +21,31 @@ CYCLES = 2
 class Order:
     """What a run is told to do: equal steps up to its top force, and how long ramps and holds are.
 
-    The default is what a map does.
+    The default is what a map does. Of a plan the envelope knows how long its arm really takes:
+
+    Attributes:
+        steps, hold_s, ramp_s: as they are asked for.
+        up_s: (steps,) how long it takes up to each level; () as asked for.
+        down_s: (steps − 1,) from each level but the lowest down to the next; () as asked for.
     """
 
     steps: int = 6
     hold_s: float = 3.0
     ramp_s: float = 1.0
+    up_s: tuple[float, ...] = ()
+    down_s: tuple[float, ...] = ()
+
+    @property
+    def ways_s(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Times up and down in the order in which they are pressed."""
+        up = self.up_s or (self.ramp_s,) * self.steps
+        return up, self.down_s[::-1] or (self.ramp_s,) * (self.steps - 1)
 
     @property
     def cycle_s(self) -> float:
         """Time of one cycle of a course, from touch to touch."""
-        return (2 * self.steps - 1) * (self.ramp_s + self.hold_s) + FREE_S
+        up, down = self.ways_s
+        return sum(up) + sum(down) + (2 * self.steps - 1) * self.hold_s + FREE_S
 
 
 DEFAULT = Order()
@@ -104,11 +118,13 @@ def course(top_n: float, touch_n: float, order: Order = DEFAULT) -> Course:
         at += count
         return at - count
 
+    up, down = order.ways_s
+    ways = ((True, levels.tolist(), up), (False, levels[-2::-1].tolist(), down))
     for cycle in range(1, CYCLES + 1):
         before = touch_n
-        for loading, ends in ((True, levels), (False, levels[-2::-1])):
-            for end in ends.tolist():
-                ramp, hold = add(order.ramp_s, before, end), add(order.hold_s, end, end)
+        for loading, ends, times in ways:
+            for end, seconds in zip(ends, times, strict=True):
+                ramp, hold = add(seconds, before, end), add(order.hold_s, end, end)
                 stretches.append(Stretch(ramp, hold, cycle, loading, False))
                 stretches.append(Stretch(hold, at, cycle, loading, True))
                 before = end

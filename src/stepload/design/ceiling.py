@@ -9,9 +9,10 @@ from pathlib import Path
 from stepload.atlas.course import DEFAULT, Order
 from stepload.atlas.plans import plan_of
 from stepload.atlas.rigs import most_push
+from stepload.envelope.climb import largest_reached_n
 from stepload.envelope.envelope import Envelope, derive
 from stepload.envelope.pressing import largest_top_force
-from stepload.errors import BadInputError, RefusedError
+from stepload.errors import BadInputError, DomainError, RefusedError
 from stepload.estimators.sources import Sources
 from stepload.plan.model import Plan
 from stepload.results.conditions import planned
@@ -20,6 +21,8 @@ from stepload.units import format_quantity
 TRIES = 3
 """The safe force falls by a hundredth of what the asked one rises, for the drift that is allowed
 rises with it: asked so often it is exact to a millionth."""
+BELOW = 0.95
+"""A plan of this share of the largest safe force is never refused for its force."""
 ANY_N = 1e6
 """More than any rig can push."""
 
@@ -72,6 +75,14 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
             raise _no_force(envelope)
         if safe_n < most_n:
             top_n, why = safe_n, _unsafe(plan, envelope)
+    reached_n = _reached(rig, payload, top_n, order)
+    if reached_n < top_n:
+        last, safe = format_quantity(reached_n, "N"), format_quantity(top_n, "N")
+        top_n = reached_n
+        why = (
+            f"above {last} the arm may stand still: the way that it may press on at a time is no "
+            f"longer than the error of its measured position; {safe} would be safe"
+        )
     last_n = _covered(planned(envelope).sources)
     if last_n < top_n:
         last, safe = format_quantity(last_n, "N"), format_quantity(top_n, "N")
@@ -80,6 +91,18 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
             f"IDENTIFIED; {safe} would be safe, so calibrate up to there to use it"
         )
     return Ceiling(name, plan.payload.name, min(top_n, last_n), why)
+
+
+def _reached(rig: str, payload: Path, top_n: float, order: Order) -> float:
+    """The force that the steps of a plan surely reach; infinite where no plan tells it."""
+    try:
+        envelope = derive(plan_of(rig, payload, BELOW * top_n, order))
+    except (BadInputError, RefusedError, DomainError):
+        return math.inf
+    if envelope.limits is None:
+        return math.inf
+    reached_n = largest_reached_n(envelope.plan.rig, envelope.limits)
+    return reached_n if reached_n > 0.0 else math.inf
 
 
 def _no_force(envelope: Envelope) -> RefusedError:

@@ -31,16 +31,18 @@ HOLDS_S = (1.0, 2.0, 3.0, 5.0, 8.0)
 RAMPS_S = (1.0, 2.0)
 """From one level to the next: what is damped stays behind the force in a fast one."""
 SERIES = "design"
+MISSED = ("level_out_of_reach", "slow_steps")
+"""Warnings of preflight that a level may not be reached: the run would not be the one simulated."""
 
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A plan that preflight lets run.
+    """A plan that preflight lets run up to its top force.
 
     Attributes:
         top_n, step_n: its forces.
         share: its top force is about this share of the largest.
-        order: its steps, ramps and holds.
+        order: its steps, ramps and holds, and how long the arm takes for each.
         duration_s: how long preflight says that it takes.
         specimen: the payload at this top force.
         zero_drift_n_per_s: largest drift of the force's zero.
@@ -104,7 +106,7 @@ class Grid:
 
 
 def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
-    """Every plan of the grid that preflight lets run."""
+    """Every plan of the grid that preflight lets run, and whose levels are reached."""
     found: list[Candidate] = []
     reasons: list[tuple[str, str]] = []
     for share, order in _orders():
@@ -118,9 +120,12 @@ def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
         except (BadInputError, RefusedError, DomainError) as error:
             reasons.append((error.message, error.hint))
             continue
-        if envelope.verdict is PlanVerdict.REFUSED:
+        missed = [each for each in envelope.reasons if each.code in MISSED]
+        if envelope.verdict is PlanVerdict.REFUSED or missed or envelope.climbs is None:
             reasons.append(_why(envelope))
             continue
+        climbs = envelope.climbs
+        order = replace(order, up_s=climbs.up_s, down_s=climbs.down_s)
         law = envelope.theory.stiffest
         secant = law.secant(top_n)
         body = Specimen(
@@ -145,6 +150,7 @@ def _orders() -> Iterator[tuple[float, Order]]:
 
 
 def _why(envelope: Envelope) -> tuple[str, str]:
-    """The first reason of a refusal, and what would change it."""
-    first = next(r for r in envelope.reasons if r.severity is Severity.REFUSE)
+    """The first reason against a plan, and what would change it."""
+    against = [r for r in envelope.reasons if r.severity is Severity.REFUSE]
+    first = (against or [r for r in envelope.reasons if r.code in MISSED])[0]
     return first.message, first.remedy

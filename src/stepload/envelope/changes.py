@@ -290,6 +290,7 @@ FAMILIES: dict[str, tuple[Family, ...]] = {
     "thin_payload": (lower_top,),
     "search_short": (longer_search,),
     "slow_steps": (more_patience,),
+    "level_out_of_reach": (lower_top, finer_arm, higher_top),
     "barely_answers": (quieter_sensor, higher_top, softer_arm),
     "one_force_channel": (second_channel,),
 }  # fmt: skip

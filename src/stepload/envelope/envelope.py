@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 from stepload.envelope.advice import advised
 from stepload.envelope.bounds import Measured, press_rig, retract_speed_m_s
+from stepload.envelope.climb import Climbs, climbs_of
 from stepload.envelope.cycles import cycle_reasons
 from stepload.envelope.domains import domain_reasons
 from stepload.envelope.friction import friction_reasons
@@ -68,6 +69,7 @@ class Envelope:
     fast_speed_m_s: float
     force_budget: tuple[Term, ...]
     stages: tuple[Stage, ...]
+    climbs: Climbs | None = None
     shake: Shake | None = None
     until: Until | None = None
 
@@ -136,6 +138,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     safe_n = largest_top_force(plan, theory.counted.lower_n)
     pressing, limits, refusal = _pressed(plan, theory, safe_n, measured)
     shake = shake_for(plan, limits) if limits is not None and measured is None else None
+    climbs = climbs_of(plan, limits, theory.law) if limits is not None else None
     secant_at_top = theory.law.secant(plan.procedure.top_force_n)
     found = None if plan.identify.kind == "system" else _identifiability_of(plan)
     reasons = [
@@ -157,9 +160,8 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         reasons += identifiable_reasons(plan, hardest, found)
     if pressing is not None:
         reasons += hazards(plan, pressing)
-        if refusal is None:
-            reasons += softness(plan, pressing, theory)
     if limits is not None:
+        reasons += softness(plan, limits, theory)
         reasons += unseen_reasons(plan, limits)
     return Envelope(
         plan=plan,
@@ -178,7 +180,8 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         guarded_speed_m_s=pressing.guarded_speed_m_s if pressing else 0.0,
         fast_speed_m_s=pressing.fast_speed_m_s if pressing else 0.0,
         force_budget=pressing.guarded_budget(plan.procedure.touch_force_n) if pressing else (),
-        stages=_stages(plan, limits, shake),
+        stages=_stages(plan, limits, climbs, shake),
+        climbs=climbs,
         shake=shake,
     )
 
@@ -231,12 +234,15 @@ def _identifiability_of(plan: Plan) -> Identifiability:
     )
 
 
-def _stages(plan: Plan, limits: RunLimits | None, shake: Shake | None) -> tuple[Stage, ...]:
-    if limits is None:
+def _stages(
+    plan: Plan, limits: RunLimits | None, climbs: Climbs | None, shake: Shake | None
+) -> tuple[Stage, ...]:
+    if limits is None or climbs is None:
         return ()
     return schedule(
         plan.procedure,
         limits,
+        climbs,
         retract_speed_m_s=retract_speed_m_s(plan.rig),
         shake_s=shake.duration_s if shake is not None and shake.tells else 0.0,
     )

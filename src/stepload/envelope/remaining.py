@@ -29,14 +29,14 @@ _BEFORE: dict[int, str] = {
 _UP, _DOWN = (Phase.LOAD, Phase.HOLD), (Phase.UNLOAD, Phase.UNLOAD_HOLD)
 _STEPS = (LOAD_STEP, UNLOAD_STEP, UNLOAD_BETWEEN, BETWEEN, LAST)
 ENOUGH_STEPS = 2
-"""Steps after which the run's own pace counts instead of the schedule's."""
+"""Steps after which the run's own pace counts: how much longer they took than the schedule says."""
 
 
 class Remaining:
     """Follows a run through its schedule.
 
-    Time in which the run is paused does not count. Steps take as long as those of this run have
-    taken so far.
+    Time in which the run is paused does not count. Steps take as much longer than planned as those
+    of this run have taken so far.
 
     Args:
         stages: of the plan, as `schedule` gives them.
@@ -46,11 +46,13 @@ class Remaining:
     def __init__(self, stages: Sequence[Stage], procedure: Procedure) -> None:
         total_s = {stage.name: stage.total_s for stage in stages}
         each_s = {stage.name: stage.each_s for stage in stages}
+        parts_s = {stage.name: stage.parts_s for stage in stages}
         self._before = {name: time for name, time in total_s.items() if name not in _STEPS}
         self._names = list(self._before)
         self._levels, self._cycles = len(procedure.levels_n), procedure.cycles
         self._down = self._levels - 1 if procedure.unload else 0
-        self._step_s = each_s.get(LOAD_STEP, 0.0)
+        self._up_s, self._down_s = parts_s.get(LOAD_STEP, ()), parts_s.get(UNLOAD_STEP, ())
+        self._pace = 1.0
         between = each_s.get(BETWEEN, each_s.get(UNLOAD_BETWEEN, 0.0))
         self._between_s, self._last_s = between, total_s.get(LAST, 0.0)
         self._highest = 0
@@ -101,6 +103,11 @@ class Remaining:
             self._levels = self._highest
             self._down = self._levels - 1 if self._down else 0
 
+    def _planned_s(self, first: int, end: int) -> float:
+        """Planned time of the steps from `first` to before `end`, of all steps of the run."""
+        cycle = (*self._up_s[: self._levels], *self._down_s[len(self._down_s) - self._down :])
+        return sum(cycle[step % len(cycle)] for step in range(first, end)) if cycle else 0.0
+
     def _index(self, row: TickRow) -> int:
         """Which of all steps of the run a tick belongs to, from 0."""
         way = row.step - 1
@@ -121,7 +128,8 @@ class Remaining:
             between = step // self._steps_of_cycle - self._first // self._steps_of_cycle
             if done >= ENOUGH_STEPS:
                 took_s = self.active_s - self._steps_began_s - between * self._between_s
-                self._step_s = max(took_s / done, 0.0)
+                planned_s = self._planned_s(self._first, step)
+                self._pace = max(took_s / planned_s, 0.0) if planned_s > 0.0 else 1.0
             self._step, self._began_s = step, self.active_s
 
     def _enter_last(self) -> None:
@@ -134,11 +142,13 @@ class Remaining:
             return max(self._last_s - in_it_s, 0.0)
         after_s = self._last_s
         if self._step >= 0:
-            steps = self._steps_of_run - self._step - 1
+            now_s = self._pace * self._planned_s(self._step, self._step + 1)
+            steps_s = self._pace * self._planned_s(self._step + 1, self._steps_of_run)
             between_s = (self._cycles - cycle) * self._between_s
-            return max(self._step_s - in_it_s, 0.0) + steps * self._step_s + between_s + after_s
+            return max(now_s - in_it_s, 0.0) + steps_s + between_s + after_s
         cycles = self._cycles - cycle + 1  # fewer from the beginning where a run is resumed
-        after_s += cycles * self._steps_of_cycle * self._step_s + (cycles - 1) * self._between_s
+        after_s += cycles * self._planned_s(0, self._steps_of_cycle)
+        after_s += (cycles - 1) * self._between_s
         after_s += sum(self._before[name] for name in self._names[self._at + 1 :])
         now_s = self._before[self._names[self._at]] if self._names else 0.0
         return max(now_s - in_it_s, 0.0) + after_s

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stepload.envelope.climb import Climbs
 from stepload.envelope.limits import RunLimits
 from stepload.plan.model import Procedure
 
-RISE_TIME_CONSTANTS = 4.6
-"""After its ramp a step closes to 1 % of itself in ln(100) time constants 1/λ."""
 LOOK_S = 0.2
 """Looks at the force before and after backing off, to prove free air."""
 DRIFT_CHECK_S = 0.5
@@ -39,11 +38,15 @@ def touch_gap_m(limits: RunLimits, retract_m: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """One line of the schedule; `repeats` times `each_s`."""
+    """One line of the schedule; `repeats` times `each_s`.
+
+    Where its parts differ `each_s` is their mean, and `parts_s` are those of one cycle in order.
+    """
 
     name: str
     each_s: float
     repeats: int
+    parts_s: tuple[float, ...] = ()
 
     @property
     def total_s(self) -> float:
@@ -52,7 +55,12 @@ class Stage:
 
 
 def schedule(
-    procedure: Procedure, limits: RunLimits, *, retract_speed_m_s: float, shake_s: float = 0.0
+    procedure: Procedure,
+    limits: RunLimits,
+    climbs: Climbs,
+    *,
+    retract_speed_m_s: float,
+    shake_s: float = 0.0,
 ) -> tuple[Stage, ...]:
     """Expected stages of a run that meets no trouble, from open devices on.
 
@@ -62,27 +70,26 @@ def schedule(
     Args:
         procedure: the plan's steps.
         limits: of the run.
+        climbs: its load steps, without their holds.
         retract_speed_m_s: speed away from the surface.
         shake_s: time of the shake that proves the force channels; 0 without one.
     """
-    levels = procedure.levels_n
     fast_m_s, guarded_m_s = limits.fast_speed_m_s, limits.guarded_speed_m_s
     back_m, band_m = procedure.retract_m, procedure.surface_uncertainty_m
     clear_m = max(procedure.surface_distance_m - band_m, 0.0)
     run_out_m = 2.0 * fast_m_s * limits.reaction_s
     gap_m = touch_gap_m(limits, back_m)
-    ramp_s = levels[-1] / len(levels) / procedure.load_rate_n_per_s
     settled_s = 4.0 / limits.step_rate_per_s + SETTLED_S
     longest_s = procedure.hold_s + procedure.settle_timeout_s
     hold_s = min(max(procedure.hold_s, settled_s), longest_s)
-    step_s = ramp_s + RISE_TIME_CONSTANTS / limits.step_rate_per_s + hold_s
+    up = tuple(each + hold_s for each in climbs.up_s)
+    down = tuple(each + hold_s for each in reversed(climbs.down_s)) if procedure.unload else ()
     rest_s = REST_S + 4.0 * limits.loop_s
     back_s = back_m / retract_speed_m_s + rest_s
     again_s = (gap_m + run_out_m) / (SLOW_SHARE * guarded_m_s) + RING_S
     touch_s = gap_m / retract_speed_m_s + rest_s + again_s
     return_s = max(back_m - gap_m - run_out_m, 0.0) / fast_m_s + again_s
     between_s = min(procedure.tare_s, BETWEEN_CYCLES_TARE_S)
-    unload_steps = len(levels) - 1 if procedure.unload else 0
     stages = [
         Stage("warm up", procedure.warm_up_s, 1),
         Stage("prove free air", 2.0 * LOOK_S + back_s, 1),
@@ -91,14 +98,20 @@ def schedule(
         Stage("fast approach", max(clear_m + back_m - run_out_m, 0.0) / fast_m_s, 1),
         Stage("guarded approach", (band_m + run_out_m) / guarded_m_s + RING_S, 1),
         Stage("touch again", touch_s, procedure.touches - 1),
-        Stage(LOAD_STEP, step_s, len(levels) * procedure.cycles),
-        Stage(UNLOAD_STEP, step_s, unload_steps * procedure.cycles),
+        _steps(LOAD_STEP, up, procedure.cycles),
+        _steps(UNLOAD_STEP, down, procedure.cycles),
     ]
     if procedure.cycles > 1 and procedure.lift_off:
         part_s = back_s + between_s + return_s
         stages.append(Stage(BETWEEN, part_s, procedure.cycles - 1))
     elif procedure.cycles > 1:
-        stages.append(Stage(UNLOAD_BETWEEN, step_s, procedure.cycles - 1))
+        last_s = (down or up)[-1]
+        stages.append(Stage(UNLOAD_BETWEEN, last_s, procedure.cycles - 1))
     end_s = 2.0 * back_s + procedure.tare_s + return_s
     stages.append(Stage(LAST, end_s, 1))
     return tuple(stage for stage in stages if stage.total_s > 0.0)
+
+
+def _steps(name: str, parts_s: tuple[float, ...], cycles: int) -> Stage:
+    mean_s = sum(parts_s) / len(parts_s) if parts_s else 0.0
+    return Stage(name, mean_s, len(parts_s) * cycles, parts_s)

@@ -10,35 +10,23 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from stepload.contact.elastic import law_for
-from stepload.contact.power_law import ContactLaw
 from stepload.envelope.bounds import step_patience_s
-from stepload.envelope.press import NOISE_MULTIPLE
-from stepload.envelope.pressing import Pressing, pressing_for
+from stepload.envelope.climb import climbs_of
+from stepload.envelope.limits import RunLimits
+from stepload.envelope.pressing import pressing_for
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
 from stepload.errors import RefusedError
 from stepload.plan.model import Plan
 from stepload.units import format_quantity
 
+SPARE = 1.5
+"""How much longer than reckoned a step may take before it is called too slow."""
 SOFTER = 3.0
 """A payload may be this much softer than its material is stated to be."""
-LEASH_PULL_S = 0.1
-"""Time to prove one length of the leash by force; 0.06 s to 0.09 s in simulated runs."""
 
 
-def slowest_step(plan: Plan, pressing: Pressing, law: ContactLaw) -> float:
-    """Longest time in s that the leash makes a load step last: its force by the leash's answer."""
-    rig, procedure = pressing.rig, plan.procedure
-    longest_s, below_n = 0.0, procedure.touch_force_n
-    for level_n in procedure.levels_n:
-        room_n = pressing.forces.limit_n - level_n - NOISE_MULTIPLE * rig.noise_n
-        answer_n = room_n * law.tangent(below_n) / rig.stiffness_n_per_m
-        longest_s = max(longest_s, LEASH_PULL_S * (level_n - below_n) / answer_n)
-        below_n = level_n
-    return longest_s
-
-
-def softness(plan: Plan, pressing: Pressing, theory: Theory) -> Iterator[Reason]:
+def softness(plan: Plan, limits: RunLimits, theory: Theory) -> Iterator[Reason]:
     """Warnings about R6 (no answer in force), R8 (search) and steps that are given up."""
     law = theory.softest
     arm, procedure = plan.rig.arm, plan.procedure
@@ -56,11 +44,22 @@ def softness(plan: Plan, pressing: Pressing, theory: Theory) -> Iterator[Reason]
             needed_m, procedure.search_distance_m, "m",
         )  # fmt: skip
     patience_s = step_patience_s(procedure)
-    step_s = slowest_step(plan, pressing, law)
-    if 2.0 * step_s > patience_s:
+    climbs = climbs_of(plan, limits, law)
+    step_s = max(climbs.up_s)
+    if climbs.missed_n:
+        yield Reason(
+            "level_out_of_reach", Severity.WARN,
+            f"near {format_quantity(climbs.missed_n, 'N')} the arm may press on by"
+            f" {format_quantity(climbs.leash_m, 'm')} at a time, and the error of its measured"
+            f" position may be {format_quantity(climbs.lead_m, 'm')}: it may stand still below"
+            f" this level, which is given up after {format_quantity(patience_s, 's')}",
+            "",
+            climbs.lead_m, climbs.leash_m, "m",
+        )  # fmt: skip
+    elif SPARE * step_s > patience_s:
         yield Reason(
             "slow_steps", Severity.WARN,
-            f"the payload is so soft that a load step may last"
+            f"the arm may press so slowly here that a load step may last"
             f" {format_quantity(step_s, 's')}; steps are given up after"
             f" {format_quantity(patience_s, 's')}",
             "",

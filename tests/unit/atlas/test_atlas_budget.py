@@ -103,3 +103,11 @@ def test_a_steady_drift_changes_no_headline(runs: Runs) -> None:
     assert judged(drifting(PLAN)).value_n_per_m == pytest.approx(
         judged(runs).value_n_per_m, rel=1e-2
     )
+
+
+def test_the_truth_of_a_rough_payload_is_its_own(runs: Runs) -> None:
+    """Its chord is stiffer: counted from the mean plane, most of what the tips give is at the
+    lower end already."""
+    rough, smooth = (replace(runs, rough_m=np.full(6, length)) for length in (3e-6, 0.0))
+    stiffer = judged(rough).truth_n_per_m / judged(smooth).truth_n_per_m
+    assert np.all(stiffer > 1.03)

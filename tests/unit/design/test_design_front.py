@@ -71,7 +71,10 @@ def test_a_plan_that_is_not_shown_to_be_good_enough_is_never_chosen() -> None:
     assert choose([unsure, failing, good], 300.0) is good
 
 
-@pytest.mark.parametrize("order", [Order(4, 5.0), Order(12, 1.0), Order()])
+SLOW = Order(4, 1.0, 1.0, up_s=(1.0, 1.0, 2.0, 6.0), down_s=(1.0, 1.0, 3.0))
+
+
+@pytest.mark.parametrize("order", [Order(4, 5.0), Order(12, 1.0), Order(), SLOW])
 def test_a_course_follows_its_order(order: Order) -> None:
     run = course(240.0, 4.0, order)
     holds = [each for each in run.branch(1, loading=True) if each.held]
@@ -80,6 +83,13 @@ def test_a_course_follows_its_order(order: Order) -> None:
     )
     assert {each.stop - each.start for each in holds} == {round(order.hold_s * RATE_HZ)}
     assert run.time_s[-1] == pytest.approx(2.0 * order.cycle_s)
+    up, down = (
+        [each for each in run.branch(1, loading=loading) if not each.held]
+        for loading in (True, False)
+    )
+    for ramps, asked in ((up, order.up_s), (down, order.down_s[::-1])):
+        took = [(each.stop - each.start) / RATE_HZ for each in ramps]
+        assert took == pytest.approx(asked or (order.ramp_s,) * len(took))
 
 
 @pytest.fixture
@@ -98,10 +108,15 @@ def designed(within_s: float, samples: int, seed: int = 1, rig: str = "stvf") ->
     )  # fmt: skip
 
 
+def as_asked(found: Design) -> tuple[int, float, float]:
+    order = found.chosen.candidate.order
+    return order.steps, order.hold_s, order.ramp_s
+
+
 @pytest.mark.usefixtures("few")
 def test_the_best_are_judged_again_by_more_runs_of_other_draws() -> None:
     found = designed(150.0, 60)
-    assert found.chosen.candidate.order == Order(4, 5.0, 2.0)
+    assert as_asked(found) == (4, 1.0, 2.0)
     assert {each.row.measured.of for each in found.tried} == {60}
     assert {each.row.measured.of for each in found.again} == {60 * AGAIN}
     first = {each.candidate.order: each.half_width for each in found.tried}
@@ -109,18 +124,18 @@ def test_the_best_are_judged_again_by_more_runs_of_other_draws() -> None:
     assert found.chosen in found.again
     again = designed(150.0, 60)
     assert [each.row for each in again.again] == [each.row for each in found.again]
-    assert designed(100.0, 60).chosen.candidate.order == Order(4, 1.0, 2.0)
+    assert as_asked(designed(100.0, 60)) == (4, 1.0, 2.0)
 
 
 @pytest.mark.usefixtures("few")
 def test_what_is_said_of_a_design_bears_its_figures() -> None:
     found = designed(100.0, 60)
     said = "\n".join(sentences(found))
-    assert "300 N in 4 steps of 75 N, ramps of 2 s, holds of 1 s, 2 cycles: 86 s" in said
+    assert "300 N in 4 steps of 75 N, ramps of 2 s, holds of 1 s, 2 cycles: 84 s" in said
     assert f"±{found.chosen.half_width:.1%}" in said
     assert "The top force cannot be larger: the table" in said
-    longer = "300 N in 4 steps of 75 N, ramps of 2 s, holds of 5 s"
-    assert f"More time than the 100 s given: {longer}" in said
+    assert "More time than the 100 s given: up to" in said
+    assert "would narrow the interval by less than" in said
 
 
 @pytest.mark.usefixtures("few")
@@ -140,7 +155,7 @@ def test_what_to_buy_is_said_where_no_plan_is_good_enough(few: None) -> None:
             "ur5e", silicone, within_s=300.0, surface="5 mm", samples=60, seed=1, pool=LocalPool(1)
         )
     assert "any one of these would do: " in refused.value.hint
-    assert "K_s known to 1 %, by a table (7" in refused.value.hint
+    assert "K_s known to 1 %, by a table (6" in refused.value.hint
     assert "stepload calibrate" in refused.value.hint
 
 

@@ -19,6 +19,9 @@ from stepload.plan.shipped import payload_folder
 
 PAYLOADS = payload_folder()
 SPHERE = PAYLOADS / "plastic-sphere.yaml"
+FINE = "profile: stvf\nsystem_stiffness: {msde: 10 nm}\n"
+"""The measured position of this rig takes next to nothing of the leash."""
+FINE_ARM = "position_resolution: 0.2 um"
 
 
 def test_the_table_of_the_rig_ends_the_top_force_below_what_is_safe() -> None:
@@ -29,9 +32,11 @@ def test_the_table_of_the_rig_ends_the_top_force_below_what_is_safe() -> None:
 
 
 @pytest.mark.parametrize("name", ["polyurethane-sphere", "silicone-sphere"])
-def test_the_elastic_limit_ends_it_where_that_is_lower(name: str) -> None:
-    found = ceiling("stvf", PAYLOADS / f"{name}.yaml")
-    plan = plan_of("stvf", PAYLOADS / f"{name}.yaml", found.top_n)
+def test_the_elastic_limit_ends_it_where_that_is_lower(name: str, tmp_path: Path) -> None:
+    rig = tmp_path / "mine.yaml"
+    rig.write_text(f"{FINE}arm: {{{FINE_ARM}}}\n")
+    found = ceiling(str(rig), PAYLOADS / f"{name}.yaml")
+    plan = plan_of(str(rig), PAYLOADS / f"{name}.yaml", found.top_n)
     envelope = envelope_of(plan)
     assert found.top_n == pytest.approx(envelope.largest_safe_force_n, rel=1e-4)
     assert found.top_n < envelope.theory.counted.lower_n
@@ -40,7 +45,7 @@ def test_the_elastic_limit_ends_it_where_that_is_lower(name: str) -> None:
 
 def test_the_rig_ends_it_where_the_payload_bears_more(tmp_path: Path) -> None:
     rig = tmp_path / "mine.yaml"
-    rig.write_text("profile: stvf\narm: {max_push: 250 N}\n")
+    rig.write_text(f"{FINE}arm: {{max_push: 250 N, {FINE_ARM}}}\n")
     found = ceiling(str(rig), PAYLOADS / "stiff-flat.yaml")
     assert 240.0 < found.top_n < 250.0
     assert found.why.endswith("leaves too little room below what STVF can press with")
@@ -52,7 +57,8 @@ def test_all_orders_of_the_largest_top_force_may_run_where_the_elastic_limit_end
     """Larger steps need more room below F_c: a plan of few steps is not left out for that."""
     rig = tmp_path / "mine.yaml"
     rig.write_text(
-        "profile: stvf\ndisplacement: {driver: sim, rate: 100 Hz, resolution: 1 um}\n"
+        f"{FINE}arm: {{{FINE_ARM}}}\n"
+        "displacement: {driver: sim, rate: 100 Hz, resolution: 1 um}\n"
     )  # fmt: skip
     limit = ceiling(str(rig), SPHERE, Order(min(room.STEPS)))
     assert 400.0 < limit.top_n < ceiling(str(rig), SPHERE, Order(12)).top_n
@@ -65,9 +71,11 @@ def test_a_rig_that_pushes_far_beyond_the_limit_is_designed_for_like_a_weaker_on
     tmp_path: Path,
 ) -> None:
     rig = tmp_path / "mine.yaml"
-    rig.write_text("profile: stvf\narm: {max_push: 1e6 N}\nforce: {range: 1e6 N}\n")
+    fine = tmp_path / "fine.yaml"
+    fine.write_text(f"{FINE}arm: {{{FINE_ARM}}}\n")
+    rig.write_text(f"{FINE}arm: {{max_push: 1e6 N, {FINE_ARM}}}\nforce: {{range: 1e6 N}}\n")
     silicone = PAYLOADS / "silicone-sphere.yaml"
-    strong, weak = ceiling(str(rig), silicone), ceiling("stvf", silicone)
+    strong, weak = ceiling(str(rig), silicone), ceiling(str(fine), silicone)
     assert strong.top_n == pytest.approx(weak.top_n, rel=1e-3)
     assert "is not safe: its elastic limit F_c" in strong.why
 
@@ -139,3 +147,40 @@ def test_bad_files_are_told_as_such(tmp_path: Path) -> None:
     with pytest.raises(BadInputError, match=r"bad\.yaml:"):
         ceiling("stvf", bad)
     assert math.isfinite(ceiling("stvf", SPHERE).top_n)
+
+
+def test_a_force_at_which_the_arm_would_stand_still_is_not_designed_for() -> None:
+    silicone = PAYLOADS / "silicone-sphere.yaml"
+    found = ceiling("ur5e", silicone)
+    assert "the arm may stand still" in found.why
+    assert "79.5 N would be safe" in found.why
+    beyond = envelope_of(plan_of("ur5e", silicone, found.top_n + 3.0))
+    assert "level_out_of_reach" in {each.code for each in beyond.reasons}
+    below = envelope_of(plan_of("ur5e", silicone, found.top_n - 0.1))
+    assert "level_out_of_reach" not in {each.code for each in below.reasons}
+
+
+def test_a_plan_whose_levels_may_be_missed_is_left_out_and_others_take_their_time() -> None:
+    silicone = PAYLOADS / "silicone-sphere.yaml"
+    limit = ceiling("ur5e", silicone)
+    found = grid("ur5e", silicone, limit, "5 mm")
+    # A quarter of a small top force is too little for the leash: F_lim lies only so far above it.
+    assert {each.share for each in found.candidates} == {0.75, 1.0}
+    assert "stand still" in found.because
+    for each in found.candidates:
+        envelope = envelope_of(plan_of("ur5e", silicone, each.top_n, each.order))
+        assert envelope.climbs is not None
+        assert each.order.up_s == envelope.climbs.up_s
+        assert each.order.down_s == envelope.climbs.down_s
+        assert each.order.up_s[-1] > each.order.ramp_s
+
+
+def test_where_a_material_is_known_as_a_range_the_stiffest_is_designed_for(tmp_path: Path) -> None:
+    payload = tmp_path / "range.yaml"
+    text = SPHERE.read_text().replace("  yield_strength: 70 MPa\n", "")
+    text = text.replace("modulus: 2.75 GPa", "modulus: 2 GPa to 3.5 GPa")
+    payload.write_text(text + "force_limit: 400 N\n")
+    found = grid("stvf", payload, ceiling("stvf", payload), "5 mm").candidates[0]
+    envelope = envelope_of(plan_of("stvf", payload, found.top_n, found.order))
+    assert found.specimen.secant_n_per_m == envelope.theory.stiffest.secant(found.top_n)
+    assert found.specimen.secant_n_per_m > envelope.theory.softest.secant(found.top_n)

@@ -26,6 +26,7 @@ from stepload.envelope.bounds import (
     step_rate_per_s,
 )
 from stepload.envelope.catch_up import catch_up_force, largest_catch_up
+from stepload.envelope.climb import Climbs
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.hazards import HEAVIER, hazards, heavier_force, unstated_delay_s
 from stepload.envelope.ladder import ForceLimits, force_limits
@@ -571,11 +572,15 @@ def test_the_schedule_adds_up() -> None:
         limits_for(plan), fast_speed_m_s=0.01, guarded_speed_m_s=0.001, step_rate_per_s=10.0,
         reaction_s=0.005, position_resolution_m=1e-6, lost_motion_m=0.0,
     )  # fmt: skip
-    stages = {s.name: s for s in schedule(procedure, limits, retract_speed_m_s=0.02)}
+    climbs = Climbs((0.5,) * 5 + (2.0,), (0.4,) * 4 + (0.6,), 0.0, 1e-6, 1e-5)
+    stages = {s.name: s for s in schedule(procedure, limits, climbs, retract_speed_m_s=0.02)}
     way_m = 2.5e-3 + procedure.retract_m - 1e-4
-    step_s = 50.0 / 1000.0 + 0.46 + 0.4 + 1.2
-    assert stages["load step with hold"].total_s == pytest.approx(12 * step_s)
-    assert stages["unload step with hold"].total_s == pytest.approx(10 * step_s)
+    hold_s = 0.4 + 1.2
+    up, down = stages["load step with hold"], stages["unload step with hold"]
+    assert up.total_s == pytest.approx(2 * 4.5 + 12 * hold_s)
+    assert up.parts_s == pytest.approx((0.5 + hold_s,) * 5 + (2.0 + hold_s,))
+    assert down.total_s == pytest.approx(2 * 2.2 + 10 * hold_s)
+    assert down.parts_s == pytest.approx((0.6 + hold_s,) + (0.4 + hold_s,) * 4)
     assert stages["fast approach"].total_s == pytest.approx(way_m / 0.01)
     assert stages["guarded approach"].total_s == pytest.approx(0.6 + 0.2)
     assert stages["tare and drift check"].total_s == pytest.approx(1.0)

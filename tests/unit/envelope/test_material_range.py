@@ -123,7 +123,7 @@ def test_distances_hold_for_the_softest_end(planned_for: Planned) -> None:
     ("modulus", "code", "procedure"),
     [
         ("2 MPa to 200 MPa", "search_short", "search_distance: 2.05 mm"),
-        ("2 MPa to 200 MPa", "slow_steps", "settle_timeout: 0.3 s"),
+        ("2 MPa to 200 MPa", "slow_steps", "settle_timeout: 0.4 s"),
         ("5 MPa to 500 MPa", "deep_contact", "cycles: 2"),
     ],
 )

@@ -1,0 +1,155 @@
+"""How long the arm takes from level to level, with every bound on its speed in contact.
+
+A step is asked for at the plan's load rate. The arm may be slower: near F_lim little force is left,
+and the speed there must be bearable to a hidden hard stop and to a link that stalls; and the leash
+is short there. The leash is reckoned from the *measured* position. A target leads it by the error
+of that measurement, which no pressing takes away: where the leash is shorter than this lead, the
+target stands still and the level is never reached.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+from stepload.contact.power_law import ContactLaw
+from stepload.envelope.bounds import step_patience_s
+from stepload.envelope.catch_up import sudden_step
+from stepload.envelope.limits import RunLimits
+from stepload.envelope.press import NOISE_MULTIPLE
+from stepload.envelope.pressing import LONGEST_STALL_S
+from stepload.plan.model import Plan, Rig
+
+BEGIN_TIME_CONSTANTS = 2.0
+"""Time constants 1/λ by which a step is late: it begins as if the surface were rigid, and the force
+follows its ramp one time constant behind."""
+LEASH_PULL_S = 0.1
+"""Time to prove one length of the leash by force; 0.06 s to 0.09 s in simulated runs."""
+LEAD_SIGMAS = 1.5
+"""On the smooth error of the position: where it just fits, 1 in 30 simulated runs stood still."""
+SURE_SIGMAS = 2.0
+"""The same where a force is chosen that every run shall reach."""
+PARTS = 24
+"""A step is reckoned in so many parts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Climbs:
+    """Times in s of the load steps of one cycle.
+
+    Attributes:
+        up_s: (L,) from the level below, or the touch, until each level is reached.
+        down_s: (L − 1,) from each level above the lowest down to the next.
+        missed_n: the lowest level that may not be reached; 0 N where there is none.
+        lead_m, leash_m: how far the target may lead the measured position, and how long the leash
+            is at that level, or else at the top.
+
+    All times are at most what a step may last.
+    """
+
+    up_s: tuple[float, ...]
+    down_s: tuple[float, ...]
+    missed_n: float
+    lead_m: float
+    leash_m: float
+
+
+def lead_m(rig: Rig, sigmas: float = LEAD_SIGMAS) -> float:
+    """How far in m the target may lead the measured position of an arm that rests where it should.
+
+    Half a step of the position, and the smooth error of the arm's travel, for which the misfit of
+    K_s stands where nothing better is known.
+    """
+    system = rig.system_stiffness
+    smooth_m = system.msde_m if system.smooth_error_m is None else system.smooth_error_m
+    return 0.5 * rig.arm.position_resolution_m + sigmas * smooth_m
+
+
+def largest_reached_n(rig: Rig, limits: RunLimits) -> float:
+    """The largest force in N that a step surely reaches on this rig, however high F_lim may be."""
+    taken_n = limits.stiffness_n_per_m * lead_m(rig, SURE_SIGMAS)
+    return limits.allowed_n - NOISE_MULTIPLE * limits.noise_n - taken_n
+
+
+def climbs_of(plan: Plan, limits: RunLimits, law: ContactLaw) -> Climbs:
+    """The load steps of a plan against a payload of this law."""
+    rig, procedure = plan.rig, plan.procedure
+    levels = procedure.levels_n
+    stiffness = limits.stiffness_n_per_m
+    likely_n, feared_n = (
+        stiffness * each for each in (0.5 * rig.arm.position_resolution_m, lead_m(rig))
+    )
+    own = _Way(limits, law, rig.system_stiffness.stiffness_n_per_m, likely_n)
+    longest_s = step_patience_s(procedure)
+    missed_n = next((each for each in levels if own.leash_n(each) <= feared_n), 0.0)
+    below = (procedure.touch_force_n, *levels[:-1])
+    up = (own.up_s(low, high) for low, high in zip(below, levels, strict=True))
+    down = (own.down_s(high, low) for low, high in pairwise(levels))
+    return Climbs(
+        tuple(min(each, longest_s) for each in up),
+        tuple(min(each, longest_s) for each in down),
+        missed_n,
+        feared_n / stiffness,
+        own.leash_n(missed_n or levels[-1]) / stiffness,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """The speed of a target in contact, as the step controller bounds it."""
+
+    limits: RunLimits
+    law: ContactLaw
+    system_n_per_m: float
+    lead_n: float
+
+    def leash_n(self, force_n: float) -> float:
+        """The length of the leash at a force, as the force of a rigid surface."""
+        limits = self.limits
+        return limits.force_limit_n - force_n - NOISE_MULTIPLE * limits.noise_n
+
+    def up_s(self, low_n: float, high_n: float) -> float:
+        """Time in s to press from one force to a higher one; infinite where it stands still."""
+        limits = self.limits
+        if self.leash_n(high_n) <= self.lead_n:
+            return math.inf
+        part_n = max(high_n - limits.band_n - low_n, 0.0) / PARTS
+        total_s = BEGIN_TIME_CONSTANTS / limits.step_rate_per_s
+        for i in range(PARTS):
+            force_n = low_n + (i + 0.5) * part_n
+            rate = self._fastest_m_s(force_n) / self._compliance(force_n)
+            closing = limits.step_rate_per_s * (high_n - force_n)
+            total_s += part_n / min(rate, closing, limits.load_rate_n_per_s)
+        return total_s
+
+    def down_s(self, high_n: float, low_n: float) -> float:
+        """Time in s to come down from one force to a lower one."""
+        limits = self.limits
+        fastest = limits.force_limit_n / limits.contact_n_s_per_m
+        part_n = max(high_n - low_n - limits.band_n, 0.0) / PARTS
+        total_s = BEGIN_TIME_CONSTANTS / limits.step_rate_per_s
+        for i in range(PARTS):
+            force_n = high_n - (i + 0.5) * part_n
+            closing = limits.step_rate_per_s * (force_n - low_n)
+            rate = fastest / self._compliance(force_n)
+            total_s += part_n / min(rate, closing, limits.load_rate_n_per_s)
+        return total_s
+
+    def _compliance(self, force_n: float) -> float:
+        return 1.0 / self.law.tangent(force_n) + 1.0 / self.system_n_per_m
+
+    def _fastest_m_s(self, force_n: float) -> float:
+        limits = self.limits
+        noise_n = NOISE_MULTIPLE * limits.noise_n
+        rigid = (limits.force_limit_n - force_n - noise_n) / limits.contact_n_s_per_m
+        ahead_m = sudden_step(
+            limits.allowed_n - force_n - noise_n,
+            limits.stiffness_n_per_m,
+            limits.damping_n_s_per_m,
+            limits.arm_acceleration_m_s2,
+            limits.arm_lag_s,
+        )
+        stalled = ahead_m / LONGEST_STALL_S if ahead_m < limits.follow_m else rigid
+        leash = (self.leash_n(force_n) - self.lead_n) / limits.stiffness_n_per_m / LEASH_PULL_S
+        return min(rigid, stalled, leash)
