@@ -42,7 +42,10 @@ VERDICTS: dict[str, tuple[str, set[str]]] = {
         "warn",
         {"stiffness_indicative", "friction_unknown", "level_out_of_reach"},
     ),
-    "ur5e-silicone-sphere": ("warn", {"stiffness_indicative", "friction_unknown"}),
+    "ur5e-silicone-sphere": (
+        "warn",
+        {"stiffness_indicative", "friction_unknown", "level_out_of_reach"},
+    ),
 }
 """Verdict, and the codes of the reasons that refuse or warn."""
 RUNNING = [name for name, (verdict, _) in VERDICTS.items() if verdict != "refused"]
