@@ -35,21 +35,24 @@ class Bent:
 
 
 def sideways(
-    pressed: Pressed, axis: str, *, share: float, noise: Callable[[], float]
+    pressed: Pressed, axis: str, *, share: float, noise: Callable[[], float], six: bool
 ) -> Callable[[float], Wrench] | None:
     """The wrench of a sensor on which a share of the contact force also acts sideways.
 
-    It acts along the component after the pressing one (x after z). None without such a force.
+    It acts along the component after the pressing one (x after z). A sensor of `six` components has
+    its noise across the axis too. None without either: a load cell.
     """
-    if share == 0.0:
+    if share == 0.0 and not six:
         return None
     along = WRENCHES[axis]
     index = "xyz".index(axis[-1])
-    across = (index + 1) % 3
+    across, other = (index + 1) % 3, (index + 2) % 3
 
-    def wrench(value: float) -> Wrench:
-        six = list(along(value))
-        six[across] = share * pressed.force_n + noise()
-        return six[0], six[1], six[2], six[3], six[4], six[5]
+    def felt(value: float) -> Wrench:
+        wrench = list(along(value))
+        wrench[across] = share * pressed.force_n + noise()
+        if six:
+            wrench[other] = noise()
+        return wrench[0], wrench[1], wrench[2], wrench[3], wrench[4], wrench[5]
 
-    return wrench
+    return felt

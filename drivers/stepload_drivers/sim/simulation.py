@@ -116,6 +116,7 @@ class World:
                 spec.force_axis,
                 share=spec.lateral,
                 noise=normal_source(spec.seed, 21, spec.force_noise_n),
+                six=spec.six_components,
             ),
         )
         if spec.second_force_rate_hz > 0.0:
@@ -138,6 +139,7 @@ class World:
                     spec.second_force_axis,
                     share=spec.lateral,
                     noise=normal_source(spec.seed, 31, spec.second_force_noise_n),
+                    six=spec.six_components,
                 ),
             )
 

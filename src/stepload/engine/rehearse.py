@@ -16,7 +16,7 @@ from stepload.engine.rehearse_mount import mount_of
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.theory import Theory
 from stepload.errors import BadInputError
-from stepload.plan.model import Payload, SecondForceSource, Simulation
+from stepload.plan.model import Payload, SecondForceSource, Simulation, Structure
 from stepload.rig.world import PayloadTruth, WorldFault, WorldSpec
 
 LEAST_DAMPING_RATIO = 0.05
@@ -107,6 +107,7 @@ def world_for(
         sensor_cubic=simulation.sensor_cubic,
         force_tool_mass_kg=force.tool_mass_kg or 0.0,
         second_tool_mass_kg=second.tool_mass_kg or 0.0,
+        six_components=force.components == "six" and arm.structure is Structure.ARM,
         mount=mount_of(simulation, stiffness),
     )
 

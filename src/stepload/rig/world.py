@@ -87,7 +87,8 @@ class WorldSpec:
     errors of `sensor_quadratic` and `sensor_cubic` of full scale at full scale.
     `force_tool_mass_kg` hangs on the measured side of the force sensor, which feels it being
     accelerated; `second_tool_mass_kg` is the same of the second channel, also where that is the
-    arm's own force. `mount` gives the rig six axes; without it, it has the pressing axis alone.
+    arm's own force. Force sensors of `six_components` have noise across the axis too. `mount` gives
+    the rig six axes; without it, it has the pressing axis alone.
     """
 
     seed: int
@@ -137,6 +138,7 @@ class WorldSpec:
     sensor_cubic: float = 0.0
     force_tool_mass_kg: float = 0.0
     second_tool_mass_kg: float = 0.0
+    six_components: bool = False
     mount: Mount | None = None
 
 
