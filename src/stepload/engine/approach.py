@@ -14,6 +14,8 @@ from stepload.record.outcome import Touch
 from stepload.record.rows import Phase
 
 RING_TIMEOUT_S = 2.0
+CIRCLE = "circle"
+"""Purpose of a touch beside the axis: it tells of the plate, and is none of those of a cycle."""
 
 
 class Approach:
@@ -34,6 +36,7 @@ class Approach:
         self._purpose = ""
         self._slow = False
         self._left = 0
+        self._early_m = 0.0
         self._lead = Lead(course.limits.period_s)
         self._felt = TouchTest(course.limits.touch_force_n)
         self._ring = RingTest(course.limits.noise_n)
@@ -42,6 +45,14 @@ class Approach:
         """Touch `touches` times, `then` go on in contact; `purpose` goes into the record."""
         self._purpose, self._left, self._then = purpose, touches, then
         self._zeroed = False
+        self._early_m = 0.0
+        self._fast_to_guarded(now_s)
+
+    def beside(self, now_s: float, early_m: float, then: Then) -> None:
+        """Touch once to see how the plate lies, slow from `early_m` before the surface on."""
+        self._purpose, self._left, self._then = CIRCLE, 1, then
+        self._zeroed = False
+        self._early_m = early_m
         self._fast_to_guarded(now_s)
 
     def _fast_to_guarded(self, now_s: float) -> None:
@@ -49,7 +60,7 @@ class Approach:
         self._slow = known = course.surface_m == course.surface_m
         near_m = plan.surface_distance_m - plan.surface_uncertainty_m
         if known:
-            near_m = course.surface_m - self._gap_m()
+            near_m = course.surface_m - self._gap_m() - self._early_m
         run_out_m = 2.0 * course.limits.fast_speed_m_s * course.limits.reaction_s
         self._felt = TouchTest(course.limits.touch_force_n)
         course.enter(Phase.FAST_APPROACH, now_s, self._fast)
@@ -109,8 +120,12 @@ class Approach:
         touch = Touch(
             now_s, position_m, sup.force_n, course.speed_m_s, course.cycle, self._purpose
         )  # fmt: skip
-        course.touches.append(touch)
-        course.emit(now_s, "touch", touch._asdict())
+        if self._purpose == CIRCLE:
+            told = touch._asdict() | {"shift_m": list(course.shift_m)}
+            course.emit(now_s, "circle_touch", told)
+        else:
+            course.touches.append(touch)
+            course.emit(now_s, "touch", touch._asdict())
         course.surface_m = position_m
         course.target_m = min(course.target_m, position_m)
         self._ring = RingTest(limits.noise_n)

@@ -20,6 +20,7 @@ PROGRESS_S = 0.1
 
 Samples = list[Any]
 NOTHING: Samples = []
+NO_SHIFT = (0.0, 0.0)
 
 
 class Cadence:
@@ -71,7 +72,10 @@ class Cadence:
             target_m, done = tick(now_s, *samples)
             if target_m == target_m:
                 self.busy = "the arm's command"
-                command(target_m)
+                if engine.shift_m == NO_SHIFT:
+                    command(target_m)
+                else:
+                    command(target_m, engine.shift_m)
             self._keep(now_s, *samples)
             if self.ticks % FAULT_POLL_TICKS == 0 and engine.cause is None:
                 self._poll(now_s)
