@@ -2,8 +2,8 @@
 
 A tip that is pressed by an arm is drawn sideways and rubs. The arm follows the force, slowly enough
 to be stable where it is three times as stiff sideways as believed, and never far. It ends where the
-force is gone, where it has grown (the sensor is turned against the arm otherwise than the plan
-says) or where the way is used up.
+force is gone, where its time is up, or where it has grown or not fallen: the sensor is turned
+against the arm otherwise than the plan says.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ Shift = tuple[float, float]
 GROWN_SHARE = 0.1
 """Of the force that it began with: more above the least so far is no noise."""
 GROWN_DEADS = 2.0
+USELESS_SHARE = 0.7
+"""Of the force that it began with: what slides cannot grow, but it was to fall to a third."""
 
 
 def nulled(shift_m: Shift, across_n: Shift, law: NullingLaw, step_s: float) -> Shift:
@@ -88,8 +90,13 @@ class Nulling:
             self._end(now_s, size_n, "grown")
         elif size_n <= law.dead_n:
             self._end(now_s, size_n, "gone")
-        elif now_s - course.since_s >= law.longest_s or course.stop_asked():
-            self._end(now_s, size_n, "time")
+        elif course.stop_asked():
+            self._end(now_s, size_n, "stop")
+        elif now_s - course.since_s >= law.longest_s:
+            useless = size_n > USELESS_SHARE * self._first_n
+            if useless:
+                self._law = None
+            self._end(now_s, size_n, "useless" if useless else "time")
         else:
             course.shift_m = nulled(course.shift_m, across_n, law, step_s)
 

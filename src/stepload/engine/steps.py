@@ -88,10 +88,7 @@ class LoadSteps:
             not_open(course, course.level_n)
         if not (controller.reached or self._too_long(now_s)):
             return
-        if self._hold_phase == Phase.HOLD:
-            self._nulling.begin(now_s, self._begin_hold)
-        else:
-            self._begin_hold(now_s)
+        self._nulling.begin(now_s, self._begin_hold)
 
     def _begin_hold(self, now_s: float) -> None:
         course, limits = self._course, self._course.limits

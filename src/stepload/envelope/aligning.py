@@ -35,8 +35,9 @@ NULL_ROOM_SHARE = 0.5
 """Of what F_lim leaves above the top force: force across that may grow before the arm reacts."""
 NULL_SIGMAS = 2.0
 NULL_TIMES = 10.0
-NULL_LOOPS = 6.0
-"""Loop delays that the time constant must be, so that three times the stiffness is stable too."""
+NULL_LOOPS = 3.0
+"""Loop delays that the time constant must be: three times the stiffness is then stable with a gain
+margin of 1.5."""
 NULL_FILTER_TICKS = 10.0
 
 

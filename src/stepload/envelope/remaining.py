@@ -28,7 +28,7 @@ _BEFORE: dict[int, str] = {
     Phase.DWELL: "touch again",
     Phase.TOUCH_RETRACT: "touch again",
 }
-_UP, _DOWN = (Phase.LOAD, Phase.NULLING, Phase.HOLD), (Phase.UNLOAD, Phase.UNLOAD_HOLD)
+_UP, _DOWN = (Phase.LOAD, Phase.HOLD), (Phase.UNLOAD, Phase.UNLOAD_HOLD)
 _STEPS = (LOAD_STEP, UNLOAD_STEP, UNLOAD_BETWEEN, BETWEEN, LAST)
 ENOUGH_STEPS = 2
 """Steps after which the run's own pace counts instead of the schedule's."""

@@ -120,13 +120,13 @@ def schedule(
         Stage("guarded approach", (band_m + run_out_m) / guarded_m_s + RING_S, 1),
         Stage("touch again", touch_s, procedure.touches - 1),
         Stage(LOAD_STEP, step_s + null_s, len(levels) * procedure.cycles),
-        Stage(UNLOAD_STEP, step_s, unload_steps * procedure.cycles),
+        Stage(UNLOAD_STEP, step_s + null_s, unload_steps * procedure.cycles),
     ]
     if procedure.cycles > 1 and procedure.lift_off:
         part_s = back_s + between_s + return_s
         stages.append(Stage(BETWEEN, part_s, procedure.cycles - 1))
     elif procedure.cycles > 1:
-        stages.append(Stage(UNLOAD_BETWEEN, step_s, procedure.cycles - 1))
+        stages.append(Stage(UNLOAD_BETWEEN, step_s + null_s, procedure.cycles - 1))
     end_s = 2.0 * back_s + procedure.tare_s + return_s
     stages.append(Stage(LAST, end_s, 1))
     return tuple(stage for stage in stages if stage.total_s > 0.0)
