@@ -1,4 +1,4 @@
-"""Touches on a circle in a world with a tilted plate: told, judged, and safe when things go wrong."""
+"""Touches on a circle above a tilted plate: told, judged, and safe when things go wrong."""
 
 from __future__ import annotations
 
