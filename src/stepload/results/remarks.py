@@ -92,7 +92,7 @@ def sideways(events: Sequence[Event]) -> tuple[str, ...]:
         told.append(
             f"nulling was on: before {len(nulled)} holds the force across the axis was taken off"
             f" sideways, from {largest_n:.3g} N at the most to {left_n:.3g} N; where tool and"
-            " sensor are not aligned this biases the stiffness (0.3 to 5 % at 2 deg in a simulation)"
+            " sensor are not aligned this biases the stiffness (0.3 to 5 % at 2 deg in simulation)"
         )
     if any(data.get("why") in ("grown", "useless") for data in nulled):
         told.append(

@@ -112,7 +112,7 @@ def test_a_force_that_grows_ends_it_at_once_and_for_the_run() -> None:
     """On a spring, with the sensor the wrong way round."""
     stage = Stage()
     course, sup = stage.course, stage.sup
-    sup.smooth_n = 10.0
+    sup.smooth_n, sup.force.load_across_n = 10.0, (5.0, 0.0)
     part = Nuller(course, LAW)
     part.begin(stage.now_s, stage.then.append)
     sizes = []

@@ -13,7 +13,7 @@ from stepload.rig.faults import FaultCode
 from stepload.rig.world import load_world
 from stepload_drivers.sim.live import DEFAULT_SPEC
 
-SIX = replace(DEFAULT_SPEC, mount=rub(0.3), command_delay_s=0.0)
+SIX = replace(DEFAULT_SPEC, mount=rub(0.3), command_delay_s=0.0, system_stiffness_n_per_m=9e4)
 
 
 @pytest.mark.parametrize(
@@ -37,8 +37,8 @@ def test_a_shift_that_no_arm_may_do_is_refused(
 def test_a_shift_beyond_10_mm_is_refused_in_small_steps_too() -> None:
     rig = load_world()(SIX)
     rig.arm.open(1.0)
-    for step in range(1, 11):
-        rig.arm.command(0.0, (0.0, 1e-3 * step))
+    for step in range(1, 21):
+        rig.arm.command(0.0, (0.0, 5e-4 * step))
     with pytest.raises(DeviceError, match="off the approach axis, limit 10"):
         rig.arm.command(0.0, (0.0, 10.5e-3))
 
