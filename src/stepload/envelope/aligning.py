@@ -34,6 +34,7 @@ NULL_FASTEST_M_S = 1e-3
 NULL_ROOM_SHARE = 0.5
 """Of what F_lim leaves above the top force: force across that may grow before the arm reacts."""
 NULL_SIGMAS = 2.0
+NULL_S = 0.2
 NULL_TIMES = 10.0
 NULL_LOOPS = 3.0
 """Loop delays that the time constant must be: three times the stiffness is then stable with a gain
@@ -169,17 +170,23 @@ def nulling_of(plan: Plan, limits: RunLimits) -> NullingLaw | None:
     if asked is None:
         return None
     stiffness = lateral_stiffness(plan.rig)
+    constant_s = asked.time_constant_s or max(NULL_S, least_time_constant_s(limits))
     room_n = NULL_ROOM_SHARE * max(0.0, limits.force_limit_n - limits.top_force_n)
     return NullingLaw(
         stiffness_n_per_m=stiffness,
-        time_constant_s=asked.time_constant_s,
+        time_constant_s=constant_s,
         largest_m=asked.largest_shift_m,
         fastest_m_s=min(NULL_FASTEST_M_S, room_n / (stiffness * limits.reaction_s)),
         from_n=max(NULL_FROM_N, limits.touch_force_n),
         dead_n=NULL_SIGMAS * limits.noise_n,
-        longest_s=NULL_TIMES * asked.time_constant_s,
+        longest_s=NULL_TIMES * constant_s,
         turn_rad=asked.sensor_turn_rad,
     )
+
+
+def least_time_constant_s(limits: RunLimits) -> float:
+    """The shortest time constant of nulling that this control loop is stable with."""
+    return NULL_LOOPS * (limits.loop_s + NULL_FILTER_TICKS * limits.period_s)
 
 
 def aligning_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
@@ -221,8 +228,8 @@ def _nulling_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
         )  # fmt: skip
     if limits is None:
         return
-    least_s = NULL_LOOPS * (limits.loop_s + NULL_FILTER_TICKS * limits.period_s)
-    if asked.time_constant_s < least_s:
+    least_s = least_time_constant_s(limits)
+    if asked.time_constant_s is not None and asked.time_constant_s < least_s:
         yield Reason(
             "nulling_too_fast", Severity.REFUSE,
             f"procedure.nulling.time_constant is {asked.time_constant_s:.3g} s; the control loop "

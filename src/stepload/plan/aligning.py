@@ -39,10 +39,13 @@ class Nulling:
     """Before a level is held, the force across the axis is taken off sideways."""
 
     time_constant_s: Annotated[
-        float,
+        float | None,
         Quantity("s", 0.05, 5.0),
-        Key("Time in which it falls to a third where the arm is as stiff sideways as believed."),
-    ] = 0.2
+        Key(
+            "Time in which it falls to a third where the arm is as stiff sideways as believed; "
+            "none: 0.2 s, or three delays of the control loop where that is more."
+        ),
+    ] = None
     largest_shift_m: Annotated[
         float, Quantity("m", 0.0, 3e-4, above=True), Key("How far the tool may be shifted in all.")
     ] = 3e-4

@@ -72,6 +72,18 @@ def test_nulling_needs_a_sensor_that_measures_across_and_a_slow_loop() -> None:
     assert codes(hasty)["nulling_too_fast"] is Severity.REFUSE
 
 
+def test_a_slow_loop_gets_a_slow_nulling_where_the_plan_does_not_say() -> None:
+    plan = tilted_plan(alignment=None, nulling=Nulling())
+    slow = replace(plan, rig=replace(plan.rig, loop_delay_s=0.08))
+    law = envelope_for(slow).nulling
+    assert law is not None
+    assert law.time_constant_s == pytest.approx(3.0 * (0.08 + 10.0 * 0.002))
+    assert "nulling_too_fast" not in codes(slow)
+    quick = envelope_for(plan).nulling
+    assert quick is not None
+    assert quick.time_constant_s == 0.2
+
+
 def test_the_touch_error_is_at_least_what_resolution_and_speed_say() -> None:
     plan = tilted_plan()
     arm = replace(plan.rig.arm, lost_motion_m=40e-6)
