@@ -622,6 +622,67 @@ def safe_coasts(healthy):
     return _variant(healthy, safe=safe)
 
 
+# across the approach
+
+
+def shift_takes_nan(healthy):
+    def command(self, position_m, shift_m=(0.0, 0.0)):
+        if shift_m[0] == shift_m[0]:
+            healthy.command(self, position_m, shift_m)
+
+    return _variant(healthy, command=command)
+
+
+def shift_is_not_bounded(healthy):
+    def command(self, position_m, shift_m=(0.0, 0.0)):
+        if not 0.015 <= abs(shift_m[0]) < 1.0:
+            healthy.command(self, position_m, shift_m)
+
+    return _variant(healthy, command=command)
+
+
+def shift_is_not_leashed(healthy):
+    def command(self, position_m, shift_m=(0.0, 0.0)):
+        if not 0.005 <= abs(shift_m[1]) < 1.0:
+            healthy.command(self, position_m, shift_m)
+
+    return _variant(healthy, command=command)
+
+
+def ignores_the_shift(healthy):
+    def command(self, position_m, shift_m=(0.0, 0.0)):
+        healthy.command(self, position_m, shift_m)
+        self._shift_m = shift_m
+        self._host.world.plant._shifts.clear()
+
+    return _variant(healthy, command=command)
+
+
+def shift_in_another_frame(healthy):
+    return _each(healthy, lambda self, s: s._replace(pose=(s.pose[1], s.pose[0], *s.pose[2:])))
+
+
+def retract_drops_the_shift(healthy):
+    def retract(self, distance_m, speed_m_s, timeout_s):
+        healthy.retract(self, distance_m, speed_m_s, timeout_s)
+        plant = self._host.world.plant
+        if hasattr(plant, "command_shift"):
+            plant.command_shift(_now_s(self), 0.0, 0.0)
+            _blocks(self, 0.5)
+
+    return _variant(healthy, retract=retract)
+
+
+def shift_moves_the_axis(healthy):
+    def drain(self):
+        return [
+            s._replace(position_m=s.position_m + 0.5 * math.hypot(*s.pose[:2]))
+            for s in healthy.drain(self)
+        ]
+
+    return _variant(healthy, drain=drain)
+
+
 # what no check can see
 
 

@@ -10,6 +10,7 @@ from virtual import SIX_AXES, SPEC, Virtual
 from stepload.rig.contract import CheckStatus, run_check, run_trial
 from stepload.rig.contract_loss import check_lost_link, check_stale
 from stepload.rig.contract_motion import check_motion
+from stepload.rig.contract_shift import check_shift
 from stepload.rig.contract_values import check_frozen, equal_readings_limit
 from stepload.rig.faults import FaultCode
 
@@ -106,6 +107,15 @@ ARM = [
     ("safe_waits_for_the_target", "stop", "0.000 mm of it after safe() had returned"),
     ("safe_coasts", "stop", "safe() does not stop the arm"),
 ]
+SHIFTED = [
+    ("shift_takes_nan", "a shift of (nan, 0.0) m was accepted"),
+    ("shift_is_not_bounded", "a shift of (0.02, 0.0) m was accepted"),
+    ("shift_is_not_leashed", "a jump to the largest shift was accepted"),
+    ("ignores_the_shift", "it is ignored, or in another unit"),
+    ("shift_in_another_frame", "no right-handed frame"),
+    ("shift_moves_the_axis", "the position along the approach went"),
+    ("retract_drops_the_shift", "it must keep the shift"),
+]
 UNSEEN = ["late_by_a_constant", "stamps_at_drain_spread_back", "loses_a_tenth_and_renumbers",
           "somebody_else"]  # fmt: skip
 """Wrong, and not to be seen without a second truth; docs/write-your-own-driver.md says so."""
@@ -128,6 +138,12 @@ def failed(which, name):
 @pytest.mark.parametrize(("which", "name", "check", "reason"), ROWS)
 def test_a_broken_driver_is_refused_with_the_reason(which, name, check, reason):
     assert reason in failed(which, name).get(check, "the check passed")
+
+
+@pytest.mark.parametrize(("name", "reason"), SHIFTED)
+def test_an_arm_that_shifts_otherwise_than_it_says_is_refused(name, reason):
+    trial = Virtual("arm", getattr(broken, name), spec=SIX_AXES).trial()
+    assert reason in run_check(check_shift, trial).message
 
 
 @pytest.mark.parametrize("spec", [SPEC, SIX_AXES], ids=["one axis", "six axes"])
@@ -213,4 +229,5 @@ def test_every_broken_driver_is_in_the_table():
         if callable(item) and getattr(item, "__module__", "") == "broken"
         and not name.startswith("_") and name not in ("end_leaked_threads", "on_a_leash")
     }  # fmt: skip
-    assert library == {name for _, name, *_ in ROWS} | set(UNSEEN)
+    shifted = {name for name, _ in SHIFTED}
+    assert library == {name for _, name, *_ in ROWS} | shifted | set(UNSEEN)

@@ -9,8 +9,15 @@ from stepload.errors import DeviceError
 from stepload.rig.device import Arm, Health, Identity
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import ArmSample
-from stepload_drivers.motion import require_finite_target, require_positive
+from stepload_drivers.motion import (
+    NO_SHIFT,
+    Shift,
+    require_finite_target,
+    require_positive,
+    require_shift,
+)
 from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.six_plant import SixPlant
 from stepload_drivers.sim.stream import NO_HEALTH, Host, Stream, not_open
 
 _NAME = "sim arm"
@@ -21,13 +28,19 @@ _MAX_LEAD_M = 1e-3
 
 
 class WorldArm(Arm):
-    """An arm that lives in a world; `find_host` is called at `open`."""
+    """An arm that lives in a world; `find_host` is called at `open`.
+
+    In a world with one axis it cannot shift.
+    """
+
+    can_shift = True
 
     def __init__(self, find_host: Callable[[], Host]) -> None:
         self._find_host = find_host
         self._host: Host | None = None
         self._stream: Stream | None = None
         self._delay_s = self._last_target_m = 0.0
+        self._shift_m = NO_SHIFT
         self._faults: Schedule | None = None
         self._chance = Random(0)
         self.period_s = 0.0
@@ -43,6 +56,8 @@ class WorldArm(Arm):
             self._chance = Random(spec.seed)
             self._delay_s = spec.command_delay_s
             self._last_target_m = host.world.plant.target_m
+            self._shift_m = NO_SHIFT
+            self.can_shift = isinstance(host.world.plant, SixPlant)
             self.period_s = 1.0 / spec.arm_rate_hz
             self.has_force = spec.arm_has_force
         return Identity("sim", "simulated axis", "SIM-ARM", "1", "none")
@@ -56,17 +71,24 @@ class WorldArm(Arm):
     def fault(self) -> Fault | None:
         return self._stream.fault() if self._stream else None
 
-    def command(self, position_m: float) -> None:
+    def command(self, position_m: float, shift_m: Shift = NO_SHIFT) -> None:
         host = self._host
         if host is None:
             raise not_open(_NAME)
         require_finite_target(position_m)
+        require_shift(shift_m, self._shift_m, _MAX_LEAD_M)
+        if shift_m != NO_SHIFT and not self.can_shift:
+            raise DeviceError(
+                f"{_NAME}: a simulated rig with one axis cannot shift",
+                code=FaultCode.REFUSED_COMMAND,
+                hint="describe its six axes in rig.simulation.mount",
+            )
         if position_m > self._last_target_m + _MAX_LEAD_M:
             raise DeviceError(
                 f"{_NAME}: target more than {_MAX_LEAD_M * 1e3:g} mm ahead of the last one",
                 code=FaultCode.OUT_OF_RANGE,
             )
-        self._last_target_m = position_m
+        self._last_target_m, was_m, self._shift_m = position_m, self._shift_m, shift_m
         now_s = host.catch_up() - host.origin_s
         assert self._faults is not None
         delay_s = self._delay_s
@@ -79,7 +101,10 @@ class WorldArm(Arm):
             delay_s += active.get("command_latency", 0.0)
             if "command_jitter" in active:
                 delay_s += active["command_jitter"] * self._chance.random()
-        host.world.plant.command(now_s + delay_s, position_m)
+        plant = host.world.plant
+        plant.command(now_s + delay_s, position_m)
+        if shift_m != was_m and isinstance(plant, SixPlant):
+            plant.command_shift(now_s + delay_s, *shift_m)
 
     def _send(self, position_m: float) -> str:
         """Send past the faults of `command` itself; returns why it cannot arrive, or ""."""

@@ -11,7 +11,13 @@ from stepload.rig.device import Arm, ArmConfiguration, Health, Identity, StopPro
 from stepload.rig.faults import TAKEN_OVER, Fault, FaultCode
 from stepload.rig.options import Option
 from stepload.rig.samples import ArmSample, Status
-from stepload_drivers.motion import require_finite_target, require_positive
+from stepload_drivers.motion import (
+    NO_SHIFT,
+    Shift,
+    require_finite_target,
+    require_positive,
+    require_shift,
+)
 from stepload_drivers.ur import lookout, rescue, state, wire
 from stepload_drivers.ur.last_seen import LastSeen, Reach
 from stepload_drivers.ur.preflight import preflight
@@ -62,6 +68,7 @@ class UrArm(Arm):
         "safety": "they stand on the pendant under Installation, Safety (Robot Limits, Planes)",
     }
     has_force = True
+    can_shift = True
 
     def __init__(self, **options: Any) -> None:
         self._settings = settings_from(options)
@@ -71,6 +78,7 @@ class UrArm(Arm):
         self._samples: list[ArmSample] = []
         self._start: state.Vector6 | None = None
         self._target_m = 0.0
+        self._shift_m = NO_SHIFT
         self._last: ArmSample | None = None
         self._configuration: ArmConfiguration | None = None
         self._fault: Fault | None = None
@@ -90,6 +98,7 @@ class UrArm(Arm):
         self._tally = Tally(self.period_s)
         self._samples, self._last, self._start, self._fault = [], None, None, None
         self._replies, self._target_m, self._stage = {}, 0.0, ""
+        self._shift_m = NO_SHIFT
         self._unloading, self._reach = None, Reach(self._settings)
         self._configuration = None
         left_s = max(0.1, deadline_s - time.monotonic())
@@ -126,8 +135,9 @@ class UrArm(Arm):
         samples, self._samples = self._samples, []
         return samples
 
-    def command(self, position_m: float) -> None:
+    def command(self, position_m: float, shift_m: Shift = NO_SHIFT) -> None:
         require_finite_target(position_m)
+        self._require_shift(shift_m)
         self._pump()
         if self._fault is not None and self._fault.code in PROGRAM_ENDED:
             raise self._gone()
@@ -140,11 +150,19 @@ class UrArm(Arm):
                 code=FaultCode.OUT_OF_RANGE,
                 hint="approach in smaller steps, or raise the option max_lead",
             )
-        if not self._send(wire.pack_target(position_m)):
+        if not self._send(wire.pack_target(position_m, shift_m)):
             self._pump()
             raise self._gone()
-        self._target_m = position_m
+        self._target_m, self._shift_m = position_m, shift_m
         self._reach.sent(position_m, self._sent_s)
+
+    def _require_shift(self, shift_m: Shift) -> None:
+        """A shift is leashed to the last one, and a new one to where the arm is."""
+        lead_m = self._settings.max_lead_m
+        require_shift(shift_m, self._shift_m, lead_m)
+        if shift_m != self._shift_m and self._last is not None and self._start is not None:
+            at_m = state.shift_of(self._last.pose, self._start, self._settings.approach)
+            require_shift(shift_m, at_m, lead_m)
 
     def configuration(self) -> ArmConfiguration | None:
         """As the controller last told it, at most a tenth of a second before the newest sample."""

@@ -14,6 +14,7 @@ import time
 from typing import Any, NoReturn
 
 from stepload.rig.faults import TAKEN_OVER, FaultCode
+from stepload_drivers.motion import NO_SHIFT
 from stepload_drivers.ur import wire
 from stepload_drivers.ur.link import Link
 from stepload_drivers.ur.ports import ControlPort, ReceivePort
@@ -54,7 +55,8 @@ class Loop:
 
     `expect_stop` is set while a stop of the program is wanted; `muted` while nothing is sent;
     `target_m` is the target that the arm follows, None while it follows none; `commanded_m` the
-    last one there was, 0 (where the arm stood) before any; `sent_s` a time just before the last
+    last one there was, 0 (where the arm stood) before any; `shift_m` the travel across that goes
+    with either, which only a target of the run changes; `sent_s` a time just before the last
     input to the controller. Once `taken_over`, by a person or a safety system, no target is sent.
     """
 
@@ -66,6 +68,7 @@ class Loop:
         self.requests: list[dict[str, Any]] = []
         self.target_m: float | None = None
         self.commanded_m = 0.0
+        self.shift_m = NO_SHIFT
         self.fresh_target = False
         self.muted = False
         self.expect_stop = False
@@ -117,6 +120,18 @@ class Loop:
         if position_m is not None:
             self.commanded_m = position_m
 
+    def _obey(self, message: bytes) -> None:
+        """Take over a target of the run, which may be across the approach too."""
+        position_m, shift_m = wire.unpack_target(message)
+        if not all(map(math.isfinite, shift_m)):
+            self.die(
+                FaultCode.NOT_FINITE,
+                f"shift {shift_m} m is not finite",
+                "a bug of the run: please report it with the record",
+            )
+        self.shift_m = shift_m
+        self.follow(position_m)
+
     def sent(self, at_s: float) -> None:
         """An input went out by other means than `step`, not before `at_s`."""
         self.sent_s = at_s
@@ -127,7 +142,7 @@ class Loop:
             self.heard_s = time.monotonic()
             if message[:1] == wire.TARGET:
                 if not self.taken_over:
-                    self.follow(wire.unpack_target(message))
+                    self._obey(message)
                     self.muted = False
             elif message[:1] == wire.REQUEST:
                 self.requests.append(wire.unpack_json(message))
@@ -211,7 +226,7 @@ class Loop:
         if self.target_m is None:
             sent = control.kick()
         else:
-            pose = target_pose(self.start, self.settings.approach, self.target_m)
+            pose = target_pose(self.start, self.settings.approach, self.target_m, self.shift_m)
             sent = control.servo(pose, self._period_s)
         self.fresh_target = False
         if self.sent_s and now_s - self.sent_s >= WATCHDOG_SHARE / self.settings.watchdog_hz:

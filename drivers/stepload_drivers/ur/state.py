@@ -9,7 +9,9 @@ import math
 from typing import NamedTuple
 
 from stepload.rig.faults import FaultCode
+from stepload_drivers.motion import NO_SHIFT, Shift
 
+Vector3 = tuple[float, float, float]
 Vector6 = tuple[float, float, float, float, float, float]
 
 STOPPED, PLAYING, PAUSED = 1, 2, 4
@@ -137,11 +139,32 @@ def pressing_force_n(
     return -along if wrench_sign == "reaction" else along
 
 
+def tangents(approach: Vector3) -> tuple[Vector3, Vector3]:
+    """Axes 1 and 2 of the pressing frame in the base, of the unit vector `approach`."""
+    a, b, c = approach
+    guide = (0.0, 1.0, 0.0) if abs(b) < 0.9 else (0.0, 0.0, 1.0)
+    slope = sum(g * part for g, part in zip(guide, approach, strict=True))
+    x, y, z = (g - slope * part for g, part in zip(guide, approach, strict=True))
+    length = math.hypot(x, y, z)
+    x, y, z = x / length, y / length, z / length
+    return (y * c - z * b, z * a - x * c, x * b - y * a), (x, y, z)
+
+
 def target_pose(
-    start: Vector6, approach: tuple[float, float, float], position_m: float
+    start: Vector6, approach: Vector3, position_m: float, shift_m: Shift = NO_SHIFT
 ) -> list[float]:
-    """The pose `position_m` of travel from `start`, orientation kept."""
-    return [start[i] + approach[i] * position_m for i in range(3)] + list(start[3:])
+    """The pose with this travel along and across from `start`, orientation kept."""
+    place = [start[i] + approach[i] * position_m for i in range(3)]
+    if shift_m != NO_SHIFT:
+        one, other = tangents(approach)
+        place = [place[i] + one[i] * shift_m[0] + other[i] * shift_m[1] for i in range(3)]
+    return place + list(start[3:])
+
+
+def shift_of(pose: Vector6, start: Vector6, approach: Vector3) -> Shift:
+    """Travel across the approach from `start`."""
+    one, other = tangents(approach)
+    return travel_m(pose, start, one), travel_m(pose, start, other)
 
 
 def arrived_m(distance_m: float) -> float:

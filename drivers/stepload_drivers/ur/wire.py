@@ -11,6 +11,7 @@ from dataclasses import asdict
 from typing import Any
 
 from stepload.rig.device import ArmConfiguration
+from stepload_drivers.motion import NO_SHIFT, Shift
 from stepload_drivers.ur.state import UrState
 
 SAMPLE = b"s"
@@ -26,7 +27,7 @@ CONFIGURATION = b"c"
 MAX_BYTES = 8192
 
 _SAMPLE = struct.Struct("=cd13d3iI")
-_TARGET = struct.Struct("=cd")
+_TARGET = struct.Struct("=c3d")
 
 
 def pack_sample(receive_time_s: float, state: UrState) -> bytes:
@@ -56,13 +57,14 @@ def unpack_sample(message: bytes) -> tuple[float, UrState]:
     return v[1], UrState(v[2], v[3:9], v[9:15], v[15], v[16], v[17], v[18])
 
 
-def pack_target(position_m: float) -> bytes:
-    return _TARGET.pack(TARGET, position_m)
+def pack_target(position_m: float, shift_m: Shift = NO_SHIFT) -> bytes:
+    return _TARGET.pack(TARGET, position_m, *shift_m)
 
 
-def unpack_target(message: bytes) -> float:
-    position_m: float = _TARGET.unpack(message)[1]
-    return position_m
+def unpack_target(message: bytes) -> tuple[float, Shift]:
+    """Travel along the approach, and across it."""
+    _, position_m, x_m, y_m = _TARGET.unpack(message)
+    return position_m, (x_m, y_m)
 
 
 def pack_json(kind: bytes, **fields: Any) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -53,7 +54,14 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
         "duration_s": envelope.duration_s if envelope.stages else None,
         **_until_data(envelope.until),
+        **_sideways_data(envelope),
     }
+
+
+def _sideways_data(envelope: Envelope) -> dict[str, Any]:
+    """What a run does across its approach; nothing where the plan does not ask for it."""
+    parts = {"alignment": envelope.aligning, "nulling": envelope.nulling}
+    return {name: part.terms for name, part in parts.items() if part is not None}
 
 
 def _until_data(until: Until | None) -> dict[str, Any]:
@@ -92,6 +100,9 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
     from stepload.results.until import need_table
     from stepload.units import format_quantity as f
 
+    def angle(radians: float) -> str:
+        return f"{math.degrees(radians):.3g} deg"
+
     show_verdict(envelope, out)
     theory, found = envelope.theory, envelope.identifiability
     rows = [
@@ -125,6 +136,16 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
             force_budget_table(envelope),
             table(f"Schedule: about {envelope.duration_s:.0f} s", fields.STAGE, envelope.stages),
         )
+    for title, part in (
+        ("Touches on a circle", envelope.aligning),
+        ("Force across is taken off", envelope.nulling),
+    ):
+        if part is not None:
+            rows = [
+                (t.name, f(t.value, t.unit) if t.unit != "rad" else angle(t.value), t.source)
+                for t in part.terms
+            ]
+            out.table(title, ("what", "value", "from"), rows)
     if envelope.until is not None:
         out.tables(need_table(envelope.until))
 

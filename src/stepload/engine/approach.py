@@ -20,6 +20,8 @@ WORTH = 2.0
 """Retracts of way from one zero of an approach to the next."""
 Zero = Callable[[float, Then, Then | None], None]
 """Proves free air and takes the zero: (now_s, what follows, what follows where it touches)."""
+CIRCLE = "circle"
+"""Purpose of a touch beside the axis: it tells of the plate, and is none of those of a cycle."""
 
 
 class Approach:
@@ -42,6 +44,7 @@ class Approach:
         self._purpose = ""
         self._slow = False
         self._left = 0
+        self._early_m = 0.0
         self._lead = Lead(course.limits.period_s)
         self._felt = TouchTest(course.limits.touch_force_n)
         self._ring = RingTest(course.limits.noise_n)
@@ -52,6 +55,14 @@ class Approach:
         self._zeroed = False
         self._mean_n, self._renews = 0.0, True
         self._renew_from_m = self._course.target_m + WORTH * self._course.retract_m
+        self._early_m = 0.0
+        self._fast_to_guarded(now_s)
+
+    def beside(self, now_s: float, early_m: float, then: Then) -> None:
+        """Touch once to see how the plate lies, slow from `early_m` before the surface on."""
+        self._purpose, self._left, self._then = CIRCLE, 1, then
+        self._zeroed, self._renews = False, False
+        self._early_m = early_m
         self._fast_to_guarded(now_s)
 
     def _fast_to_guarded(self, now_s: float) -> None:
@@ -59,7 +70,7 @@ class Approach:
         self._slow = known = course.surface_m == course.surface_m
         near_m = plan.surface_distance_m - plan.surface_uncertainty_m
         if known:
-            near_m = course.surface_m - self._gap_m()
+            near_m = course.surface_m - self._gap_m() - self._early_m
         run_out_m = 2.0 * course.limits.fast_speed_m_s * course.limits.reaction_s
         self._felt = TouchTest(course.limits.touch_force_n)
         course.enter(Phase.FAST_APPROACH, now_s, self._fast)
@@ -149,8 +160,12 @@ class Approach:
         touch = Touch(
             now_s, position_m, sup.force_n, course.speed_m_s, course.cycle, self._purpose
         )  # fmt: skip
-        course.touches.append(touch)
-        course.emit(now_s, "touch", touch._asdict())
+        if self._purpose == CIRCLE:
+            told = touch._asdict() | {"shift_m": list(course.shift_m)}
+            course.emit(now_s, "circle_touch", told)
+        else:
+            course.touches.append(touch)
+            course.emit(now_s, "touch", touch._asdict())
         course.surface_m = position_m
         course.target_m = min(course.target_m, position_m)
         self._ring = RingTest(limits.noise_n)

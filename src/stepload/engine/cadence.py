@@ -21,6 +21,7 @@ _ARM_ONLY = int(StopLevel.ARM_ONLY)
 
 Samples = list[Any]
 NOTHING: Samples = []
+NO_SHIFT = (0.0, 0.0)
 
 
 class Cadence:
@@ -74,7 +75,10 @@ class Cadence:
             target_m, done = tick(now_s, force, arm, displacement, second)
             if target_m == target_m:
                 self.busy = "the arm's command"
-                command(target_m)
+                if engine.shift_m == NO_SHIFT:
+                    command(target_m)
+                else:
+                    command(target_m, engine.shift_m)
             keep(now_s, force, arm, displacement, second)
             if not self.ticks % FAULT_POLL_TICKS and engine.cause is None:
                 self._poll(now_s)

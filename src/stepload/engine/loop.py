@@ -110,7 +110,7 @@ class _Run:
             peak_force_n=engine.peak_force_n,
             zero_shift_n=course.zero_shift_n,
             levels_done=course.levels_done,
-            cycle=course.cycle,
+            cycle=max(course.cycle, 1),  # touches on a circle are of none
             touches=tuple(course.touches),
             tares=tuple(course.tares),
             lateness=self.cadence.lateness,

@@ -98,6 +98,21 @@ def _check_rates(plan: Plan, arm: Arm, force: ForceSensor, second: ForceSensor |
             )
 
 
+def _check_shift(plan: Plan, arm: Arm, *, dry_run: bool) -> None:
+    """An arm that cannot go across its approach is known before it moves."""
+    asked = plan.procedure.alignment is not None or plan.procedure.nulling is not None
+    if not asked or arm.can_shift:
+        return
+    raise DeviceError(
+        "procedure.alignment and procedure.nulling need an arm that can go across its approach, "
+        "and this one cannot",
+        code=FaultCode.REFUSED_COMMAND,
+        hint="describe the six axes of the simulated rig in rig.simulation.mount: {}"
+        if dry_run
+        else "leave both out, and align by hand",
+    )
+
+
 @contextmanager
 def opened(envelope: Envelope, *, dry_run: bool, seed: int | None = None) -> Iterator[OpenRig]:
     """The open rig of a plan; sensors open before the arm and close after it.
@@ -128,6 +143,7 @@ def opened(envelope: Envelope, *, dry_run: bool, seed: int | None = None) -> Ite
                 stack.callback(_close, role, device, errors)
                 identities[role] = device.open(OPEN_TIMEOUT_S)
         _check_rates(plan, arm, force, second)
+        _check_shift(plan, arm, dry_run=dry_run)
         rates_hz = {
             "force": force.rate_hz, "arm": 1.0 / arm.period_s, "tick": 1.0 / arm.period_s,
         }  # fmt: skip

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from stepload.engine.align import Alignment
 from stepload.engine.approach import Approach
 from stepload.engine.course import Course, Then
 from stepload.engine.enough import FarEnough, Verdict, judge, nearest
@@ -16,6 +17,7 @@ from stepload.engine.proof_of_life import ProofOfLife
 from stepload.engine.retract import Retract
 from stepload.engine.steps import Control, LoadSteps
 from stepload.engine.zeroing import Adopt, Zeroing
+from stepload.envelope.aligning import Aligning, NullingLaw
 from stepload.envelope.shake import Shake
 from stepload.envelope.until import Until
 from stepload.record.rows import Phase
@@ -33,6 +35,8 @@ class RunOrder:
         controller: makes the step controller.
         shake: by which the force channels prove that they are alive; see `ProofOfLife`.
         until: what every level needs where the plan may end its loading early, else None.
+        aligning, nulling: how the plate is touched on a circle, and how force across is taken off;
+            None where the plan does not ask for it.
     """
 
     def __init__(
@@ -44,13 +48,16 @@ class RunOrder:
         shake: Shake | None,
         until: Until | None = None,
         tell: Say = nothing,
+        aligning: Aligning | None = None,
+        nulling: NullingLaw | None = None,
     ) -> None:
         self._tell = tell
-        self.steps = LoadSteps(course, controller)
+        self.steps = LoadSteps(course, controller, nulling)
         self._course = course
         self._zeroing = Zeroing(course, self._leave, adopt)
         self._life = ProofOfLife(course, self._leave, shake)
         self._approach = Approach(course, self._leave, self._zeroing.take)
+        self._alignment = Alignment(course, self._approach, aligning, self._leave)
         self._retract = Retract(course)
         self._index = start_level
         self._top = len(course.plan.levels_n)
@@ -81,7 +88,10 @@ class RunOrder:
             self._zeroing.warm_up(now_s, self._prove_life)
 
     def _prove_life(self, now_s: float) -> None:
-        self._life.prove(now_s, self._first_approach)
+        self._life.prove(now_s, self._align)
+
+    def _align(self, now_s: float) -> None:
+        self._alignment.begin(now_s, self._first_approach)
 
     def _first_approach(self, now_s: float) -> None:
         if self._course.operator.paused:

@@ -6,8 +6,10 @@ from collections.abc import Callable
 
 from stepload.engine.controller import StepController
 from stepload.engine.course import Course, Then
+from stepload.engine.nulling import Nulling
 from stepload.engine.retract import not_open
 from stepload.engine.settle import SettleTest
+from stepload.envelope.aligning import NullingLaw
 from stepload.envelope.bounds import step_patience_s
 from stepload.envelope.limits import RunLimits
 from stepload.record.rows import Phase
@@ -27,12 +29,16 @@ class LoadSteps:
     Args:
         course: of the run.
         controller: makes `controller`, which brings the force to a level.
+        nulling: how force across is taken off before a level is held, None where it is not.
     """
 
-    def __init__(self, course: Course, controller: Control) -> None:
+    def __init__(
+        self, course: Course, controller: Control, nulling: NullingLaw | None = None
+    ) -> None:
         self._course = course
         self._control = controller
         self._settle = SettleTest()
+        self._nulling = Nulling(course, nulling)
         self._same_contact = False
         self._hold_phase = Phase.HOLD
         self._then: Then = course.finish
@@ -82,7 +88,10 @@ class LoadSteps:
             not_open(course, course.level_n)
         if not (controller.reached or self._too_long(now_s)):
             return
-        limits = course.limits
+        self._nulling.begin(now_s, self._begin_hold)
+
+    def _begin_hold(self, now_s: float) -> None:
+        course, limits = self._course, self._course.limits
         eps_n = max(limits.band_n, SETTLE_SHARE * course.level_n)
         self._settle.begin(now_s + 4.0 / limits.step_rate_per_s, course.plan.hold_s, eps_n)
         self._force_sum_n = self._position_sum_m = 0.0

@@ -82,7 +82,7 @@ class Engine:
         )
         self.steps = RunOrder(
             self.course, self._adopt, start_level, controller, envelope.telling_shake,
-            envelope.until, self._tell,
+            envelope.until, self._tell, envelope.aligning, envelope.nulling,
         ).steps  # fmt: skip
         self._plan = plan
         self._measured = Measured(0.0, 0.0)
@@ -100,6 +100,11 @@ class Engine:
         self._last_s = math.nan
         self._longest_step_s = 1.2 * limits.period_s  # a late tick moves less, never faster
         self._safe_m = self._safe_speed_m_s = self._give_up_s = 0.0
+
+    @property
+    def shift_m(self) -> tuple[float, float]:
+        """What is asked of the arm across its approach; a retract keeps it."""
+        return self.course.shift_m
 
     @property
     def retract_distance_m(self) -> float:

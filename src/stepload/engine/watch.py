@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from stepload.rig.samples import ArmSample, ForceSample
+from stepload.rig.samples import ArmSample, ForceSample, SixFloats
 
 AXES = {"fx": 0, "fy": 1, "fz": 2}
 EMPTY_TICKS = 3
@@ -199,6 +199,17 @@ class ForceWatch(_StreamWatch):
         return math.hypot(across_i, across_j) if across_i or across_j else 0.0
 
     @property
+    def load_across_n(self) -> tuple[float, float]:
+        """Smoothed force of the tip on the plate along axes 1 and 2 of the pressing frame, where
+        the sensor's axes are those in cyclic order from the pressing axis on, since `tare`."""
+        if self._smooth_i != self._smooth_i:
+            return 0.0, 0.0
+        zero = self._zero
+        one = self._sign * (self._smooth_i - zero[self._i])
+        other = self._sign * (self._smooth_j - zero[self._j])
+        return (other, one) if self._index == 1 else (one, other)
+
+    @property
     def smooth_across_n(self) -> float:
         """The same, smoothed over some ticks: its noise is not that of the pressing axis."""
         if self._smooth_i != self._smooth_i:
@@ -296,9 +307,9 @@ class ForceWatch(_StreamWatch):
 
 
 class ArmWatch(_StreamWatch):
-    """Watches the arm; `force_n` is its own force channel, not tared."""
+    """Watches the arm; `force_n` is its own force channel, not tared, `pose` its newest pose."""
 
-    __slots__ = ("_counts", "_force_n", "_needs_force", "_same", "force_n", "position_m")
+    __slots__ = ("_counts", "_force_n", "_needs_force", "_same", "force_n", "pose", "position_m")
 
     def __init__(
         self,
@@ -316,6 +327,7 @@ class ArmWatch(_StreamWatch):
         self._force_n = float("nan")
         self.force_n = float("nan")
         self.position_m = float("nan")
+        self.pose: SixFloats = (float("nan"),) * 6
 
     def _judge(self, samples: Sequence[ArmSample]) -> Breach | None:
         breach = None
@@ -327,7 +339,7 @@ class ArmWatch(_StreamWatch):
                     f"arm: cannot follow commands, or flags its sample (status {status})",
                 )  # fmt: skip
             if position_m - position_m == 0.0:
-                self.position_m = position_m
+                self.position_m, self.pose = position_m, sample.pose
             else:
                 breach = breach or self.found(
                     "R4", position_m, 0.0, "m", f"arm: position {position_m} is not finite"

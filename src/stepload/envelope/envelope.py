@@ -9,6 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from stepload.envelope.advice import advised
+from stepload.envelope.aligning import (
+    Aligning,
+    NullingLaw,
+    aligning_of,
+    aligning_reasons,
+    nulling_of,
+)
 from stepload.envelope.bounds import Measured, press_rig, retract_speed_m_s
 from stepload.envelope.climb import Climbs, climbs_of
 from stepload.envelope.cycles import cycle_reasons
@@ -24,7 +31,7 @@ from stepload.envelope.proof import shake_reasons
 from stepload.envelope.ranges import range_reasons
 from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
 from stepload.envelope.reasons import age_reasons, force_reasons, identifiable_reasons, rig_reasons
-from stepload.envelope.schedule import Stage, schedule
+from stepload.envelope.schedule import NULLING_TIMES, Stage, align_s, schedule
 from stepload.envelope.shake import Shake, shake_for
 from stepload.envelope.sideways import sideways_reasons
 from stepload.envelope.softness import softness
@@ -48,7 +55,8 @@ class Envelope:
     `refusal` says why. Speeds and force budget are then those at the largest safe force; where no
     force is safe the speeds are 0 and the budget is empty. `bounds` are the rig's delays and
     inertia, `shake` is the best that can prove the force channels, None where no mass is stated,
-    `until` what every level needs where the plan asks for no more force than an interval takes.
+    `until` what every level needs where the plan asks for no more force than an interval takes,
+    `aligning` and `nulling` what the run does across its approach.
     Secants and deformation are theory's, `top_force_n` is the plan's.
     """
 
@@ -72,6 +80,8 @@ class Envelope:
     climbs: Climbs | None = None
     shake: Shake | None = None
     until: Until | None = None
+    aligning: Aligning | None = None
+    nulling: NullingLaw | None = None
 
     @property
     def telling_shake(self) -> Shake | None:
@@ -141,6 +151,8 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     climbs = climbs_of(plan, limits, theory.law) if limits is not None else None
     secant_at_top = theory.law.secant(plan.procedure.top_force_n)
     found = None if plan.identify.kind == "system" else _identifiability_of(plan)
+    aligning = None if limits is None else aligning_of(plan, limits)
+    nulling = None if limits is None else nulling_of(plan, limits)
     reasons = [
         *force_reasons(plan, safe_n, refusal, theory.counted),
         *limit_reasons(theory),
@@ -154,6 +166,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         *friction_reasons(plan, theory),
         *shake_reasons(plan, shake),
         *sideways_reasons(plan),
+        *aligning_reasons(plan, limits),
     ]
     if found is not None:
         hardest = theory.stiffest.secant(plan.procedure.top_force_n)
@@ -180,9 +193,11 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         guarded_speed_m_s=pressing.guarded_speed_m_s if pressing else 0.0,
         fast_speed_m_s=pressing.fast_speed_m_s if pressing else 0.0,
         force_budget=pressing.guarded_budget(plan.procedure.touch_force_n) if pressing else (),
-        stages=_stages(plan, limits, climbs, shake),
+        stages=_stages(plan, limits, climbs, shake, aligning, nulling),
         climbs=climbs,
         shake=shake,
+        aligning=aligning,
+        nulling=nulling,
     )
 
 
@@ -235,7 +250,12 @@ def _identifiability_of(plan: Plan) -> Identifiability:
 
 
 def _stages(
-    plan: Plan, limits: RunLimits | None, climbs: Climbs | None, shake: Shake | None
+    plan: Plan,
+    limits: RunLimits | None,
+    climbs: Climbs | None,
+    shake: Shake | None,
+    aligning: Aligning | None,
+    nulling: NullingLaw | None,
 ) -> tuple[Stage, ...]:
     if limits is None or climbs is None:
         return ()
@@ -245,4 +265,6 @@ def _stages(
         climbs,
         retract_speed_m_s=retract_speed_m_s(plan.rig),
         shake_s=shake.duration_s if shake is not None and shake.tells else 0.0,
+        align_s=align_s(plan.procedure, limits, aligning) if aligning is not None else 0.0,
+        null_s=NULLING_TIMES * nulling.time_constant_s if nulling is not None else 0.0,
     )

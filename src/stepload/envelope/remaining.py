@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stepload.envelope.schedule import (
+    ALIGN,
     BETWEEN,
     LAST,
     LOAD_STEP,
@@ -21,6 +22,7 @@ _BEFORE: dict[int, str] = {
     Phase.TARE: "tare and drift check",
     Phase.DRIFT_CHECK: "tare and drift check",
     Phase.PROOF_OF_LIFE: "prove the force channels",
+    Phase.ALIGN: ALIGN,
     Phase.FAST_APPROACH: "fast approach",
     Phase.GUARDED_APPROACH: "guarded approach",
     Phase.DWELL: "touch again",
@@ -75,10 +77,10 @@ class Remaining:
             self._loaded(row)
             self._press(self._index(row))
         elif self._step < 0:
-            self._approach(_BEFORE.get(phase, ""))
+            self._approach(_BEFORE.get(phase, "") if row.cycle else ALIGN)
         elif phase == Phase.RETRACT and self._step == self._steps_of_run - 1:
             self._enter_last()
-        self._now_left_s = self._left_s(row.cycle)
+        self._now_left_s = self._left_s(max(row.cycle, 1))
         return self._now_left_s
 
     @property

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+from stepload.contact.plane import CIRCLE
+from stepload.envelope.aligning import Aligning
 from stepload.envelope.climb import Climbs
 from stepload.envelope.limits import RunLimits
 from stepload.plan.model import Procedure
@@ -22,6 +25,9 @@ LOAD_STEP, UNLOAD_STEP = "load step with hold", "unload step with hold"
 BETWEEN, UNLOAD_BETWEEN = "part, tare and touch between cycles", "unload between cycles"
 LAST = "retract, second tare, last touch"
 """Names of stages; what comes before the load steps is in the order of time."""
+ALIGN = "align with the plate"
+NULLING_TIMES = 5.0
+"""Time constants that nulling is expected to take at a level."""
 SLOW_SHARE = 0.5
 """Of the guarded speed, where the surface is known."""
 
@@ -54,6 +60,19 @@ class Stage:
         return self.each_s * self.repeats
 
 
+def align_s(procedure: Procedure, limits: RunLimits, aligning: Aligning) -> float:
+    """Expected time in s of the touches on a circle, the first one in its middle included."""
+    slow_m_s, fast_m_s = SLOW_SHARE * limits.guarded_speed_m_s, limits.fast_speed_m_s
+    run_out_m = 2.0 * fast_m_s * limits.reaction_s
+    near_m = procedure.surface_uncertainty_m
+    first_s = (procedure.surface_distance_m - near_m) / fast_m_s
+    first_s += (near_m + run_out_m) / limits.guarded_speed_m_s + RING_S
+    down_s = (aligning.early_m + run_out_m) / slow_m_s + RING_S
+    back_s = aligning.clear_m / limits.retract_speed_m_s + 2.0 * (REST_S + 4.0 * limits.loop_s)
+    ways_m = aligning.radius_m * (2.0 + (CIRCLE - 1) * math.sqrt(3.0))
+    return first_s + CIRCLE * down_s + (CIRCLE + 1) * back_s + ways_m / aligning.speed_m_s
+
+
 def schedule(
     procedure: Procedure,
     limits: RunLimits,
@@ -61,6 +80,8 @@ def schedule(
     *,
     retract_speed_m_s: float,
     shake_s: float = 0.0,
+    align_s: float = 0.0,
+    null_s: float = 0.0,
 ) -> tuple[Stage, ...]:
     """Expected stages of a run that meets no trouble, from open devices on.
 
@@ -73,6 +94,8 @@ def schedule(
         climbs: its load steps, without their holds.
         retract_speed_m_s: speed away from the surface.
         shake_s: time of the shake that proves the force channels; 0 without one.
+        align_s: time of the touches on a circle; 0 without them.
+        null_s: time that force across the axis takes to be taken off, before a level is held.
     """
     fast_m_s, guarded_m_s = limits.fast_speed_m_s, limits.guarded_speed_m_s
     back_m, band_m = procedure.retract_m, procedure.surface_uncertainty_m
@@ -82,8 +105,9 @@ def schedule(
     settled_s = 4.0 / limits.step_rate_per_s + SETTLED_S
     longest_s = procedure.hold_s + procedure.settle_timeout_s
     hold_s = min(max(procedure.hold_s, settled_s), longest_s)
-    up = tuple(each + hold_s for each in climbs.up_s)
-    down = tuple(each + hold_s for each in reversed(climbs.down_s)) if procedure.unload else ()
+    held_s = hold_s + null_s
+    up = tuple(each + held_s for each in climbs.up_s)
+    down = tuple(each + held_s for each in reversed(climbs.down_s)) if procedure.unload else ()
     rest_s = REST_S + 4.0 * limits.loop_s
     back_s = back_m / retract_speed_m_s + rest_s
     again_s = (gap_m + run_out_m) / (SLOW_SHARE * guarded_m_s) + RING_S
@@ -95,6 +119,7 @@ def schedule(
         Stage("prove free air", 2.0 * LOOK_S + back_s, 1),
         Stage("tare and drift check", procedure.tare_s + DRIFT_CHECK_S, 1),
         Stage("prove the force channels", shake_s, 1),
+        Stage(ALIGN, align_s, 1),
         Stage("fast approach", max(clear_m + back_m - run_out_m, 0.0) / fast_m_s, 1),
         Stage("guarded approach", (band_m + run_out_m) / guarded_m_s + RING_S, 1),
         Stage("touch again", touch_s, procedure.touches - 1),

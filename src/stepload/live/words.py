@@ -11,7 +11,8 @@ def where(row: TickRow) -> str:
     """Cycle, phase, and the load level where there is one."""
     name = Phase(row.phase).name.replace("_", " ").lower()
     level = f", step {row.step} ({row.level_n:.4g} N)" if row.level_n else ""
-    return f"cycle {row.cycle}, {name}{level}"
+    cycle = f"cycle {row.cycle}" if row.cycle else "before the first cycle"
+    return f"{cycle}, {name}{level}"
 
 
 def clock(seconds: float) -> str:

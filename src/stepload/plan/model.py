@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Annotated, ClassVar
 
 from stepload.contact.law_names import LAW_NAMES
+from stepload.plan.aligning import Alignment, Nulling
 from stepload.plan.leaves import (
     Accuracy,
     Choice,
@@ -48,9 +49,9 @@ from stepload.plan.sections import Key
 from stepload.plan.simulation import Simulation
 
 __all__ = [
-    "ArmSpec", "DisplacementSpec", "DriverChoice", "ForceSpec", "IdentifyPlan", "Payload", "Plan",
-    "Procedure", "Provenance", "RecordPlan", "RecordPolicy", "Rig", "SecondForce",
-    "SecondForceSource", "Simulation", "SourceFile", "Structure", "SystemStiffness",
+    "Alignment", "ArmSpec", "DisplacementSpec", "DriverChoice", "ForceSpec", "IdentifyPlan",
+    "Nulling", "Payload", "Plan", "Procedure", "Provenance", "RecordPlan", "RecordPolicy", "Rig",
+    "SecondForce", "SecondForceSource", "Simulation", "SourceFile", "Structure", "SystemStiffness",
 ]  # fmt: skip
 
 
@@ -165,6 +166,21 @@ class Procedure:
             "known where `rig.force.lever` is stated and the sensor has torques."
         ),
     ] = 0.01
+    alignment: Annotated[
+        Alignment | None,
+        Key(
+            "Three touches on a circle before loading tell how the plate is tilted; `{}` takes all "
+            "defaults. The tool, not the plate, must carry what is round; none: not asked."
+        ),
+    ] = None
+    nulling: Annotated[
+        Nulling | None,
+        Key(
+            "Takes force across the axis off before a level is held; `{}` takes all defaults. For "
+            "lowering that force only, it biases the result of a tool that is not aligned; none: "
+            "not done."
+        ),
+    ] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

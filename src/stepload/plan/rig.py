@@ -144,6 +144,13 @@ class ArmSpec:
     ] = 5e-5
     max_age_s: Annotated[_Age | None, Key(_OLDER)] = None
     pose: Annotated[Remark, Key("Name of the pose; compared with the calibration record.")] = ""
+    lateral_stiffness_n_per_m: Annotated[
+        Stiffness | None,
+        Key(
+            "Largest stiffness across the approach that is believed possible, for touches on a "
+            "circle and for nulling; none: three times the largest along it."
+        ),
+    ] = None
     structure: Annotated[
         Structure,
         Choice(tuple(Structure)),

@@ -16,6 +16,7 @@ Behind an uncertain value ± may be written; its standard uncertainty is put int
 from __future__ import annotations
 
 import inspect
+import math
 import types
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, is_dataclass
@@ -117,6 +118,8 @@ class Entry:
     def default_text(self) -> str | bool | int | float | None:
         """The default as a plan would write it; None where there is none to write."""
         if isinstance(self.leaf, Quantity) and isinstance(self.default, float):
+            if self.leaf.unit == "rad":
+                return f"{math.degrees(self.default):g} deg"
             return format_quantity(self.default, self.leaf.unit, digits=6)
         if isinstance(self.default, Path):
             return str(self.default)

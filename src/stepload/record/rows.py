@@ -38,6 +38,8 @@ class Phase(IntEnum):
     DONE = 15
     FREE_AIR = 16
     PROOF_OF_LIFE = 17
+    ALIGN = 18
+    NULLING = 19
 
 
 class TickFields(NamedTuple, Generic[Whole, Number]):

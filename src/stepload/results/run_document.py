@@ -39,7 +39,7 @@ from stepload.results.level_tables import hold_table, touch_table
 from stepload.results.levels import Level, levels_of
 from stepload.results.model import Card, Document, Mood, Table, Verdict, interval
 from stepload.results.provenance import provenance_table
-from stepload.results.remarks import alive, levels, remarks
+from stepload.results.remarks import alive, levels, remarks, sideways
 from stepload.results.run_figures import figures_of, law_figure
 from stepload.results.run_snippets import snippet_texts
 from stepload.results.until import levels_to_load, loaded, until_table
@@ -132,6 +132,7 @@ def _reasons(run: Evaluation) -> list[str]:
             *remarks(run.data),
             *alive(run.recording.events),
             *levels(run.recording.events),
+            *sideways(run.recording.events),
             *beyond_theory(run),
         ]
     if run.problem and run.problem != _verdict(run).text:

@@ -28,7 +28,7 @@ STOP_SHARE = 0.5
 
 
 @contextmanager
-def _moving_arm(trial: Trial) -> Iterator[Arm]:
+def moving_arm(trial: Trial) -> Iterator[Arm]:
     """An open arm that may move; it is made safe if a check fails."""
     if not isinstance(trial.make(), Arm):
         raise SkippedCheck("only arms move")
@@ -46,7 +46,7 @@ def _moving_arm(trial: Trial) -> Iterator[Arm]:
 
 def check_motion(trial: Trial) -> None:
     """An arm goes to its target, holds it without further commands, and retracts."""
-    with _moving_arm(trial) as arm:
+    with moving_arm(trial) as arm:
         start_m = _position(arm, trial)
         quarter_m = start_m + 0.25 * trial.move_m
         _ramp(arm, start_m, quarter_m, trial)
@@ -122,7 +122,7 @@ def check_stop(trial: Trial) -> str:
     before `safe` is called; a stop that does nothing lets it arrive every time.
     """
     for _ in range(STOP_TRIES):
-        with _moving_arm(trial) as arm:
+        with moving_arm(trial) as arm:
             step_m = STOP_SHARE * trial.move_m
             start_m = _position(arm, trial)
             arm.command(start_m - step_m)
@@ -142,17 +142,17 @@ def check_stop(trial: Trial) -> str:
 
 def check_targets(trial: Trial) -> None:
     """A target that is no number is refused, and so is a retract that would go forth."""
-    with _moving_arm(trial) as arm:
+    with moving_arm(trial) as arm:
         start_m = _position(arm, trial)
         for target in (math.nan, math.inf, -math.inf):
-            _refused(f"command({target})", arm.command, target)
+            refused(f"command({target})", arm.command, target)
         for distance in (-trial.move_m, math.nan):
-            _refused(f"retract({distance:g} m)", arm.retract, distance, trial.speed_m_s, ARRIVE_S)
+            refused(f"retract({distance:g} m)", arm.retract, distance, trial.speed_m_s, ARRIVE_S)
         idle(arm, trial, HOLD_S)
         _require_near("after refused targets", _position(arm, trial), start_m, trial)
 
 
-def _refused(what: str, call: Callable[..., None], *arguments: float) -> None:
+def refused(what: str, call: Callable[..., None], *arguments: object) -> None:
     try:
         call(*arguments)
     except SteploadError:

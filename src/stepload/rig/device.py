@@ -77,6 +77,10 @@ class StopProof:
     travel_m: float
 
 
+LARGEST_SHIFT_M = 0.01
+"""How far across its approach axis an arm may be asked to go, from its start pose."""
+
+
 class Device(ABC):
     """Common to all devices.
 
@@ -159,7 +163,15 @@ class Arm(Device):
     """A position-controlled axis. The only motion command is an absolute position target.
 
     A target is inherently bounded when the link dies: the arm goes there and holds.
+
+    The pressing frame is right-handed: axis 3 points along the approach, axes 1 and 2 across it.
+    With the tool down axis 1 is the base's -x and axis 2 its y; otherwise axis 2 is the base's y as
+    far as it lies across the approach.
     """
+
+    can_shift: bool = False
+    """Whether `command` takes a `shift_m`. A class says what its arms can at best, an open arm what
+    it can itself; only such an arm needs the parameter."""
 
     period_s: float
     """The arm's control period; the engine ticks at this period. Valid after `open`."""
@@ -176,12 +188,19 @@ class Arm(Device):
         """All samples that arrived since the last call, oldest first; none repeated."""
 
     @abstractmethod
-    def command(self, position_m: float) -> None:
+    def command(self, position_m: float, shift_m: tuple[float, float] = (0.0, 0.0)) -> None:
         """Send one absolute target along the approach axis; returns at once.
 
+        Args:
+            position_m: travel from the start pose towards the plate.
+            shift_m: travel from the start pose along axes 1 and 2 of the pressing frame. It is for
+                touches beside the axis and for taking force off sideways only, it is leashed as the
+                travel is, and a retract keeps it. An arm that cannot shift refuses one.
+
         Raises:
-            DeviceError: the command could not be handed over. (A latched fault does not prevent
-                sending: a retract must always go out.)
+            DeviceError: the command could not be handed over, or the shift is no number, beyond
+                `LARGEST_SHIFT_M`, or too far ahead. (A latched fault does not prevent sending: a
+                retract must always go out.)
         """
 
     @abstractmethod

@@ -63,7 +63,7 @@ def run(bench: Bench, until_s: float = 600.0, rows: list[TickRow] | None = None)
             now_s, rig.force.drain(), rig.arm.drain(), (), second.drain() if second else ()
         )
         if target_m == target_m:
-            rig.arm.command(target_m)
+            rig.arm.command(target_m, engine.shift_m)
         if rows is not None and engine.row is not None:
             rows.append(engine.row)
         bench.ticks += 1

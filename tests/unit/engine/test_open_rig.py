@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,7 +12,7 @@ from stepload.engine.open_rig import opened
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import DeviceError
 from stepload.plan.load import load_plan
-from stepload.plan.model import DriverChoice, Plan
+from stepload.plan.model import Alignment, DriverChoice, Nulling, Plan
 
 PLAN = Path(__file__).resolve().parents[3] / "procedures" / "plastic-sphere.yaml"
 
@@ -41,3 +42,18 @@ def test_a_device_with_another_rate_than_planned_is_refused(
 def test_a_faster_sensor_is_welcome() -> None:
     with opened(envelope_of(_with_rates(1000.0, 2000.0)), dry_run=False) as rig:
         assert rig.rates_hz == {"arm": 1000.0, "tick": 1000.0, "force": 2000.0}
+
+
+@pytest.mark.parametrize("asked", [{"alignment": Alignment()}, {"nulling": Nulling()}])
+@pytest.mark.parametrize("dry_run", [True, False])
+def test_an_arm_that_cannot_go_sideways_is_known_before_it_moves(
+    asked: dict[str, Any], dry_run: bool
+) -> None:
+    """The simulated rig has one axis unless the plan gives it a mount."""
+    plan = _with_rates(1000.0, 1000.0)
+    plan = replace(plan, procedure=replace(plan.procedure, **asked))
+    with (
+        pytest.raises(DeviceError, match="can go across its approach, and this one cannot"),
+        opened(envelope_of(plan), dry_run=dry_run),
+    ):
+        pass

@@ -62,6 +62,7 @@ rig:
     model_tolerance: 50 µm
     max_age: 12 ms
     pose: down
+    lateral_stiffness: 20 MN/m
     structure: arm
     kinematics: ur5e
   force:
@@ -192,6 +193,14 @@ rig:
       gauge_offset_y: 5 mm
       tool_cog: 80 mm
 procedure:
+  alignment:
+    radius: 8 mm
+    max_tilt: 1 deg
+    touch_error: 10 µm
+  nulling:
+    time_constant: 0.3 s
+    largest_shift: 0.2 mm
+    sensor_turn: 5 deg
   step: 50 N
   top_force: 300 N
   load_rate: 40 N/s

@@ -40,7 +40,7 @@ RANGES = {
         rig.arm.model_tolerance rig.displacement.resolution procedure.surface_distance
         procedure.surface_uncertainty procedure.search_distance procedure.retract
         rig.simulation.stop_depth rig.force.lever rig.second_force.sensor.lever
-        procedure.max_eccentricity
+        procedure.max_eccentricity procedure.alignment.touch_error
         rig.system_stiffness.deflection calibration.deflection
     """,
     "0.1 to 89 deg": "payload.geometry.sharp_cone.slope",
@@ -101,6 +101,7 @@ RANGES = {
         rig.simulation.creep_time
     """,
     "1 to 1e12 N/m": """
+        rig.arm.lateral_stiffness
         rig.system_stiffness.value calibration.stiffness rig.simulation.pad_stiffness
         rig.simulation.stop_stiffness
     """,
@@ -142,7 +143,11 @@ RANGES = {
         rig.simulation.mount.tilt_x rig.simulation.mount.tilt_y
         rig.simulation.mount.sensor_turn_x rig.simulation.mount.sensor_turn_y
     """,
-    "-180 to 180 deg": "rig.simulation.mount.sensor_turn_z",
+    "-180 to 180 deg": "rig.simulation.mount.sensor_turn_z procedure.nulling.sensor_turn",
+    "1e-3 to 0.01 m": "procedure.alignment.radius",
+    "0.05 to 3 deg": "procedure.alignment.max_tilt",
+    "0.05 to 5 s": "procedure.nulling.time_constant",
+    "above 0 to 3e-4 m": "procedure.nulling.largest_shift",
     "-50 to 50 %": "rig.simulation.mount.cross_talk",
     "0 to 10000 N m": """
         rig.simulation.mount.torque_noise rig.simulation.mount.torque_resolution

@@ -344,7 +344,7 @@ def test_a_child_that_ends_is_a_fault(opened):
 
 
 def targets(child) -> list[float]:
-    return [wire.unpack_target(message) for message in child.of(wire.TARGET)]
+    return [wire.unpack_target(message)[0] for message in child.of(wire.TARGET)]
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])

@@ -1,0 +1,112 @@
+"""Takes the force across the approach off by going sideways, before a level is held.
+
+A tip that is pressed by an arm is drawn sideways and rubs. The arm follows the force, slowly enough
+to be stable where it is three times as stiff sideways as believed, and never far. It ends where the
+force is gone, where its time is up, or where it has grown or not fallen: the sensor is turned
+against the arm otherwise than the plan says.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from stepload.engine.course import Course, Then
+from stepload.envelope.aligning import NullingLaw
+from stepload.record.rows import Phase
+
+Shift = tuple[float, float]
+GROWN_SHARE = 0.1
+"""Of the force that it began with: more above the least so far is no noise."""
+GROWN_DEADS = 2.0
+USELESS_SHARE = 0.7
+"""Of the force that it began with: what slides cannot grow, but it was to fall to a third."""
+
+
+def nulled(shift_m: Shift, across_n: Shift, law: NullingLaw, step_s: float) -> Shift:
+    """The shift a tick later.
+
+    Against the force at |f| / (K τ), not faster and not further than the law allows; a force below
+    its noise is left alone.
+
+    Args:
+        shift_m: the shift now.
+        across_n: force of the tip on the plate along the arm's axes 1 and 2.
+    """
+    size_n = math.hypot(*across_n)
+    if size_n <= law.dead_n:
+        return shift_m
+    speed_m_s = min(size_n / (law.stiffness_n_per_m * law.time_constant_s), law.fastest_m_s)
+    part = speed_m_s * step_s / size_n
+    x_m, y_m = (at - part * force for at, force in zip(shift_m, across_n, strict=True))
+    way_m = math.hypot(x_m, y_m)
+    if way_m > law.largest_m:
+        scale = law.largest_m / way_m
+        return scale * x_m, scale * y_m
+    return x_m, y_m
+
+
+class Nulling:
+    """Does it for one level after another; once it made things worse, not again in this run.
+
+    Args:
+        course: of the run.
+        law: how; None where the plan does not ask for it.
+    """
+
+    def __init__(self, course: Course, law: NullingLaw | None) -> None:
+        self._course = course
+        self._law = law
+        self._then: Then = course.finish
+        self._first_n = self._least_n = 0.0
+        self._begin_m: Shift = (0.0, 0.0)
+
+    def begin(self, now_s: float, then: Callable[[float], None]) -> None:
+        """Take the force across off, `then` go on; at once where there is nothing to do."""
+        course, law = self._course, self._law
+        if law is None or course.sup.smooth_n < law.from_n:
+            then(now_s)
+            return
+        self._then = then
+        self._first_n = self._least_n = math.hypot(*self._across_n(law))
+        self._begin_m = course.shift_m
+        course.enter(Phase.NULLING, now_s, self._act)
+
+    def _across_n(self, law: NullingLaw) -> Shift:
+        """Force across, in the axes of the arm."""
+        one, other = self._course.sup.force.load_across_n
+        c, s = math.cos(law.turn_rad), math.sin(law.turn_rad)
+        return c * one - s * other, s * one + c * other
+
+    def _act(self, now_s: float, step_s: float) -> None:
+        course, law = self._course, self._law
+        assert law is not None
+        across_n = self._across_n(law)
+        size_n = math.hypot(*across_n)
+        self._least_n = min(self._least_n, size_n)
+        grown_n = max(GROWN_DEADS * law.dead_n, GROWN_SHARE * self._first_n)
+        if size_n > self._least_n + grown_n:
+            self._law = None
+            self._end(now_s, size_n, "grown")
+        elif size_n <= law.dead_n:
+            self._end(now_s, size_n, "gone")
+        elif course.stop_asked():
+            self._end(now_s, size_n, "stop")
+        elif now_s - course.since_s >= law.longest_s:
+            useless = size_n > USELESS_SHARE * self._first_n
+            if useless:
+                self._law = None
+            self._end(now_s, size_n, "useless" if useless else "time")
+        else:
+            course.shift_m = nulled(course.shift_m, across_n, law, step_s)
+
+    def _end(self, now_s: float, size_n: float, why: str) -> None:
+        course = self._course
+        course.emit(
+            now_s,
+            "nulled",
+            {"level_n": course.level_n, "before_n": self._first_n, "after_n": size_n,
+             "shift_m": list(course.shift_m),
+             "moved_m": math.dist(course.shift_m, self._begin_m), "why": why},
+        )  # fmt: skip
+        self._then(now_s)

@@ -1,0 +1,270 @@
+"""What going sideways means for force: speeds, clearances, and how well a tilt is known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from stepload.contact.plane import tilt_error_rad
+from stepload.envelope.bounds import largest_stiffness, press_rig
+from stepload.envelope.limits import RunLimits
+from stepload.envelope.press import Term, largest_speed
+from stepload.envelope.reason import Reason, Severity
+from stepload.errors import BadInputError
+from stepload.plan.model import Plan, Rig
+from stepload.rig.device import Arm
+from stepload.rig.plugins import load_driver
+from stepload.units import format_quantity
+
+GUESSED_FACTOR = 3.0
+"""Stiffness across over the largest along, where none is stated: a UR5e in its median pose has 1.3
+to 1.5 (assumed joint stiffnesses)."""
+STEEPEST_RAD = math.radians(5.0)
+"""A plate that is tilted by no more is not met by the shifted tool before the approach is slow."""
+FASTEST_M_S = 5e-3
+ACCELERATION_SHARE = 0.25
+FELT_SIGMAS = 8.0
+"""Of noise: force on either axis that ends a shift in free air."""
+HUMP_SIGMAS = 3.0
+SURE = 2.0
+"""Standard uncertainties within which a tilt is counted on (95 %)."""
+NULL_FROM_N = 3.0
+NULL_FASTEST_M_S = 1e-3
+NULL_ROOM_SHARE = 0.5
+"""Of what F_lim leaves above the top force: force across that may grow before the arm reacts."""
+NULL_SIGMAS = 2.0
+NULL_S = 0.2
+NULL_TIMES = 10.0
+NULL_LOOPS = 3.0
+"""Loop delays that the time constant must be: three times the stiffness is then stable with a gain
+margin of 1.5."""
+NULL_FILTER_TICKS = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class Aligning:
+    """How the touches on a circle are made, in SI units.
+
+    Attributes:
+        radius_m, max_tilt_rad: of the plan.
+        clear_m: distance from every surface seen so far at which the arm is shifted.
+        early_m: so much before the surface seen last an approach beside it is already slow.
+        speed_m_s, acceleration_m_s2: across the approach.
+        felt_n: force that ends a shift.
+        touch_error_m, tilt_error_rad: standard uncertainties of a touch, and of each angle.
+    """
+
+    radius_m: float
+    max_tilt_rad: float
+    clear_m: float
+    early_m: float
+    speed_m_s: float
+    acceleration_m_s2: float
+    felt_n: float
+    touch_error_m: float
+    tilt_error_rad: float
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        return (
+            Term("circle", self.radius_m, "m", "plan"),
+            Term("largest tilt", self.max_tilt_rad, "rad", "plan, with 2 sigma of the touches"),
+            Term("touch error", self.touch_error_m, "m", "plan, resolution, speed; sigma"),
+            Term("tilt error", self.tilt_error_rad, "rad", "sigma of each of the two angles"),
+            Term("clearance", self.clear_m, "m", "circle on a plate of 5 deg, and the retract"),
+            Term("shift speed", self.speed_m_s, "m/s", "F_lim is kept if something is hit"),
+            Term("shift ends at", self.felt_n, "N", "touch force, 8 sigma"),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class NullingLaw:
+    """How force across the axis is taken off, in SI units.
+
+    Attributes:
+        stiffness_n_per_m: largest stiffness across that is believed.
+        time_constant_s: of the fall where that is the true one.
+        largest_m: of all shifts together.
+        fastest_m_s: of a shift.
+        from_n: force along the axis from which on it is done.
+        dead_n: force across that is left alone.
+        longest_s: time that one level may take.
+        turn_rad: of the sensor about the approach against the arm.
+    """
+
+    stiffness_n_per_m: float
+    time_constant_s: float
+    largest_m: float
+    fastest_m_s: float
+    from_n: float
+    dead_n: float
+    longest_s: float
+    turn_rad: float
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        return (
+            Term("stiffness across", self.stiffness_n_per_m, "N/m", "rig, or three times K_s,max"),
+            Term("time constant", self.time_constant_s, "s", "plan"),
+            Term("largest shift", self.largest_m, "m", "plan"),
+            Term("shift speed", self.fastest_m_s, "m/s", "1 mm/s, half the room below F_lim"),
+            Term("from", self.from_n, "N", "force along the axis"),
+            Term("down to", self.dead_n, "N", "2 sigma of the force sensor"),
+            Term("longest", self.longest_s, "s", "10 time constants a level"),
+        )
+
+
+def lateral_stiffness(rig: Rig) -> float:
+    """The largest stiffness in N/m across the approach that is believed."""
+    stated = rig.arm.lateral_stiffness_n_per_m
+    return GUESSED_FACTOR * largest_stiffness(rig) if stated is None else stated
+
+
+def aligning_of(plan: Plan, limits: RunLimits) -> Aligning | None:
+    """How a plan's touches on a circle are made; None where it asks for none.
+
+    A shift is so slow that F_lim is kept even if the tool runs into something, which then feels the
+    arm's largest stiffness across.
+    """
+    asked, rig = plan.procedure.alignment, plan.rig
+    if asked is None:
+        return None
+    felt_n = max(limits.touch_force_n, FELT_SIGMAS * limits.noise_n)
+    press = press_rig(rig, limits.noise_n)
+    sideways = replace(press, stiffness_n_per_m=lateral_stiffness(rig))
+    speed_m_s = largest_speed(
+        sideways,
+        force_n=limits.force_limit_n,
+        threshold_n=felt_n,
+        tangent_n_per_m=limits.tangent_n_per_m,
+        delay_s=press.reaction_s,
+    )
+    sample_s = 1.0 / rig.force.rate_hz + limits.period_s
+    error_m = max(
+        asked.touch_error_m,
+        math.hypot(
+            limits.guarded_speed_m_s * sample_s / math.sqrt(12.0),
+            rig.arm.position_resolution_m / math.sqrt(12.0),
+            rig.arm.position_noise_m,
+            rig.arm.lost_motion_m,
+        ),
+    )
+    early_m = asked.radius_m * math.tan(STEEPEST_RAD)
+    return Aligning(
+        radius_m=asked.radius_m,
+        max_tilt_rad=asked.max_tilt_rad,
+        clear_m=early_m + plan.procedure.retract_m,
+        early_m=early_m,
+        speed_m_s=min(speed_m_s, limits.fast_speed_m_s, FASTEST_M_S),
+        acceleration_m_s2=ACCELERATION_SHARE * limits.acceleration_m_s2,
+        felt_n=felt_n,
+        touch_error_m=error_m,
+        tilt_error_rad=tilt_error_rad(asked.radius_m, error_m),
+    )
+
+
+def nulling_of(plan: Plan, limits: RunLimits) -> NullingLaw | None:
+    """How a plan takes force off sideways; None where it does not."""
+    asked = plan.procedure.nulling
+    if asked is None:
+        return None
+    stiffness = lateral_stiffness(plan.rig)
+    constant_s = asked.time_constant_s or max(NULL_S, least_time_constant_s(limits))
+    room_n = NULL_ROOM_SHARE * max(0.0, limits.force_limit_n - limits.top_force_n)
+    return NullingLaw(
+        stiffness_n_per_m=stiffness,
+        time_constant_s=constant_s,
+        largest_m=asked.largest_shift_m,
+        fastest_m_s=min(NULL_FASTEST_M_S, room_n / (stiffness * limits.reaction_s)),
+        from_n=max(NULL_FROM_N, limits.touch_force_n),
+        dead_n=NULL_SIGMAS * limits.noise_n,
+        longest_s=NULL_TIMES * constant_s,
+        turn_rad=asked.sensor_turn_rad,
+    )
+
+
+def least_time_constant_s(limits: RunLimits) -> float:
+    """The shortest time constant of nulling that this control loop is stable with."""
+    return NULL_LOOPS * (limits.loop_s + NULL_FILTER_TICKS * limits.period_s)
+
+
+def aligning_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
+    """What speaks against going sideways with this rig."""
+    procedure, rig = plan.procedure, plan.rig
+    if procedure.alignment is None and procedure.nulling is None:
+        return
+    if not can_shift(rig):
+        yield Reason(
+            "arm_cannot_shift", Severity.REFUSE,
+            f"procedure.alignment and procedure.nulling need an arm that can go across its "
+            f"approach; the driver {rig.arm.driver.name!r} cannot",
+            "leave both out: align by hand, with a dial gauge on the plate",
+        )  # fmt: skip
+    if procedure.nulling is not None:
+        yield from _nulling_reasons(plan, limits)
+    if limits is not None and (aligning := aligning_of(plan, limits)) is not None:
+        yield from _alignment_reasons(plan, aligning)
+
+
+def can_shift(rig: Rig) -> bool:
+    """Whether the driver of the plan's arm can go across its approach at all."""
+    try:
+        driver = load_driver("stepload.arms", rig.arm.driver.name)
+    except BadInputError:  # a plan that was made without a driver
+        return False
+    return issubclass(driver, Arm) and driver.can_shift
+
+
+def _nulling_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
+    rig, asked = plan.rig, plan.procedure.nulling
+    assert asked is not None
+    if len(rig.force.rated_force_n) != 3:
+        yield Reason(
+            "nulling_sensor", Severity.REFUSE,
+            "procedure.nulling takes force across the axis off, and nothing says that the force "
+            "sensor measures it",
+            "state rig.force.rated_force of a six-axis sensor, three numbers; or leave nulling out",
+        )  # fmt: skip
+    if limits is None:
+        return
+    least_s = least_time_constant_s(limits)
+    if asked.time_constant_s is not None and asked.time_constant_s < least_s:
+        yield Reason(
+            "nulling_too_fast", Severity.REFUSE,
+            f"procedure.nulling.time_constant is {asked.time_constant_s:.3g} s; the control loop "
+            f"is late by {limits.loop_s:.3g} s, and an arm three times as stiff sideways as "
+            "believed would swing",
+            f"at least {least_s:.2g} s", asked.time_constant_s, least_s, "s",
+        )  # fmt: skip
+    yield Reason(
+        "nulling", Severity.NOTE,
+        "force across the axis is taken off before each level is held: it lowers the share that "
+        "R12 watches, and biases the stiffness where tool and sensor are not aligned",
+        "compensation with three numbers (stepload calibrate) is the better correction",
+    )  # fmt: skip
+
+
+def _alignment_reasons(plan: Plan, aligning: Aligning) -> Iterator[Reason]:
+    procedure = plan.procedure
+    sure_rad = SURE * aligning.tilt_error_rad
+    if sure_rad >= aligning.max_tilt_rad:
+        yield Reason(
+            "tilt_unknown", Severity.REFUSE,
+            f"touches known to {format_quantity(aligning.touch_error_m, 'm')} on a circle of "
+            f"{format_quantity(aligning.radius_m, 'm')} tell the tilt to "
+            f"{math.degrees(sure_rad):.2g} deg only, and "
+            f"{math.degrees(aligning.max_tilt_rad):.2g} deg are allowed",
+            "a larger circle, a finer arm, a slower approach, or more tilt",
+            sure_rad, aligning.max_tilt_rad, "rad",
+        )  # fmt: skip
+    near_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
+    if near_m < aligning.clear_m:
+        yield Reason(
+            "alignment_room", Severity.REFUSE,
+            f"the plate may be {format_quantity(near_m, 'm')} from the start pose, and the arm is "
+            f"shifted {format_quantity(aligning.clear_m, 'm')} away from it: room behind the start "
+            "pose was not proven free",
+            "start farther away, or touch on a smaller circle",
+            near_m, aligning.clear_m, "m",
+        )  # fmt: skip

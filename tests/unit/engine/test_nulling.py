@@ -1,0 +1,156 @@
+"""Force across the approach is taken off by going sideways: stable, bounded, ended when wrong."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from course_feed import Stage
+from run_bench import bench_for, run
+from run_plans import envelope_for
+from tilted_plans import tilted_plan
+
+from stepload.engine.nulling import Nulling as Nuller
+from stepload.engine.nulling import nulled
+from stepload.engine.watch import ForceWatch
+from stepload.envelope.aligning import NullingLaw
+from stepload.plan.model import Nulling
+from stepload.rig.samples import ForceSample
+
+LAW = NullingLaw(1e5, 0.2, 3e-4, 1e-3, 3.0, 0.3, 2.0, 0.0)
+STEP_S = 0.002
+
+
+def test_the_speed_is_force_over_stiffness_and_time_constant() -> None:
+    x_m, y_m = nulled((0.0, 0.0), (2.0, -1.0), LAW, STEP_S)
+    assert (x_m, y_m) == pytest.approx((-2e-4 * 1e-3, 1e-4 * 1e-3))
+
+
+def test_what_is_below_the_noise_is_left_alone() -> None:
+    assert nulled((1e-5, 2e-5), (0.2, 0.2), LAW, STEP_S) == (1e-5, 2e-5)
+
+
+def test_it_is_never_faster_or_further_than_allowed() -> None:
+    x_m, y_m = nulled((0.0, 0.0), (300.0, 400.0), LAW, STEP_S)
+    assert math.hypot(x_m, y_m) == pytest.approx(1e-3 * STEP_S)
+    shift = (-2.999e-4, 0.0)
+    for _ in range(1000):
+        shift = nulled(shift, (50.0, 5.0), LAW, STEP_S)
+        assert math.hypot(*shift) <= LAW.largest_m * (1.0 + 1e-12)
+
+
+def closed_loop(stiffness: float, delay_s: float, time_constant_s: float = 0.2) -> np.ndarray:
+    """Force across over 4 s on a spring, with a delay and a servo lag of 10 ms, from 5 N on."""
+    law = replace(LAW, time_constant_s=time_constant_s, dead_n=0.0, fastest_m_s=1.0, largest_m=1.0)
+    late = deque([0.0] * round(delay_s / STEP_S))
+    shift, at_m, forces = (0.0, 0.0), 0.0, []
+    for _ in range(2000):
+        force_n = 5.0 + stiffness * at_m
+        forces.append(force_n)
+        shift = nulled(shift, (force_n, 0.0), law, STEP_S)
+        late.append(shift[0])
+        at_m += (1.0 - math.exp(-STEP_S / 0.01)) * (late.popleft() - at_m)
+    return np.array(forces)
+
+
+@pytest.mark.parametrize("times", [0.3, 1.0, 3.0])
+def test_it_is_stable_up_to_three_times_the_believed_stiffness(times: float) -> None:
+    forces = np.abs(closed_loop(times * LAW.stiffness_n_per_m, 0.02))
+    assert forces.max() <= 5.0 + 1e-9
+    assert forces[-500:].max() < 5.0 * math.exp(-times * 3.0 / 0.2) + 0.05
+    second = round(1.0 / STEP_S)
+    assert all(forces[i + second] <= forces[i] + 1e-9 for i in range(len(forces) - second))
+
+
+def test_a_time_constant_of_a_tenth_of_it_would_swing() -> None:
+    """The test above can fail."""
+    assert np.abs(closed_loop(3.0 * LAW.stiffness_n_per_m, 0.04, 0.03))[-500:].max() > 50.0
+
+
+def nulled_run(true_over_believed: float, friction: float = 0.1, **sensor: Any) -> Any:
+    """A run in the six-axis world, whose tip is 1.45e5 N/m stiff across when it sticks."""
+    asked = Nulling(sensor_turn_rad=sensor.pop("said_rad", 0.0))
+    plan = tilted_plan(
+        0.5, friction=friction, alignment=None, nulling=asked,
+        lateral_stiffness_n_per_m=1.45e5 / true_over_believed, **sensor,
+    )  # fmt: skip
+    bench = bench_for(plan)
+    engine = run(bench)
+    return bench, engine, [event[2] for event in engine.events if event[1] == "nulled"]
+
+
+@pytest.mark.parametrize("times", [0.5, 1.0, 3.0])
+def test_in_the_world_with_six_axes_the_force_goes_and_the_tool_stays_near(times: float) -> None:
+    bench, engine, told = nulled_run(times)
+    assert engine.cause is None
+    assert len(told) == 5
+    assert all(each["why"] == "gone" for each in told)
+    assert all(each["after_n"] < 0.25 * each["before_n"] for each in told[-3:])
+    assert max(math.hypot(*each["shift_m"]) for each in told) <= 3e-4
+    assert bench.peak_n < bench.limits.force_limit_n
+
+
+def test_a_sensor_that_is_turned_is_believed_where_the_plan_says_so() -> None:
+    _, engine, told = nulled_run(1.0, sensor_turn_rad=math.pi / 2, said_rad=math.pi / 2)
+    assert engine.cause is None
+    assert all(each["why"] == "gone" for each in told)
+
+
+def test_a_sensor_that_is_turned_otherwise_ends_it_for_the_run() -> None:
+    bench, engine, told = nulled_run(1.0, sensor_turn_rad=math.pi)
+    assert [each["why"] for each in told] == ["useless"]
+    assert told[0]["after_n"] < told[0]["before_n"] + 2.0
+    assert engine.cause is None
+    assert bench.peak_n < bench.limits.force_limit_n
+
+
+def test_a_force_that_grows_ends_it_at_once_and_for_the_run() -> None:
+    """On a spring, with the sensor the wrong way round."""
+    stage = Stage()
+    course, sup = stage.course, stage.sup
+    sup.smooth_n, sup.force.load_across_n = 10.0, (5.0, 0.0)
+    part = Nuller(course, LAW)
+    part.begin(stage.now_s, stage.then.append)
+    sizes = []
+    for _ in range(1000):
+        sup.force.load_across_n = (5.0 - 1e5 * course.shift_m[0], 0.0)
+        sizes.append(sup.force.load_across_n[0])
+        stage.ticks()
+        if stage.then:
+            break
+    assert stage.find("nulled")["why"] == "grown"
+    assert max(sizes) < 6.0
+    part.begin(stage.now_s, stage.then.append)
+    assert len(stage.then) == 2
+
+
+def test_without_the_key_the_arm_is_never_shifted() -> None:
+    bench = bench_for(tilted_plan(0.5, alignment=None))
+    engine = run(bench)
+    assert engine.cause is None
+    assert engine.shift_m == (0.0, 0.0)
+    assert bench.rig.world.plant.shift_m == (0.0, 0.0)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("axis", "places"), [("+fz", (0, 1)), ("+fx", (1, 2)), ("+fy", (2, 0)), ("-fz", (0, 1))]
+)
+def test_the_axes_across_follow_the_pressing_axis_in_order(
+    axis: str, places: tuple[int, int]
+) -> None:
+    watch = ForceWatch(
+        "force", axis, full_scale_n=1e3, stale_s=1.0, identical_counts=0, clock_s=1.0
+    )
+    wrench = [0.0] * 6
+    sign = -1.0 if axis[0] == "-" else 1.0
+    wrench[places[0]], wrench[places[1]] = 2.0 * sign, 3.0 * sign
+    watch.take([ForceSample(1, 0.0, 0.0, 0, tuple(wrench), 20.0)], 0.0)  # type: ignore[arg-type]
+    assert watch.load_across_n == (2.0, 3.0)
+
+
+def test_the_law_is_only_there_when_it_is_asked_for() -> None:
+    assert envelope_for(tilted_plan(nulling=Nulling())).nulling is not None
