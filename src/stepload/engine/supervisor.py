@@ -41,6 +41,7 @@ ANSWER_FILTER_S = 0.3
 """Time constant of the force that R6 looks for an answer in."""
 
 _LOAD, _HOLD = _PRESSING = int(Phase.LOAD), int(Phase.HOLD)
+_RETRACT = int(Phase.RETRACT)
 
 
 class Supervisor:
@@ -322,7 +323,7 @@ class Supervisor:
         self._wrong_way = 0
         along_n = self.force.smooth_n - self.zero_n
         dragged = self.wrench.judge_across(
-            self.force, force_n, along_n, self.predicted_n, leaving=phase == Phase.RETRACT
+            self.force, force_n, along_n, self.predicted_n, leaving=phase == _RETRACT
         )
         beside = self.wrench.judge_centre(self.force, along_n)
         return breach or dragged or beside

@@ -59,7 +59,7 @@ def anomaly_of(kind: str, chance: Random, plan: Plan) -> Anomaly:
     if kind == "stuck stiffer than stated":
         return Anomaly(kind, chance.uniform(1.1, 2.0))
     if kind == "dragged sideways":
-        return Anomaly(kind, chance.uniform(0.32, 1.0))
+        return Anomaly(kind, chance.uniform(0.32, 0.6))
     if kind == "plate tilted":
         return Anomaly(kind, math.radians(chance.uniform(4.0, 10.0)))
     if kind == "touched off centre":
