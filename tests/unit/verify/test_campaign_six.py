@@ -21,6 +21,7 @@ from stepload_verify.campaign.result import Result
 from stepload_verify.campaign.scenario import SIDEWAYS_UNSEEN, Scenario, draw, kinds_from
 from stepload_verify.campaign.single import run_scenario
 from stepload_verify.campaign.truth import SIX_ANOMALIES, Anomaly
+from stepload_verify.trials.unloading import cling
 
 TEMPLATE = load_plan(Path(__file__).parents[3] / "procedures" / "campaign.yaml")
 ALL = kinds_from("all", "six")
@@ -144,3 +145,12 @@ def test_what_only_six_axes_have_is_refused_of_one() -> None:
     assert not set(SIX_FAULTS) & set(kinds_from("all"))
     with pytest.raises(BadInputError, match="plate_slips"):
         kinds_from("plate_slips")
+
+
+def test_friction_that_clings_costs_more_on_the_way_back_than_under_the_top_force() -> None:
+    """A hole that is known: the run completes, and its top force alone does not tell."""
+    slippery, rough = (cling(TEMPLATE, 12, friction) for friction in (0.3, 0.6))
+    assert slippery.pressed == pytest.approx(rough.pressed, rel=0.01)
+    assert slippery.whole < 1.15 * slippery.pressed
+    assert rough.ended == "completed"
+    assert rough.whole > 1.8 * rough.pressed
