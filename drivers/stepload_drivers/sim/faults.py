@@ -90,6 +90,9 @@ FAULTS: dict[str, str] = (
 """Every kind of fault with one line of help; `magnitude` is unused where the line does not name it.
 """
 
+ONLY_SIX = (*(f"force_{name}" for name in _SIX), "plate_slips")
+"""Faults that a rig with one axis does not feel."""
+
 _FOR_GOOD = ("lost", "command_lost", "arm_lost")
 
 
