@@ -46,6 +46,24 @@ def test_no_run_comes_above_the_elastic_limit(tmp_path: Path) -> None:
     assert len(lines(tmp_path / "c")) == RUNS + RUNS // 10
 
 
+def test_a_campaign_with_six_axes(tmp_path: Path) -> None:
+    """Its rows hold the resultant too, and the directory knows that its rigs have six axes."""
+    options = ["--runs", "6", "--seed", "5", "--processes", "1", "--out", tmp_path / "c"]
+    done = in_process("campaign", PLAN, *options, "--axes", "six", "--faults", "none", "--json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert (found["above_elastic_limit"], found["false_trip_rate"]) == (0, 0.0)
+    rows = [json.loads(line) for line in lines(tmp_path / "c")]
+    assert all(0.0 < row["resultant_n"] <= row["peak_n"] for row in rows)
+    other = in_process("campaign", PLAN, *options, "--faults", "none")
+    assert other.returncode != 0
+    shown = in_process("campaign", PLAN, "--runs", "1", "--axes", "six", "--replay", "0")
+    assert "mount: friction_static" in shown.stdout
+    wrong = in_process("campaign", PLAN, "--runs", "1", "--axes", "seven")
+    assert wrong.returncode == 2
+    assert "one or six" in wrong.stderr
+
+
 def test_an_interrupted_campaign_goes_on_to_the_same_result(tmp_path: Path) -> None:
     """Of two processes, cut short; by one process, and all of it by one process."""
     options = ["--runs", "10", "--seed", "4", "--json"]

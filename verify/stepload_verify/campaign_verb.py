@@ -34,6 +34,9 @@ def campaign(
         str, typer.Option("--faults", help="all, none, or kinds separated by commas.")
     ] = "all",
     seed: Annotated[int, typer.Option("--seed", help="Decides every run.")] = 1,
+    axes: Annotated[
+        str, typer.Option("--axes", help="one: along the press alone; six: the whole wrench.")
+    ] = "one",
     out: Annotated[
         Path | None, typer.Option("--out", help="Directory of results; the campaign goes on there.")
     ] = None,
@@ -69,11 +72,13 @@ def campaign(
     from stepload_verify.campaign.ablation import LAYERS, Ablation
     from stepload_verify.campaign.campaign import jobs_for
     from stepload_verify.campaign.result import Result
-    from stepload_verify.campaign.scenario import kinds_from
+    from stepload_verify.campaign.scenario import ONE_AXIS, SIX_AXES, kinds_from
     from stepload_verify.campaign.work import Work
 
     output = Output(as_json=as_json)
-    work = Work(load_plan(plan), seed, kinds_from(faults))
+    if axes not in (ONE_AXIS, SIX_AXES):
+        raise BadInputError(f"--axes {axes!r}: rigs have one axis or six", hint="one or six")
+    work = Work(load_plan(plan), seed, kinds_from(faults, axes), axes=axes)
     layers = list(LAYERS) if ablation else [Ablation(name).name for name in ablate or ()]
     if replay is not None:
         if len(layers) > 1:

@@ -36,6 +36,14 @@ _WRENCH = {
     "swapped": "forces appear along the next axis: x as y, y as z, z as x",
 }
 
+_SIX = {
+    "lateral_dead": "all but the component along the axis read 0, as of a sensor with one axis",
+    "lateral_swapped": "the two components across the axis are swapped",
+    "torque_dead": "the torques read 0",
+    "torque_saturated": "the first torque across the axis stands at full scale; no status says so",
+}
+"""Of the main force sensor of a rig with six axes; one axis does not feel them."""
+
 _ARM = {
     "arm_freeze": "the whole arm sample stands still; sequence and clock go on",
     "arm_dropout": _CHANNEL["dropout"],
@@ -62,7 +70,8 @@ _ARM = {
 }
 
 _PLATE = {
-    "plate_moves": "it moves by `magnitude` m towards the arm, within 20 ms, and back at the end"
+    "plate_moves": "it moves by `magnitude` m towards the arm, within 20 ms, and back at the end",
+    "plate_slips": "friction falls to `magnitude`, until the end; rigs with six axes",
 }
 
 _HOST = {"host_stall": "the program stands still once for `magnitude` seconds; the rig goes on"}
@@ -73,12 +82,16 @@ FAULTS: dict[str, str] = (
     | {f"gauge_{name}": f"displacement gauge: {text}" for name, text in _CHANNEL.items()}
     | {f"force_{name}": f"force sensor: {text}" for name, text in _WRENCH.items()}
     | {f"second_{name}": f"second force sensor: {text}" for name, text in _WRENCH.items()}
+    | {f"force_{name}": f"force sensor: {text}" for name, text in _SIX.items()}
     | {name: f"arm: {text}" for name, text in _ARM.items()}
     | {name: f"plate: {text}" for name, text in _PLATE.items()}
     | {name: f"host: {text}" for name, text in _HOST.items()}
 )
 """Every kind of fault with one line of help; `magnitude` is unused where the line does not name it.
 """
+
+ONLY_SIX = (*(f"force_{name}" for name in _SIX), "plate_slips")
+"""Faults that a rig with one axis does not feel."""
 
 _FOR_GOOD = ("lost", "command_lost", "arm_lost")
 
@@ -105,7 +118,7 @@ class Schedule:
         faults: Iterable[WorldFault],
         *,
         prefix: str = "",
-        kinds: Iterable[str] = (*_CHANNEL, *_WRENCH),
+        kinds: Iterable[str] = (*_CHANNEL, *_WRENCH, *_SIX),
     ) -> None:
         mine = {prefix + kind for kind in kinds}
         self._faults = []

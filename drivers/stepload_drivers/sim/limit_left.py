@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-_STEPS = ((0.0, 1.0), (0.1, 0.98), (0.2, 0.93), (0.3, 0.83), (0.4, 0.59), (0.6, 0.20))
-_LAST_SHARE, _LAST_LEFT = _STEPS[-1]
+from collections.abc import Callable
+
+from stepload.contact.lateral import left_of_limit
+
+_STEP = 0.05
+"""Divides every column of the table of `stepload.contact.lateral`."""
+_LAST_SHARE = 0.6
 
 
-def limit_left(lateral_share: float) -> float:
-    """g(t) = F_c(t)/F_c(0), t the lateral over the normal force; linear between the points.
+def limit_left(poisson_ratio: float) -> Callable[[float], float]:
+    """g of the lateral share t, F_c(t)/F_c(0), for a body of this Poisson's ratio.
 
-    Hertz contact that slides fully, von Mises, ν = 0.3. Beyond the last point yield begins at the
-    surface, where the lateral stress alone decides: F_c goes down as 1/t³.
+    Beyond the table yield begins at the surface, where the lateral stress alone decides: F_c goes
+    down as 1/t³, and is never nothing.
     """
-    if lateral_share >= _LAST_SHARE:
-        return float(_LAST_LEFT * (_LAST_SHARE / lateral_share) ** 3)
-    before, left = _STEPS[0]
-    for share, then in _STEPS[1:]:
-        if lateral_share < share:
-            return left + (then - left) * (lateral_share - before) / (share - before)
-        before, left = share, then
+    count = round(_LAST_SHARE / _STEP)
+    table = [left_of_limit(poisson_ratio, min(i * _STEP, _LAST_SHARE)) for i in range(count + 1)]
+
+    def left(lateral_share: float) -> float:
+        if lateral_share >= _LAST_SHARE:
+            return float(table[count] * (_LAST_SHARE / lateral_share) ** 3)
+        place = lateral_share / _STEP
+        i = int(place)
+        return table[i] + (table[min(i + 1, count)] - table[i]) * (place - i)
+
     return left

@@ -20,6 +20,8 @@ from stepload_drivers.sim.noise import normal_source
 _FULL_SCALE = int(Status.OVERRANGE | Status.SATURATED)
 _OVERRANGE = int(Status.OVERRANGE)
 _FULL_SHARE = 1.2
+_LARGEST_NM = 1e3
+"""Full scale of a torque that has none."""
 _TORQUE_OFFSET_M = 0.05
 """Zero of the torques over that of the forces."""
 _NAN: Wrench = (math.nan,) * 6
@@ -161,6 +163,7 @@ class WrenchChannel(Channel):
         if "swapped" in active:
             fx, fy, fz, tx, ty, tz = values
             values = [fz, fx, fy, tz, tx, ty]
+        self._cut_across(active, values)
         six = self._last_wrench if "freeze" in active else self._rounded(values)
         self._last_wrench = six
         self.last = six[self._press]
@@ -178,6 +181,18 @@ class WrenchChannel(Channel):
         receive_s = self.origin_s + time_s + self._delay_s + active.get("delay", 0.0)
         self._newest_s = receive_s = max(receive_s, self._newest_s)
         self._send(device_s, receive_s, status, six)
+
+    def _cut_across(self, active: dict[str, float], values: list[float]) -> None:
+        """Faults that leave the component along the axis what it is."""
+        i, j = (index for index in range(3) if index != self._press)
+        if "lateral_swapped" in active:
+            values[i], values[j] = values[j], values[i]
+        if "torque_dead" in active:
+            values[3:] = [0.0] * 3
+        if "torque_saturated" in active:
+            values[3 + i] = min(self._limits[3 + i], _LARGEST_NM)
+        if "lateral_dead" in active:
+            values[:] = [v if k == self._press else 0.0 for k, v in enumerate(values)]
 
 
 def _noise_about(zeros: FloatArray, spread: FloatArray, seed: list[int]) -> Callable[[], Any]:

@@ -9,6 +9,7 @@ from stepload.rig.mount import Mount, Vector3
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.contact import Contact, path_give
 from stepload_drivers.sim.drive import Drive
+from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.frames import times
 from stepload_drivers.sim.held import held
 from stepload_drivers.sim.moving_plate import moving_plate
@@ -66,6 +67,7 @@ class SixPlant:
         self._creep = contact.creep
         self._give = path_give(spec)
         self._plate = moving_plate(spec, step_s)
+        self._slippery = Schedule(spec.faults, kinds=("plate_slips",))
         self._drive: Vector3 = (0.0, 0.0, 0.0)
         self._steep = self._held.to_press[2][2]
         """Cosine of the tilt: depth along the normal over travel along the press."""
@@ -74,6 +76,7 @@ class SixPlant:
             mount,
             contact.law,
             self._steep * spec.surface_m,
+            spec.payload.poisson_ratio,
             step_s=step_s,
             swing_rad=swing_rad,
             error_factor=error_factor,
@@ -125,6 +128,8 @@ class SixPlant:
         self._last_speed = self.tip.speed
         if self._commands or self._shifts:
             self._take_commands()
+        if self.time_s >= self._slippery.next_s:
+            self._take_friction()
         before = self._drive
         moving = self._advance_drives()
         nearer_m_s = 0.0 if self._plate is None else self._plate.speed_m_s(self.time_s)
@@ -135,6 +140,11 @@ class SixPlant:
             self.load = self._load()
         self._steps += 1
         self.time_s = self._steps * self.step_s
+
+    def _take_friction(self) -> None:
+        static, kinetic = self.mount.friction_static, self.mount.friction_kinetic
+        most = self._slippery.active(self.time_s).get("plate_slips", static)
+        self.tip.slips_at(min(static, most), min(kinetic, most))
 
     def _take_commands(self) -> None:
         limit = self.time_s + _EARLY_S

@@ -40,6 +40,7 @@ class SixTip:
     Args:
         law: of the normal force.
         surface_m: coordinate along the normal at which the virgin payload touches.
+        poisson_ratio: of the body that yields first.
         swing_rad, error_factor: refine the sub-stepping (tests of convergence).
     """
 
@@ -52,6 +53,7 @@ class SixTip:
         "_heaviest",
         "_kinetic",
         "_law",
+        "_left",
         "_lightest",
         "_quiet_soft",
         "_ratio",
@@ -81,6 +83,7 @@ class SixTip:
         mount: Mount,
         law: ContactLaw,
         surface_m: float,
+        poisson_ratio: float,
         *,
         step_s: float,
         swing_rad: float = SWING_RAD,
@@ -94,6 +97,7 @@ class SixTip:
         self.resting = self._calm = False
         self.sub_steps = 0
         self._law, self._evaluate = law, law.evaluate
+        self._left = limit_left(poisson_ratio)
         self._static, self._kinetic = mount.friction_static, mount.friction_kinetic
         self._ratio = mount.tangential_ratio
         self._springs = Springs(held)
@@ -126,6 +130,14 @@ class SixTip:
         self.normal_n, self._tangent = self._evaluate(self.depth_m)
         self._law.remember(self.depth_m)
         self._note(self.normal_n, 0.0)
+
+    def slips_at(self, static: float, kinetic: float) -> None:
+        """From now on payload and plate have this friction."""
+        self._static, self._kinetic = static, kinetic
+        sticks = self._ratio * self._tangent
+        if sticks > 0.0:
+            self.rubbing = rub(self.rubbing, 0.0, 0.0, (sticks, sticks), kinetic * self.normal_n)
+        self.resting = self._calm = False
 
     def yielded(self) -> None:
         """The law has changed by itself: the force is another one at the same place."""
@@ -337,6 +349,6 @@ class SixTip:
         if resultant > self.peak_n:
             self.peak_n = resultant
         if normal_n > 0.0:
-            equivalent_n = resultant / limit_left(friction_n / normal_n)
+            equivalent_n = resultant / self._left(friction_n / normal_n)
             if equivalent_n > self.peak_equivalent_n:
                 self.peak_equivalent_n = equivalent_n

@@ -41,6 +41,7 @@ ANSWER_FILTER_S = 0.3
 """Time constant of the force that R6 looks for an answer in."""
 
 _LOAD, _HOLD = _PRESSING = int(Phase.LOAD), int(Phase.HOLD)
+_RETRACT = int(Phase.RETRACT)
 
 
 class Supervisor:
@@ -320,8 +321,11 @@ class Supervisor:
         if phase in SEARCHING:
             return breach or self._judge_way(force_n)
         self._wrong_way = 0
-        dragged = self.wrench.judge_across(self.force, force_n, self.smooth_n, self.predicted_n)
-        beside = self.wrench.judge_centre(self.force, self.smooth_n)
+        along_n = self.force.smooth_n - self.zero_n
+        dragged = self.wrench.judge_across(
+            self.force, force_n, along_n, self.predicted_n, leaving=phase == _RETRACT
+        )
+        beside = self.wrench.judge_centre(self.force, along_n)
         return breach or dragged or beside
 
     def _judge_whole(self, force_n: float, across_n: float) -> Breach | None:

@@ -141,7 +141,8 @@ class _StreamWatch:
 
 
 class ForceWatch(_StreamWatch):
-    """Watches a force sensor; `raw_n` is its newest reading along the pressing axis, not tared."""
+    """Watches a force sensor; `raw_n` is its newest reading along the pressing axis, not tared, and
+    `smooth_n` the same smoothed as what is across the axis."""
 
     __slots__ = (
         "_full_scale_n",
@@ -158,6 +159,7 @@ class ForceWatch(_StreamWatch):
         "_zero",
         "identical_counts",
         "raw_n",
+        "smooth_n",
     )
 
     def __init__(
@@ -181,7 +183,7 @@ class ForceWatch(_StreamWatch):
         self.identical_counts = identical_counts
         self._wrench: tuple[float, ...] = ()
         self._same = 0
-        self.raw_n = float("nan")
+        self.raw_n = self.smooth_n = float("nan")
 
     @property
     def same(self) -> int:
@@ -220,15 +222,19 @@ class ForceWatch(_StreamWatch):
 
     def torque_beside(self, lever_m: float) -> float:
         """Size in N·m of the torque across the axis that a force at the axis, `lever_m` from the
-        sensor's origin towards the plate, does not explain; smoothed, since `tare`."""
+        sensor's origin towards the plate, does not explain; smoothed, since `tare`.
+
+        The sign of the axis does not tell whether a sensor shows what the plate does to the tool or
+        what the tool does to the plate, so on which side of it the plate lies: the smaller counts.
+        """
         i, j, zero = self._i, self._j, self._zero
         if self._smooth_i != self._smooth_i:
             return 0.0
-        # (r × f) of r along the axis; the plate lies where its push comes from.
-        lever_m *= self._sign if self._index == 1 else -self._sign
-        return math.hypot(
-            self._torque_i - zero[3 + i] + lever_m * (self._smooth_j - zero[j]),
-            self._torque_j - zero[3 + j] - lever_m * (self._smooth_i - zero[i]),
+        across_i, across_j = self._smooth_i - zero[i], self._smooth_j - zero[j]
+        torque_i, torque_j = self._torque_i - zero[3 + i], self._torque_j - zero[3 + j]
+        return min(
+            math.hypot(torque_i + side * across_j, torque_j - side * across_i)
+            for side in (lever_m, -lever_m)
         )
 
     def tare(self, wrench: Sequence[float] = ()) -> None:
@@ -293,13 +299,15 @@ class ForceWatch(_StreamWatch):
         return breach
 
     def _follow(self, wrench: Sequence[float]) -> None:
-        """Smooth forces and torques across the axis."""
-        i, j = self._i, self._j
+        """Smooth forces, and torques across the axis."""
+        i, j, along_n = self._i, self._j, self._sign * wrench[self._index]
         across_i, across_j = wrench[i], wrench[j]
         torque_i, torque_j = wrench[3 + i], wrench[3 + j]
         if self._smooth_i != self._smooth_i:
             self._smooth_i, self._smooth_j = across_i, across_j
             self._torque_i, self._torque_j = torque_i, torque_j
+            self.smooth_n = along_n
+        self.smooth_n += ACROSS_ALPHA * (along_n - self.smooth_n)
         self._smooth_i += ACROSS_ALPHA * (across_i - self._smooth_i)
         self._smooth_j += ACROSS_ALPHA * (across_j - self._smooth_j)
         self._torque_i += ACROSS_ALPHA * (torque_i - self._torque_i)

@@ -36,13 +36,23 @@ class WrenchRules:
         self._limits = limits
 
     def judge_across(
-        self, watch: ForceWatch, force_n: float, smooth_n: float, predicted_n: float
+        self,
+        watch: ForceWatch,
+        force_n: float,
+        smooth_n: float,
+        predicted_n: float,
+        *,
+        leaving: bool = False,
     ) -> Breach | None:
         """R12: dragged sideways too much, or too much for what F_c is while it is dragged.
 
         Args:
             watch: of the force sensor, tared.
-            force_n, smooth_n, predicted_n: force along the axis, smoothed, and R2's peak.
+            force_n, predicted_n: newest force along the axis, and R2's peak.
+            smooth_n: along the axis, smoothed as the watch smooths what is across it: while a force
+                falls, one that lags behind the other would make a share that is not there.
+            leaving: the arm retracts, as a stop would make it do. Friction that clings goes down
+                less than the force along the axis, so the share alone tells nothing then.
         """
         limits, across_n, along_n = self._limits, watch.smooth_across_n, abs(smooth_n)
         if not limits.lateral_share or math.hypot(across_n, along_n) < limits.lateral_from_n:
@@ -50,7 +60,7 @@ class WrenchRules:
             return None
         largest = limits.lateral_share
         self.share = share = across_n / along_n if along_n > 0.0 else math.inf
-        if share <= largest:
+        if leaving or share <= largest:
             self._across_s = 0.0
         else:
             self._across_s += limits.period_s

@@ -38,6 +38,7 @@ class PayloadTruth:
         creep: what the deformation has grown by under constant force in the end, as a share.
         creep_time_s, creep_decades: time constants `creep_time_s` · 10^0 … 10^decades, which share
             the creep evenly.
+        poisson_ratio: of the body that yields first: how much a lateral load lowers its limit.
     """
 
     law: str
@@ -58,6 +59,7 @@ class PayloadTruth:
     creep: float = 0.0
     creep_time_s: float = 1.0
     creep_decades: int = 0
+    poisson_ratio: float = 0.3
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,6 +28,7 @@ from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample
 
 HOLD, SEARCH = int(Phase.HOLD), int(Phase.GUARDED_APPROACH)
+RETRACT = int(Phase.RETRACT)
 PLAN = stvf_plan()
 LIMITS = replace(limits_for(PLAN), cross_check="", second_stands_n=0.0)
 PERIOD_S = LIMITS.period_s
@@ -95,6 +96,27 @@ def test_a_short_push_sideways_is_forgiven() -> None:
     cause = feed.press([45.0, 0.0, 100.0, 0.0, 0.0, 0.0], round(0.06 / PERIOD_S))
     assert cause is not None
     assert cause.rule == "R12"
+
+
+def test_a_force_that_falls_fast_makes_no_share_of_its_own() -> None:
+    feed, load = Feed(replace(LIMITS, jump_n=1e9)), np.array([20.0, 0.0, 100.0, 0.0, 0.0, 0.0])
+    assert feed.ramp(load) is None
+    for tick in range(round(0.1 / PERIOD_S)):
+        feed.press(math.exp(-tick * PERIOD_S / 0.03) * load)
+        if feed.supervisor.wrench.share:
+            assert feed.supervisor.wrench.share == pytest.approx(0.2, rel=0.02)
+
+
+def test_in_a_retract_the_whole_force_counts_and_the_share_alone_does_not() -> None:
+    dragged = [45.0, 0.0, 100.0, 0.0, 0.0, 0.0]
+    assert Feed().ramp(dragged, RETRACT) is None
+    held = Feed().ramp(dragged, HOLD)
+    assert held is not None
+    assert held.rule == "R12"
+    less = replace(LIMITS, allowed_n=100.0)
+    leaving = Feed(less).ramp(dragged, RETRACT)
+    assert leaving is not None
+    assert (leaving.rule, leaving.unit) == ("R12", "N")
 
 
 def test_in_an_approach_it_is_r11_that_judges() -> None:
@@ -182,8 +204,9 @@ def test_ratings_come_from_the_plan() -> None:
     assert stated["second_overload_fx_n"] == 0.0
 
 
+@pytest.mark.parametrize("shows", ["the load on the tool", "the load on the plate"])
 @pytest.mark.parametrize("axis", ["+fx", "-fx", "+fy", "-fy", "+fz", "-fz"])
-def test_the_torque_that_a_lever_explains_is_none(axis: str) -> None:
+def test_the_torque_that_a_lever_explains_is_none(axis: str, shows: str) -> None:
     """Against the cross product, for contacts beside every axis of a sensor."""
     chance = np.random.default_rng(5)
     index, sign = "xyz".index(axis[2]), -1.0 if axis[0] == "-" else 1.0
@@ -195,6 +218,8 @@ def test_the_torque_that_a_lever_explains_is_none(axis: str) -> None:
         lever_m = 0.12
         place = beside.copy()
         place[index] = -sign * lever_m  # the plate pushes the tool back
+        if shows == "the load on the plate":
+            place[index] *= -1.0
         watch = ForceWatch("sensor", axis, full_scale_n=1e3, stale_s=1.0, identical_counts=0,
                            clock_s=1.0)  # fmt: skip
         bias = chance.normal(size=6)

@@ -13,7 +13,7 @@ from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import Status
 from stepload.rig.world import SimulatedRig, WorldFault
-from stepload_drivers.sim.faults import FAULTS
+from stepload_drivers.sim.faults import FAULTS, ONLY_SIX
 from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_drivers.sim.world import open_world
 
@@ -108,11 +108,18 @@ def test_healthy_rig_has_no_fault_and_presses() -> None:
     assert HEALTHY.rig.world.true_force_n > 50.0
 
 
-@pytest.mark.parametrize("kind", FAULTS)
+@pytest.mark.parametrize("kind", [kind for kind in FAULTS if kind not in ONLY_SIX])
 def test_every_fault_is_seen_from_its_start_and_not_before(kind: str) -> None:
     seen = watch(kind)
     assert seen.before(START_S - 1e-6) == HEALTHY.before(START_S - 1e-6)
     assert (seen.before(END_S), seen.raised) != (HEALTHY.before(END_S), [])
+
+
+@pytest.mark.parametrize("kind", ONLY_SIX)
+def test_what_only_six_axes_feel_changes_nothing_of_one(kind: str) -> None:
+    """`test_six_channels` and `test_six_plant` say what it does to six."""
+    seen = watch(kind, 0.05)
+    assert (seen.before(END_S), seen.raised) == (HEALTHY.before(END_S), [])
 
 
 def test_unknown_fault_is_refused_with_the_known_ones() -> None:

@@ -115,6 +115,39 @@ def test_cross_talk_is_of_the_other_components():
     assert last(mixed.force).wrench == pytest.approx(tuple(true + np.array(share) @ true))
 
 
+@pytest.mark.parametrize(
+    ("kind", "shown"),
+    [
+        ("force_lateral_dead", (2, None, None, None, None, None)),
+        ("force_torque_dead", (2, 0, 1, None, None, None)),
+        ("force_lateral_swapped", (2, 1, 0, 5, 3, 4)),
+    ],
+)
+def test_what_fails_across_the_axis(kind: str, shown: tuple[int | None, ...]) -> None:
+    """A sensor that presses along x, so that its components are z, x, y of the press."""
+    mount = replace(rub(0.2, x=0.5, y=0.2), sensor=LEVER)
+    sound, faulty = (
+        opened(replace(still(mount, force_axis="+fx"), faults=faults))
+        for faults in ((), (WorldFault(kind, 0.0, 100.0, 0.0),))
+    )
+    press(sound)
+    press(faulty)
+    true = last(sound.force).wrench
+    of_press = (true[1], true[2], true[0], true[4], true[5], true[3])
+    wanted = [0.0 if index is None else of_press[index] for index in shown]
+    assert last(faulty.force).wrench == pytest.approx(tuple(wanted))
+
+
+def test_a_torque_at_full_scale_says_nothing_of_it():
+    sensor = replace(LEVER, torque_range_nm=7.0)
+    spec = still(replace(rub(0.2, x=0.5), sensor=sensor))
+    live = opened(replace(spec, faults=(WorldFault("force_torque_saturated", 0.0, 100.0, 0.0),)))
+    press(live)
+    sample = last(live.force)
+    assert sample.wrench[3] == pytest.approx(7.0)
+    assert not sample.status
+
+
 def test_the_tool_hangs_on_the_sensor_and_turns_with_it():
     """Weight pulls; what the slaved turn of the tool makes of it is m g phi."""
     turn = ((0.0, 0.0, 0.0), (0.0, 0.0, 1e-4), (0.0, 0.0, 0.0))

@@ -12,6 +12,7 @@ import pytest
 from quasi_static import press
 from six_rigs import SURFACE_M, go, plant, rig, rub, shift, springs, wait
 
+from stepload.contact.lateral import left_of_limit
 from stepload.errors import DomainError
 from stepload.rig.mount import Mount
 from stepload.rig.world import WorldFault
@@ -300,12 +301,46 @@ def test_the_peak_is_of_the_resultant_and_knows_what_friction_costs():
     assert share > 0.2
     assert resultant_n > 1.02 * six.force_n
     assert six.peak_n == pytest.approx(resultant_n, rel=0.01)
-    assert six.peak_equivalent_n == pytest.approx(resultant_n / limit_left(share), rel=0.03)
+    assert six.peak_equivalent_n == pytest.approx(resultant_n / limit_left(0.3)(share), rel=0.03)
+
+
+def test_what_friction_costs_is_that_of_the_body():
+    peaks = []
+    for ratio in (0.2, 0.3):
+        payload = {"poisson_ratio": ratio}
+        six = plant(rig(k=1e8, payload=payload), rub(0.4, x=0.8))
+        go(six, SURFACE_M + 1e-3)
+        assert 0.28 < six.friction_n / six.normal_n < 0.6
+        peaks.append(six.peak_equivalent_n)
+    assert peaks[0] > 1.1 * peaks[1]
+
+
+def test_a_plate_that_becomes_slippery_lets_go_and_holds_again():
+    spec = rig(k=1e8)
+    spec = replace(spec, faults=(WorldFault("plate_slips", 2.0, 1.0, 0.05),))
+    six = plant(spec, rub(0.6, x=0.6))
+    go(six, SURFACE_M + 1e-3)
+    while six.time_s < 1.99:
+        six.step()
+    held = six.friction_n / six.normal_n
+    assert held > 0.2
+    while six.time_s < 2.5:
+        six.step()
+    assert six.friction_n / six.normal_n < 0.0501
+    assert six.slid_m > 1e-6
+    while six.time_s < 3.5:
+        six.step()
+    go(six, SURFACE_M + 1.1e-3)
+    assert six.friction_n / six.normal_n > 0.051
 
 
 def test_what_a_lateral_load_leaves_of_the_limit():
-    given = [limit_left(share) for share in (0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 1.2)]
-    assert given == pytest.approx([1.0, 0.99, 0.98, 0.93, 0.83, 0.59, 0.395, 0.2, 0.025])
+    shares = (0.0, 0.05, 0.123, 0.3, 0.38, 0.45, 0.599)
+    for ratio in (0.2, 0.3, 0.33, 0.5):
+        given = [limit_left(ratio)(share) for share in shares]
+        assert given == pytest.approx([left_of_limit(ratio, share) for share in shares], abs=2e-3)
+    assert limit_left(0.3)(0.6) == pytest.approx(0.1743)
+    assert limit_left(0.3)(1.2) == pytest.approx(0.1743 / 8.0)
 
 
 SLOW = [

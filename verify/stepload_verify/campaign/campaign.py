@@ -10,7 +10,7 @@ from pathlib import Path
 from stepload.runner.jobs import Job, Pool, run_all
 from stepload.runner.store import Store
 from stepload_verify.campaign.result import Result
-from stepload_verify.campaign.scenario import ONE_CHANNEL, TWO_CHANNELS
+from stepload_verify.campaign.scenario import ONE_AXIS, ONE_CHANNEL, TWO_CHANNELS
 from stepload_verify.campaign.work import Work
 
 ONE_CHANNEL_SHARE = 10
@@ -56,6 +56,8 @@ def run_campaign(
         "plan": work.template.digest,
         "code": work.digest,
     }
+    if work.axes != ONE_AXIS:
+        header["axes"] = work.axes
     with Store(directory, FILES, header, Result.from_line) as store:
         return _ordered(_finish(work, jobs, store.rows, pool, store, on_progress), jobs)
 

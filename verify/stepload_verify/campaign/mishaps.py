@@ -73,6 +73,14 @@ WIDER_FAULTS = (
 )  # fmt: skip
 """Faults beyond the claim of the campaign: drawn only where they are named."""
 
+SIX_FAULTS = (
+    "force_lateral_dead", "force_lateral_swapped", "force_torque_dead", "force_torque_saturated",
+    "plate_slips",
+)  # fmt: skip
+"""Faults that only a rig with six axes has."""
+FROM_THE_START_SHARE = 0.5
+"""Share of the dead and swapped components across the axis that have always been so."""
+
 _Draw = Callable[[Random, float], float]
 
 
@@ -94,6 +102,7 @@ _MAGNITUDES: dict[str, _Draw] = {
     "clipped": lambda c, f_c: f_c * c.uniform(0.1, 1.0),
     "command_jitter": lambda c, _: log_uniform(c, 0.005, 0.06),
     "plate_moves": lambda c, _: log_uniform(c, 20e-6, 0.2e-3),
+    "plate_slips": lambda c, _: 0.05,
 }
 """Magnitude by the end of a fault's name; others have none."""
 _PREFIXES = ("force_", "second_", "gauge_", "arm_force_", "arm_")
@@ -136,6 +145,8 @@ def draw_fault(
 
 def fault_of(kind: str, chance: Random, times: Times, elastic_limit_n: float) -> WorldFault:
     """A fault of this kind."""
+    if kind in SIX_FAULTS[:3] and chance.random() < FROM_THE_START_SHARE:
+        return WorldFault(kind, 0.0, FOR_GOOD_S, 0.0)
     lasts_s = FOR_GOOD_S if chance.random() < FOR_GOOD_SHARE else log_uniform(chance, 0.01, 10.0)
     return WorldFault(
         kind, draw_time(chance, times), lasts_s, magnitude_of(kind, chance, elastic_limit_n)

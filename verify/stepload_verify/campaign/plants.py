@@ -7,6 +7,7 @@ is drawn here. `stepload_verify.campaign.truth` says how the simulated rig reall
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from random import Random
 
@@ -212,8 +213,21 @@ def plan_from(
     return replace(template, payload=payload, rig=rig, procedure=procedure, identify=identify)
 
 
-def draw_plan(chance: Random, template: Plan, arm_class: str, two_channels: bool) -> Envelope:
+def draw_plan(
+    chance: Random,
+    template: Plan,
+    arm_class: str,
+    two_channels: bool,
+    told: Callable[[Plan], Plan] = lambda plan: plan,
+    fits: Callable[[Envelope], bool] = lambda _: True,
+) -> Envelope:
     """The envelope of a plan that leaves room to press.
+
+    Args:
+        chance, template, arm_class: see `plan_from`.
+        two_channels: whether there is a second force channel.
+        told: adds to the plan what its rig file says besides.
+        fits: whether an envelope will do.
 
     Raises:
         RefusedError: none was found.
@@ -223,7 +237,7 @@ def draw_plan(chance: Random, template: Plan, arm_class: str, two_channels: bool
         plan = plan_from(chance, template, arm_class, source)
         if plan is None:
             continue
-        envelope = derive(plan)
-        if envelope.limits is not None:
+        envelope = derive(told(plan))
+        if envelope.limits is not None and fits(envelope):
             return envelope
     raise RefusedError("no plant with room to press was found", hint="look at the template plan")

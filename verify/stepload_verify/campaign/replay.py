@@ -46,7 +46,7 @@ def replay(work: Work, name: str) -> Replay:
     series = series or TWO_CHANNELS
     if series not in (TWO_CHANNELS, ONE_CHANNEL) or not number.isdecimal():
         raise BadInputError(f"no run is called {name!r}", hint="17, two-17 or one-17")
-    scenario = draw(work.template, work.seed, series, int(number), work.kinds)
+    scenario = draw(work.template, work.seed, series, int(number), work.kinds, work.axes)
     rows: list[TickRow] = []
     ablation = Ablation(work.ablation) if work.ablation else None
     result, outcome = run_scenario(scenario, ablation, rows.append)
@@ -64,6 +64,7 @@ def plant_rows(scenario: Scenario) -> Iterator[tuple[str, str]]:
         ("procedure", plan.procedure),
         ("truth", truth),
         ("true payload", truth.payload),
+        *((("mount", mount), ("sensor", mount.sensor)) if (mount := truth.mount) else ()),
     ):
         for field in fields(section):
             value = getattr(section, field.name)

@@ -16,7 +16,9 @@ class Result:
 
     `detection_s` is from the beginning of the only fault to the stop; None where several things
     were wrong, or nothing. `phase` is where the run was when it stopped. `hazard` names why the
-    run is outside the claim.
+    run is outside the claim. `peak_n` is what counts against F_c: the largest contact force, with
+    six axes the largest |f|/g(t) of a share t across the axis, and `resultant_n` is then the
+    largest |f|.
     """
 
     series: str
@@ -34,6 +36,7 @@ class Result:
     end_s: float
     peak_n: float
     elastic_limit_n: float
+    resultant_n: float | None = None
 
     @property
     def peak_ratio(self) -> float:
@@ -47,7 +50,10 @@ class Result:
 
     def to_line(self) -> str:
         """One line of JSON, without its line end."""
-        return json.dumps(asdict(self), separators=(",", ":"), allow_nan=False)
+        data = asdict(self)
+        if self.resultant_n is None:
+            del data["resultant_n"]
+        return json.dumps(data, separators=(",", ":"), allow_nan=False)
 
     @classmethod
     def from_line(cls, line: str) -> Result:

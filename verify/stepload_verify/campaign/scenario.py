@@ -12,6 +12,7 @@ from stepload.plan.model import Plan
 from stepload.rig.world import WorldFault, WorldSpec, load_world
 from stepload_verify.campaign.mishaps import (
     INCIDENTS,
+    SIX_FAULTS,
     WIDER_FAULTS,
     Incident,
     Times,
@@ -20,11 +21,21 @@ from stepload_verify.campaign.mishaps import (
     draw_fault,
     draw_incidents,
 )
+from stepload_verify.campaign.mounts import Stance, draw_stance, fits, mounted, told
 from stepload_verify.campaign.plants import ARM_CLASSES, draw_plan
-from stepload_verify.campaign.truth import Anomaly, draw_anomaly, draw_truth
+from stepload_verify.campaign.truth import (
+    ANOMALIES,
+    SIX_ANOMALIES,
+    Anomaly,
+    draw_anomaly,
+    draw_truth,
+)
 
 TWO_CHANNELS, ONE_CHANNEL = "two", "one"
 """The two series of a campaign: the claim is made for the first, the second is reported apart."""
+ONE_AXIS, SIX_AXES = "one", "six"
+SIDEWAYS_UNSEEN = "sideways_unseen"
+"""Hazard: dragged sideways beyond the plan, and the only sensor across the axis is dead."""
 HEALTHY_SHARE = 0.15
 PLANTS = "plants"
 """Name of the anomalies of plants among the kinds."""
@@ -68,13 +79,18 @@ class Scenario:
         return self.truth.faults
 
 
-def kinds_from(text: str) -> tuple[str, ...]:
+def kinds_from(text: str, axes: str = ONE_AXIS) -> tuple[str, ...]:
     """The kinds named in `--faults`: "all" of the claim, "none", or names separated by commas.
+
+    Args:
+        text: what was written.
+        axes: of the rigs; those with one axis lack some kinds.
 
     Raises:
         BadInputError: a name that is none.
     """
-    known = (*load_world().faults, *INCIDENTS, PLANTS)
+    absent = SIX_FAULTS if axes == ONE_AXIS else ()
+    known = [k for k in (*load_world().faults, *INCIDENTS, PLANTS) if k not in absent]
     names = [name.strip() for name in text.split(",")]
     if names == ["all"]:
         return tuple(name for name in known if name not in WIDER_FAULTS)
@@ -88,18 +104,32 @@ def kinds_from(text: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def draw(template: Plan, seed: int, series: str, index: int, kinds: tuple[str, ...]) -> Scenario:
-    """The run `index` of a series."""
+def draw(
+    template: Plan,
+    seed: int,
+    series: str,
+    index: int,
+    kinds: tuple[str, ...],
+    axes: str = ONE_AXIS,
+) -> Scenario:
+    """The run `index` of a series, on a rig with one axis or with six."""
     chance = Random(f"stepload {seed} {series} {index}")
     arm_class = ARM_CLASSES[index % len(ARM_CLASSES)]
-    envelope = _draw_short(chance, template, arm_class, series == TWO_CHANNELS)
+    stance = None
+    if axes == SIX_AXES:
+        aside = Random(f"stepload {seed} {series} {index} six")
+        stance = draw_stance(aside, arm_class == "UR")
+    envelope = _draw_short(chance, template, arm_class, series == TWO_CHANNELS, stance)
     plan, limits = envelope.plan, envelope.run_limits
     healthy = chance.random() < HEALTHY_SHARE
     anomalies: tuple[Anomaly, ...] = ()
     mishaps = 0
     if not healthy:
-        anomalies, mishaps = _draw_amounts(chance, plan, kinds)
+        ways = ANOMALIES if stance is None else (*ANOMALIES, *SIX_ANOMALIES)
+        anomalies, mishaps = _draw_amounts(chance, plan, kinds, ways)
     truth = draw_truth(chance, envelope, anomalies, chance.getrandbits(32))
+    if stance is not None:
+        truth = mounted(truth, envelope, stance, anomalies)
     times = expected_times(plan, limits, truth.surface_m)
     world_kinds = applicable((k for k in kinds if k not in (*INCIDENTS, PLANTS)), plan)
     incident_kinds = [kind for kind in kinds if kind in INCIDENTS]
@@ -118,18 +148,29 @@ def draw(template: Plan, seed: int, series: str, index: int, kinds: tuple[str, .
         healthy=not (faults or incidents or anomalies),
         anomalies=anomalies,
         incidents=tuple(sorted(incidents, key=lambda incident: incident.start_s)),
-        hazard="both_channels_alike" if both_channels_blind(faults, plan) else "",
+        hazard=_hazard(faults, plan, anomalies),
     )
 
 
-def _draw_short(chance: Random, template: Plan, arm_class: str, two_channels: bool) -> Envelope:
+def _hazard(faults: list[WorldFault], plan: Plan, anomalies: tuple[Anomaly, ...]) -> str:
+    if both_channels_blind(faults, plan):
+        return "both_channels_alike"
+    dead = any(fault.kind == "force_lateral_dead" for fault in faults)
+    dragged = any(anomaly.kind in SIX_ANOMALIES[:2] for anomaly in anomalies)
+    return SIDEWAYS_UNSEEN if dead and dragged else ""
+
+
+def _draw_short(
+    chance: Random, template: Plan, arm_class: str, two_channels: bool, stance: Stance | None
+) -> Envelope:
     """A plan that does not take long, if the template allows: slow rigs are safe, and use up time.
 
     Raises:
         RefusedError: no plan was found.
     """
+    six = (lambda plan: told(plan, stance), lambda drawn: fits(drawn, stance)) if stance else ()
     for _ in range(_SHORT_DRAWS):
-        envelope = draw_plan(chance, template, arm_class, two_channels)
+        envelope = draw_plan(chance, template, arm_class, two_channels, *six)
         plan, limits = envelope.plan, envelope.run_limits
         if expected_times(plan, limits, plan.procedure.surface_distance_m).end_s <= LONGEST_RUN_S:
             break
@@ -137,13 +178,13 @@ def _draw_short(chance: Random, template: Plan, arm_class: str, two_channels: bo
 
 
 def _draw_amounts(
-    chance: Random, plan: Plan, kinds: tuple[str, ...]
+    chance: Random, plan: Plan, kinds: tuple[str, ...], ways: tuple[str, ...]
 ) -> tuple[tuple[Anomaly, ...], int]:
     """How the plant is wrong, and how many mishaps there are besides."""
     only_plants = kinds == (PLANTS,)
     wrong = chance.choices((0, 1, 2), (0.6, 0.34, 0.06))[0] if PLANTS in kinds else 0
     wrong = max(wrong, 1) if only_plants else wrong
-    found = {a.kind: a for a in (draw_anomaly(chance, plan) for _ in range(wrong))}
+    found = {a.kind: a for a in (draw_anomaly(chance, plan, ways) for _ in range(wrong))}
     if only_plants:
         return tuple(found.values()), 0
     weights = (0.3, 0.5, 0.2) if found else (0.0, 0.7, 0.3)

@@ -96,6 +96,7 @@ def _result(
     detection_s = None
     if len(wrong) == 1 and scenario.faults and rule:
         detection_s = stop_s - scenario.faults[0].start_s
+    six = scenario.truth.mount is not None
     return Result(
         series=scenario.series,
         index=scenario.index,
@@ -110,6 +111,7 @@ def _result(
         stop_s=round(stop_s, 6),
         detection_s=None if detection_s is None else round(detection_s, 6),
         end_s=round(end_s, 6),
-        peak_n=rig.world.true_peak_force_n,
+        peak_n=rig.world.true_peak_equivalent_n if six else rig.world.true_peak_force_n,
         elastic_limit_n=scenario.limits.elastic_limit_n,
+        resultant_n=rig.world.true_peak_force_n if six else None,
     )

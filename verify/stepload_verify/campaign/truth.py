@@ -16,6 +16,10 @@ ANOMALIES = ("K x 10", "K / 10", "surface too near", "hidden hard stop", "K_s wr
 """Ways in which a plant may not be what its plan says."""
 WIDER_ANOMALIES = ("mass wrong", "filters not declared")
 """Ways beyond the claim of the campaign: a tenth to ten times the mass, 5 to 20 ms more delay."""
+SIX_ANOMALIES = (
+    "stuck stiffer than stated", "dragged sideways", "plate tilted", "touched off centre",
+)  # fmt: skip
+"""Ways of a rig with six axes: factor of the stuck ratio, share, rad, m."""
 NEAREST_SHARE = 0.05
 """A surface that is too near lies between this share of its stated distance and the near edge."""
 PLASTIC_SHARE = 0.3
@@ -25,7 +29,7 @@ PAYLOAD_SPREAD = 0.3
 
 @dataclass(frozen=True, slots=True)
 class Anomaly:
-    """One of `ANOMALIES` or `WIDER_ANOMALIES`.
+    """One of `ANOMALIES`, `WIDER_ANOMALIES` or `SIX_ANOMALIES`.
 
     `value` is a factor, a surface error in m, a share of the depth, or a delay in s.
     """
@@ -34,9 +38,9 @@ class Anomaly:
     value: float
 
 
-def draw_anomaly(chance: Random, plan: Plan) -> Anomaly:
+def draw_anomaly(chance: Random, plan: Plan, kinds: tuple[str, ...] = ANOMALIES) -> Anomaly:
     """One way in which the plant differs from the plan."""
-    return anomaly_of(chance.choice(ANOMALIES), chance, plan)
+    return anomaly_of(chance.choice(kinds), chance, plan)
 
 
 def anomaly_of(kind: str, chance: Random, plan: Plan) -> Anomaly:
@@ -52,6 +56,14 @@ def anomaly_of(kind: str, chance: Random, plan: Plan) -> Anomaly:
         return Anomaly(kind, 0.1)
     if kind == "K_s wrong by 30 %":
         return Anomaly(kind, chance.choice((0.7, 1.3)))
+    if kind == "stuck stiffer than stated":
+        return Anomaly(kind, chance.uniform(1.1, 2.0))
+    if kind == "dragged sideways":
+        return Anomaly(kind, chance.uniform(0.32, 0.6))
+    if kind == "plate tilted":
+        return Anomaly(kind, math.radians(chance.uniform(4.0, 10.0)))
+    if kind == "touched off centre":
+        return Anomaly(kind, chance.uniform(12e-3, 30e-3))
     if kind == "surface too near":
         surface_m = chance.uniform(
             NEAREST_SHARE * procedure.surface_distance_m,

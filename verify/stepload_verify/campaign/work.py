@@ -21,6 +21,7 @@ class Work(NamedTuple):
     seed: int
     kinds: tuple[str, ...]
     ablation: str = ""
+    axes: str = "one"
 
     @property
     def digest(self) -> str:
@@ -29,7 +30,7 @@ class Work(NamedTuple):
 
     def run(self, job: Job, /) -> Result:
         """Do one run; its draws are made here, from the numbers of the job."""
-        scenario = draw(self.template, self.seed, job.series, job.index, self.kinds)
+        scenario = draw(self.template, self.seed, job.series, job.index, self.kinds, self.axes)
         return run_scenario(scenario, _without(self.ablation))[0]
 
 

@@ -9,7 +9,7 @@ from itertools import combinations
 from stepload.errors import BadInputError
 from stepload.plan.model import SecondForceSource
 from stepload.rig.world import load_world
-from stepload_verify.campaign.mishaps import INCIDENTS, WIDER_FAULTS
+from stepload_verify.campaign.mishaps import INCIDENTS, SIX_FAULTS, WIDER_FAULTS
 from stepload_verify.campaign.truth import ANOMALIES, WIDER_ANOMALIES
 
 SOURCES = (SecondForceSource.SENSOR, SecondForceSource.ARM)
@@ -37,7 +37,7 @@ def kinds_for(source: SecondForceSource, *, wider: bool) -> tuple[str, ...]:
         wider: also what is beyond the claim of the campaign.
     """
     absent = "arm_force_" if source is SecondForceSource.SENSOR else "second_"
-    beyond = () if wider else (*WIDER_FAULTS, *WIDER_ANOMALIES)
+    beyond = (*SIX_FAULTS, *(() if wider else (*WIDER_FAULTS, *WIDER_ANOMALIES)))
     kinds = (*load_world().faults, *INCIDENTS, *ANOMALIES, *WIDER_ANOMALIES)
     return tuple(
         sorted(k for k in kinds if not k.startswith((absent, "gauge_")) and k not in beyond)
