@@ -119,7 +119,9 @@ def _in_branch(wrench: Wrench, part: slice, w: _Windows, least_n: float) -> Iter
         beside = max(float(np.hypot(*each)) for each in sides)
         if beside > STEADY * size[peak]:
             continue  # it goes on: a slide or a corner of the ramp, no jump
-        jump = float(np.hypot(*(left[peak] - 0.5 * (sides[0] + sides[1]))))
+        quarter = (end - begin) // 4
+        inner = left[begin + quarter : end - quarter].mean(axis=0)
+        jump = float(np.hypot(*(inner - 0.5 * (sides[0] + sides[1]))))
         middle = peak + (w.mean + w.apart) // 2
         seen = begin + w.row - 1 + w.apart + w.mean - 1
         yield Slip(

@@ -41,6 +41,7 @@ class Discrepancies(NamedTuple):
     time_m: float
     creep_m: float
     zero_m: float
+    slip_m: float
     shape: float
 
 
@@ -104,6 +105,11 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
                 "force across the axis", run.sideways.size,
                 run.sideways.relative * abs(bend) / span_m,
             ),
+            Line(
+                "slip on a plate that may be tilted", f"{left.slip_m * 1e6:.2g} µm",
+                left.slip_m / span_m,
+            ),
+            *run.askew.lines(q, main.from_n, main.to_n, span_m),
         ]  # fmt: skip
 
     common = discrepancy(main.span_m)
