@@ -21,7 +21,6 @@ from stepload.estimators.wrench import Wrench
 NOT_IN_DATA = "not in the data: the force sensor tells nothing across the pressing axis"
 NO_LEVER = "where the plate is touched is not known: rig.force.lever is not stated"
 NO_TORQUE = "where the plate is touched is not in the data: the force sensor tells no torque"
-ONE_PRESS = "one press cannot tell a tilt of the plate from an arm that gives way sideways"
 LEAST_SAMPLES = 20
 
 

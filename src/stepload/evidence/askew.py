@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
 from stepload.estimators.contact_point import OFF_AXIS_M
-from stepload.estimators.contact_quality import ContactQuality
+from stepload.estimators.contact_quality import NOT_IN_DATA, ContactQuality
 from stepload.estimators.missing import Missing
 from stepload.evidence.gates import HARMLESS, Gate, gate
 from stepload.evidence.quantity import Line
@@ -54,7 +54,7 @@ class Askew:
         gauge_offset_m: how far beside the contact a gauge on an arm measures; 0 without one.
     """
 
-    quality: ContactQuality | Missing = field(default_factory=lambda: Missing(""))
+    quality: ContactQuality | Missing = field(default_factory=lambda: Missing(NOT_IN_DATA))
     arm: bool = False
     share: float | None = None
     coupling: float = CROSS_COMPLIANCE

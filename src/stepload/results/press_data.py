@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
 from stepload.estimators.across import Across
-from stepload.estimators.wrench import turn_of
 from stepload.record.align import Aligned, ChannelClock, align
 from stepload.record.lag import Lag, measure_lag
 from stepload.record.reader import Event, Recording
@@ -69,7 +68,7 @@ class PressData:
         torque_n_m: (N, 3) torque about these two axes and about the pressing axis, tared likewise;
             None where the sensor tells no torque.
         torque_noise_n_m: rms of the first two together in free air; NaN without them.
-        turn: handedness of these two axes and the pressing axis, see `estimators.wrench`.
+        axis: the pressing axis, "+fx" … "-fz".
         looked: whether its levels were looked at for whether to end the loading (`until`).
     """
 
@@ -89,7 +88,7 @@ class PressData:
     lateral_noise_n: float = math.nan
     torque_n_m: FloatArray | None = None
     torque_noise_n_m: float = math.nan
-    turn: float = 1.0
+    axis: str = "+fz"
     zero_step_n: float = math.nan
     looked: bool = False
 
@@ -299,7 +298,7 @@ def press_data(
         lateral_noise_n=lateral_noise_n,
         torque_n_m=torque_n_m,
         torque_noise_n_m=torque_noise_n_m,
-        turn=turn_of(axis or recording.metadata["force_axis"]),
+        axis=axis or recording.metadata["force_axis"],
         zero_step_n=largest_step(means),
         looked=any(event.kind == "until" for event in recording.events),
     )
