@@ -61,7 +61,6 @@ _NAMES: dict[_Dimension, tuple[str, str]] = {
     (0, 0, 0, -1, 0): ("a change per kelvin", "11.7e-6 1/K"),
     (0, 0, 0, 0, 1): ("an angle", "15 deg"),
     (-1, -1, 2, 0, 1): ("an angle over a force", "25 µrad/N"),
-    (2, 1, -2, 0, 0): ("a torque", "0.5 N m"),
     _NONE: ("a share", "2 %"),
 }
 

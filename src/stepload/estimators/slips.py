@@ -5,7 +5,8 @@ The force across follows the load with the running ratio r of the two. What it d
 
     |ΔF_across - r ΔF| > max(6 σ √(2/k), 1 % of F)        means over k samples, 8 ms
 
-three samples in a row at 500 Hz. A contact that slides smoothly makes no such jump: its share tells.
+three samples in a row at 500 Hz. A contact that slides smoothly makes no such jump: its share
+tells.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -85,7 +87,7 @@ def slips_of(wrench: Wrench, top_n: float) -> tuple[Slip, ...]:
     new |= np.diff(wrench.time_s) > 10.0 * usual_s
     edges = [0, *(np.flatnonzero(new) + 1).tolist(), wrench.time_s.size]
     windows = _windows(usual_s)
-    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+    for begin, end in pairwise(edges):
         found += _in_branch(wrench, slice(begin, end), windows, LEAST_SHARE * top_n)
     return tuple(found)
 
