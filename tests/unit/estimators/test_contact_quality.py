@@ -1,4 +1,4 @@
-"""How a contact was made, from series made by hand: share, loop, slips, place, six pressing axes."""
+"""How a contact was made, from series made by hand: share, loop, slips, place."""
 
 from __future__ import annotations
 
