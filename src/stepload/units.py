@@ -53,7 +53,6 @@ _NAMES: dict[_Dimension, tuple[str, str]] = {
     (0, 1, -2, 0, 0): ("a stiffness", "3.49e6 N/m"),
     (0, -1, 2, 0, 0): ("a compliance", "5 µm/N"),
     (0, 1, -1, 0, 0): ("a damping", "3.87e4 N s/m"),
-    (2, 1, -2, 0, 0): ("a torque", "10 N m"),
     (1, 0, -1, 0, 0): ("a speed", "5 mm/s"),
     (1, 0, -2, 0, 0): ("an acceleration", "0.5 m/s^2"),
     (1, 1, -3, 0, 0): ("a force rate", "1.5 N/s"),
@@ -61,6 +60,7 @@ _NAMES: dict[_Dimension, tuple[str, str]] = {
     (0, 0, 0, -1, 0): ("a change per kelvin", "11.7e-6 1/K"),
     (0, 0, 0, 0, 1): ("an angle", "15 deg"),
     (-1, -1, 2, 0, 1): ("an angle over a force", "25 µrad/N"),
+    (2, 1, -2, 0, 0): ("a torque", "0.5 N m"),
     _NONE: ("a share", "2 %"),
 }
 

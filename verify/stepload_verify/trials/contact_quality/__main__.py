@@ -1,9 +1,10 @@
 """How a contact is made: bias, intervals and verdicts of a table of rigs; how soon slips are seen.
 
     python -m stepload_verify.trials.contact_quality [--poses 20] [--seed 1] [--only detection]
+        [--rigs UR10e UR5e machine]
 
 Arms of UR10 and UR5 class and a stiff machine press payloads of 3e4, 1e5 and 5e6 N/m that stick
-(friction 0.6) or slide (0.1), on a plate tilted by 0 to 3 degrees, with a sensor askew by up to 0
+(friction 0.6) or slide (0.1), on a plate tilted by 0 or 3 degrees, with a sensor askew by up to 0
 or 2. Bias is the size of the chord's error, median and 90th percentile over the poses. "False" is
 a run that says identified while the truth is outside of its 95 % interval.
 """
@@ -11,6 +12,7 @@ a run that says identified while the truth is outside of its 95 % interval.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +22,7 @@ from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload_verify.trials.contact_quality.bias import WAYS, Cell, cells
 from stepload_verify.trials.contact_quality.detection import r12_latency_s, slips_seen
-from stepload_verify.trials.coupling.__main__ import Found
+from stepload_verify.trials.coupling.__main__ import SETTINGS, Found
 
 PLAN = Path("procedures/ur5e-silicone-sphere.yaml")
 SHARE, ALONG_N = 0.4, (10.0, 20.0, 50.0)
@@ -32,12 +34,13 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=300, help="of each kind of slip")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", choices=("bias", "detection"))
+    parser.add_argument("--rigs", nargs="+", default=[setting.arm for setting in SETTINGS])
     parser.add_argument("--plan", type=Path, default=PLAN)
     asked = parser.parse_args()
     if asked.only != "bias":
         _detection(asked.runs, asked.seed, asked.plan)
     if asked.only != "detection":
-        _bias(asked.poses, asked.seed)
+        _bias(asked.poses, asked.seed, asked.rigs)
 
 
 def _detection(runs: int, seed: int, plan: Path) -> None:
@@ -62,11 +65,11 @@ def _detection(runs: int, seed: int, plan: Path) -> None:
               f"{high:.0f} ms, a period of {limits.period_s * 1e3:g} ms", flush=True)  # fmt: skip
 
 
-def _bias(poses: int, seed: int) -> None:
+def _bias(poses: int, seed: int, rigs: Sequence[str]) -> None:
     print("rig, secant, friction, tilt/mounting, reading: |bias| %, ± %, identified and true,"
           " identified and false, marginal or less")  # fmt: skip
     whole: dict[str, list[Found | None]] = {way: [] for way in WAYS}
-    for cell in cells(poses, seed):
+    for cell in cells(poses, seed, rigs):
         print(_title(cell), flush=True)
         for way in WAYS:
             found = [each[way] for each in cell.results]
