@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.estimators.contact_point import ContactPoint, contact_points
+from stepload.estimators.contact_point import NO_HOLDS, ContactPoint, contact_points
 from stepload.estimators.missing import Missing
 from stepload.estimators.shares import (
     BranchShare,
@@ -82,7 +82,7 @@ def contact_quality(wrench: Wrench | None, lever_m: float | None) -> ContactQual
     elif not lever_m:
         points = Missing(NO_LEVER)
     else:
-        points = contact_points(wrench, lever_m) or Missing("no holds while loading")
+        points = contact_points(wrench, lever_m) or Missing(NO_HOLDS)
     return ContactQuality(
         tuple(branches), loop, change_of_share(branches), slips_of(wrench, top_n),
         smallest_seen_n(wrench.noise_n, period_s, top_n) if period_s > 0.0 else float("inf"),

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stepload.estimators.contact_point import NO_HOLDS, OTHER_SIDE
 from stepload.estimators.contact_quality import (
     NO_LEVER,
     NO_TORQUE,
@@ -205,6 +206,26 @@ def test_the_place_is_found_for_every_pressing_axis(axis: str) -> None:
     assert best.sigma_m == pytest.approx(
         math.hypot(0.002, 0.12 * NOISE_N) / TOP_N / math.sqrt(RATE_HZ), rel=0.01
     )
+
+
+def with_torques(plain: Wrench, lever_m: float) -> Wrench:
+    """Torques of a contact on the axis, `lever_m` along it in the direction of the push."""
+    force = np.column_stack([plain.across_n, plain.force_n])
+    torque = np.cross(np.array([0.0, 0.0, lever_m]), force)[:, :2]
+    return replace(plain, torque_n_m=torque, torque_noise_n_m=0.002, turn=turn_of("+fz"))
+
+
+def test_a_lever_on_the_other_side_is_noticed_where_the_share_changes() -> None:
+    sliding = made(0.1, -0.1)
+    right, wrong = with_torques(sliding, -0.12), with_torques(sliding, 0.12)
+    assert told(right, 0.12).eccentric is not None
+    assert told(wrong, 0.12).points == Missing(OTHER_SIDE)
+
+
+def test_holds_without_a_loading_are_no_place() -> None:
+    moving = with_torques(made(), -0.12)
+    free = replace(moving, held=np.zeros_like(moving.held))
+    assert told(free, 0.12).points == Missing(NO_HOLDS)
 
 
 def test_a_place_needs_torques_and_a_lever() -> None:
