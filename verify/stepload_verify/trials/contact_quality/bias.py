@@ -11,13 +11,13 @@ from math import radians
 
 import numpy as np
 
-from stepload.errors import DomainError, SteploadError
+from stepload.errors import SteploadError
 from stepload.estimators.conditions import Conditions
 from stepload.evidence.answer import weigh
 from stepload.evidence.askew import Askew
-from stepload.results.analyse import identify_payload
 from stepload.results.calibration import from_system_runs
 from stepload.results.press_data import PressData
+from stepload.results.pressed import pressed as pressed_of
 from stepload_verify.trials.coupling.__main__ import (
     BLOCK_N_PER_M,
     DRY,
@@ -88,20 +88,19 @@ def _trial(
     try:  # a rig that cannot be calibrated has no result
         one = as_before(conditions(bench, from_system_runs(runs[::2]).record))
         three = conditions(bench, from_system_runs(runs).record)
-        found["before"] = _weighed(data, one, contact)
-        found["before, one axis"] = _weighed(replace(data, across_n=None), one, contact)
-        found["after, no lines"] = _weighed(data, three, contact)
-        after = identify_payload(*read(data, three)).headline
-        found["after"] = None if after is None else chord_found(after, contact)
     except SteploadError:
-        pass
+        return found
+    found["before"] = _weighed(data, one, contact, told=False)
+    found["before, one axis"] = _weighed(replace(data, across_n=None), one, contact, told=False)
+    found["after, no lines"] = _weighed(data, three, contact, told=False)
+    found["after"] = _weighed(data, three, contact, told=True)
     return found
 
 
-def _weighed(data: PressData, told: Conditions, contact: Contact) -> Found | None:
-    """The chord without gates and lines of how the contact was made."""
-    run = identify_payload(*read(data, told)).run
+def _weighed(data: PressData, known: Conditions, contact: Contact, *, told: bool) -> Found | None:
+    """The chord, with gates and lines of how the contact was made or without."""
     try:
-        return chord_found(weigh(replace(run, askew=Askew())).headline, contact)
-    except DomainError:
+        run = pressed_of(*read(data, known))
+        return chord_found(weigh(run if told else replace(run, askew=Askew())).headline, contact)
+    except SteploadError:
         return None
