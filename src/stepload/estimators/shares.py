@@ -1,7 +1,7 @@
 """Force across the pressing axis as a share of that along it, while loading and while unloading.
 
 Friction shows in it. Where a contact slides both ways, the share on the way down is another one
-than on the way up: a loop. A share that is the same both ways and at every force may be a contact
+than on the way up: a loop. So it is where the edge of a contact slips that sticks in its middle. A share that is the same both ways and at every force may be a contact
 that slides one way from its first touch on, or an arm that gives way sideways, or a plate that is
 not square to the axis: one press cannot tell them apart.
 """
@@ -24,8 +24,10 @@ LEAST_SHARE = 0.1
 SIGMAS = 4.0
 LOOP, LOOP_OF_SHARE = 0.01, 0.25
 """A difference of the shares at half the top force that is no loop yet: absolute, and as a part of
-the larger one. Contacts that stuck had up to 0.2 in simulation, 95 % of those that slid above
-0.3."""
+the larger one. Of contacts that slid in simulation 95 % had above 0.3."""
+NEIGHBOURS, PLATEAU = 3, 0.1
+"""Over so many neighbouring forces a share that slides stays the same, within this part of the
+difference of both ways."""
 NOTICED = 0.02
 """A share below is not worth a word: tilt and mounting of a good rig make as much."""
 SAME = 0.25
@@ -34,7 +36,7 @@ TILT_SIGMA_RAD = math.radians(0.64)
 """How far the half sum of both sliding angles was from the truth at 5 N in simulation (six axes,
 item 6), at 10 N by 0.45 degrees."""
 
-Kind = Literal["little", "slides", "constant", "changes"]
+Kind = Literal["little", "slides", "loop", "constant", "changes"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,8 +83,10 @@ class Loop:
     """What loading and unloading of the first cycle say together.
 
     Attributes:
-        kind: "little": below 2 %; "slides": the branches differ at half the top force, which is
-            sliding friction; "constant": the same share at all forces both ways, which is sliding
+        kind: "little": below 2 %; "slides": the branches differ, and each keeps its share over
+            neighbouring forces, which is friction that slides both ways; "loop": the branches
+            differ at half the top force, as where a contact slides or where its edge slips while
+            it sticks; "constant": the same share at all forces both ways, which is sliding
             from first contact on or coupling of the arm, tilt or mounting; "changes": neither.
         at_half: size of the difference of both branches' shares at half the top force; None
             without an unloading.
@@ -148,7 +152,10 @@ def loop_of(branches: list[BranchShare]) -> Loop | None:
             at_half = float(np.hypot(*(one - other)))
             larger = max(float(np.hypot(*one)), float(np.hypot(*other)))
             if at_half > max(SIGMAS * sigma, LOOP, LOOP_OF_SHARE * larger):
-                return Loop("slides", at_half, sigma, _tilt_bound(one, other))
+                both = _both_ways(up, down)
+                if both is None:
+                    return Loop("loop", at_half, sigma, None)
+                return Loop("slides", at_half, sigma, _tilt_bound(*both))
     known = up.share[np.isfinite(up.share).all(axis=1)]
     noise = float(np.nanmedian(up.sigma)) if known.size else 0.0
     if not up.size > max(SIGMAS * noise, NOTICED):
@@ -156,6 +163,22 @@ def loop_of(branches: list[BranchShare]) -> Loop | None:
     scatter = float(np.hypot(*known.std(axis=0)))
     kind: Kind = "constant" if scatter < max(SAME * up.size, 2.0 * noise) else "changes"
     return Loop(kind, at_half, sigma, None)
+
+
+def _both_ways(up: BranchShare, down: BranchShare) -> tuple[FloatArray, FloatArray] | None:
+    """Shares of both ways where each keeps its own over neighbouring forces and they differ most.
+
+    A contact that sticks has shares that follow the force; they pass through those of sliding.
+    """
+    best, most = None, 0.0
+    for first in range(PLACES - NEIGHBOURS + 1):
+        here = slice(first, first + NEIGHBOURS)
+        one, other = up.share[here].mean(axis=0), down.share[here].mean(axis=0)
+        width = float(np.hypot(*(one - other)))
+        moved = max(float(np.hypot(*np.ptp(branch.share[here], axis=0))) for branch in (up, down))
+        if width > most and moved < PLATEAU * width:
+            best, most = (one, other), width
+    return best
 
 
 def _tilt_bound(up: FloatArray, down: FloatArray) -> float | None:

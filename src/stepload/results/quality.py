@@ -93,17 +93,19 @@ def summary(found: ContactQuality | Missing) -> str:
     slips = len(found.slips)
     slipped = f"{slips} slip event{'s' if slips > 1 else ''}" if slips else "no slip event"
     parts = [f"force across the axis {found.share:.1%} of that along it", slipped]
-    if found.loop.kind == "slides":
-        parts.insert(1, "the contact slides")
+    if found.loop.kind in _LOOPS:
+        parts.insert(1, _LOOPS[found.loop.kind])
     if (point := found.eccentric) is not None:
         parts.append(f"touched {f(point.size_m, 'm', 2)} beside the axis")
     return f"contact: {', '.join(parts)}"
 
 
+_LOOPS = {"slides": "the contact slides", "loop": "a friction loop"}
 _KINDS = {
     "little": "below 2 %: nothing to be seen of friction or tilt",
-    "slides": "the branches differ at half the top force: the contact slides, and its friction "
-    "turns round with the load",
+    "slides": "both ways keep a share of their own: the contact slides, and its friction turns "
+    "round with the load",
+    "loop": "the branches differ, as where a contact slides, or sticks with an edge that slips",
     "constant": "much the same share at all forces, both ways: a contact that slides from its "
     "first touch on, an arm that gives way sideways, or tilt; one press cannot tell which",
     "changes": "the share changes with the force, much the same both ways: an arm that gives way "

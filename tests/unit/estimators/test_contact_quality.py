@@ -106,6 +106,16 @@ def test_branches_that_differ_are_sliding_friction_and_a_constant_share_is_left_
     assert found.loop.at_half == pytest.approx(abs(up - down), abs=2e-3)
 
 
+def test_a_loop_of_shares_that_follow_the_force_is_not_called_sliding() -> None:
+    """As a contact has that sticks: friction falls with the stiffness of the contact."""
+    wrench = made(0.1, 0.0)
+    part = wrench.force_n / TOP_N
+    share = np.where(wrench.rising, 0.04 + 0.02 * part, -0.1 + 0.16 * part)
+    across = np.stack([share * wrench.force_n, np.zeros_like(part)], axis=1)
+    loop = told(replace(wrench, across_n=across)).loop
+    assert (loop.kind, loop.tilt_bound_rad) == ("loop", None)
+
+
 def test_noise_makes_no_loop() -> None:
     assert told(made(0.0, 0.0, noise_n=3.0)).loop.kind == "little"
 

@@ -15,6 +15,7 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload_verify.trials.contact_quality.bias import WAYS, Cell, cells
 from stepload_verify.trials.contact_quality.detection import r12_latency_s, slips_seen
+from stepload_verify.trials.contact_quality.whole import rows
 from stepload_verify.trials.coupling.__main__ import SETTINGS, Found
 
 PLAN = Path("procedures/ur5e-silicone-sphere.yaml")
@@ -33,13 +35,15 @@ def main() -> None:
     parser.add_argument("--poses", type=int, default=20)
     parser.add_argument("--runs", type=int, default=300, help="of each kind of slip")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", choices=("bias", "detection"))
+    parser.add_argument("--only", choices=("bias", "detection", "whole"))
     parser.add_argument("--rigs", nargs="+", default=[setting.arm for setting in SETTINGS])
     parser.add_argument("--plan", type=Path, default=PLAN)
     asked = parser.parse_args()
-    if asked.only != "bias":
+    if asked.only in (None, "detection"):
         _detection(asked.runs, asked.seed, asked.plan)
-    if asked.only != "detection":
+    if asked.only in (None, "whole"):
+        _whole(asked.plan, asked.seed)
+    if asked.only in (None, "bias"):
         _bias(asked.poses, asked.seed, asked.rigs)
 
 
@@ -63,6 +67,18 @@ def _detection(runs: int, seed: int, plan: Path) -> None:
         low, middle, high = 1e3 * np.percentile(late, (5, 50, 95))
         print(f"R12 sees a share of {SHARE} at {along_n:.0f} N after {low:.0f} {middle:.0f} "
               f"{high:.0f} ms, a period of {limits.period_s * 1e3:g} ms", flush=True)  # fmt: skip
+
+
+def _whole(plan: Path, seed: int) -> None:
+    print("whole dry runs: friction, tilt/mounting, verdict, error %, ± %, true, contact, signs")
+    with TemporaryDirectory() as out:
+        for row in rows(plan, Path(out), seed):
+            print(
+                f"  {row.friction} {row.tilt_deg:g}/{row.askew_deg:g} {row.told:10} "
+                f"{100 * row.error:+5.1f} ±{100 * row.half_width:4.1f} {row.covered!s:5} "
+                f"{row.contact}  {', '.join(row.fires)}",
+                flush=True,
+            )
 
 
 def _bias(poses: int, seed: int, rigs: Sequence[str]) -> None:
