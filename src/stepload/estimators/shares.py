@@ -1,9 +1,10 @@
 """Force across the pressing axis as a share of that along it, while loading and while unloading.
 
 Friction shows in it. Where a contact slides both ways, the share on the way down is another one
-than on the way up: a loop. So it is where the edge of a contact slips that sticks in its middle. A share that is the same both ways and at every force may be a contact
-that slides one way from its first touch on, or an arm that gives way sideways, or a plate that is
-not square to the axis: one press cannot tell them apart.
+than on the way up: a loop. So it is where the edge of a contact slips that sticks in its middle. A
+share that is the same both ways and at every force may be a contact that slides one way from its
+first touch on, or an arm that gives way sideways, or a plate that is not square to the axis: one
+press cannot tell them apart.
 """
 
 from __future__ import annotations
