@@ -17,6 +17,7 @@ from stepload.estimators.contact_quality import (
     contact_quality,
 )
 from stepload.estimators.missing import Missing
+from stepload.estimators.shares import TILT_SIGMA_RAD
 from stepload.estimators.slips import smallest_seen_n
 from stepload.estimators.wrench import Wrench, turn_of
 
@@ -131,7 +132,7 @@ def test_of_tilt_only_a_bound_is_told_and_only_where_it_slid_both_ways() -> None
     up, down = math.tan(math.atan(0.2) + tilt), -math.tan(math.atan(0.2) - tilt)
     bound = told(made(up, down)).loop.tilt_bound_rad
     assert bound is not None
-    assert tilt < bound < tilt + math.radians(1.5)
+    assert bound == pytest.approx(tilt + 2.0 * TILT_SIGMA_RAD, abs=1e-3)
     assert told(made(0.2, 0.1)).loop.tilt_bound_rad is None
     assert told(made(0.1, 0.1)).loop.tilt_bound_rad is None
 
@@ -156,6 +157,15 @@ def test_a_jump_on_a_ramp_and_on_the_way_down_are_seen_too() -> None:
 def test_ramps_holds_and_the_turn_of_friction_are_no_slips(down: float) -> None:
     for seed in range(5):
         assert told(made(0.1, down, cycles=2, seed=seed)).slips == ()
+
+
+def test_a_step_of_the_load_that_the_force_across_follows_is_no_slip() -> None:
+    wrench = made(0.25, 0.25)
+    step_n = np.interp(wrench.time_s, [3.2, 3.22, 3.7, 3.72], [0.0, 15.0, 15.0, 0.0])
+    across = wrench.across_n + np.stack([0.25 * step_n, 0.0 * step_n], axis=1)
+    stepped = replace(wrench, force_n=wrench.force_n + step_n, across_n=across)
+    assert told(stepped).slips == ()
+    assert told(replace(stepped, across_n=wrench.across_n)).slips != ()
 
 
 def test_a_steady_slide_is_no_jump() -> None:
