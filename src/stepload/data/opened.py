@@ -12,10 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from stepload.data.streams import tables_of
+from stepload.data.streams import SIX, tables_of
 from stepload.data.table import Table
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
+from stepload.estimators.contact_quality import ContactQuality
+from stepload.estimators.missing import Missing
 from stepload.plan.model import Plan
 from stepload.record.reader import Event, Recording, read_recording
 from stepload.record.rows import Phase
@@ -24,6 +26,7 @@ from stepload.results.conditions import FILE as CONDITIONS
 from stepload.results.conditions import from_attachments, measured
 from stepload.results.levels import Level, levels_of
 from stepload.results.press_data import LOADING, UNLOADING, PressData, TouchPoint, press_data
+from stepload.results.quality import quality_of
 from stepload.results.saved import record_in
 from stepload.results.stored import kept_plan
 
@@ -170,6 +173,37 @@ class Run:
             }
         )
         return table.between(*self._span_s)
+
+    @cached_property
+    def wrench(self) -> Table:
+        """The six components of the force sensor, in its frame, one row per row of `curve`.
+
+        Tared, drift of the zero between the looks at free air taken out. Columns: `time_s`, those
+        of `force`, `phase`, `cycle`. A component that the sensor does not have is NaN. Raises as
+        `curve`.
+        """
+        press = self._press
+        index, sign = "xyz".index(press.axis[2]), -1.0 if press.axis[0] == "-" else 1.0
+        others = [i for i in range(3) if i != index]
+        none = np.full(press.time_s.size, np.nan)
+        columns = dict.fromkeys(SIX["wrench"], none)
+        columns[SIX["wrench"][index]] = sign * press.force_n
+        if press.across_n is not None:
+            for place, i in enumerate(others):
+                columns[SIX["wrench"][i]] = press.across_n[:, place]
+        if press.torque_n_m is not None:
+            for place, i in enumerate((*others, index)):
+                columns[SIX["wrench"][3 + i]] = press.torque_n_m[:, place]
+        rest = {"phase": press.phase, "cycle": press.cycle}
+        return Table({"time_s": press.time_s, **columns, **rest}).between(*self._span_s)
+
+    @cached_property
+    def contact(self) -> ContactQuality | Missing:
+        """How the contact of the whole run was made: force across, slips, place. Raises as `curve`.
+
+        `Missing` says why nothing is known, as with a force sensor of one axis.
+        """
+        return quality_of(self._press, self._conditions.lever_m)
 
     @property
     def touches(self) -> tuple[TouchPoint, ...]:

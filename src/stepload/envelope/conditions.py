@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from stepload.contact.elastic import equivalent_modulus
 from stepload.contact.materials import BluntTip, Sphere
 from stepload.contact.rough import RoughSphere, roughness_number
@@ -12,11 +14,17 @@ from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY
 from stepload.estimators.sources import Sources
-from stepload.plan.model import Payload, Plan, Structure, SystemStiffness
+from stepload.plan.model import Payload, Plan, Rig, Structure, SystemStiffness
 
 HARDNESS_PER_YIELD = 5.0
 UNKNOWN_LAG_SIGMA_S = 1e-3
 """Standard uncertainty of the alignment where the ramps tell no better: a period at 1 kHz."""
+
+ARM_MISALIGNMENT_RAD = math.radians(2.0)
+"""Between a sensor's axis and the press, on a serial arm where nobody states it: flange, adapter
+and tool, each of some tenths of a degree, and a tool frame that was taught by hand."""
+UNKNOWN_OFFSET_M = 0.02
+"""How far beside the contact a gauge on a serial arm counts to measure where nobody states it."""
 
 
 def conditions_of(plan: Plan, theory: Theory) -> Conditions:
@@ -72,7 +80,26 @@ def conditions_of(plan: Plan, theory: Theory) -> Conditions:
         across=Across() if gauge or wanted.kind == "system" else across_of(stiffness),
         arm=rig.arm.structure is Structure.ARM,
         stuck_ratio=stuck_ratio(rig)[0],
+        lever_m=rig.force.lever_m,
+        misalignment_rad=misalignment_of(rig),
+        yields_m_per_n=1.0 / stiffness.stiffness_n_per_m,
+        gauge_offset_m=gauge_offset_of(rig),
     )
+
+
+def misalignment_of(rig: Rig) -> float:
+    """Largest angle between the sensor's axis and the press, as it counts for this rig, in rad."""
+    if rig.force.misalignment_rad is not None:
+        return rig.force.misalignment_rad
+    return ARM_MISALIGNMENT_RAD if rig.arm.structure is Structure.ARM else 0.0
+
+
+def gauge_offset_of(rig: Rig) -> float:
+    """How far beside the contact a gauge of a serial arm counts to measure, in m; else 0."""
+    if rig.displacement is None or rig.arm.structure is not Structure.ARM:
+        return 0.0
+    stated = rig.displacement.offset_m
+    return UNKNOWN_OFFSET_M if stated is None else stated
 
 
 def across_of(stiffness: SystemStiffness) -> Across:

@@ -8,11 +8,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from stepload.envelope.bounds import stuck_ratio
-from stepload.envelope.conditions import across_of
+from stepload.envelope.conditions import across_of, gauge_offset_of
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
+from stepload.evidence.askew import TURN_RAD_PER_N
 from stepload.evidence.gates import FRICTION_HARMLESS, LATERAL_SHARE
 from stepload.plan.model import Plan, Structure
+from stepload.units import format_quantity
 
 TYPICAL_SHARE = 0.3
 """Force across over force along of a contact that slides with a friction of 0.3."""
@@ -21,6 +23,7 @@ TYPICAL_SHARE = 0.3
 def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
     """Whether friction is in the result of an arm, and what would take it out."""
     stiffness, arm = plan.rig.system_stiffness, plan.rig.arm
+    yield from _gauge_reasons(plan, theory)
     if plan.rig.displacement is not None or plan.identify.kind == "system":
         return
     if arm.structure is not Structure.ARM:
@@ -65,4 +68,20 @@ def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
         "calibrate with a six-axis force sensor, dry and greased (stepload calibrate), or measure "
         "with a gauge across the contact; arm.structure: machine, if the axis is guided",
         worst, FRICTION_HARMLESS, "",
+    )  # fmt: skip
+
+
+def _gauge_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
+    """Whether a gauge on an arm, which turns, is known to measure where the payload is pressed."""
+    gauge, offset_m = plan.rig.displacement, gauge_offset_of(plan.rig)
+    if gauge is None or gauge.offset_m is not None or offset_m == 0.0:
+        return
+    harm = offset_m * TURN_RAD_PER_N * theory.law.secant(plan.procedure.top_force_n)
+    yield Reason(
+        "gauge_offset", Severity.NOTE,
+        "an arm turns when it is pressed, and a gauge beside the contact reads that too; how far "
+        f"beside it measures is not stated and counts as {format_quantity(offset_m, 'm')}, which "
+        f"costs {harm:.1%} of the deformation (standard uncertainty)",
+        "state rig.displacement.offset, or put two gauges on both sides of the contact",
+        harm, math.nan, "",
     )  # fmt: skip

@@ -36,6 +36,11 @@ class Conditions:
         across: what is known of the force across the axis.
         arm: whether a serial arm presses, which friction at the contact makes stiffer.
         stuck_ratio: its largest stiffness while friction holds the tip sideways, over K_s.
+        lever_m: from the force sensor's origin to the contact; None where it is not stated.
+        misalignment_rad: largest angle between the sensor's axis and the direction of the press.
+        yields_m_per_n: how far the rig gives way along the press per newton, 1/K_s, whether or not
+            that is in the travel; 0 where it is not known.
+        gauge_offset_m: how far beside the contact a gauge on a serial arm measures; 0 without one.
     """
 
     sources: Sources
@@ -59,6 +64,10 @@ class Conditions:
     across: Across = field(default_factory=Across)
     arm: bool = False
     stuck_ratio: float = 1.0
+    lever_m: float | None = None
+    misalignment_rad: float = 0.0
+    yields_m_per_n: float = 0.0
+    gauge_offset_m: float = 0.0
 
     @property
     def deflection_force_n(self) -> tuple[float, ...]:

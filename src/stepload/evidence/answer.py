@@ -122,6 +122,7 @@ def weigh(run: Pressed) -> Evidence:
             signs.time_m,
             signs.creep_m,
             signs.zero_m,
+            signs.slip_m,
             abs(shape.off) / 2.0,
         ),
         gates=[*signs.gates, *shape.gates, *misfit],
@@ -281,4 +282,5 @@ def _cannot_show(run: Pressed, loops: Sequence[Loop]) -> tuple[list[str], list[s
         notes.append(run.sources.system_stiffness_note)
     if run.sideways.share is None or run.sideways.rule == "unknown":
         notes.append(run.sideways.note)
+    notes += run.askew.notes
     return notes, blocking

@@ -43,6 +43,7 @@ class ContactSigns(NamedTuple):
     time_m: float
     creep_m: float
     zero_m: float
+    slip_m: float
 
 
 def contact_signs(
@@ -117,7 +118,10 @@ def contact_signs(
         gates.append(_touch(run, run.touches, main, elastic, drift))
     ends = run.deflection(np.array([main.from_n, main.to_n]))
     gates += run.sideways.gates(abs(float(np.diff(ends)[0])) / main.span_m)
-    return ContactSigns(gates, time_m, creep_m, zero_m)
+    slipped_m, unseen_m = run.askew.slip_m(main.from_n, main.to_n, elastic.payload_at)
+    gates += run.askew.gates(slipped_m, main.span_m)
+    slip_m = math.hypot(slipped_m, unseen_m) / math.sqrt(3.0)
+    return ContactSigns(gates, time_m, creep_m, zero_m, slip_m)
 
 
 def _touch(

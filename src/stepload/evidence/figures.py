@@ -41,6 +41,7 @@ class Discrepancies(NamedTuple):
     time_m: float
     creep_m: float
     zero_m: float
+    slip_m: float
     shape: float
 
 
@@ -93,6 +94,8 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
     scale = [line for line in scale if line.relative > 0.0]
 
     def discrepancy(span_m: float) -> list[Line]:
+        slip = [Line("slip on a plate that may be tilted", f"{left.slip_m * 1e6:.2g} µm",
+                     left.slip_m / span_m)]  # fmt: skip
         return [
             Line("time (gap, set, rate)", f"{left.time_m * 1e6:.2g} µm", left.time_m / span_m),
             Line(
@@ -104,6 +107,8 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
                 "force across the axis", run.sideways.size,
                 run.sideways.relative * abs(bend) / span_m,
             ),
+            *(slip if left.slip_m > 0.0 else []),
+            *run.askew.lines(q, main.from_n, main.to_n, span_m),
         ]  # fmt: skip
 
     common = discrepancy(main.span_m)

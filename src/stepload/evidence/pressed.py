@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stepload.estimators.sources import Sources
+from stepload.evidence.askew import Askew
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.loops import Deflection
 from stepload.evidence.path import Track
@@ -46,6 +47,7 @@ class Pressed:
         zero_step_n: largest change of the force's zero from one look at free air to the next; None
             without two.
         sideways: the force across the axis, and what it leaves.
+        askew: how the contact was made, and how well rig and plate are aligned.
         adhesive: whether the force went below zero about the touch.
         elastic_limit_n: F_c as it is believed, None where it is not known.
         secant_force_n: where secants from touch and tangents are wanted.
@@ -65,6 +67,7 @@ class Pressed:
     touches: tuple[Touch, Touch] | None = None
     zero_step_n: float | None = None
     sideways: Sideways = field(default_factory=lambda: Sideways("guided"))
+    askew: Askew = field(default_factory=Askew)
     adhesive: bool = False
     elastic_limit_n: float | None = None
     secant_force_n: float = math.inf

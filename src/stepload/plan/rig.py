@@ -43,6 +43,7 @@ from stepload.rig.samples import SixFloats
 
 _Age = Annotated[float, Quantity("s", 0.002, 2.0)]
 _Drift = Annotated[float, Quantity("N/s", 0.0, 100.0)]
+_Misalignment = Annotated[float, Quantity("rad", 0.0, 0.175)]
 _StuckRatio = Annotated[float, Number(1.0, 100.0)]
 _Mass = Annotated[float, Quantity("kg", 0.0, 100.0, above=True)]
 _AXIS = (
@@ -219,6 +220,13 @@ class ForceSpec:
             "tell where the plate is touched."
         ),
     ] = None
+    misalignment_rad: Annotated[
+        _Misalignment | None,
+        Key(
+            "Largest angle between the sensor's pressing axis and the direction of the press; "
+            "none: 2 deg for an arm, 0 for a machine."
+        ),
+    ] = None
     tool_mass_kg: Annotated[_Mass | None, Key(_TOOL_MASS.format("the sensor"))] = None
     pushed_on: Annotated[Calendar | None, Key(_PUSHED_ON.format("the sensor"))] = None
     push_problem: str = ""
@@ -232,6 +240,13 @@ class DisplacementSpec:
     rate_hz: Annotated[Rate, Key("Samples per second.")]
     resolution_m: Annotated[Length, Key("Smallest step of the reading.")]
     noise_m: Annotated[LengthOrZero, Key("Standard deviation of the reading at rest.")] = 0.0
+    offset_m: Annotated[
+        LengthOrZero | None,
+        Key(
+            "How far beside the contact it measures; an arm turns when it is pressed, and a gauge "
+            "off the axis reads that too. None: 20 mm for an arm; a machine does not turn."
+        ),
+    ] = None
 
 
 @dataclass(frozen=True, slots=True)

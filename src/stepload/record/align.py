@@ -40,8 +40,9 @@ class Aligned:
     """One row per usable force sample, on the run's clock, oldest first.
 
     `force_n` is along the force axis, positive when pressing, *not* tared; `across_n` (N, 2) is
-    the force across it, not tared either. `displacement_m` is None without a gauge. `phase`,
-    `cycle`, `step` and `level_n` are those of the tick before the sample.
+    the force across it, not tared either, `torque_n_m` (N, 3) the torque along the pressing axis
+    last, the two across it before, in the order x, y, z. `displacement_m` is None without a gauge.
+    `phase`, `cycle`, `step` and `level_n` are those of the tick before the sample.
     `left_out` counts force samples that were marked bad or lie in a gap of another channel.
     """
 
@@ -56,6 +57,7 @@ class Aligned:
     clocks: tuple[ChannelClock, ...]
     left_out: int
     across_n: FloatArray
+    torque_n_m: FloatArray
 
 
 def sample_times(channel: str, columns: SampleColumns) -> tuple[FloatArray, ChannelClock]:
@@ -94,6 +96,12 @@ def project(wrench: FloatArray, axis: str) -> FloatArray:
 def across(wrench: FloatArray, axis: str) -> FloatArray:
     """The two force components that are not along `axis`; wrench (N, 6) → (N, 2)."""
     return np.delete(wrench[:, :3], _component(axis), axis=1)
+
+
+def torques(wrench: FloatArray, axis: str) -> FloatArray:
+    """Torque about the two axes that are not `axis`, then about that; wrench (N, 6) → (N, 3)."""
+    index = _component(axis)
+    return wrench[:, [3 + i for i in (*(i for i in range(3) if i != index), index)]]
 
 
 def _component(axis: str) -> int:
@@ -163,4 +171,5 @@ def align(recording: Recording, axis: str | None = None, lag_s: float = 0.0) -> 
         clocks=tuple(clocks),
         left_out=int(len(usable) - usable.sum()),
         across_n=across(recording.force.wrench[usable], axis),
+        torque_n_m=torques(recording.force.wrench[usable], axis),
     )

@@ -8,10 +8,11 @@ from collections.abc import Sequence
 from stepload.evidence.identification import Identification
 from stepload.results import fields
 from stepload.results.analyse import Evaluation
-from stepload.results.facts import rig_facts, short, specimen_facts
+from stepload.results.facts import Facts, rig_facts, short, specimen_facts
 from stepload.results.level_tables import sheet_table
 from stepload.results.levels import Level
 from stepload.results.model import Certificate, Figure, Table
+from stepload.results.quality import summary
 
 MOST_REMARKS, LONGEST_REMARK = 3, 170
 """Reasons that have room on the first sheet; all of them stand on the next."""
@@ -53,7 +54,7 @@ def run_certificate(
         else "Test report: contact stiffness of a payload",
         facts=(
             specimen_facts(envelope, recording, run.identification),
-            rig_facts(envelope, recording, run.identification),
+            [*rig_facts(envelope, recording, run.identification), *_contact(run.identification)],
         ),
         tables=tables,
         levels=beside,
@@ -62,6 +63,12 @@ def run_certificate(
         signatures=(("Operator", operator), ("Checked by", "")),
         foot=f"stepload {told.get('stepload', '')} · run {told.get('run_id') or 'without an id'}",
     )
+
+
+def _contact(found: Identification | None) -> Facts:
+    """How the contact was made, where a run tells it."""
+    line = "" if found is None else summary(found.run.askew.quality).removeprefix("contact: ")
+    return [("Contact", line)] if line else []
 
 
 def few(reasons: Sequence[str]) -> list[str]:

@@ -16,6 +16,7 @@ from stepload.results.analyse import Evaluation, beyond_theory
 from stepload.results.extras import extras_data
 from stepload.results.model import data
 from stepload.results.press_data import PressData
+from stepload.results.quality import quality_data
 from stepload.results.remarks import alive, levels, remarks
 from stepload.results.until import loaded
 
@@ -44,6 +45,7 @@ def identification_data(found: Identification) -> dict[str, Any]:
         "verdict": found.judgement.verdict,
         "reasons": found.judgement.reasons,
         "laws_chosen": found.conditions.laws,
+        "contact": quality_data(found.run.askew.quality),
         **_evidence_data(found),
     }
 

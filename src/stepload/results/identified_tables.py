@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from stepload.estimators.missing import Missing
 from stepload.estimators.runin import STEADY_CYCLES, RunIn
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
 from stepload.results import fields
 from stepload.results.model import Table, table
+from stepload.results.quality import quality_table, summary
 from stepload.units import format_quantity as f
 
 HEADLINE_BUDGET = "What the headline's interval is made of"
@@ -61,15 +63,18 @@ def _evidence_tables(found: Identification) -> list[Table]:
     if (n := evidence.exponent) is not None:
         low, high = n.interval
         notes.append(f"exponent n = {n.value:.2f}, 95 % [{low:.2f}, {high:.2f}], {n.verdict.value}")
+    contact = found.run.askew.quality
+    told = [line] if (line := summary(contact)) else []
     total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."
     return [
         table("Stiffness (* headline)", fields.QUANTITY, evidence.quantities.values(),
-              [*notes, *evidence.notes], headline=True),
+              [*notes, *evidence.notes, *told], headline=True),
         table(HEADLINE_BUDGET, fields.LINE,
               [line for line in headline.lines if line.relative > 0.0], [total], page_only=True),
         table("Laws that were tried", fields.LAW, evidence.laws, page_only=True),
         table("Signs that the contact is not elastic", fields.GATE, evidence.gates,
               [gate.sentence for gate in evidence.gates if gate.fires], page_only=True),
+        *([] if isinstance(contact, Missing) else [quality_table(contact)]),
     ]  # fmt: skip
 
 

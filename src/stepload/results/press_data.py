@@ -65,6 +65,10 @@ class PressData:
         across_n: (N, 2) force across the pressing axis, for the sensor's other axes in the order
             x, y, z, tared like the axial one; None where the sensor has no other axis.
         lateral_noise_n: rms of its size in free air; NaN without it.
+        torque_n_m: (N, 3) torque about these two axes and about the pressing axis, tared likewise;
+            None where the sensor tells no torque.
+        torque_noise_n_m: rms of the first two together in free air; NaN without them.
+        axis: the pressing axis, "+fx" … "-fz".
         looked: whether its levels were looked at for whether to end the loading (`until`).
     """
 
@@ -82,6 +86,9 @@ class PressData:
     gauge: bool
     across_n: FloatArray | None = None
     lateral_noise_n: float = math.nan
+    torque_n_m: FloatArray | None = None
+    torque_noise_n_m: float = math.nan
+    axis: str = "+fz"
     zero_step_n: float = math.nan
     looked: bool = False
 
@@ -185,12 +192,14 @@ def _zeroed(
     return since_m, tuple(told)
 
 
-def _across(aligned: Aligned, recording: Recording) -> tuple[FloatArray | None, float]:
-    """Force across the axis (N, 2), its zero taken as that of the axial one, and its rms there.
+def _tared(
+    columns: FloatArray, aligned: Aligned, recording: Recording
+) -> tuple[FloatArray | None, float]:
+    """Components (N, M), their zero taken as that of the axial one, and the rms of the first two.
 
-    A sensor with one axis writes a constant for the others, and has none.
+    A sensor with one axis writes a constant for the others, and has none: None and NaN.
     """
-    if not np.isfinite(aligned.across_n).all() or not np.ptp(aligned.across_n, axis=0).any():
+    if not np.isfinite(columns).all() or not np.ptp(columns[:, :2], axis=0).any():
         return None, math.nan
     times, means, rest = [], [], []
     for event in recording.events:
@@ -198,17 +207,17 @@ def _across(aligned: Aligned, recording: Recording) -> tuple[FloatArray | None, 
             continue
         end_s = number(event, "time_s")
         begin_s = end_s - number(event, "duration_s")
-        inside = aligned.across_n[(aligned.time_s >= begin_s) & (aligned.time_s <= end_s)]
+        inside = columns[(aligned.time_s >= begin_s) & (aligned.time_s <= end_s)]
         if len(inside):
             times.append(end_s)
             means.append(inside.mean(axis=0))
-            rest.append(np.mean((inside - means[-1]) ** 2, axis=0).sum())
+            rest.append(np.mean((inside - means[-1]) ** 2, axis=0)[:2].sum())
     if not times:
         return None, math.nan
     zero = np.stack(
         [np.interp(aligned.time_s, times, component) for component in np.transpose(means)], axis=1
     )
-    return np.asarray(aligned.across_n - zero), math.sqrt(float(np.median(rest)))
+    return np.asarray(columns - zero), math.sqrt(float(np.median(rest)))
 
 
 def largest_step(means_n: FloatArray) -> float:
@@ -267,7 +276,8 @@ def press_data(
     travel_m = aligned.displacement_m if gauge else aligned.position_m
     assert travel_m is not None
     force_n = aligned.force_n - np.interp(aligned.time_s, times, means)
-    across_n, lateral_noise_n = _across(aligned, recording)
+    across_n, lateral_noise_n = _tared(aligned.across_n, aligned, recording)
+    torque_n_m, torque_noise_n_m = _tared(aligned.torque_n_m, aligned, recording)
     if across is not None and across_n is not None and not gauge:
         travel_m = travel_m - across.taken_m(force_n, across_n)
     since_m, touches = _zeroed(aligned, _touches(recording), travel_m)
@@ -286,6 +296,9 @@ def press_data(
         gauge=gauge,
         across_n=across_n,
         lateral_noise_n=lateral_noise_n,
+        torque_n_m=torque_n_m,
+        torque_noise_n_m=torque_noise_n_m,
+        axis=axis or recording.metadata["force_axis"],
         zero_step_n=largest_step(means),
         looked=any(event.kind == "until" for event in recording.events),
     )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
+from stepload.evidence.askew import Askew, coupling_of
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
@@ -18,6 +19,7 @@ from stepload.results.adhesion import pulls
 from stepload.results.curve_zero import SAME_PEAK, Branch
 from stepload.results.from_curve import PreparedCurve
 from stepload.results.press_data import LOADING, UNLOADING, PressData
+from stepload.results.quality import quality_of
 
 FloatArray = NDArray[np.float64]
 _HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
@@ -53,6 +55,7 @@ def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = (
     limit_n = conditions.elastic_limit_n
     if limit_n is not None and peak_n > limit_n:
         doubts = (*doubts, _above(peak_n, limit_n))
+    aside = _sideways(data, conditions)
     return Pressed(
         tracks=tracks,
         deflection=conditions.bend,
@@ -62,7 +65,16 @@ def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = (
         roughness=Roughness(conditions.rough_length_m),
         touches=_touches(data),
         zero_step_n=data.zero_step_n if math.isfinite(data.zero_step_n) else None,
-        sideways=_sideways(data, conditions),
+        sideways=aside,
+        askew=Askew(
+            quality_of(data, conditions.lever_m),
+            arm=conditions.arm,
+            share=aside.share,
+            coupling=coupling_of(conditions.across, conditions.yields_m_per_n),
+            misalignment_rad=conditions.misalignment_rad,
+            yields_m_per_n=conditions.yields_m_per_n,
+            gauge_offset_m=conditions.gauge_offset_m,
+        ),
         adhesive=pulls(data),
         elastic_limit_n=limit_n,
         secant_force_n=conditions.secant_force_n,

@@ -12,6 +12,7 @@ from stepload.contact.power_law import ContactLaw
 from stepload.envelope.theory import Theory
 from stepload.estimators.compare import confidence_band
 from stepload.estimators.fit import Fit
+from stepload.estimators.missing import Missing
 from stepload.evidence.identification import REPORTED, Identification
 from stepload.record.rows import Phase
 from stepload.results import figures
@@ -20,6 +21,7 @@ from stepload.results.conditions import measured, planned
 from stepload.results.facts import other_elastic_limit
 from stepload.results.model import Figure
 from stepload.results.press_data import LOADING, UNLOADING
+from stepload.results.quality_figure import quality_figure
 from stepload.units import format_quantity as f
 
 FloatArray = NDArray[np.float64]
@@ -163,6 +165,8 @@ def _fit_figures(run: Evaluation) -> list[Figure]:
             ),
         )
     )  # fmt: skip
+    if not isinstance(contact := found.run.askew.quality, Missing):
+        made.append(quality_figure(contact))
     if (stated := found.budget) is not None:
         ln_k, n = stated.ellipse.outline()
         points = [(name, found.fits[name].k, found.fits[name].n) for name in laws]

@@ -8,8 +8,16 @@ from typing import Any
 import pytest
 from run_plans import envelope_for, stvf_plan
 
-from stepload.envelope.conditions import across_of
+from stepload.envelope.conditions import (
+    ARM_MISALIGNMENT_RAD,
+    UNKNOWN_OFFSET_M,
+    across_of,
+    conditions_of,
+    gauge_offset_of,
+    misalignment_of,
+)
 from stepload.envelope.reason import Severity
+from stepload.evidence.askew import TURN_RAD_PER_N
 from stepload.plan.model import DisplacementSpec, DriverChoice, Plan, Structure
 
 CODES = {"friction_unknown", "one_friction", "across_known"}
@@ -46,6 +54,40 @@ def test_a_gauge_across_the_contact_does_without() -> None:
     plan = plan_with()
     gauge = DisplacementSpec(DriverChoice("sim", {}), 100.0, 1e-7, 2e-8)
     assert said(replace(plan, rig=replace(plan.rig, displacement=gauge))) == {}
+
+
+def with_gauge(structure: Structure, offset_m: float | None) -> Plan:
+    plan = plan_with(structure)
+    gauge = DisplacementSpec(DriverChoice("sim", {}), 100.0, 1e-7, 2e-8, offset_m)
+    return replace(plan, rig=replace(plan.rig, displacement=gauge))
+
+
+def test_a_gauge_on_an_arm_counts_as_beside_the_contact_until_its_offset_is_stated() -> None:
+    def notes(plan: Plan) -> list[float]:
+        return [r.value for r in envelope_for(plan).reasons if r.code == "gauge_offset"]
+
+    unknown = with_gauge(Structure.ARM, None)
+    assert gauge_offset_of(unknown.rig) == UNKNOWN_OFFSET_M
+    envelope = envelope_for(unknown)
+    expected = UNKNOWN_OFFSET_M * TURN_RAD_PER_N * envelope.secant_at_top_n_per_m
+    assert notes(unknown) == [pytest.approx(expected)]
+    assert notes(with_gauge(Structure.ARM, 0.004)) == []
+    assert gauge_offset_of(with_gauge(Structure.ARM, 0.004).rig) == 0.004
+    assert notes(with_gauge(Structure.MACHINE, None)) == []
+    assert gauge_offset_of(with_gauge(Structure.MACHINE, 0.004).rig) == 0.0
+    assert gauge_offset_of(plan_with().rig) == 0.0
+
+
+def test_a_sensor_counts_as_askew_on_an_arm_until_its_angle_is_stated() -> None:
+    plan = plan_with()
+    assert misalignment_of(plan.rig) == ARM_MISALIGNMENT_RAD
+    assert misalignment_of(plan_with(Structure.MACHINE).rig) == 0.0
+    square = replace(plan.rig.force, misalignment_rad=0.004)
+    rig = replace(plan.rig, force=square)
+    assert misalignment_of(rig) == 0.004
+    told = conditions_of(replace(plan, rig=rig), envelope_for(plan).theory)
+    assert told.misalignment_rad == 0.004
+    assert told.yields_m_per_n == pytest.approx(1.0 / rig.system_stiffness.stiffness_n_per_m)
 
 
 def test_what_the_calibration_tells_is_said() -> None:

@@ -81,6 +81,7 @@ rig:
     rated_force: [500 N, 500 N, 1 kN]
     rated_torque: [20 N m, 20 N m, 20 N m]
     lever: 80 mm
+    misalignment: 1 deg
     tool_mass: 1.2 kg
     pushed_on: 2026-01-01
   displacement:
@@ -88,6 +89,7 @@ rig:
     rate: 100 Hz
     resolution: 1 µm
     noise: 1 µm
+    offset: 5 mm
   second_force:
     source: sensor
     tolerance: 10 N

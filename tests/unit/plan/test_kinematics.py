@@ -52,7 +52,7 @@ def test_every_profile_of_such_an_arm_names_it() -> None:
         ("max_torque: [150 N m, 150 N m, 150 N m, 28 N m, 28 N m, 28 N m]\n", "", "max_torque: 0"),
         ("\na: [0 m,", "\na: [.nan m,", "is not a number with a unit"),
         ("3.1e4 N m/rad, 1.0e4", "0 N m/rad, 1.0e4", "out of range"),
-        ("3.1e4 N m/rad, 1.0e4", "3.1e4 N m, 1.0e4", "is a quantity in N m"),
+        ("3.1e4 N m/rad, 1.0e4", "3.1e4 N m, 1.0e4", "is a torque, not"),
         ("high: [360 deg,", "high: [-360 deg,", "not below"),
     ],
 )

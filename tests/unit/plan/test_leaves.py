@@ -65,6 +65,7 @@ RANGES = {
     "0 to 10 m": """
         payload.roughness
         payload.height rig.arm.lost_motion rig.arm.position_noise rig.displacement.noise
+        rig.displacement.offset
         rig.system_stiffness.msde rig.system_stiffness.smooth_error rig.load_path
         rig.simulation.kinematic_error calibration.msde calibration.smooth_error
         rig.simulation.roughness rig.simulation.seating rig.simulation.slip
@@ -136,6 +137,7 @@ RANGES = {
     "above 0 to 0.01 m/N": "rig.system_stiffness.across_sigma calibration.across_sigma",
     "-1 to 1": "rig.system_stiffness.across_correlation calibration.across_correlation",
     "0.001 to 1000": "rig.simulation.mount.lateral_compliance",
+    "0 to 0.175 rad": "rig.force.misalignment rig.second_force.sensor.misalignment",
     "-0.01 to 0.01 rad/N": "rig.simulation.mount.turn",
     "0 to 2": "rig.simulation.mount.friction rig.simulation.mount.friction_kinetic",
     "above 0 to 2": "rig.simulation.mount.tangential_ratio",

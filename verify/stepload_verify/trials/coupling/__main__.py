@@ -106,6 +106,11 @@ def found(data: PressData, told: Conditions, contact: Contact) -> Found | None:
     chord = result.headline
     if chord is None:
         return None
+    return chord_found(chord, contact)
+
+
+def chord_found(chord: Quantity, contact: Contact) -> Found:
+    """A chord against what the payload's own law says between the same forces."""
     truth = _true(chord, contact)
     low, high = chord.interval_n_per_m
     return Found(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from stepload.envelope.bounds import ARM_STUCK_RATIO
+from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD
 from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.deflection import least_sigma
@@ -162,12 +163,16 @@ def conditions(bench: Bench, record: CalibrationRecord) -> Conditions:
         across=Across(c, size or (0.0, 0.0), record.across_correlation, share, record.share_reach),
         arm=bench.arm,
         stuck_ratio=ARM_STUCK_RATIO if bench.arm else 1.0,
+        misalignment_rad=ARM_MISALIGNMENT_RAD if bench.arm else 0.0,
+        yields_m_per_n=1.0 / k_s,
     )  # fmt: skip
 
 
 def as_before(told: Conditions) -> Conditions:
     """What an earlier version knew: one number, and nothing of arms."""
-    return replace(told, across=Across(), arm=False, stuck_ratio=1.0)
+    return replace(
+        told, across=Across(), arm=False, stuck_ratio=1.0, misalignment_rad=0.0, yields_m_per_n=0.0
+    )
 
 
 def read(data: PressData, told: Conditions) -> tuple[PressData, Conditions]:

@@ -1,0 +1,171 @@
+"""How the contact of a run was made, from its data; as an object and as words for people."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from stepload.estimators.contact_quality import ContactQuality, contact_quality
+from stepload.estimators.missing import Missing
+from stepload.estimators.shares import BranchShare
+from stepload.estimators.wrench import Wrench, turn_of
+from stepload.record.rows import Phase
+from stepload.results.model import Table
+from stepload.results.press_data import LOADING, UNLOADING, PressData
+from stepload.units import format_quantity as f
+
+HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
+
+
+def wrench_of(data: PressData) -> Wrench | None:
+    """The samples in contact with what is across the axis; None of a sensor with one axis."""
+    if data.across_n is None:
+        return None
+    mask = data.branch((*LOADING, *UNLOADING))
+    phase = data.phase[mask]
+    resting = np.isin(phase, HOLDS)
+    begins = resting & ~np.concatenate([[False], resting[:-1] & (phase[1:] == phase[:-1])])
+    noise_n, torque_noise = data.lateral_noise_n, data.torque_noise_n_m
+    torque = None if data.torque_n_m is None else data.torque_n_m[mask, :2]
+    return Wrench(
+        time_s=data.time_s[mask],
+        force_n=data.force_n[mask],
+        across_n=data.across_n[mask],
+        rising=np.isin(phase, LOADING),
+        cycle=data.cycle[mask],
+        held=np.where(resting, np.cumsum(begins), 0),
+        noise_n=noise_n / math.sqrt(2.0) if math.isfinite(noise_n) else data.noise_n,
+        torque_n_m=torque,
+        torque_noise_n_m=torque_noise / math.sqrt(2.0) if math.isfinite(torque_noise) else 0.0,
+        turn=turn_of(data.axis),
+    )
+
+
+def quality_of(data: PressData, lever_m: float | None) -> ContactQuality | Missing:
+    """What a run says of how its contact was made."""
+    return contact_quality(wrench_of(data), lever_m)
+
+
+def quality_data(found: ContactQuality | Missing) -> dict[str, Any]:
+    """The object for programs: `missing` says why there is nothing, and all else is null."""
+    if isinstance(found, Missing):
+        keys = ("share", "branches", "loop", "share_change", "share_change_sigma", "slips",
+                "unseen_slip_n", "points", "points_missing")  # fmt: skip
+        return {"missing": found.why, **dict.fromkeys(keys)}
+    change, sigma = found.change or (None, None)
+    known = not isinstance(found.points, Missing)
+    return {
+        "missing": "",
+        "share": found.share,
+        "branches": [_branch(branch) for branch in found.branches],
+        "loop": asdict(found.loop),
+        "share_change": change,
+        "share_change_sigma": sigma,
+        "slips": [asdict(slip) for slip in found.slips],
+        "unseen_slip_n": found.unseen_n,
+        "points": None if isinstance(found.points, Missing) else [asdict(p) for p in found.points],
+        "points_missing": "" if known else _why(found),
+    }
+
+
+def _branch(branch: BranchShare) -> dict[str, Any]:
+    return {
+        "cycle": branch.cycle,
+        "loading": branch.rising,
+        "median": branch.median.tolist(),
+        "force_n": branch.force_n.tolist(),
+        "share": branch.share.tolist(),
+        "sigma": branch.sigma.tolist(),
+    }
+
+
+def _why(found: ContactQuality) -> str:
+    return found.points.why if isinstance(found.points, Missing) else ""
+
+
+def summary(found: ContactQuality | Missing) -> str:
+    """One line for people; "" where the sensor tells nothing across."""
+    if isinstance(found, Missing):
+        return ""
+    slips = len(found.slips)
+    slipped = f"{slips} slip event{'s' if slips > 1 else ''}" if slips else "no slip event"
+    parts = [f"force across the axis {found.share:.1%} of that along it", slipped]
+    if found.loop.kind in _LOOPS:
+        parts.insert(1, _LOOPS[found.loop.kind])
+    if (point := found.eccentric) is not None:
+        parts.append(f"touched {f(point.size_m, 'm', 2)} beside the axis")
+    return f"contact: {', '.join(parts)}"
+
+
+_LOOPS = {"slides": "the contact slides", "loop": "a friction loop"}
+_KINDS = {
+    "little": "below 2 %: nothing to be seen of friction or tilt",
+    "slides": "both ways keep a share of their own: the contact slides, and its friction turns "
+    "round with the load",
+    "loop": "the branches differ, as where a contact slides, or sticks with an edge that slips",
+    "constant": "much the same share at all forces, both ways: a contact that slides from its "
+    "first touch on, an arm that gives way sideways, or tilt; one press cannot tell which",
+    "changes": "the share changes with the force, much the same both ways: an arm that gives way "
+    "sideways, or a contact that begins to slide",
+}  # fmt: skip
+
+
+def quality_table(found: ContactQuality) -> Table:
+    """What there is to be said of the contact, in words."""
+    rows = [(_name(branch), _share(branch)) for branch in found.branches]
+    loop = found.loop
+    half = "" if loop.at_half is None else f"{loop.at_half:.1%} ± {loop.sigma:.1%}; "
+    rows.append(("difference at half the top force", half + _KINDS[loop.kind]))
+    if found.change is not None:
+        change, sigma = found.change
+        rows.append(("change from cycle 1 to 2", f"{change:.1%} ± {sigma:.1%}"))
+    rows += [
+        (
+            f"slip in cycle {slip.cycle}",
+            f"the force across jumped by {f(slip.jump_n, 'N', 2)} at {f(slip.force_n, 'N')} while "
+            + ("loading" if slip.rising else "unloading"),
+        )
+        for slip in found.slips
+    ]
+    if not found.slips:
+        rows.append(("slip", "none was seen"))
+    rows.append(("slip that might not be seen", f"up to {f(found.unseen_n, 'N', 2)}"))
+    if (point := found.eccentric) is None:
+        rows.append(("place of the contact", _why(found)))
+    else:
+        x, y = (f(each, "m", 2) for each in point.beside_m)
+        rows.append(
+            (
+                "place of the contact",
+                f"{x} and {y} beside the sensor's axis, each ± {f(point.sigma_m, 'm', 2)} by "
+                f"noise alone, at {f(point.force_n, 'N')}",
+            )
+        )
+    rows.append(("tilt of the plate", _tilt(found)))
+    return Table("How the contact was made", ("of", "what was seen"), rows, page_only=True)
+
+
+def _name(branch: BranchShare) -> str:
+    return f"cycle {branch.cycle}, {'loading' if branch.rising else 'unloading'}"
+
+
+def _share(branch: BranchShare) -> str:
+    x, y = branch.median
+    return (
+        f"{branch.size:.1%} of the force along the axis, median over the forces ({x:+.1%} and "
+        f"{y:+.1%} along the sensor's two other axes)"
+    )
+
+
+def _tilt(found: ContactQuality) -> str:
+    bound = found.loop.tilt_bound_rad
+    if bound is None:
+        return "not to be told from one press: an arm that gives way sideways looks alike"
+    return (
+        f"along the way it slid, plate and sensor together are askew by less than "
+        f"{math.degrees(bound):.1f} degrees if friction is the same both ways; across that way, "
+        "nothing can be said"
+    )

@@ -1,0 +1,66 @@
+"""A whole dry run on a rig with six axes: how its contact was made, wherever a result is read."""
+
+from __future__ import annotations
+
+import json
+from importlib.resources import files
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+from real_runs import CYCLES, in_process
+
+import stepload
+from stepload.estimators.contact_quality import ContactQuality
+
+PLAN = CYCLES.replace(
+    "profile: stvf",
+    "profile: stvf\n  simulation: {law: smooth, mount: {friction: 0.02, coupling_x: 40 %,"
+    " eccentricity_y: 3 mm}}",
+).replace("  force:\n", '  force:\n    lever: 120 mm\n    axis: "-fz"\n')
+
+
+@pytest.fixture(scope="module")
+def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("contact")
+    (place / "plan.yaml").write_text(PLAN)
+    done = in_process("run", "plan.yaml", "--dry-run", "--seed", 1, "--out", "made", cwd=place)
+    assert "contact: force across the axis" in done.stdout
+    assert "beside the force sensor's axis" in done.stdout
+    return place / "made"
+
+
+def test_the_results_hold_it_as_the_schema_says(directory: Path) -> None:
+    told = json.loads((directory / "results.json").read_text())
+    schema = json.loads(files("stepload.results").joinpath("results.schema.json").read_text())
+    jsonschema.validate(told, schema)
+    contact = told["contact"]
+    assert contact["missing"] == ""
+    assert contact["share"] == pytest.approx(0.02, abs=0.01)
+    assert {gate["name"] for gate in told["gates"]} >= {"slip", "share_change"}
+    assert contact["points"][-1]["beside_m"] == pytest.approx([0.0, 3e-3], abs=5e-4)
+
+
+def test_the_report_has_a_figure_and_a_table(directory: Path) -> None:
+    page = (directory / "report.html").read_text()
+    assert "Force across the axis" in page
+    assert "How the contact was made" in page
+    assert "share of the force across the axis over the force" in page
+
+
+def test_python_has_the_six_components_and_the_object(directory: Path) -> None:
+    run = stepload.open(directory)
+    wrench, curve = run.wrench, run.curve
+    assert wrench.rows == curve.rows
+    sign = -1.0 if run.plan.rig.force.axis[0] == "-" else 1.0
+    along = f"force_{run.plan.rig.force.axis[2]}_n"
+    assert np.allclose(sign * wrench[along], curve["force_n"])
+    for name in ("force_x_n", "force_y_n", "force_z_n", "torque_x_n_m", "torque_y_n_m"):
+        assert np.isfinite(wrench[name]).all()
+        free = np.abs(wrench[name][curve["phase"] == 1])
+        assert float(np.median(free)) < 1.0
+    assert isinstance(run.contact, ContactQuality)
+    assert run.contact.share == pytest.approx(0.02, abs=0.01)
+    half = run.between(curve["time_s"][0], curve["time_s"][curve.rows // 2])
+    assert half.wrench.rows == half.curve.rows

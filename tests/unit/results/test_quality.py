@@ -1,0 +1,109 @@
+"""How the contact of a run was made: from its record to objects, words and a figure."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from importlib.resources import files
+
+import jsonschema
+import numpy as np
+import pytest
+from recorded_runs import recorded
+
+from stepload.estimators.contact_quality import NOT_IN_DATA, ContactQuality
+from stepload.estimators.missing import Missing
+from stepload.record.align import torques
+from stepload.record.plain import json_text
+from stepload.record.rows import Phase
+from stepload.results.press_data import press_data
+from stepload.results.quality import quality_data, quality_of, quality_table, summary, wrench_of
+from stepload.results.quality_figure import quality_figure
+
+
+def twisted(axis: str = "+fz", beside_m: tuple[float, float] = (0.0, 3e-3)) -> ContactQuality:
+    """The run of `recorded`, its wrench turned to another axis, with torques of a sensor 0.12 m off
+    and drifting zeros."""
+    run = recorded(noise_n=0.02)
+    index, sign = "xyz".index(axis[2]), -1.0 if axis[0] == "-" else 1.0
+    others = [i for i in range(3) if i != index]
+    time_s = run.force.receive_time_s
+    drift_n = 0.1 * time_s
+    free = run.force.wrench[:, :3] - np.array([4.0, -2.0, 1.0]) - drift_n[:, None]
+    force = np.zeros_like(free)
+    force[:, index], force[:, others] = sign * free[:, 2], free[:, :2]
+    place = np.zeros(3)
+    place[index], place[others] = -0.12 * sign, beside_m
+    wrench = np.zeros_like(run.force.wrench)
+    wrench[:, :3] = force
+    wrench[:, index] += sign * (1.0 + drift_n)
+    wrench[:, 3:] = np.cross(place, force) + 0.3 + 0.01 * time_s[:, None]
+    wrench[:, 3:] += np.random.default_rng(2).normal(0.0, 1e-3, force.shape)
+    phase = run.ticks.phase.copy()
+    phase[(time_s > 2.8) & (time_s < 3.4)] = int(Phase.HOLD)
+    told = replace(
+        run, force=run.force._replace(wrench=wrench),
+        ticks=run.ticks._replace(phase=phase), metadata={"force_axis": axis},
+    )  # fmt: skip
+    found = quality_of(press_data(told), 0.12)
+    assert isinstance(found, ContactQuality)
+    return found
+
+
+@pytest.mark.parametrize("axis", ["+fx", "-fx", "+fy", "-fy", "+fz", "-fz"])
+def test_share_and_place_come_out_of_a_record_whatever_the_axis(axis: str) -> None:
+    found = twisted(axis)
+    assert found.branches[0].median == pytest.approx([0.072, 0.096], abs=2e-3)
+    place = found.eccentric
+    assert place is not None
+    assert place.beside_m == pytest.approx([0.0, 3e-3], abs=3e-4)
+
+
+def test_torques_are_told_along_the_other_axes_first() -> None:
+    wrench = np.arange(12.0).reshape(2, 6)
+    assert torques(wrench, "+fx").tolist() == [[4, 5, 3], [10, 11, 9]]
+    assert torques(wrench, "-fy").tolist() == [[3, 5, 4], [9, 11, 10]]
+    assert torques(wrench, "+fz").tolist() == [[3, 4, 5], [9, 10, 11]]
+
+
+def test_a_sensor_of_one_axis_says_so_and_is_quiet() -> None:
+    data = press_data(recorded(lateral=False))
+    assert data.torque_n_m is None
+    assert wrench_of(data) is None
+    assert quality_of(data, 0.12) == Missing(NOT_IN_DATA)
+    assert summary(Missing(NOT_IN_DATA)) == ""
+    told = quality_data(Missing(NOT_IN_DATA))
+    assert told.pop("missing") == NOT_IN_DATA
+    assert set(told.values()) == {None}
+
+
+def test_objects_are_what_the_schema_says_and_all_of_it() -> None:
+    schema = json.loads(files("stepload.results").joinpath("results.schema.json").read_text())
+    schema = schema["properties"]["contact"]
+    for found in (twisted(), Missing(NOT_IN_DATA)):
+        told = json.loads(json_text(quality_data(found)))
+        jsonschema.validate(told, schema)
+        assert set(told) == set(schema["properties"])
+    told = json.loads(json_text(quality_data(twisted())))
+    for name in ("branches", "points"):
+        assert set(told[name][0]) == set(schema["properties"][name]["items"]["properties"])
+    assert set(told["loop"]) == set(schema["properties"]["loop"]["properties"])
+
+
+def test_people_read_one_line_and_a_table() -> None:
+    found = twisted()
+    line = summary(found)
+    assert line.startswith("contact: force across the axis 12.0% of that along it, no slip event")
+    assert "touched 3" in line
+    words = dict(quality_table(found).rows)
+    assert "mm" in words["place of the contact"]
+    assert "not to be told from one press" in words["tilt of the plate"]
+    assert words["slip"] == "none was seen"
+    unknown = dict(quality_table(replace(found, points=Missing("no lever"))).rows)
+    assert unknown["place of the contact"] == "no lever"
+
+
+def test_the_figure_shows_the_first_two_cycles() -> None:
+    svg = quality_figure(twisted()).draw()
+    assert svg.startswith("<?xml")
+    assert "NaN" not in svg
