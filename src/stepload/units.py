@@ -58,6 +58,7 @@ _NAMES: dict[_Dimension, tuple[str, str]] = {
     (1, 1, -3, 0, 0): ("a force rate", "1.5 N/s"),
     (0, 0, 0, 1, 0): ("a temperature", "23 degC"),
     (0, 0, 0, -1, 0): ("a change per kelvin", "11.7e-6 1/K"),
+    (2, 1, -2, 0, 0): ("a torque", "10 N m"),
     (0, 0, 0, 0, 1): ("an angle", "15 deg"),
     (-1, -1, 2, 0, 1): ("an angle over a force", "25 µrad/N"),
     _NONE: ("a share", "2 %"),

@@ -40,11 +40,21 @@ VERDICTS: dict[str, tuple[str, set[str]]] = {
     "system-stiffness": ("go", set()),
     "ur16e-polyurethane-sphere": (
         "warn",
-        {"stiffness_indicative", "friction_unknown", "level_out_of_reach"},
+        {
+            "stiffness_indicative",
+            "friction_unknown",
+            "level_out_of_reach",
+            "clings_on_the_way_back",
+        },
     ),
     "ur5e-silicone-sphere": (
         "warn",
-        {"stiffness_indicative", "friction_unknown", "level_out_of_reach"},
+        {
+            "stiffness_indicative",
+            "friction_unknown",
+            "level_out_of_reach",
+            "clings_on_the_way_back",
+        },
     ),
 }
 """Verdict, and the codes of the reasons that refuse or warn."""

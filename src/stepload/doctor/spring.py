@@ -22,8 +22,6 @@ from stepload.record.outcome import RunStatus
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 
-TOP_SHARE = 0.4
-"""Of the plan's top force."""
 STEPS = 4
 RAMP_S = 1.0
 HOLD_S = 0.5
@@ -55,8 +53,8 @@ class Memory:
 
 
 def small_steps(plan: Plan) -> Plan:
-    """The plan with a few small load steps up and down, the first approach as it stands."""
-    top_n = TOP_SHARE * plan.procedure.top_force_n
+    """The plan with a few load steps up to its top force, the first approach as it stands."""
+    top_n = plan.procedure.top_force_n
     levels = tuple(top_n * (i + 1) / STEPS for i in range(STEPS))
     procedure = replace(
         plan.procedure, levels_n=levels, top_force_n=top_n, step_n=levels[0], hold_s=HOLD_S,

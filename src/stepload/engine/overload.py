@@ -33,7 +33,11 @@ class OverloadWatch:
         """A fresh reading, not tared: what hangs on the sensor loads it too."""
         if not self._stated:
             return None
-        shares = [abs(wrench[index]) / limit for index, limit in self._stated]
+        # A component that is no number may be anything.
+        shares = [
+            abs(wrench[index]) / limit if wrench[index] == wrench[index] else math.inf
+            for index, limit in self._stated
+        ]
         self.used = used = max(shares)
         self._over = self._over + 1 if used > 1.0 else 0
         if self._over < OVERLOADED_SAMPLES:

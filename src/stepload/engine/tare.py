@@ -64,7 +64,7 @@ class TareWindow:
         self._force.add(count, since_s, force_n)
         self._second.add(count, since_s, second_n)
         self._first = self._first or wrench
-        self._live.update(i for i, value in enumerate(wrench) if value != self._first[i])
+        self._live.update(i for i, value in enumerate(wrench[:3]) if value != self._first[i])
         means = self._wrench or wrench
         self._wrench = [
             mean + (value - mean) / count for mean, value in zip(means, wrench, strict=True)

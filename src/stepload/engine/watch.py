@@ -285,7 +285,7 @@ class ForceWatch(_StreamWatch):
                     "R4", float(status), 0.0, "",
                     f"{self.name}: the device flags its sample (status {status})",
                 )  # fmt: skip
-            whole_n = wrench[0] + wrench[1] + wrench[2]
+            whole_n = sum(wrench)
             if -self._full_scale_n < raw_n < self._full_scale_n and whole_n - whole_n == 0.0:
                 self.raw_n = raw_n
             else:

@@ -138,8 +138,8 @@ class Zeroing:
         step_s = plan.step_n / plan.load_rate_n_per_s + plan.hold_s
         under_load_s = steps * (step_s + STEP_RATES / limits.step_rate_per_s)
         drift_n = tare.sure_slope_n_per_s * under_load_s
-        # A sensor that shows its pressing axis only sees nothing of a payload that is dragged.
-        blind = tare.live <= 1 and 0.0 < limits.dragged_left < 1.0
+        # A sensor of which a force never changes may see nothing of a payload that is dragged.
+        blind = tare.live < 3 and 0.0 < limits.dragged_left < 1.0
         if noise_n == 0.0 and drift_n <= plan.max_drift_n and not blind:
             return True
         refusal = self._adopt(Measured(noise_n, drift_n, blind))

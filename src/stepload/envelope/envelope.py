@@ -165,7 +165,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         *stiffness_reasons(plan),
         *friction_reasons(plan, theory),
         *shake_reasons(plan, shake),
-        *sideways_reasons(plan),
+        *sideways_reasons(plan, theory.counted.lower_n),
         *aligning_reasons(plan, limits),
     ]
     if found is not None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from stepload.contact.lateral import weakening
+from stepload.contact.lateral import SHARES, left_of_limit, weakening
 from stepload.envelope.dragged import dragged_left, yielding_ratios
 from stepload.envelope.reason import Reason, Severity
-from stepload.plan.model import ForceSpec, Plan
+from stepload.plan.model import ForceSpec, Plan, Structure
 from stepload.units import format_quantity
 
 RATED_SHARE = 0.8
@@ -56,8 +56,14 @@ def _overloads(sensor: ForceSpec | None) -> list[float]:
     return [RATED_SHARE * rated for rated in (*forces_n, *torques_n_m)]
 
 
-def sideways_reasons(plan: Plan) -> Iterator[Reason]:
-    """Whether sideways force is seen, and the sensor's torques allow the force asked for."""
+def sideways_reasons(plan: Plan, counted_n: float) -> Iterator[Reason]:
+    """Whether sideways force is seen, what it may do, and whether the sensor's torques allow it.
+
+    Args:
+        counted_n: what of F_c may be counted on.
+    """
+    if plan.rig.arm.structure is Structure.ARM:
+        yield from _friction_on_the_way_back(plan, counted_n)
     force, top_n = plan.rig.force, plan.procedure.top_force_n
     if (left := dragged_left(plan)) < 1.0:
         share = plan.procedure.max_lateral_share
@@ -86,4 +92,30 @@ def sideways_reasons(plan: Plan) -> Iterator[Reason]:
         f" {format_quantity(OFF_CENTRE_M, 'm')} off centre: R13 stops the run beyond that",
         "a shorter tool, a larger sensor, or a lower top force",
         share, plan.procedure.max_lateral_share, "",
+    )  # fmt: skip
+
+
+def _friction_on_the_way_back(plan: Plan, counted_n: float) -> Iterator[Reason]:
+    """Friction lets go later than the force falls: on the way back its share grows up to µ.
+
+    With the force across held at the share s that R12 allows at the top force F, the contact slides
+    at µ, where the whole force s F sqrt(1 + µ²)/µ meets a limit of g(µ) F_c; a stop does the same.
+    """
+    share, top_n = plan.procedure.max_lateral_share, plan.procedure.top_force_n
+    worst = max(
+        share * math.hypot(1.0, mu) / (mu * left_of_limit(nu, mu))
+        for mu in SHARES if mu > share
+        for nu in yielding_ratios(plan.payload)
+    )  # fmt: skip
+    if top_n * worst <= counted_n:
+        return
+    yield Reason(
+        "clings_on_the_way_back", Severity.WARN,
+        f"friction may hold the payload sideways while the arm draws back: at the {share:.0%}"
+        f" across that R12 allows and a friction of up to {SHARES[-1]:g} it may bear what"
+        f" {format_quantity(top_n * worst, 'N')} would without, and"
+        f" {format_quantity(counted_n, 'N')} of F_c are counted on. No stop prevents it",
+        "lower procedure.max_lateral_share or the top force, grease the contact, or hold the arm in"
+        " a pose that pushes little sideways (stepload pose)",
+        top_n * worst, counted_n, "N",
     )  # fmt: skip

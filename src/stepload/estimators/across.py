@@ -72,12 +72,13 @@ class Across:
         """Standard uncertainty in m of what is taken out per newton along, at shares (2,).
 
         From the covariance of c; beyond `EXTRAPOLATED` times the calibrated shares the rest counts
-        as if nothing were known of the arm.
+        as if nothing were known of the arm. So does the whole share where it points the other way
+        than in the calibration: a sensor that was turned since then shows it like that.
         """
         away = self.away(share)
         beyond = max(0.0, float(np.linalg.norm(away)) - EXTRAPOLATED * self.reach)
-        if self.per_newton_m is not None and self.reach == 0.0:
-            beyond = 0.0  # stated by hand: its author answers for all shares
+        if float(share @ np.array(self.at_share or (0.0, 0.0))) < 0.0:
+            beyond = max(beyond, float(np.linalg.norm(share)))
         own = math.sqrt(max(float(away @ self.covariance @ away), 0.0))
         return math.hypot(own, CROSS_COMPLIANCE / stiffness_n_per_m * beyond)
 

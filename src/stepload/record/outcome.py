@@ -15,7 +15,8 @@ class Tare:
     """One look at the channels at rest in free air, not tared; second channel NaN where none.
 
     `noise_n` is the standard deviation about the slope, `wrench` the mean of the force sensor's six
-    components in N and N·m, () where it was not taken, `live` how many of them ever changed.
+    components in N and N·m, () where it was not taken, `live` how many of its three forces ever
+    changed.
     """
 
     time_s: float
@@ -27,7 +28,7 @@ class Tare:
     second_mean_n: float
     second_noise_n: float
     wrench: tuple[float, ...] = ()
-    live: int = 6
+    live: int = 3
 
     @property
     def mean_error_n(self) -> float:

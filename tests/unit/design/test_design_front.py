@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -148,11 +149,22 @@ def test_no_time_no_runs_and_no_rig_are_each_refused_with_a_reason() -> None:
     assert "more --samples would tell" in unsure.value.hint
 
 
-def test_what_to_buy_is_said_where_no_plan_is_good_enough(few: None) -> None:
+def test_what_to_buy_is_said_where_no_plan_is_good_enough(few: None, tmp_path: Path) -> None:
+    rig = tmp_path / "ur5e.yaml"
+    rig.write_text(
+        "profile: ur5e\narm: {driver: sim, options: {}}\nforce: {driver: sim, options: {}}\n"
+        "system_stiffness: {stuck_ratio: 1}\n"
+    )
     silicone = payload_folder() / "silicone-sphere.yaml"
     with pytest.raises(RefusedError, match="no plan for silicone sphere on UR5e") as refused:
         design(
-            "ur5e", silicone, within_s=300.0, surface="5 mm", samples=60, seed=1, pool=LocalPool(1)
+            str(rig),
+            silicone,
+            within_s=300.0,
+            surface="5 mm",
+            samples=60,
+            seed=1,
+            pool=LocalPool(1),
         )
     assert "any one of these would do: " in refused.value.hint
     assert "K_s known to 1 %, by a table (6" in refused.value.hint

@@ -21,6 +21,13 @@ PAYLOADS = payload_folder()
 SPHERE = PAYLOADS / "plastic-sphere.yaml"
 FINE = "profile: stvf\nsystem_stiffness: {msde: 10 nm}\n"
 """The measured position of this rig takes next to nothing of the leash."""
+SLIDING_ARM = """\
+profile: ur5e
+arm: {driver: sim, options: {}}
+force: {driver: sim, options: {}}
+system_stiffness: {stuck_ratio: 1}
+"""
+"""A UR5e of which nothing holds the tip sideways: the leash is longer."""
 FINE_ARM = "position_resolution: 0.2 um"
 
 
@@ -149,26 +156,32 @@ def test_bad_files_are_told_as_such(tmp_path: Path) -> None:
     assert math.isfinite(ceiling("stvf", SPHERE).top_n)
 
 
-def test_a_force_at_which_the_arm_would_stand_still_is_not_designed_for() -> None:
+def test_a_force_at_which_the_arm_would_stand_still_is_not_designed_for(tmp_path: Path) -> None:
+    rig = str(tmp_path / "ur5e.yaml")
+    Path(rig).write_text(SLIDING_ARM)
     silicone = PAYLOADS / "silicone-sphere.yaml"
-    found = ceiling("ur5e", silicone)
+    found = ceiling(rig, silicone)
     assert "the arm may stand still" in found.why
     assert "79.5 N would be safe" in found.why
-    beyond = envelope_of(plan_of("ur5e", silicone, found.top_n + 3.0))
+    beyond = envelope_of(plan_of(rig, silicone, found.top_n + 3.0))
     assert "level_out_of_reach" in {each.code for each in beyond.reasons}
-    below = envelope_of(plan_of("ur5e", silicone, found.top_n - 0.1))
+    below = envelope_of(plan_of(rig, silicone, found.top_n - 0.1))
     assert "level_out_of_reach" not in {each.code for each in below.reasons}
 
 
-def test_a_plan_whose_levels_may_be_missed_is_left_out_and_others_take_their_time() -> None:
+def test_a_plan_whose_levels_may_be_missed_is_left_out_and_others_take_their_time(
+    tmp_path: Path,
+) -> None:
+    rig = str(tmp_path / "ur5e.yaml")
+    Path(rig).write_text(SLIDING_ARM)
     silicone = PAYLOADS / "silicone-sphere.yaml"
-    limit = ceiling("ur5e", silicone)
-    found = grid("ur5e", silicone, limit, "5 mm")
+    limit = ceiling(rig, silicone)
+    found = grid(rig, silicone, limit, "5 mm")
     # A quarter of a small top force is too little for the leash: F_lim lies only so far above it.
     assert {each.share for each in found.candidates} == {0.75, 1.0}
     assert "stand still" in found.because
     for each in found.candidates:
-        envelope = envelope_of(plan_of("ur5e", silicone, each.top_n, each.order))
+        envelope = envelope_of(plan_of(rig, silicone, each.top_n, each.order))
         assert envelope.climbs is not None
         assert each.order.up_s == envelope.climbs.up_s
         assert each.order.down_s == envelope.climbs.down_s

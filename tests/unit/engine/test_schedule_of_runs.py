@@ -50,7 +50,8 @@ def soft_arm(tmp_path_factory: pytest.TempPathFactory) -> str:
     rig = tmp_path_factory.mktemp("rig") / "known.yaml"
     rig.write_text(
         "profile: ur5e\narm: {driver: sim, options: {}}\nforce: {driver: sim, options: {}}\n"
-        "system_stiffness: {value: 1.2e5 N/m, sigma: 1.2e3 N/m, msde: 20 um, damping: 0 N s/m,"
+        "system_stiffness: {value: 1.2e5 N/m, sigma: 1.2e3 N/m, stuck_ratio: 1, msde: 20 um,"
+        " damping: 0 N s/m,"
         " provenance: measured}\n"
     )
     return str(rig)

@@ -299,8 +299,35 @@ def test_a_load_cell_on_an_arm_may_press_less() -> None:
     known, unseen = (largest_top_force(plan, 500.0) for plan in (arm(), arm("one")))
     assert unseen < known
     assert known - unseen == pytest.approx(500.0 * (1.0 - left) * 0.97, rel=0.1)
-    assert [reason.code for reason in sideways_reasons(arm("one"))] == ["sideways_unseen"]
-    assert not list(sideways_reasons(arm()))
+    assert [reason.code for reason in sideways_reasons(arm("one"), 1e9)] == ["sideways_unseen"]
+    assert not list(sideways_reasons(arm(), 1e9))
+
+
+def test_friction_that_clings_on_the_way_back_is_named() -> None:
+    """At 0.3 across and a friction of 0.6 a payload bears what some 3.4 times the force would."""
+    top_n = PLAN.procedure.top_force_n
+    codes = {
+        counted: [reason.code for reason in sideways_reasons(arm(), counted * top_n)]
+        for counted in (3.0, 4.0)
+    }
+    assert codes == {3.0: ["clings_on_the_way_back"], 4.0: []}
+    assert not list(sideways_reasons(arm(max_lateral_share=0.05), 3.0 * top_n))
+    machine = replace(PLAN.rig, arm=replace(PLAN.rig.arm, structure=Structure.MACHINE))
+    assert not list(sideways_reasons(replace(PLAN, rig=machine), 1.0))
+
+
+def test_a_component_that_is_no_number_is_an_overload() -> None:
+    supervisor = Supervisor(rated(overload_tx_n_m=8.0, overload_ty_n_m=8.0), "+fz")
+    for wrench in ([0, 0, 0, math.nan, 500.0, 0], [0, 0, 0, math.nan, 500.0, 0]):
+        found = supervisor.overload.judge(wrench)
+    assert found is not None
+    assert found.rule == "R13"
+
+
+def test_a_torque_that_is_no_number_stops_the_run() -> None:
+    cause = Feed().press([0.0, 0.0, 0.0, math.nan, 0.0, 0.0], 1, SEARCH)
+    assert cause is not None
+    assert cause.rule == "R4"
 
 
 def test_a_tare_counts_the_components_that_change() -> None:
@@ -308,7 +335,7 @@ def test_a_tare_counts_the_components_that_change() -> None:
     for count in range(4):
         cell.add(0.1 * count, 0.0, math.nan, [0.0, 0.0, 0.1 * count, 0.0, 0.0, 0.0])
         six.add(0.1 * count, 0.0, math.nan, [0.1 * count] * 6)
-    assert (cell.result().live, six.result().live) == (1, 6)
+    assert (cell.result().live, six.result().live) == (1, 3)
 
 
 def test_what_the_run_finds_out_lowers_the_ladder_too() -> None:
@@ -328,7 +355,7 @@ def long_tool(torque_n_m: float, lever_m: float = 0.12) -> Plan:
 def test_preflight_names_the_torque_that_a_long_tool_makes(
     torque_n_m: float, severity: str
 ) -> None:
-    found = list(sideways_reasons(long_tool(torque_n_m)))
+    found = list(sideways_reasons(long_tool(torque_n_m), 1e9))
     assert [str(reason.severity) for reason in found] == ([severity] if severity else [])
 
 

@@ -97,7 +97,9 @@ def test_what_the_calibration_tells_is_said() -> None:
     plan = plan_with(**known)
     assert said(plan) == {"across_known": Severity.NOTE}
     [told] = [r for r in envelope_for(plan).reasons if r.code == "across_known"]
-    assert told.value == pytest.approx(3.49e6 * 0.3 * 1e-7, rel=1e-3)
+    # The worst of the shares about the calibration's points the other way: 3.49e6 * 0.3 * 1e-7 is
+    # what c alone would leave.
+    assert told.value == pytest.approx(0.183, rel=1e-2)
 
 
 def test_a_record_that_does_not_hold_tells_nothing_across() -> None:

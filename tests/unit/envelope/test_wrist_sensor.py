@@ -21,15 +21,18 @@ rig:
   arm:
     options: {{host: 192.168.1.10}}
 {channels}
+  system_stiffness: {{stuck_ratio: {ratio}}}
 procedure: {{top_force: {top}, step: {step}, surface_distance: 5 mm, surface_uncertainty: 0.5 mm}}
 """
 
 
-def judged(tmp_path: Path, payload: str, top: str, step: str):
+def judged(tmp_path: Path, payload: str, top: str, step: str, stuck_ratio: float = 2.6):
     path = tmp_path / "plan.yaml"
     channels = "\n".join(f"  {line}" for line in EXAMPLE.splitlines())
     payload_path = ROOT / "procedures" / "payloads" / f"{payload}.yaml"
-    path.write_text(PLAN.format(payload=payload_path, channels=channels, top=top, step=step))
+    path.write_text(
+        PLAN.format(payload=payload_path, channels=channels, top=top, step=step, ratio=stuck_ratio)
+    )
     return envelope_of(load_plan(path))
 
 
@@ -48,7 +51,7 @@ def test_no_payload_is_pressed_beyond_the_sensors_range(tmp_path):
 
 
 def test_a_rubber_sphere_may_be_pressed_a_little_with_a_warning(tmp_path):
-    envelope = judged(tmp_path, "silicone-sphere", "60 N", "20 N")
+    envelope = judged(tmp_path, "silicone-sphere", "60 N", "20 N", stuck_ratio=1)
     assert envelope.verdict is PlanVerdict.WARN
     assert "one_force_channel" in {r.code for r in envelope.reasons}
     assert 60.0 < envelope.largest_safe_force_n < 75.0

@@ -62,7 +62,7 @@ def test_at_the_shares_of_the_calibration_nothing_is_in_doubt_and_beyond_them_mo
 
 
 def test_errors_that_belong_together_cancel_in_one_direction() -> None:
-    alike = Across((0.0, 0.0), (1e-7, 1e-7), -1.0)
+    alike = Across((0.0, 0.0), (1e-7, 1e-7), -1.0, reach=0.3)
     assert alike.doubt_m_per_n(np.array([0.1, 0.1]), K_S) == pytest.approx(0.0, abs=1e-15)
     assert alike.doubt_m_per_n(np.array([0.1, -0.1]), K_S) == pytest.approx(2e-8)
 
@@ -132,3 +132,17 @@ def test_nothing_to_fit_is_an_error() -> None:
     turned = Cells(run.force_n, -run.displacement_m, run.rate_m_s, run.across_n)
     with pytest.raises(DomainError, match="does not rise"):
         fit_across([turned], contacts=[None], length_n=8.0)
+
+
+def test_a_share_that_points_the_other_way_than_the_calibration_counts_as_unknown() -> None:
+    """A sensor that was turned by half a turn since then shows the payload's share like that."""
+    known = Across((1e-6, 0.0), (1e-9, 1e-9), 0.0, at_share=(0.1, 0.0), reach=0.3)
+    along, against = (known.doubt_m_per_n(np.array([t, 0.0]), K_S) for t in (0.1, -0.1))
+    assert against > 20.0 * along
+    assert against == pytest.approx(CROSS_COMPLIANCE / K_S * 0.1, rel=0.01)
+
+
+def test_three_numbers_without_their_reach_hold_at_their_share_only() -> None:
+    stated = Across((1e-6, 0.0), (1e-9, 1e-9), 0.0, at_share=(0.1, 0.0))
+    assert stated.doubt_m_per_n(np.array([0.1, 0.0]), K_S) == pytest.approx(0.0, abs=1e-12)
+    assert stated.doubt_m_per_n(np.array([0.3, 0.0]), K_S) > 0.1 * CROSS_COMPLIANCE / K_S
