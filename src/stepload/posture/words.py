@@ -113,8 +113,9 @@ def _stuck(first: Row) -> str:
         f"Held sideways the tip of pose 1 is {figures.stuck_ratio:.2f} times as stiff (stuck "
         f"ratio), at most {up(most.stuck_ratio)} times with joints that are off by a factor of "
         f"{WRONG_BY:g} (upper end of 95 %); a flat contact, which holds the tool's rotation too, "
-        f"{figures.flat_ratio:.2f} times, at most {up(most.flat_ratio)}. What bounds a force must "
-        "go by the largest, rig.system_stiffness.stuck_ratio, until it is measured. A tip sticks "
+        f"{figures.flat_ratio:.2f} times, at most {up(most.flat_ratio)}. The ratio "
+        "multiplies the K_s of this pose (rig.system_stiffness.stuck_ratio), never that of a "
+        "profile: calibrate in the pose first. A tip sticks "
         f"where friction is above {figures.stuck_share:.2f}."
     )
 
