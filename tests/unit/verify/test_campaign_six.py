@@ -147,10 +147,9 @@ def test_what_only_six_axes_have_is_refused_of_one() -> None:
         kinds_from("plate_slips")
 
 
-def test_friction_that_clings_costs_more_on_the_way_back_than_under_the_top_force() -> None:
-    """A hole that is known: the run completes, and its top force alone does not tell."""
-    slippery, rough = (cling(TEMPLATE, 12, friction) for friction in (0.3, 0.6))
-    assert slippery.pressed == pytest.approx(rough.pressed, rel=0.01)
-    assert slippery.whole < 1.15 * slippery.pressed
-    assert rough.ended == "completed"
-    assert rough.whole > 1.8 * rough.pressed
+@pytest.mark.parametrize("index", [6, 12])
+def test_friction_that_clings_goes_down_with_the_force_on_the_way_back(index: int) -> None:
+    """It did not where a payload loses work in a cycle: the tip swung, up to 2.4 F_c."""
+    clung = cling(TEMPLATE, index, 0.6)
+    assert clung.ended == "completed"
+    assert clung.whole < 1.01 * clung.pressed

@@ -6,7 +6,6 @@ happened than the hazard says, it was no excuse.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -16,23 +15,15 @@ from stepload.rig.world import WorldSpec
 from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.falsify.scene import with_faults
 
-PLATE, HELD_BACK, HEAVY, LATE, CLINGS = (
-    "plate_moves", "held_back_commands", "heavier_arm", "unstated_delays", "clings_on_the_way_back",
+PLATE, HELD_BACK, HEAVY, LATE = (
+    "plate_moves", "held_back_commands", "heavier_arm", "unstated_delays",
 )  # fmt: skip
 LINK_FAULTS = ("command_latency", "command_jitter")
 """Faults in which a link holds commands back and delivers them together."""
 
 
-def excuses(
-    scenario: Scenario, peak_n: float, loaded_n: float = math.inf
-) -> Iterator[tuple[str, Scenario]]:
-    """The hazards that may explain this peak: code, and the run without what they are about.
-
-    Args:
-        scenario: the run.
-        peak_n: the largest force of it, as it is held against F_c.
-        loaded_n: the same before the force went down.
-    """
+def excuses(scenario: Scenario, peak_n: float) -> Iterator[tuple[str, Scenario]]:
+    """The hazards that may explain this peak: code, and the run without what they are about."""
     named = {reason.code: reason.value for reason in scenario.envelope.reasons}
     kinds = {fault.kind for fault in scenario.faults}
     rigid = any(anomaly.kind == "hidden hard stop" for anomaly in scenario.anomalies)
@@ -53,15 +44,6 @@ def excuses(
             second_force_delay_s=believed.second_force_delay_s,
         )
         yield LATE, replace(rest, truth=truth)
-    back = loaded_n <= scenario.limits.elastic_limit_n and peak_n <= named.get(CLINGS, 0.0)
-    if back and (mount := scenario.truth.mount) is not None:
-        share = scenario.plan.procedure.max_lateral_share
-        slides = replace(
-            mount,
-            friction_static=min(mount.friction_static, share),
-            friction_kinetic=min(mount.friction_kinetic, share),
-        )
-        yield CLINGS, replace(scenario, truth=replace(scenario.truth, mount=slides))
 
 
 def unstated_s(scenario: Scenario, believed: WorldSpec) -> float:

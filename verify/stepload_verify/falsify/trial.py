@@ -26,8 +26,6 @@ NO_RUN = "no run"
 """Status of a point at which there is no rig that can press, or none within the time."""
 LOOK_TICKS = 8
 """The margins cost as much as a tick: one in so many ticks is looked at, while the force rises."""
-STILL_UP = 0.98
-"""A force that is still so much of its largest one has not gone down yet."""
 FORCE_RULES = ("R1", "R2")
 UNSEEN_WEIGHT = REACHED_WEIGHT = 0.1
 """Weights beside J of the force that nobody saw, and of the share of the top force reached.
@@ -166,7 +164,7 @@ def judge(scenario: Scenario, ablation: str = "") -> Trial:
     room_n = scenario.limits.elastic_limit_n - top_n
     j, hazard = (result.peak_n - top_n) / room_n, scenario.hazard
     if j > 1.0 and not hazard:
-        for name, rest in excuses(scenario, result.peak_n, look.loaded_n):
+        for name, rest in excuses(scenario, result.peak_n):
             if judge(rest, ablation).j <= 1.0:
                 hazard = name
                 break
@@ -190,8 +188,6 @@ class _Look:
 
     def __init__(self) -> None:
         self.unseen_n = 0.0
-        self.loaded_n = 0.0
-        """Largest |f|/g so far while the force had not gone down."""
         self.margin = 0.0
         self._peak_n = 0.0
         self._ticks = 0
@@ -208,8 +204,6 @@ class _Look:
         unseen_n = world.true_force_n - max(row.force_n, row.second_force_n)
         if unseen_n > self.unseen_n:
             self.unseen_n = unseen_n
-        if world.true_force_n > STILL_UP * world.true_peak_force_n:
-            self.loaded_n = world.true_peak_equivalent_n
         self._ticks += 1
         if self._ticks % LOOK_TICKS:
             return
