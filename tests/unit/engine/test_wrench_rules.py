@@ -72,6 +72,41 @@ def test_too_much_force_across_the_axis_stops_the_run(share: float, stops: bool)
         assert cause.value > cause.limit
 
 
+def dying_across(axis: str, *, dead_from: int, steps_of: int = 1) -> list[Breach]:
+    """Breaches of a noisy sensor pressed at 50 N from sample 100 on, zeroed there, whose components
+    across the axis read 0 from some sample on; they change every `steps_of` samples."""
+    watch = ForceWatch(
+        "force", axis, full_scale_n=1e3, stale_s=1.0, identical_counts=25, clock_s=1.0
+    )
+    noise = np.random.default_rng(1).normal(0.0, 0.1, (400, 6))
+    found = []
+    for number in range(400):
+        wrench = noise[number // steps_of * steps_of]
+        press = watch.axis[0]
+        wrench[press] = noise[number][press] + (50.0 if number >= 100 else 0.0)
+        if number >= dead_from:
+            wrench[[i for i in range(6) if i != press]] = 0.0
+        if number == 100:
+            watch.tare()
+        now_s = 0.002 * number
+        sample = ForceSample(number, now_s, now_s, 0, tuple(wrench.tolist()), 20.0)
+        breach = watch.take([sample], now_s)
+        if breach is not None:
+            found.append(breach)
+    return found
+
+
+@pytest.mark.parametrize("axis", ["+fz", "-fx", "+fy"])
+def test_a_sensor_that_dies_across_the_axis_stops_the_run(axis: str) -> None:
+    """Nothing else would tell: what it no longer shows is what R12 judges."""
+    first, *_ = dying_across(axis, dead_from=200)
+    assert (first.rule, first.value, first.limit) == ("R4", 26.0, 25.0)
+    assert "across the axis" in first.message
+    assert dying_across(axis, dead_from=400) == []
+    assert dying_across(axis, dead_from=0) == []  # a load cell
+    assert dying_across(axis, dead_from=400, steps_of=20) == []  # coarse, and sound
+
+
 def test_both_components_across_the_axis_count() -> None:
     cause = Feed().ramp([25.0, 25.0, 100.0, 0.0, 0.0, 0.0])
     assert cause is not None

@@ -15,10 +15,17 @@ from stepload.envelope.bounds import stuck_ratio
 from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.plan.model import Structure
+from stepload.rig.world import WorldFault
 from stepload_verify.campaign.mishaps import SIX_FAULTS
 from stepload_verify.campaign.mounts import LARGEST_SHARE, draw_stance, fits, mounted
 from stepload_verify.campaign.result import Result
-from stepload_verify.campaign.scenario import SIDEWAYS_UNSEEN, Scenario, draw, kinds_from
+from stepload_verify.campaign.scenario import (
+    SIDEWAYS_UNSEEN,
+    Scenario,
+    draw,
+    expected_times,
+    kinds_from,
+)
 from stepload_verify.campaign.single import run_scenario
 from stepload_verify.campaign.truth import SIX_ANOMALIES, Anomaly
 from stepload_verify.trials.unloading import cling
@@ -128,13 +135,25 @@ def test_a_rig_that_is_dragged_beyond_the_plan_is_stopped_by_r12() -> None:
     assert found.rule == "R12"
 
 
+def test_a_sensor_that_dies_across_the_axis_while_it_presses_is_found() -> None:
+    """Nothing else would be: dragged sideways more and more, and nobody sees it."""
+    scenario = sound()
+    times = expected_times(scenario.plan, scenario.limits, scenario.truth.surface_m)
+    dead = WorldFault("force_lateral_dead", times.touch_s + 0.5, 600.0, 0.0)
+    found, _ = run_scenario(replace(scenario, truth=replace(scenario.truth, faults=(dead,))))
+    assert (found.rule, found.status) == ("R4", "stopped")
+    assert "across the axis" in found.message
+    assert found.stop_s - dead.start_s < 0.3
+
+
 def test_nobody_sees_what_a_dead_channel_does_not_tell() -> None:
     kinds = ("force_lateral_dead", "plants")
     hazards = set()
     for index in range(300):
         scenario = draw(TEMPLATE, 1, "two", index, kinds, "six")
         names = {anomaly.kind for anomaly in scenario.anomalies}
-        unseen = bool(scenario.faults) and bool(names & {*SIX_ANOMALIES[:2]})
+        always = any(fault.start_s == 0.0 for fault in scenario.faults)
+        unseen = always and bool(names & {*SIX_ANOMALIES[:2]})
         assert (scenario.hazard == SIDEWAYS_UNSEEN) == unseen
         hazards.add(scenario.hazard)
     assert SIDEWAYS_UNSEEN in hazards

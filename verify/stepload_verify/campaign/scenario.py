@@ -38,7 +38,7 @@ ONE_AXIS, SIX_AXES = "one", "six"
 BLIND = "both_channels_alike"
 """A named hazard: nothing is left to stop such a run."""
 SIDEWAYS_UNSEEN = "sideways_unseen"
-"""Hazard: dragged sideways beyond the plan, and the only sensor across the axis is dead."""
+"""Hazard: dragged beyond the plan, and the only sensor across the axis has always been dead."""
 HEALTHY_SHARE = 0.15
 PLANTS = "plants"
 """Name of the anomalies of plants among the kinds."""
@@ -170,7 +170,7 @@ def hazard_of(faults: Sequence[WorldFault], plan: Plan, anomalies: Sequence[Anom
     """What takes a run with these out of the claim, or ""."""
     if both_channels_blind(faults, plan):
         return BLIND
-    dead = any(fault.kind == "force_lateral_dead" for fault in faults)
+    dead = any(fault.kind == "force_lateral_dead" and fault.start_s == 0.0 for fault in faults)
     dragged = any(anomaly.kind in SIX_ANOMALIES[:2] for anomaly in anomalies)
     return SIDEWAYS_UNSEEN if dead and dragged else ""
 
