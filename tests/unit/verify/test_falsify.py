@@ -512,7 +512,7 @@ def test_friction_does_not_let_go_where_the_force_turns_back() -> None:
 def test_r12_counts_the_share_that_a_tilted_plate_hides() -> None:
     """Found by a search with six axes: a share of 28 % as the sensor had it was one of 36 %."""
     found, figures = read_scene(ROOT / "docs/scenes/tilt-hides-a-share.json")
-    assert figures["peak_ratio"] > 1.05
+    assert figures["peak_ratio"] > 1.04
     now = judge(found)
     assert now.rule == "R12"
     assert now.peak_ratio < 0.9
