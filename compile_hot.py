@@ -26,13 +26,14 @@ HOT = {
     ),
     "src/stepload/record": ("ring",),
     "drivers/stepload_drivers/sim": (
-        "adhesion", "arm", "channels", "contact", "creep", "drive", "faults", "felt", "friction",
+        "adhesion", "channels", "contact", "creep", "drive", "faults", "felt", "friction",
         "held", "inertia", "laws", "layers", "limit_left", "mechanics", "moving_plate", "plant",
-        "sensor_errors", "sensors", "simulation", "six_channels", "six_plant", "six_tip",
+        "sensor_errors", "simulation", "six_channels", "six_plant", "six_tip",
         "six_world", "slow", "springs", "stream",
     ),
 }  # fmt: skip
-"""Not `sim/noise.py`: its endless generator would be made into a list."""
+"""Not `sim/noise.py`: its endless generators would be made into lists. Not the simulated devices: a
+class may inherit from a compiled one only if it is compiled too."""
 
 FILES = [f"{room}/{name}.py" for room, names in HOT.items() for name in names]
 OPTIMISE = "1"
@@ -61,7 +62,8 @@ def _sources() -> dict[str, list[int]]:
         [sys.executable, "-c", code], env={**os.environ, PURE: "1"}, check=True,
         capture_output=True, text=True,
     )  # fmt: skip
-    names = sorted({str(Path(line).relative_to(ROOT)) for line in done.stdout.splitlines()})
+    files = [Path(__file__), *map(Path, done.stdout.splitlines())]
+    names = sorted({str(file.relative_to(ROOT)) for file in files})
     return {name: stamp_of(str(ROOT / name)) for name in names}
 
 

@@ -164,6 +164,8 @@ class RunLimits:
                     f"run limit {each.name} is {value}; it must be finite and positive",
                     hint="a limit that is not a number would never trip: check the plan",
                 )
+            if each.metadata["unit"] == "samples" and not isinstance(value, int):
+                raise DomainError(f"run limit {each.name} is {value}; it must be a whole number")
 
     @property
     def values(self) -> dict[str, float]:
