@@ -87,6 +87,39 @@ def test_ctrl_c_reaches_a_run_that_never_leaves_machine_code(tmp_path: Path) -> 
 
 
 @compiled
+@pytest.mark.parametrize("as_given", ["tuple(rows)", "[r._replace(wrench=w(r)) for r in rows]"])
+def test_a_driver_of_other_types_than_it_promises_ends_the_run(
+    tmp_path: Path, as_given: str
+) -> None:
+    """Made safe and said, as any exception of a driver or of the tick; never left pressing."""
+    code = f"""
+import sys, numpy
+from stepload_drivers.sim.sensors import WorldForceSensor
+drain = WorldForceSensor.drain
+def w(row): return tuple(map(numpy.float32, row.wrench))
+def given(sensor):
+    rows = drain(sensor)
+    return {as_given} if rows and rows[-1].receive_time_s > 3.0 else rows
+WorldForceSensor.drain = given
+from stepload.cli.main import main
+main()
+"""
+    plan = tmp_path / "plan.yaml"
+    plan.write_text(QUICK)
+    done = subprocess.run(
+        [sys.executable, "-c", code, "run", str(plan), "--dry-run", "--quiet", "--out",
+         str(tmp_path / "run")],
+        env={**ENVIRONMENT, PURE: ""}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 4, done.stderr
+    found = json.loads((tmp_path / "run" / "results.json").read_text())
+    assert found["status"] == "stopped"
+    assert "object expected" in found["why_it_ended"]
+    action = found["safing"][-2]
+    assert (action["name"], action["error"]) == ("arm stop", "")
+
+
+@compiled
 @pytest.mark.parametrize("change", ["time", "size", "gone", "list"])
 def test_machine_code_of_another_source_is_not_used(tmp_path: Path, change: str) -> None:
     place = tmp_path / PLACE
