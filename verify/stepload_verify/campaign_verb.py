@@ -72,12 +72,11 @@ def campaign(
     from stepload_verify.campaign.ablation import LAYERS, Ablation
     from stepload_verify.campaign.campaign import jobs_for
     from stepload_verify.campaign.result import Result
-    from stepload_verify.campaign.scenario import ONE_AXIS, SIX_AXES, kinds_from
+    from stepload_verify.campaign.scenario import axes_from, kinds_from
     from stepload_verify.campaign.work import Work
 
     output = Output(as_json=as_json)
-    if axes not in (ONE_AXIS, SIX_AXES):
-        raise BadInputError(f"--axes {axes!r}: rigs have one axis or six", hint="one or six")
+    axes = axes_from(axes)
     work = Work(load_plan(plan), seed, kinds_from(faults, axes), axes=axes)
     layers = list(LAYERS) if ablation else [Ablation(name).name for name in ablate or ()]
     if replay is not None:

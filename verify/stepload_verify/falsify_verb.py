@@ -29,11 +29,16 @@ def falsify(
     seed: Annotated[int, typer.Option("--seed", min=0, help="Decides every run.")] = 1,
     wrong: Annotated[
         list[str] | None,
-        typer.Option("--wrong", help="Only these at once, as in force_gain+second_freeze."),
+        typer.Option(
+            "--wrong", help="Only these at once, as in force_gain+second_freeze; +any: each other."
+        ),
     ] = None,
     wider: Annotated[
         bool, typer.Option("--wider", help="What is beyond the claim of the campaign.")
     ] = False,
+    axes: Annotated[
+        str, typer.Option("--axes", help="one: along the press alone; six: the whole wrench.")
+    ] = "one",
     out: Annotated[
         Path | None, typer.Option("--out", help="Directory of trials; the search goes on there.")
     ] = None,
@@ -63,6 +68,7 @@ def falsify(
     from stepload.plan.load import load_plan
     from stepload.runner.choose import open_pool
     from stepload_verify.campaign.ablation import Ablation
+    from stepload_verify.campaign.scenario import axes_from
     from stepload_verify.falsify.falsify import falsify as search
     from stepload_verify.falsify.strata import named, strata
     from stepload_verify.falsify.trial import Search
@@ -76,7 +82,10 @@ def falsify(
         return
     if shrink is not None:
         raise BadInputError("--shrink needs a scene", hint="give it with --replay FILE")
-    where = [one for text in wrong for one in named(text)] if wrong else strata(wider=wider)
+    axes = axes_from(axes)
+    where = strata(wider=wider, axes=axes)
+    if wrong:
+        where = list(dict.fromkeys(one for text in wrong for one in named(text, axes)))
     begun_s = time.monotonic()
     try:
         with _shown(trials) as show, open_pool(processes, scheduler) as pool:

@@ -77,6 +77,7 @@ class SixPlant:
             contact.law,
             self._steep * spec.surface_m,
             spec.payload.poisson_ratio,
+            spec.payload.n,
             step_s=step_s,
             swing_rad=swing_rad,
             error_factor=error_factor,

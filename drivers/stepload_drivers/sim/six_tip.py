@@ -41,14 +41,17 @@ class SixTip:
         law: of the normal force.
         surface_m: coordinate along the normal at which the virgin payload touches.
         poisson_ratio: of the body that yields first.
+        exponent: n of the normal law.
         swing_rad, error_factor: refine the sub-stepping (tests of convergence).
     """
 
     __slots__ = (
         "_calm",
+        "_clings",
         "_damping_rate",
         "_error_factor",
         "_evaluate",
+        "_exponent",
         "_free",
         "_heaviest",
         "_kinetic",
@@ -84,6 +87,7 @@ class SixTip:
         law: ContactLaw,
         surface_m: float,
         poisson_ratio: float,
+        exponent: float,
         *,
         step_s: float,
         swing_rad: float = SWING_RAD,
@@ -91,7 +95,7 @@ class SixTip:
     ) -> None:
         self.at = self.speed = _ZERO
         self.rubbing = CLEAN
-        self.normal_n = self._tangent = 0.0
+        self.normal_n = self._tangent = self._clings = 0.0
         self.peak_n = self.peak_equivalent_n = self.slid_m = 0.0
         self.surface_m = surface_m
         self.resting = self._calm = False
@@ -99,7 +103,7 @@ class SixTip:
         self._law, self._evaluate = law, law.evaluate
         self._left = limit_left(poisson_ratio)
         self._static, self._kinetic = mount.friction_static, mount.friction_kinetic
-        self._ratio = mount.tangential_ratio
+        self._ratio, self._exponent = mount.tangential_ratio, exponent
         self._springs = Springs(held)
         self._stiffest, self._lightest, self._heaviest = (
             held.stiffest,
@@ -128,21 +132,23 @@ class SixTip:
         """Stand at `at`, pressing without friction."""
         self.at = at
         self.normal_n, self._tangent = self._evaluate(self.depth_m)
+        self._clings = self._clinging(self.normal_n, self.depth_m)
         self._law.remember(self.depth_m)
         self._note(self.normal_n, 0.0)
 
     def slips_at(self, static: float, kinetic: float) -> None:
         """From now on payload and plate have this friction."""
         self._static, self._kinetic = static, kinetic
-        sticks = self._ratio * self._tangent
-        if sticks > 0.0:
-            self.rubbing = rub(self.rubbing, 0.0, 0.0, (sticks, sticks), kinetic * self.normal_n)
+        clings = self._clings
+        if clings > 0.0:
+            self.rubbing = rub(self.rubbing, 0.0, 0.0, (clings, clings), kinetic * self.normal_n)
         self.resting = self._calm = False
 
     def yielded(self) -> None:
         """The law has changed by itself: the force is another one at the same place."""
         if self.normal_n != 0.0:
             self.normal_n, self._tangent = self._evaluate(self.depth_m)
+            self._clings = self._clinging(self.normal_n, self.depth_m)
             self._note(self.normal_n, math.hypot(self.rubbing.x, self.rubbing.y))
             self.resting = False
 
@@ -278,7 +284,17 @@ class SixTip:
         return dt
 
     def _follow(self) -> Follow:
-        return following(self.rubbing, self._ratio * self._tangent, self._tangent, self._kinetic)
+        return following(self.rubbing, self._clings, self._tangent, self._kinetic)
+
+    def _clinging(self, force_n: float, depth_m: float) -> float:
+        """Stiffness of a contact that clings: that of a curve without memory through this force.
+
+        It follows the size of the contact. The slope of the normal force does not where that turns
+        back: friction would fall with it at once, and the tip would swing.
+        """
+        if force_n <= 0.0:
+            return 0.0
+        return self._ratio * (self._exponent * force_n / (depth_m - self._law.residual_m))
 
     def _end(self, move: Vector3, come: float) -> End:
         """Normal force, its tangent, friction and depth after a move."""
@@ -287,7 +303,7 @@ class SixTip:
         if force <= 0.0:
             return force, tangent, CLEAN, depth_m
         most = (self._kinetic if self.rubbing[2] else self._static) * force
-        stiffness = self._ratio * self._tangent, self._ratio * tangent
+        stiffness = self._clings, self._clinging(force, depth_m)
         return force, tangent, rub(self.rubbing, move[0], move[1], stiffness, most), depth_m
 
     def _take(
@@ -301,6 +317,7 @@ class SixTip:
     ) -> None:
         """Go on to the end of a sub-step; `ringing` is the swinging force that it stepped over."""
         force, self._tangent, rubbing, depth_m = end
+        self._clings = self._clinging(force, depth_m)
         if force > 0.0:
             friction = math.sqrt(rubbing[0] * rubbing[0] + rubbing[1] * rubbing[1])
             self._note(self._most(speed[2] + nearer, nearer, dt, force) + ringing, friction)

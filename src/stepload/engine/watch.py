@@ -14,6 +14,8 @@ EMPTY_TICKS = 3
 LATE_CLOCK_TICKS = 5
 AHEAD_S = 1e-4
 """A sample stamped this much later than its tick has no age that R3 could judge."""
+LIVES_SAMPLES = 20
+"""A sensor that has changed across the axis more often than this in free air sees what is there."""
 ACROSS_ALPHA = 0.1
 """Share of a new reading in the smoothed force across the pressing axis, per tick."""
 CLOCK_TRACKING = 1e-3
@@ -149,7 +151,10 @@ class ForceWatch(_StreamWatch):
         "_i",
         "_index",
         "_j",
+        "_lived_across",
+        "_lives_across",
         "_same",
+        "_same_across",
         "_sign",
         "_smooth_i",
         "_smooth_j",
@@ -182,7 +187,8 @@ class ForceWatch(_StreamWatch):
         self._full_scale_n = full_scale_n
         self.identical_counts = identical_counts
         self._wrench: tuple[float, ...] = ()
-        self._same = 0
+        self._same = self._same_across = self._lived_across = 0
+        self._lives_across: bool | None = None
         self.raw_n = self.smooth_n = float("nan")
 
     @property
@@ -239,6 +245,8 @@ class ForceWatch(_StreamWatch):
 
     def tare(self, wrench: Sequence[float] = ()) -> None:
         """Take this mean of the six components for zero; without one, what is smoothed now."""
+        if self._lives_across is None:
+            self._lives_across = self._lived_across > LIVES_SAMPLES
         if wrench:
             self._zero = tuple(wrench)
         elif self._smooth_i == self._smooth_i:
@@ -278,6 +286,7 @@ class ForceWatch(_StreamWatch):
                         self.name, self._same + 1, self.identical_counts
                     )
             else:
+                breach = breach or self._judge_across(wrench)
                 self._same = 0
                 self._wrench = wrench
             if status:
@@ -297,6 +306,22 @@ class ForceWatch(_StreamWatch):
         if breach is None:
             self._follow(self._wrench)
         return breach
+
+    def _judge_across(self, wrench: Sequence[float]) -> Breach | None:
+        """Whether what is across the axis has died while the rest lives (R4).
+
+        Of a sensor that has shown noise across in free air; a load cell has none.
+        """
+        i, j, last = self._i, self._j, self._wrench
+        if not last or wrench[i] != last[i] or wrench[j] != last[j]:
+            self._lived_across += 1
+            self._same_across = 0
+            return None
+        self._same_across += 1
+        counts, equal = self.identical_counts, self._same_across
+        if not self._lives_across or not equal >= counts > 0:
+            return None
+        return self._frozen(f"{self.name}, across the axis", equal + 1, counts)
 
     def _follow(self, wrench: Sequence[float]) -> None:
         """Smooth forces, and torques across the axis."""

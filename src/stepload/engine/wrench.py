@@ -71,7 +71,8 @@ class WrenchRules:
                 f" it (allowed {largest:.0%}): the tool slides or bends sideways. Align tool and"
                 " plate, or hold the arm another way",
             )  # fmt: skip
-        allowed_n = limits.allowed_n * (1.0 - limits.lateral_weakening * min(share, largest) ** 2)
+        worse = min(share, largest) * (min(share, largest) + 2.0 * limits.lateral_askew)
+        allowed_n = limits.allowed_n * (1.0 - limits.lateral_weakening * worse)
         for along_n, word in ((force_n, "is"), (predicted_n, "would be")):
             whole_n = math.hypot(along_n, across_n)
             if whole_n > allowed_n:

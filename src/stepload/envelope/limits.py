@@ -114,6 +114,7 @@ class RunLimits:
     load_rate_n_per_s: float = _limit("N/s", "plan")
     touch_force_n: float = _limit("N", "plan", "R11")
     lateral_share: float = _limit("", "plan; 0: off", "R12", zero=True)
+    lateral_askew: float = _limit("", "share that tilt and mounting may hide", zero=True)
     lateral_weakening: float = _limit("", "a of F_allowed (1 - a t^2), t the share", zero=True)
     lateral_from_n: float = _limit("N", "5 N, twice the touch force, 8 sigma", zero=True)
     overload_fx_n: float = _limit("N", _OVERLOAD, "R13", zero=True)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from stepload.contact.lateral import SHARES, left_of_limit, weakening
+from stepload.envelope.conditions import misalignment_of
 from stepload.envelope.dragged import dragged_left, yielding_ratios
 from stepload.envelope.reason import Reason, Severity
 from stepload.plan.model import ForceSpec, Plan, Structure
@@ -16,14 +17,16 @@ RATED_SHARE = 0.8
 LEAST_N = 5.0
 """Below this force the share across the axis says little about the contact."""
 SIGMAS = 8.0
+UNMEASURED_TILT_RAD = math.radians(3.0)
+"""A plate that no alignment has measured is believed to be tilted by no more than this."""
 OFF_CENTRE_M = 2e-3
 """A contact is rarely nearer to the pressing axis than this."""
 _COMPONENTS = ("fx_n", "fy_n", "fz_n", "tx_n_m", "ty_n_m", "tz_n_m")
 OVERLOADS = tuple(f"overload_{name}" for name in _COMPONENTS)
 SECOND_OVERLOADS = tuple(f"second_overload_{name}" for name in _COMPONENTS)
 SIDEWAYS = (
-    "lateral_share", "lateral_weakening", "lateral_from_n", *OVERLOADS, *SECOND_OVERLOADS,
-    "lever_m", "eccentricity_m", "dragged_left",
+    "lateral_share", "lateral_askew", "lateral_weakening", "lateral_from_n",
+    *OVERLOADS, *SECOND_OVERLOADS, "lever_m", "eccentricity_m", "dragged_left",
 )  # fmt: skip
 """Thresholds that records of earlier versions do not have: their rules were off."""
 
@@ -35,10 +38,12 @@ def sideways_limits(plan: Plan, noise_n: float) -> dict[str, float]:
         noise_n: of one reading of the force sensor.
     """
     rig, procedure = plan.rig, plan.procedure
-    share, lever_m = procedure.max_lateral_share, rig.force.lever_m
+    share, lever_m, askew = procedure.max_lateral_share, rig.force.lever_m, askew_of(plan)
+    worst = share + askew
     return {
         "lateral_share": share,
-        "lateral_weakening": max(weakening(nu, share) for nu in yielding_ratios(plan.payload)),
+        "lateral_askew": askew,
+        "lateral_weakening": max(weakening(nu, worst) for nu in yielding_ratios(plan.payload)),
         "lateral_from_n": max(LEAST_N, 2.0 * procedure.touch_force_n, SIGMAS * noise_n),
         **dict(zip(OVERLOADS, _overloads(rig.force), strict=True)),
         **dict(zip(SECOND_OVERLOADS, _overloads(rig.second_force.sensor), strict=True)),
@@ -46,6 +51,16 @@ def sideways_limits(plan: Plan, noise_n: float) -> dict[str, float]:
         "eccentricity_m": procedure.max_eccentricity_m if lever_m else 0.0,
         "dragged_left": dragged_left(plan, one_axis=True),
     }
+
+
+def askew_of(plan: Plan) -> float:
+    """By how much the share in the plane of the plate may be above the one that the sensor shows.
+
+    The plate is tilted against the press, and the sensor is mounted askew.
+    """
+    alignment = plan.procedure.alignment
+    tilt_rad = UNMEASURED_TILT_RAD if alignment is None else alignment.max_tilt_rad
+    return math.tan(tilt_rad + misalignment_of(plan.rig))
 
 
 def _overloads(sensor: ForceSpec | None) -> list[float]:

@@ -75,17 +75,23 @@ class Stance:
         dragged = min(self.friction, self.coupling / self.lateral)
         return dragged + math.tan(self.tilt_rad) + math.tan(self.turn_rad) + CROSS_TALK
 
+    @property
+    def sound(self) -> bool:
+        """Whether a plan would have such a rig."""
+        return 0.2 < self.lateral < 5.0 and self.share < LARGEST_SHARE
+
 
 def draw_stance(chance: Random, ur: bool) -> Stance:
     """A sound stance: what it drags sideways is within the plan."""
     for _ in range(_ATTEMPTS):
-        stance = _any_stance(chance, ur)
-        if 0.2 < stance.lateral < 5.0 and stance.share < LARGEST_SHARE:
+        stance = any_stance(chance, ur)
+        if stance.sound:
             break
     return stance
 
 
-def _any_stance(chance: Random, ur: bool) -> Stance:
+def any_stance(chance: Random, ur: bool) -> Stance:
+    """A stance that may be unsound; reads up to 19 numbers."""
     u = chance.uniform
     coupling = log_uniform(chance, 0.15, 1.3) if ur else u(0.02, 0.2)
     ratio = 1.0 + log_uniform(chance, 0.02, 2.3)
@@ -133,7 +139,8 @@ def fits(envelope: Envelope, stance: Stance) -> bool:
     Preflight does not look at that: F_allowed is that of a load along the axis.
     """
     limits, top_n = envelope.run_limits, envelope.plan.procedure.top_force_n
-    left = 1.0 - limits.lateral_weakening * stance.share**2
+    worse = stance.share * (stance.share + 2.0 * limits.lateral_askew)
+    left = 1.0 - limits.lateral_weakening * worse
     noise_n = 8.0 * envelope.plan.rig.force.noise_n + 0.5
     return 1.03 * top_n * math.hypot(1.0, stance.share) + noise_n < left * limits.allowed_n
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from random import Random
 
@@ -34,8 +35,10 @@ from stepload_verify.campaign.truth import (
 TWO_CHANNELS, ONE_CHANNEL = "two", "one"
 """The two series of a campaign: the claim is made for the first, the second is reported apart."""
 ONE_AXIS, SIX_AXES = "one", "six"
+BLIND = "both_channels_alike"
+"""A named hazard: nothing is left to stop such a run."""
 SIDEWAYS_UNSEEN = "sideways_unseen"
-"""Hazard: dragged sideways beyond the plan, and the only sensor across the axis is dead."""
+"""Hazard: dragged beyond the plan, and the only sensor across the axis has always been dead."""
 HEALTHY_SHARE = 0.15
 PLANTS = "plants"
 """Name of the anomalies of plants among the kinds."""
@@ -77,6 +80,17 @@ class Scenario:
     def faults(self) -> tuple[WorldFault, ...]:
         """The faults of the simulated rig."""
         return self.truth.faults
+
+
+def axes_from(text: str) -> str:
+    """One of `ONE_AXIS` and `SIX_AXES`.
+
+    Raises:
+        BadInputError: it is neither.
+    """
+    if text not in (ONE_AXIS, SIX_AXES):
+        raise BadInputError(f"--axes {text!r}: rigs have one axis or six", hint="one or six")
+    return text
 
 
 def kinds_from(text: str, axes: str = ONE_AXIS) -> tuple[str, ...]:
@@ -148,14 +162,15 @@ def draw(
         healthy=not (faults or incidents or anomalies),
         anomalies=anomalies,
         incidents=tuple(sorted(incidents, key=lambda incident: incident.start_s)),
-        hazard=_hazard(faults, plan, anomalies),
+        hazard=hazard_of(faults, plan, anomalies),
     )
 
 
-def _hazard(faults: list[WorldFault], plan: Plan, anomalies: tuple[Anomaly, ...]) -> str:
+def hazard_of(faults: Sequence[WorldFault], plan: Plan, anomalies: Sequence[Anomaly] = ()) -> str:
+    """What takes a run with these out of the claim, or ""."""
     if both_channels_blind(faults, plan):
-        return "both_channels_alike"
-    dead = any(fault.kind == "force_lateral_dead" for fault in faults)
+        return BLIND
+    dead = any(fault.kind == "force_lateral_dead" and fault.start_s == 0.0 for fault in faults)
     dragged = any(anomaly.kind in SIX_ANOMALIES[:2] for anomaly in anomalies)
     return SIDEWAYS_UNSEEN if dead and dragged else ""
 

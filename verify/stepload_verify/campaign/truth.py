@@ -20,6 +20,7 @@ SIX_ANOMALIES = (
     "stuck stiffer than stated", "dragged sideways", "plate tilted", "touched off centre",
 )  # fmt: skip
 """Ways of a rig with six axes: factor of the stuck ratio, share, rad, m."""
+ALL_ANOMALIES = (*ANOMALIES, *WIDER_ANOMALIES, *SIX_ANOMALIES)
 NEAREST_SHARE = 0.05
 """A surface that is too near lies between this share of its stated distance and the near edge."""
 PLASTIC_SHARE = 0.3
@@ -29,7 +30,7 @@ PAYLOAD_SPREAD = 0.3
 
 @dataclass(frozen=True, slots=True)
 class Anomaly:
-    """One of `ANOMALIES`, `WIDER_ANOMALIES` or `SIX_ANOMALIES`.
+    """One of `ALL_ANOMALIES`.
 
     `value` is a factor, a surface error in m, a share of the depth, or a delay in s.
     """

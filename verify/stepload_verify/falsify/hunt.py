@@ -10,26 +10,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from random import Random
-from typing import Any
 
-import numpy as np
-
+from stepload_verify.falsify.blind import Blind
 from stepload_verify.falsify.scene import RIG, length
 from stepload_verify.falsify.strata import Stratum
+from stepload_verify.falsify.strategy import POPULATION, Strategy
 from stepload_verify.falsify.trial import Point, Trial
 
-SPREAD = 0.1
-"""First standard deviation of CMA-ES in the unit cube."""
-POPULATION = 12
 AFRESH = 4
 """Every so many generations are points at random: a better start may be left to be found."""
+BLIND_EVERY = 2
+"""Where a channel freezes, every so many generations look for force that no channel shows."""
 DRAWN, CLIMBED, REDRAWN = 128, 384, 0.1
 """Rigs that are drawn for a weak one; rigs made from the weakest of them, a tenth of it redrawn."""
 NOWHERE = 1e6
 """The cost of a point without a run; the ranks alone matter."""
 ELSEWHERE = 10.0
 """Added to the cost of a run that ended in another way than those of its niche."""
-_FIRST = 0x57E9
 
 
 def to_the_ends(number: float) -> float:
@@ -52,14 +49,28 @@ class Niche:
         self.name = name
         self.best: tuple[Point, Trial] | None = None
         self.generations = 0
-        self.strategy: Any = None
+        self.strategy: Strategy | None = None
 
     @property
     def score(self) -> float:
         """The best score so far."""
         return self.best[1].score if self.best else -math.inf
 
-    def cost(self, trial: Trial) -> float:
+    def ask(self, seed: int, stratum: str) -> list[list[float]]:
+        """The next generation."""
+        assert self.best is not None
+        self.generations += 1
+        if self.strategy is None:
+            self.strategy = Strategy(self.best[0].point, seed, f"{stratum} {self.name}")
+        return self.strategy.ask()
+
+    def tell(self, points: Sequence[Point], trials: Sequence[Trial]) -> None:
+        """What a generation came to."""
+        assert self.strategy is not None
+        costs = [self._cost(trial) for trial in trials]
+        self.strategy.tell([point.point for point in points], costs)
+
+    def _cost(self, trial: Trial) -> float:
         """What CMA-ES makes as small as it can: runs that end in another way come after all."""
         if math.isinf(trial.score):
             return NOWHERE
@@ -96,7 +107,8 @@ class Hunt:
         self._chance = Random(f"falsify {seed} {stratum.name}")
         self._generations = 0
         self._niches: dict[str, Niche] = {}
-        self._asked: Niche | None = None
+        self._asked: Niche | Blind | None = None
+        self._blind = Blind(seed, stratum.name)
 
     @property
     def done(self) -> bool:
@@ -146,11 +158,11 @@ class Hunt:
         self._generations += 1
         if not self._niches or self._generations % AFRESH == 0:
             return self.anywhere(POPULATION)
+        if self._generations % BLIND_EVERY and self._blind.ready:
+            self._asked = self._blind
+            return self._points(self._blind.ask())
         self._asked = niche = self._next()
-        niche.generations += 1
-        if niche.strategy is None:
-            niche.strategy = self._begin(niche)
-        return self._points(niche.strategy.ask())
+        return self._points(niche.ask(self._seed, self.stratum.name))
 
     def tell(self, points: Sequence[Point], trials: Sequence[Trial]) -> None:
         """What these points, of one call, came to."""
@@ -166,9 +178,12 @@ class Hunt:
                 niche = self._niches.setdefault(trial.ended_by, Niche(trial.ended_by))
                 if trial.score > niche.score:
                     niche.best = point, trial
-        if (asked := self._asked) is not None:
-            costs = [asked.cost(trial) for trial in trials]
-            asked.strategy.tell([np.array(point.point) for point in points], costs)
+        if self._asked is not None:
+            self._asked.tell(points, trials)
+            return
+        for point, trial in zip(points, trials, strict=True):
+            if math.isfinite(trial.j) and self._weight(point.point) > 0.0:
+                self._blind.drawn(point, trial)
 
     def _next(self) -> Niche:
         """The niche that had least for its rank: the best gets most, the second a quarter of it."""
@@ -182,27 +197,3 @@ class Hunt:
             found.append(Point(self.stratum, self.tried, tuple(float(x) for x in row)))
             self.tried += 1
         return found
-
-    def _begin(self, niche: Niche) -> Any:
-        """CMA-ES with a random source of its own, so that no other search changes this one."""
-        import cma
-
-        assert niche.best is not None
-        name = int.from_bytes(f"{self.stratum.name} {niche.name}".encode()[-8:], "big")
-        rng = np.random.default_rng([_FIRST, self._seed, name])
-        return cma.CMAEvolutionStrategy(
-            list(niche.best[0].point),
-            SPREAD,
-            {
-                "bounds": [0.0, 1.0],
-                "popsize": POPULATION,
-                "CMA_diagonal": True,
-                "randn": lambda *shape: rng.standard_normal(shape),
-                "seed": math.nan,
-                "verbose": -9,
-                "tolx": 0.0,
-                "tolfun": 0.0,
-                "tolfunhist": 0.0,
-                "tolflatfitness": 10**9,
-            },
-        )

@@ -15,15 +15,14 @@ from stepload_verify.campaign.ablation import Ablation
 from stepload_verify.campaign.mishaps import (
     INCIDENTS,
     Incident,
-    both_channels_blind,
     fault_of,
     incidents_of,
 )
+from stepload_verify.campaign.mounts import Stance, any_stance, fits, mounted, told
 from stepload_verify.campaign.plants import ARM_CLASSES, plan_from, travel_to
-from stepload_verify.campaign.scenario import Scenario, expected_times
+from stepload_verify.campaign.scenario import BLIND, Scenario, expected_times, hazard_of
 from stepload_verify.campaign.truth import (
-    ANOMALIES,
-    WIDER_ANOMALIES,
+    ALL_ANOMALIES,
     Anomaly,
     anomaly_of,
     draw_truth,
@@ -32,10 +31,9 @@ from stepload_verify.falsify.onset import Onset, draw_onset, placed
 from stepload_verify.falsify.strata import Stratum
 from stepload_verify.falsify.tape import Tape
 
-BLIND = "both_channels_alike"
-"""A named hazard: nothing is left to stop such a run, and no use searching there."""
-RIG, TRUTH, WRONG = 34, 10, 11
-"""Numbers that a rig with its plan, its truth, and each thing that goes wrong may read."""
+RIG, TRUTH, WRONG, STANCE = 34, 10, 11, 19
+"""Numbers that a rig with its plan, its truth, each thing that goes wrong, and how a rig with six
+axes holds its tip may read."""
 LONGEST_S, LONGEST_FROZEN_S = 8.0, 20.0
 """Runs that would take longer are left out: slow rigs are safe, and use up the time.
 
@@ -47,7 +45,7 @@ SHORT_RETRACT_M = 1e-4
 
 def length(stratum: Stratum) -> int:
     """How many numbers a run of this stratum is made of."""
-    return RIG + TRUTH + WRONG * len(stratum.wrong)
+    return RIG + TRUTH + WRONG * len(stratum.wrong) + (STANCE if stratum.six else 0)
 
 
 def scenario_at(
@@ -79,9 +77,11 @@ def scenario_at(
     tapes = [Tape(rest[WRONG * i : WRONG * (i + 1)], kind) for i, kind in enumerate(stratum.wrong)]
     anomalies: tuple[Anomaly, ...] = ()
     for kind, tape in zip(stratum.wrong, tapes, strict=True):
-        if kind in ANOMALIES or kind in WIDER_ANOMALIES:
+        if kind in ALL_ANOMALIES:
             anomalies += (anomaly_of(kind, tape, plan),)
     truth = draw_truth(truth_tape, envelope, anomalies, truth_tape.getrandbits(32))
+    if (stance := _stance(stratum, point)) is not None:
+        truth = mounted(truth, envelope, stance, anomalies)
     times = expected_times(plan, limits, truth.surface_m)
     if times.end_s > longest_s(stratum):
         return None
@@ -91,7 +91,7 @@ def scenario_at(
     for kind, tape in zip(stratum.wrong, tapes, strict=True):
         if kind in INCIDENTS:
             incidents += incidents_of(kind, tape, times)
-        elif kind not in ANOMALIES and kind not in WIDER_ANOMALIES:
+        elif kind not in ALL_ANOMALIES:
             onsets.append(draw_onset(tape))
             faults.append(fault_of(kind, tape, times, limits.elastic_limit_n))
     scenario = Scenario(
@@ -102,23 +102,35 @@ def scenario_at(
         healthy=False,
         anomalies=anomalies,
         incidents=tuple(sorted(incidents, key=lambda incident: incident.start_s)),
-        hazard=hazard_of(faults, plan),
+        hazard=hazard_of(faults, plan, anomalies),
     )
     return scenario if scenario.hazard == BLIND else placed(scenario, onsets, ablation)
 
 
 def believed(template: Plan, stratum: Stratum, point: Sequence[float]) -> Envelope | None:
     """The rig at a point, with what follows from it; None where it cannot press, or takes long."""
+    stance = _stance(stratum, point)
+    if stance is not None and not stance.sound:
+        return None
     rig = Tape(point[:RIG], "rig")
     plan = plan_from(rig, template, rig.choice(ARM_CLASSES), stratum.source)
     if plan is None:
         return None
-    envelope = derive(_shorter(plan))
-    if envelope.limits is None:
+    plan = _shorter(plan)
+    envelope = derive(told(plan, stance) if stance else plan)
+    if envelope.limits is None or (stance is not None and not fits(envelope, stance)):
         return None
     nearest_m = plan.procedure.surface_distance_m - plan.procedure.surface_uncertainty_m
     times = expected_times(envelope.plan, envelope.limits, nearest_m)
     return envelope if times.end_s <= longest_s(stratum) else None
+
+
+def _stance(stratum: Stratum, point: Sequence[float]) -> Stance | None:
+    """How the rig at a point holds its tip; None where it has one axis."""
+    if not stratum.six:
+        return None
+    arm_class = Tape(point[:1], "rig").choice(ARM_CLASSES)
+    return any_stance(Tape(point[-STANCE:], "stance"), arm_class == "UR")
 
 
 def longest_s(stratum: Stratum) -> float:
@@ -127,15 +139,12 @@ def longest_s(stratum: Stratum) -> float:
     return LONGEST_FROZEN_S if frozen else LONGEST_S
 
 
-def hazard_of(faults: Sequence[WorldFault], plan: Plan) -> str:
-    """`BLIND` where these faults leave no channel to tell the force, else ""."""
-    return BLIND if both_channels_blind(faults, plan) else ""
-
-
 def with_faults(scenario: Scenario, faults: Sequence[WorldFault]) -> Scenario:
     """The same run with these faults instead, and the hazard that they are."""
     truth = replace(scenario.truth, faults=tuple(faults))
-    return replace(scenario, truth=truth, hazard=hazard_of(faults, scenario.plan))
+    return replace(
+        scenario, truth=truth, hazard=hazard_of(faults, scenario.plan, scenario.anomalies)
+    )
 
 
 def _shorter(plan: Plan) -> Plan:

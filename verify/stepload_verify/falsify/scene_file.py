@@ -19,9 +19,8 @@ from stepload.errors import BadInputError, DomainError, RefusedError
 from stepload.plan.model import Plan
 from stepload.rig.world import WorldSpec
 from stepload_verify.campaign.mishaps import Incident
-from stepload_verify.campaign.scenario import Scenario
+from stepload_verify.campaign.scenario import Scenario, hazard_of
 from stepload_verify.campaign.truth import Anomaly
-from stepload_verify.falsify.scene import hazard_of
 
 VERSION = 1
 LARGEST_BYTES = 1_000_000
@@ -96,7 +95,7 @@ def read_scene(path: Path) -> tuple[Scenario, Mapping[str, float]]:
         healthy=not (file.truth.faults or file.incidents or file.anomalies),
         anomalies=file.anomalies,
         incidents=file.incidents,
-        hazard=hazard_of(file.truth.faults, file.plan),
+        hazard=hazard_of(file.truth.faults, file.plan, file.anomalies),
     )
     return scenario, file.found
 

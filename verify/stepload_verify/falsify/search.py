@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from stepload_verify.falsify.hunt import POPULATION, Hunt, Weigh
+from stepload_verify.falsify.hunt import Hunt, Weigh
 from stepload_verify.falsify.strata import Stratum
+from stepload_verify.falsify.strategy import POPULATION
 from stepload_verify.falsify.trial import Point, Trial
 
 FIRST_SHARE = 0.4

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import MISSING, fields, replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 from stepload.engine.rehearse import world_for
 from stepload.errors import SteploadError
+from stepload.rig.mount import Mount, SensorMount
 from stepload.rig.world import WorldFault
 from stepload_verify.campaign.mishaps import FOR_GOOD_S, Incident
 from stepload_verify.campaign.scenario import Scenario
-from stepload_verify.campaign.truth import Anomaly
+from stepload_verify.campaign.truth import SIX_ANOMALIES, Anomaly
 from stepload_verify.falsify.scene import with_faults
 
 DIGITS = (1, 2, 3)
@@ -28,8 +29,10 @@ _SHOWN_BY = {
     "K_s wrong by 30 %": "system_stiffness_n_per_m",
     "mass wrong": "effective_mass_kg",
     "filters not declared": "force_delay_s",
+    **dict.fromkeys(SIX_ANOMALIES, "mount"),
 }
 """What in the truth an anomaly changes."""
+_Part = TypeVar("_Part", Mount, SensorMount)
 Edit = Callable[[Scenario], Scenario]
 
 
@@ -76,11 +79,35 @@ def _edits(scenario: Scenario) -> Iterator[Edit]:
         if name not in ("faults", "seed"):
             yield partial(_with_truth, name=name, value=getattr(believed, name))
     yield partial(_with_truth, name="seed", value=1)
+    yield from (partial(_with_plain_sensors, name=name) for name in SensorMount.__slots__)
+    yield from (partial(_with_plain_mount, name=name) for name in Mount.__slots__)
     for index in range(len(faults)):
         yield partial(_with_fault, index=index, name="duration_s", value=FOR_GOOD_S)
         for name in ("start_s", "magnitude"):
             for digits in DIGITS:
                 yield partial(_rounded, index=index, name=name, digits=digits)
+
+
+def _with_plain_mount(scenario: Scenario, name: str) -> Scenario:
+    """The same rig with six axes, one figure of which is as it is where nobody gives it."""
+    mount = scenario.truth.mount
+    if mount is None:
+        return scenario
+    return _with_truth(scenario, "mount", _as_by_default(mount, name))
+
+
+def _with_plain_sensors(scenario: Scenario, name: str) -> Scenario:
+    """Likewise of the sensors of such a rig."""
+    mount = scenario.truth.mount
+    if mount is None:
+        return scenario
+    first, second = (_as_by_default(one, name) for one in (mount.sensor, mount.second_sensor))
+    return _with_truth(scenario, "mount", replace(mount, sensor=first, second_sensor=second))
+
+
+def _as_by_default(whole: _Part, name: str) -> _Part:
+    default = next(part.default for part in fields(whole) if part.name == name)
+    return whole if default is MISSING else replace(whole, **{name: default})
 
 
 def _without_fault(scenario: Scenario, fault: WorldFault) -> Scenario:

@@ -16,10 +16,10 @@ from stepload.record.rows import TickRow
 from stepload.rig.world import WorldView
 from stepload_verify.campaign.ablation import Ablation
 from stepload_verify.campaign.digest import loaded
-from stepload_verify.campaign.scenario import Scenario
+from stepload_verify.campaign.scenario import BLIND, Scenario
 from stepload_verify.campaign.single import run_scenario
 from stepload_verify.falsify.excuses import excuses
-from stepload_verify.falsify.scene import BLIND, scenario_at
+from stepload_verify.falsify.scene import scenario_at
 from stepload_verify.falsify.strata import Stratum
 
 NO_RUN = "no run"
@@ -42,8 +42,8 @@ class Trial:
         series, index: stratum and number of the point in it.
         j: (peak − F_top)/(F_c − F_top): 0 for a healthy run, above 1 where F_c was passed; −inf at
             a point without a run.
-        unseen: what the true peak was above the largest force that the run believed, in the same
-            unit.
+        unseen: the most by which the true force was above what either channel showed just then,
+            over F_c.
         hazard: the hazard that preflight names for such a run and that takes it out of the claim,
             or "".
         peak_ratio: true peak force over F_c.
@@ -70,8 +70,8 @@ class Trial:
         """What the search makes as large as it can."""
         if self.status == NO_RUN:
             return -math.inf
-        unseen = max(0.0, min(1.0, self.unseen))
-        return max(0.0, self.j) + UNSEEN_WEIGHT * unseen + REACHED_WEIGHT * min(1.0, self.reached)
+        shaped = UNSEEN_WEIGHT * self.unseen + REACHED_WEIGHT * min(1.0, self.reached)
+        return max(0.0, self.j) + shaped
 
     @property
     def ended_by(self) -> str:
@@ -172,7 +172,7 @@ def judge(scenario: Scenario, ablation: str = "") -> Trial:
         series=scenario.series,
         index=scenario.index,
         j=j,
-        unseen=(result.peak_n - look.believed_n) / room_n,
+        unseen=look.unseen_n / scenario.limits.elastic_limit_n,
         hazard=hazard,
         peak_ratio=result.peak_ratio,
         reached=result.peak_n / top_n,
@@ -184,10 +184,10 @@ def judge(scenario: Scenario, ablation: str = "") -> Trial:
 
 
 class _Look:
-    """Looks on while a run goes on: what was believed, and how near the rules were to a stop."""
+    """Looks on while a run goes on: what nobody saw, and how near the rules were to a stop."""
 
     def __init__(self) -> None:
-        self.believed_n = 0.0
+        self.unseen_n = 0.0
         self.margin = 0.0
         self._peak_n = 0.0
         self._ticks = 0
@@ -199,12 +199,14 @@ class _Look:
 
     def at_tick(self, row: TickRow) -> None:
         """After a tick."""
-        if row.force_n > self.believed_n:
-            self.believed_n = row.force_n
-        self._ticks += 1
-        if self._ticks % LOOK_TICKS or self._seen is None:
-            return
+        assert self._seen is not None
         engine, world = self._seen
+        unseen_n = world.true_force_n - max(row.force_n, row.second_force_n)
+        if unseen_n > self.unseen_n:
+            self.unseen_n = unseen_n
+        self._ticks += 1
+        if self._ticks % LOOK_TICKS:
+            return
         if world.true_force_n > self._peak_n and engine.cause is None:
             self._peak_n = world.true_force_n
             shares = margins(engine.supervisor, engine.limits, row.time_s, row.phase)
