@@ -81,6 +81,7 @@ def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = (
         accuracy=1.0 / conditions.t,
         laws=conditions.laws,
         looked=data.looked,
+        notes=(conditions.structure_note,) if conditions.structure_note else (),
         doubts=doubts,
     )
 
