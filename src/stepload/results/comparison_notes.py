@@ -130,7 +130,7 @@ def _sharing_notes(runs: Sequence[ComparedRun]) -> list[str]:
         )
     elif not all(each.pose for each in origins) and origins[0].reach_m is not None:
         notes.append(
-            "the plans name no pose (rig.arm.pose): whether the smooth error of travel is shared "
-            "is not known and looked at both ways"
+            "the plans name no pose (rig.arm.pose): whether the smooth error of travel, and of an "
+            "arm what friction does, is shared is not known and looked at both ways"
         )
     return notes
