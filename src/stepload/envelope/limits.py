@@ -198,6 +198,12 @@ class RunLimits:
                 )
         return tuple(rows)
 
+    @property
+    def off(self) -> tuple[str, ...]:
+        """Rules that judge nothing on this rig."""
+        on = {rule for rule, _ in self.judged}
+        return tuple(rule for rule in OFF_AT_ZERO if rule not in on)
+
 
 def _thresholds() -> list[Field[Any]]:
     return [each for each in fields(RunLimits) if each.metadata]
