@@ -18,7 +18,7 @@ export OMP_NUM_THREADS := 1
 # Some images forbid it: then each of the tests' hundreds of processes compiles every module anew.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help long demo demo-wire test lint types imports virtual realtime test-under-load mutants \
+.PHONY: help compiled long demo demo-wire test lint types imports virtual realtime test-under-load mutants \
   mutants-generated installed wire campaign bench benches fuzz docs paper clean
 
 help: ## Show this list
@@ -36,10 +36,13 @@ $(KEPT): $(READY)
 	-@$(BIN)/pytest --collect-only -qq >/dev/null
 	@touch $@
 
-demo: $(READY) ## The paper's plastic sphere on the simulated rig; ends with a report
+compiled: $(READY) ## The hot modules as machine code, once per change; without a C compiler as they are
+	@$(BIN)/python compile_hot.py
+
+demo: compiled ## The paper's plastic sphere on the simulated rig; ends with a report
 	$(BIN)/stepload run procedures/plastic-sphere.yaml --dry-run
 
-demo-wire: $(READY) ## A whole plan with real drivers against emulated devices, in real time
+demo-wire: compiled ## A whole plan with real drivers against emulated devices, in real time
 	$(BIN)/python -m stepload_verify.trials.demo_wire
 
 test: $(READY) ## Everything CI runs
@@ -56,12 +59,17 @@ types: $(READY)
 imports: $(READY)
 	$(BIN)/lint-imports --no-cache
 
-virtual: $(KEPT) ## The tests that no clock on the wall can fail, on every core
-	$(BIN)/pytest -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
+# What puts stand-ins into the engine needs its Python source; all else runs it as `make` made it.
+SOURCE := tests/unit tests/contract tests/system/test_breakage.py
+MADE   := STEPLOAD_PURE= $(BIN)/pytest tests/system tests/wire --ignore=tests/system/test_breakage.py
 
-realtime: $(READY) ## The tests against the wall clock, under a meter of the host's stalls
-	$(BIN)/pytest -m 'patient and not long' -n $(CORES) $(BESIDE)
-	$(BIN)/pytest -m 'realtime and not patient and not long'
+virtual: compiled $(KEPT) ## The tests that no clock on the wall can fail, on every core
+	$(BIN)/pytest $(SOURCE) -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
+	$(MADE) -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
+
+realtime: compiled ## The tests against the wall clock, under a meter of the host's stalls
+	$(MADE) -m 'patient and not long' -n $(CORES) $(BESIDE)
+	$(MADE) -m 'realtime and not patient and not long'
 
 test-under-load: $(READY) ## Both of these, ten times beside busy loops and ten times with stops
 	$(BIN)/python tests/helpers/under_load.py --runs 10 -- $(MAKE) --no-print-directory virtual realtime
@@ -76,19 +84,19 @@ mutants-generated: $(READY) ## The same with every operator of mutmut on the saf
 installed: ## The wheels in a clean environment, outside the checkout
 	.ci/installed
 
-wire: $(READY) ## Every fault of the documents under a whole run, real time
+wire: compiled ## Every fault of the documents under a whole run, real time
 	$(BIN)/pytest tests/wire/runs -m 'long or not long' --durations=10
 
-long: $(READY) ## Tests that are too long for every commit: the page's commands, memory, more plans
+long: compiled ## Tests that are too long for every commit: the page's commands, memory, more plans
 	$(BIN)/pytest tests/system -m long --durations=10
 
-campaign: $(READY) ## The fault campaign, 100,000 runs (hours; resumable)
+campaign: compiled ## The fault campaign, 100,000 runs (hours; resumable)
 	$(BIN)/stepload campaign procedures/campaign.yaml --runs 100000 --faults all --seed 1 --out campaign
 
-bench: $(READY) ## Every figure of speed in one table, beside its goal and the kept table (a quarter of an hour)
+bench: compiled ## Every figure of speed in one table, beside its goal and the kept table (a quarter of an hour)
 	$(BIN)/python bench/table.py
 
-benches: $(READY) ## Each bench by itself, with what the table leaves out
+benches: compiled ## Each bench by itself, with what the table leaves out
 	@for script in bench/*.py; do case $$script in */_*|*/fuzz_*|*/table.py) continue;; esac; \
 	  echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
@@ -99,8 +107,8 @@ fuzz: $(READY) ## Property tests on new examples; random frames into every decod
 docs: $(READY) ## The site of all pages in site/; it asks the network for nothing
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict --site-dir site
 
-paper: $(READY) ## Regenerate docs/paper.md
+paper: compiled ## Regenerate docs/paper.md
 	$(BIN)/stepload paper --out docs/paper.md
 
 clean: ## Remove the environment and what was generated
-	rm -rf $(VENV) runs campaign mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) .compiled runs campaign mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,1 +1,3 @@
 """Drivers that come with stepload; found through entry points, none is imported by it."""
+
+import stepload as stepload  # says first which of their modules are compiled

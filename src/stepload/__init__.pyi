@@ -10,3 +10,4 @@ from stepload.data.windows import windows as windows
 from stepload.plan.load import load_plan as load_plan
 
 __version__: str
+compiled_modules: int

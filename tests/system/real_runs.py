@@ -125,7 +125,7 @@ class Staged:
             stderr=subprocess.PIPE,
             text=True,
             pass_fds=(say,),
-            env=ENVIRONMENT,
+            env={**ENVIRONMENT, "STEPLOAD_PURE": "1"},  # directions replace parts of the engine
             start_new_session=True,
         )
         os.close(say)

@@ -50,7 +50,8 @@ def test_any_threshold_can_be_another(finished: Path, limit: str, rule: str) -> 
     ("limit", "told"),
     [("speed=1 m/s", "no threshold is called 'speed'"), ("jump_n=1", "has no unit"),
      ("jump_n=nan N", "jump_n"), ("jump_n=-1 N", "finite and positive"), ("jump_n", "jump_n="),
-     ("identical_counts=many", "identical_counts=many"), ("jump_n=1 m", "jump_n=1 m")],
+     ("identical_counts=many", "identical_counts=many"), ("jump_n=1 m", "jump_n=1 m"),
+     ("identical_counts=1.5", "whole number")],
 )  # fmt: skip
 def test_a_limit_that_is_none_is_refused(finished: Path, limit: str, told: str) -> None:
     name, _, value = limit.partition("=")

@@ -34,12 +34,26 @@ def test_an_unproven_rig_is_refused(days: int | None, tmp_path: Path) -> None:
     told = in_process("preflight", plan)
     assert told.returncode == 0
     assert "without --dry-run will refuse this plan: rig.force" in told.stdout
+    assert told.stdout.splitlines()[0].endswith(", and `run` refuses this plan")
+
+
+def test_preflight_is_short_and_whole_where_it_is_asked_for(tmp_path: Path) -> None:
+    plan = plan_with(tmp_path, "    tool_mass: 1.5 kg\n")
+    short, whole = (in_process("preflight", plan, *more).stdout for more in ((), ("--verbose",)))
+    assert "refuses" not in short.splitlines()[0]
+    assert "drive_runaway" in short.split("notes, in full with --verbose: ")[1]
+    for told in ("a drive that runs away", "Force budget", "Schedule", "force_limit_n"):
+        assert told not in short
+        assert told in whole
+    assert in_process("preflight", plan, "--json").stdout == in_process(
+        "preflight", plan, "--verbose", "--json"
+    ).stdout  # fmt: skip
 
 
 def test_a_stated_mass_is_proof_enough_to_begin(tmp_path: Path) -> None:
     """What stops the run then is that there is no such arm."""
     plan = plan_with(tmp_path, "    tool_mass: 1.5 kg\n")
-    told = in_process("preflight", plan)
+    told = in_process("preflight", plan, "--verbose")
     assert "will refuse" not in told.stdout
     assert "prove the force channels" in told.stdout
     said = in_process("run", plan.name, "--yes", "--json", cwd=tmp_path)

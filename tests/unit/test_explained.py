@@ -77,5 +77,14 @@ def test_a_code_is_found_however_it_is_written() -> None:
     assert "unidentifiable" in caught.value.hint
 
 
+def test_a_key_of_a_plan_is_explained_with_the_places_where_it_may_stand() -> None:
+    [told] = explained("stuck_ratio")
+    assert told.means.startswith("rig.system_stiffness.stuck_ratio: Largest stiffness while")
+    assert told.do == "Write a plain number from 1 to 100."
+    [axis] = explained("axis")
+    assert axis.means.startswith("rig.force.axis, rig.second_force.sensor.axis: ")
+    assert {each.code for each in explained("name")} == {"name"}
+
+
 def test_the_page_is_generated() -> None:
     assert (ROOT / "docs" / "codes.md").read_text() == page(), "python -m stepload.explain.codes"

@@ -1,4 +1,7 @@
-"""Seeded noise as plain floats, and the smooth error of a position over travel."""
+"""Seeded noise as plain floats, and the smooth error of a position over travel.
+
+Endless generators live here: this module is not compiled, which would make lists of them.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from collections.abc import Callable
 from itertools import chain, repeat
 
 import numpy as np
+from numpy.typing import NDArray
 
 _BLOCK = 4096
 _CELLS_PER_LENGTH = 32
@@ -19,6 +23,17 @@ def normal_source(seed: int, stream: int, sd: float) -> Callable[[], float]:
         return repeat(0.0).__next__
     generator = np.random.default_rng([seed, stream])
     blocks = ((generator.standard_normal(_BLOCK) * sd).tolist() for _ in repeat(None))
+    return chain.from_iterable(blocks).__next__
+
+
+def noise_about(
+    zeros: NDArray[np.float64], spread: NDArray[np.float64], seed: list[int]
+) -> Callable[[], list[float]]:
+    """A function that gives the next six deviates of standard deviation `spread` about `zeros`."""
+    generator = np.random.default_rng(seed)
+    blocks = (
+        (zeros + spread * generator.standard_normal((_BLOCK, 6))).tolist() for _ in repeat(None)
+    )
     return chain.from_iterable(blocks).__next__
 
 

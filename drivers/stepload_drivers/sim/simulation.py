@@ -75,7 +75,9 @@ class World:
             if spec.second_force_rate_hz > 0.0:
                 self.second_force = second_force(spec, six, second_offset_n)
         else:
-            self._one_axis(spec, arm_offset_n, second_offset_n, arm_faults)
+            self.arm, self.force, self.second_force = self._one_axis(
+                spec, arm_offset_n, second_offset_n, arm_faults
+            )
         self.channels: list[Channel] = [self.arm, self.force]
         if self.second_force is not None:
             self.channels.append(self.second_force)
@@ -89,11 +91,11 @@ class World:
 
     def _one_axis(
         self, spec: WorldSpec, arm_offset_n: float, second_offset_n: float, arm_faults: Schedule
-    ) -> None:
+    ) -> tuple[ArmChannel, Channel, Channel | None]:
         """Arm and force sensors of a rig with the pressing axis alone."""
-        self.arm = ArmChannel(self.plant, spec, force_offset_n=arm_offset_n, faults=arm_faults)
+        arm = ArmChannel(self.plant, spec, force_offset_n=arm_offset_n, faults=arm_faults)
         bent = spec.lateral * spec.cross_talk or spec.sensor_quadratic or spec.sensor_cubic
-        self.force = ForceChannel(
+        force = ForceChannel(
             carrying(
                 Bent(self.plant, spec) if bent else self.plant,
                 self.plant,
@@ -119,8 +121,9 @@ class World:
                 six=spec.six_components,
             ),
         )
+        second: Channel | None = None
         if spec.second_force_rate_hz > 0.0:
-            self.second_force = ForceChannel(
+            second = ForceChannel(
                 carrying(self.plant, self.plant, spec.second_tool_mass_kg),
                 rate_hz=spec.second_force_rate_hz,
                 axis=spec.second_force_axis,
@@ -142,6 +145,7 @@ class World:
                     six=spec.six_components,
                 ),
             )
+        return arm, force, second
 
     @property
     def time_s(self) -> float:

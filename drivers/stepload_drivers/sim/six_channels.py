@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from itertools import chain, repeat
 from typing import Any
 
 import numpy as np
@@ -14,8 +12,7 @@ from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.sim.channels import Channel, Wrench
 from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.felt import Felt
-from stepload_drivers.sim.frames import FloatArray
-from stepload_drivers.sim.noise import normal_source
+from stepload_drivers.sim.noise import noise_about, normal_source
 
 _FULL_SCALE = int(Status.OVERRANGE | Status.SATURATED)
 _OVERRANGE = int(Status.OVERRANGE)
@@ -25,7 +22,6 @@ _LARGEST_NM = 1e3
 _TORQUE_OFFSET_M = 0.05
 """Zero of the torques over that of the forces."""
 _NAN: Wrench = (math.nan,) * 6
-_BLOCK = 1024
 _floor = math.floor
 _new: Any = tuple.__new__
 
@@ -83,7 +79,7 @@ class WrenchChannel(Channel):
         zeros[3:] *= _TORQUE_OFFSET_M
         zeros[self._press] = self._sign * offset_n
         spread = [noise_n] * 3 + [sensor.torque_noise_nm] * 3
-        self._aside = _noise_about(zeros, np.array(spread), [seed, stream, 2])
+        self._aside = noise_about(zeros, np.array(spread), [seed, stream, 2])
         self._last_wrench: Wrench = (0.0,) * 6
         self._held_wrench: Wrench | None = None
 
@@ -193,12 +189,3 @@ class WrenchChannel(Channel):
             values[3 + i] = min(self._limits[3 + i], _LARGEST_NM)
         if "lateral_dead" in active:
             values[:] = [v if k == self._press else 0.0 for k, v in enumerate(values)]
-
-
-def _noise_about(zeros: FloatArray, spread: FloatArray, seed: list[int]) -> Callable[[], Any]:
-    """A function that gives the next six deviates of standard deviation `spread` about `zeros`."""
-    generator = np.random.default_rng(seed)
-    blocks = (
-        (zeros + spread * generator.standard_normal((_BLOCK, 6))).tolist() for _ in repeat(None)
-    )
-    return chain.from_iterable(blocks).__next__

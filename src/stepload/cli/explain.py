@@ -22,7 +22,7 @@ def explain(
     ] = "",
     as_json: AsJson = False,
 ) -> None:
-    """Say what a reason, rule, fault or exit code means and what to do.
+    """Say what a code of stepload, or a key of a plan, means and what to do.
 
     Example: stepload explain unidentifiable
     """
@@ -34,7 +34,7 @@ def explain(
     found = explained(code) if code else explanations()
     if code:
         for each in found:
-            output.line(f"{each.code} ({GROUPS[each.group]})")
+            output.line(f"{each.code} ({GROUPS.get(each.group, 'a key of a plan')})")
             output.line(f"  {each.means}", hang="  ")
             output.line(f"  What to do: {each.do}", hang="  ")
             output.line(f"  More: docs/{each.page}")
@@ -42,6 +42,7 @@ def explain(
         for group, title in GROUPS.items():
             words = [each.code for each in found if each.group == group]
             output.line(f"{title}: {', '.join(words)}", hang="  ")
+        output.line("keys of a plan: docs/plan.md, or stepload explain KEY")
     output.result({"codes": [asdict(each) for each in found]})
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
+import textwrap
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -37,15 +39,21 @@ def _name(before: str) -> str:
     """Who has read the hazards, which are said first; empty: nobody."""
     from stepload.session.hazards import HAZARDS, PAGE
 
-    typer.echo(before, err=True)
+    _say(before)
     for hazard in HAZARDS:
-        typer.echo(f"  - {hazard}", err=True)
-    typer.echo(f"More, with what to do about each: {PAGE}", err=True)
+        _say(f"  - {hazard}", "    ")
+    _say(f"More, with what to do about each: {PAGE}", "  ")
     name: str = typer.prompt(
         "Your name, if you have read this and answer for the rig (empty: no)",
         default="", show_default=False, err=True,
     )  # fmt: skip
     return name.strip()
+
+
+def _say(text: str, hang: str = "") -> None:
+    """A line for a terminal, broken between words."""
+    columns = shutil.get_terminal_size().columns
+    typer.echo(textwrap.fill(text, columns, subsequent_indent=hang), err=True)
 
 
 def ask_hazards(envelope: Envelope) -> bool:

@@ -75,13 +75,19 @@ def _until_data(until: Until | None) -> dict[str, Any]:
 MOODS = {"go": "good", "warn": "doubt", "refused": "bad"}
 
 
-def show_verdict(envelope: Envelope, out: Output, *, details: bool = True) -> None:
-    """A preflight's verdict and reasons as text; without `details` its notes are counted only."""
+def show_verdict(
+    envelope: Envelope, out: Output, *, details: bool = True, aside: str | None = None
+) -> None:
+    """A preflight's verdict and reasons as text, its notes with `details` only.
+
+    `aside` goes on with the first line; None: without `details` it counts the notes.
+    """
     from stepload.results.model import Finding
 
-    notes = sum(reason.severity == "note" for reason in envelope.reasons)
-    noted = notes and not details
-    aside = f" ({notes} {'note' if notes == 1 else 'notes'}: --verbose)" if noted else ""
+    if aside is None:
+        notes = sum(reason.severity == "note" for reason in envelope.reasons)
+        noted = notes and not details
+        aside = f" ({notes} {'note' if notes == 1 else 'notes'}: --verbose)" if noted else ""
     word = envelope.verdict.upper()
     out.line(f"preflight: {word}{aside}", word=word, mood=MOODS[envelope.verdict])
     for reason in envelope.reasons:
@@ -92,7 +98,12 @@ def show_verdict(envelope: Envelope, out: Output, *, details: bool = True) -> No
 
 def show_preflight(envelope: Envelope, out: Output) -> None:
     """A preflight as text: verdict and reasons first, then the figures behind them."""
-    from stepload.envelope.bounds import stuck_ratio
+    show_verdict(envelope, out)
+    show_figures(envelope, out)
+
+
+def show_figures(envelope: Envelope, out: Output, *, details: bool = True) -> None:
+    """The figures of a preflight; force budget and schedule with `details` only."""
     from stepload.envelope.reason import PlanVerdict
     from stepload.results import fields
     from stepload.results.course_tables import force_budget_table
@@ -103,7 +114,6 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
     def angle(radians: float) -> str:
         return f"{math.degrees(radians):.3g} deg"
 
-    show_verdict(envelope, out)
     theory, found = envelope.theory, envelope.identifiability
     rows = [
         ("elastic limit F_c", f(theory.elastic_limit_n, "N"), theory.limit_equation),
@@ -124,14 +134,9 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
             ("  if K_r ≫ K_s", f(found.limit_stiff_resolution_n_per_m, "N/m"), "(35)"),
             ("  if K_s ≫ K_r", f(found.limit_stiff_system_n_per_m, "N/m"), "(36)"),
         ]
-    stuck, source = stuck_ratio(envelope.plan.rig)
-    rows += [
-        ("largest stiffness of the load path", f(envelope.bounds.stiffness_n_per_m, "N/m"),
-         "K_s + 3 sigma, more for a guess, times the next"),
-        ("  while friction holds the tip", f"× {stuck:.3g}", source),
-    ]  # fmt: skip
+    rows += _stiffness_rows(envelope)
     out.tables(Table("Predicted", ("figure", "value", "from"), rows))
-    if envelope.verdict is not PlanVerdict.REFUSED:
+    if envelope.verdict is not PlanVerdict.REFUSED and details:
         out.tables(
             force_budget_table(envelope),
             table(f"Schedule: about {envelope.duration_s:.0f} s", fields.STAGE, envelope.stages),
@@ -148,6 +153,24 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
             out.table(title, ("what", "value", "from"), rows)
     if envelope.until is not None:
         out.tables(need_table(envelope.until))
+
+
+def _stiffness_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
+    """The stiffness that a result rests on, and the one that every bound of force goes by."""
+    from stepload.envelope.bounds import largest_sliding_stiffness, stuck_ratio
+    from stepload.units import format_quantity as f
+
+    system = envelope.plan.rig.system_stiffness
+    ratio, source = stuck_ratio(envelope.plan.rig)
+    sliding = f(largest_sliding_stiffness(system), "N/m")
+    largest = f(envelope.bounds.stiffness_n_per_m, "N/m")
+    rows = [
+        ("system stiffness K_s", f(system.stiffness_n_per_m, "N/m"), system.provenance.value),
+        ("  the largest believed", sliding, "K_s + 3 sigma, more for a guess"),
+    ]
+    if ratio != 1.0:
+        rows.append(("  if friction holds the tip", largest, f"that × {ratio:.3g} ({source})"))
+    return rows
 
 
 def _law_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
@@ -202,15 +225,29 @@ def show_thresholds(limits: RunLimits, out: Output) -> None:
     """The thresholds that a rule of the supervisor stops at, by the names they have in a record."""
     from stepload.units import format_quantity as f
 
+    def shown(value: float, unit: str) -> str:
+        return f"{value:g} {unit}" if unit == "samples" else f(value, unit).rstrip()
+
     rows = []
     for rule, term in limits.judged:
-        samples = term.unit == "samples"
-        value = f"{term.value:g} {term.unit}" if samples else f(term.value, term.unit)
-        rows.append((rule, term.name, value.rstrip(), term.source))
+        source, _, at_zero = term.source.partition("; 0: ")
+        value = shown(term.value, term.unit) if term.value or not at_zero else "off"
+        why = source if value != "off" or at_zero == "off" else at_zero
+        rows.append((rule, term.name, value, why))
     out.table("The supervisor stops at", ("rule", "threshold", "value", "from"), rows)
+    if limits.off:
+        out.line(f"off on this rig: {', '.join(limits.off)} (stepload explain {limits.off[0]})")
 
 
-def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = False) -> None:
+def preflight(
+    plan: PlanFile,
+    payload: PayloadFile = None,
+    verbose: Annotated[
+        bool,
+        typer.Option("--verbose", help="Notes in full, force budget, schedule, every threshold."),
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
     """Say before the run whether payload and rig can succeed. Exit 0: go or warn; 3: refused.
 
     Example: stepload preflight procedures/plastic-sphere.yaml
@@ -224,25 +261,40 @@ def preflight(plan: PlanFile, payload: PayloadFile = None, as_json: AsJson = Fal
 
     out = Output(as_json=as_json)
     envelope = envelope_of(load_plan(plan, payload=payload))
-    show_preflight(envelope, out)
-    named = simulated_devices(envelope.plan)
-    if named and envelope.verdict is not PlanVerdict.REFUSED:
+    refused = envelope.verdict is PlanVerdict.REFUSED
+    named = [] if refused else simulated_devices(envelope.plan)
+    missing = [] if refused or named else unproven(envelope.plan, envelope.telling_shake)
+    show_verdict(
+        envelope, out, details=verbose, aside=", and `run` refuses this plan" if missing else ""
+    )
+    if named:
         simulated = (
             f"{', '.join(named)}: simulated devices, so `run` takes this plan with --dry-run only"
         )
         out.finding(Finding("note", simulated, "name the drivers of your devices to press"))
-    elif envelope.verdict is not PlanVerdict.REFUSED and (
-        missing := unproven(envelope.plan, envelope.telling_shake)
-    ):
+    elif missing:
         told = f"`run` without --dry-run will refuse this plan: {'; '.join(missing)}"
         out.finding(Finding("warn", told, PROVE))
-    refused = envelope.verdict is PlanVerdict.REFUSED
+    show_figures(envelope, out, details=verbose)
     limits = None if refused else envelope.limits
-    if limits is not None:
+    if limits is not None and verbose:
         show_thresholds(limits, out)
+    if not verbose:
+        _show_left_out(envelope, out)
     out.result(preflight_data(envelope) | {"limits": limits.terms if limits else ()})
     if refused:
         raise typer.Exit(ExitCode.REFUSED)
+
+
+def _show_left_out(envelope: Envelope, out: Output) -> None:
+    """How long a run takes, and what `--verbose` tells beside."""
+    from stepload.envelope.reason import PlanVerdict
+
+    if envelope.verdict is not PlanVerdict.REFUSED:
+        out.line(f"duration: about {envelope.duration_s:.0f} s")
+        out.line("force budget, schedule and every threshold of the supervisor: --verbose")
+    if notes := [reason.code for reason in envelope.reasons if reason.severity == "note"]:
+        out.line(f"notes, in full with --verbose: {', '.join(notes)}", hang="  ")
 
 
 def schema(

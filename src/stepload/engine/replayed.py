@@ -122,7 +122,7 @@ def _others(limits: RunLimits, wishes: Mapping[str, str]) -> dict[str, Any]:
             )
         unit = units[name]
         try:
-            others[name] = float(text) if unit in ("", "samples") else parse_quantity(text, unit)
+            others[name] = _value(text, unit)
             replace(limits, **{name: others[name]})
         except (ValueError, BadInputError) as error:
             told = error.message if isinstance(error, BadInputError) else str(error)
@@ -130,6 +130,18 @@ def _others(limits: RunLimits, wishes: Mapping[str, str]) -> dict[str, Any]:
                 f"{name}={text}: {told}", hint=f'such as --limit "{name}=1 {unit}"'
             ) from None
     return others
+
+
+def _value(text: str, unit: str) -> float:
+    """A threshold of this unit; a count of samples is an int.
+
+    Raises:
+        BadInputError, ValueError: the text is none.
+    """
+    if unit and unit != "samples":
+        return parse_quantity(text, unit)
+    value = float(text)
+    return int(value) if unit and value.is_integer() else value
 
 
 def _notes(recording: Recording) -> tuple[str, ...]:

@@ -31,6 +31,8 @@ ARM_STUCK_RATIO = 3.8
 (UR5e 2.4, UR10e 2.6, UR16e 2.7; medians 1.1 to 1.4), with assumed joint stiffnesses: `python -m
 stepload_verify.trials.pose_stiffness`. A calibration that stuck itself has the factor in K_s
 already, and it counts once more."""
+LEAST_CLASS_RATIO = 2.4
+"""The smallest of these four: a smaller ratio is that of a pose."""
 AGE_S = 0.012
 """Age at which data stop a run where the plan does not say."""
 AGE_PERIODS = 4.0

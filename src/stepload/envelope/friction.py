@@ -7,22 +7,25 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stepload.envelope.bounds import stuck_ratio
+from stepload.envelope.bounds import LEAST_CLASS_RATIO, largest_stiffness, stuck_ratio
 from stepload.envelope.conditions import across_of, gauge_offset_of
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import Theory
 from stepload.evidence.askew import TURN_RAD_PER_N
 from stepload.evidence.gates import FRICTION_HARMLESS, LATERAL_SHARE
-from stepload.plan.model import Plan, Structure
+from stepload.plan.model import Plan, Provenance, Structure
 from stepload.units import format_quantity
 
 TYPICAL_SHARE = 0.3
 """Force across over force along of a contact that slides with a friction of 0.3."""
 
+NO_ARM = "; only where this is no serial arm but a guided axis: rig.arm.structure: machine"
+
 
 def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
     """Whether friction is in the result of an arm, and what would take it out."""
     stiffness, arm = plan.rig.system_stiffness, plan.rig.arm
+    yield from _ratio_reasons(plan)
     yield from _gauge_reasons(plan, theory)
     if plan.rig.displacement is not None or plan.identify.kind == "system":
         return
@@ -66,8 +69,29 @@ def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
         f"change the deformation by up to {worst:.0%} (allowed {FRICTION_HARMLESS:.0%})"
         + (": the result will be marginal" if serious else ""),
         "calibrate with a six-axis force sensor, dry and greased (stepload calibrate), or measure "
-        "with a gauge across the contact; arm.structure: machine, if the axis is guided",
+        "with a gauge across the contact" + ("" if arm.kinematics else NO_ARM),
         worst, FRICTION_HARMLESS, "",
+    )  # fmt: skip
+
+
+def _ratio_reasons(plan: Plan) -> Iterator[Reason]:
+    """Whether a stuck ratio of one pose may stand beside a K_s that is a guess for all poses."""
+    stiffness, arm = plan.rig.system_stiffness, plan.rig.arm
+    ratio = stiffness.stuck_ratio
+    if arm.structure is not Structure.ARM or stiffness.provenance is not Provenance.INDICATIVE:
+        return
+    if ratio is None or ratio >= LEAST_CLASS_RATIO:
+        return
+    most = format_quantity(largest_stiffness(plan.rig), "N/m")
+    yield Reason(
+        "stuck_ratio_of_a_guess", Severity.WARN,
+        f"rig.system_stiffness.stuck_ratio = {ratio:.3g} is less than that of a class of arms "
+        f"({LEAST_CLASS_RATIO:.3g} and more), and K_s beside it was not measured: a ratio of one "
+        "pose multiplies the K_s of that pose only. A stiff pose may be three times as stiff as "
+        f"the K_s of its class, and then the {most} that every bound of force goes by are too few",
+        "calibrate in this pose first, and press only what you can lose until then; or leave "
+        "stuck_ratio to the profile",
+        ratio, LEAST_CLASS_RATIO, "",
     )  # fmt: skip
 
 

@@ -9,7 +9,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from stepload.envelope.bounds import stuck_ratio
 from stepload.envelope.catch_up import catch_up_force
 from stepload.envelope.pressing import (
     GUARDED_SHARE,
@@ -35,20 +34,22 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
     """The named hazards that apply to this plan."""
     reaction_time_s = pressing.rig.reaction_s
     arm = plan.rig.arm
-    k_s = plan.rig.system_stiffness.stiffness_n_per_m * stuck_ratio(plan.rig)[0]
+    stiffness = pressing.rig.stiffness_n_per_m
+    largest = f"K = {format_quantity(stiffness, 'N/m')}, the load path's largest stiffness"
     fuse_n = plan.rig.mechanical_fuse_n
     layer = (
         f"the declared mechanical fuse opens at {format_quantity(fuse_n, 'N')}"
         if fuse_n is not None
         else "only an independent layer helps: a mechanical fuse or stop, or the machine's own trip"
     )
-    runaway_n = k_s * arm.max_speed_m_s * reaction_time_s
+    runaway_n = stiffness * arm.max_speed_m_s * reaction_time_s
     yield Reason(
         "drive_runaway", Severity.NOTE,
-        f"a drive that runs away at its full speed adds K_s·v·t = {format_quantity(runaway_n, 'N')}"
-        f" within the reaction time of {reaction_time_s * 1e3:.0f} ms"
-        f" ({format_quantity(k_s * arm.max_speed_m_s * UR_FORCE_LIMIT_REACTION_S, 'N')} before a"
-        " robot's own force limit acts)",
+        f"a drive that runs away at its full speed adds up to K·v·t ="
+        f" {format_quantity(runaway_n, 'N')} within the reaction time of"
+        f" {reaction_time_s * 1e3:.0f} ms"
+        f" ({format_quantity(stiffness * arm.max_speed_m_s * UR_FORCE_LIMIT_REACTION_S, 'N')}"
+        f" before a robot's own force limit acts); {largest}",
         layer, runaway_n, math.nan, "N",
     )  # fmt: skip
     impact_n = catch_up_force(pressing.rig, pressing.ahead_m, HARD_STOP_N_PER_M)
@@ -83,12 +84,13 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
         )  # fmt: skip
     top_n = plan.procedure.top_force_n
     # F_allowed and the largest K_s: both may be worse than they read.
-    moved_m = max(0.0, pressing.forces.allowed_n - top_n) / pressing.rig.stiffness_n_per_m
+    moved_m = max(0.0, pressing.forces.allowed_n - top_n) / stiffness
     yield Reason(
         "plate_moves", Severity.NOTE,
-        "whatever moves the plate or the arm's base while they press adds up to K_s times its way:"
+        "whatever moves the plate or the arm's base while they press adds up to K times its way:"
         f" more than {format_quantity(moved_m, 'm')} towards each other at"
-        f" {format_quantity(top_n, 'N')} can pass F_c before any reaction, a jolt less than that",
+        f" {format_quantity(top_n, 'N')} can pass F_c before any reaction, a jolt less than that;"
+        f" {largest}",
         "bolt plate and arm down, touch neither while it presses; a softer mount makes more room",
         moved_m, math.nan, "m",
     )  # fmt: skip

@@ -165,6 +165,8 @@ class RunLimits:
                     f"run limit {each.name} is {value}; it must be finite and positive",
                     hint="a limit that is not a number would never trip: check the plan",
                 )
+            if each.metadata["unit"] == "samples" and not isinstance(value, int):
+                raise DomainError(f"run limit {each.name} is {value}; it must be a whole number")
 
     @property
     def values(self) -> dict[str, float]:
@@ -195,6 +197,12 @@ class RunLimits:
                     (rule, Term(each.name, value, each.metadata["unit"], each.metadata["source"]))
                 )
         return tuple(rows)
+
+    @property
+    def off(self) -> tuple[str, ...]:
+        """Rules that judge nothing on this rig."""
+        on = {rule for rule, _ in self.judged}
+        return tuple(rule for rule in OFF_AT_ZERO if rule not in on)
 
 
 def _thresholds() -> list[Field[Any]]:

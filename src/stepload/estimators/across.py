@@ -68,19 +68,30 @@ class Across:
         share = np.array(self.at_share or (0.0, 0.0))
         return np.asarray((across_n - np.outer(force_n, share)) @ np.array(self.per_newton_m))
 
-    def doubt_m_per_n(self, share: FloatArray, stiffness_n_per_m: float) -> float:
-        """Standard uncertainty in m of what is taken out per newton along, at shares (2,).
+    def errors_m_per_n(self, share: FloatArray, stiffness_n_per_m: float) -> tuple[float, ...]:
+        """What is taken out per newton along is wrong by these in m, at shares (2,).
 
-        From the covariance of c; beyond `EXTRAPOLATED` times the calibrated shares the rest counts
-        as if nothing were known of the arm. So does the whole share where it points the other way
-        than in the calibration: a sensor that was turned since then shows it like that.
+        One standard uncertainty for each independent cause, with its sign: two runs err alike as
+        far as theirs point the same way. From the covariance of c; beyond `EXTRAPOLATED` times the
+        calibrated shares the rest counts as if nothing were known of the arm. So does the whole
+        share where it points the other way than in the calibration: a sensor that was turned since
+        then shows it like that.
         """
         away = self.away(share)
-        beyond = max(0.0, float(np.linalg.norm(away)) - EXTRAPOLATED * self.reach)
+        size = float(np.linalg.norm(away))
+        beyond = away * max(0.0, 1.0 - EXTRAPOLATED * self.reach / size) if size > 0.0 else away
         if float(share @ np.array(self.at_share or (0.0, 0.0))) < 0.0:
-            beyond = max(beyond, float(np.linalg.norm(share)))
-        own = math.sqrt(max(float(away @ self.covariance @ away), 0.0))
-        return math.hypot(own, CROSS_COMPLIANCE / stiffness_n_per_m * beyond)
+            beyond = max(beyond, share, key=lambda each: float(np.linalg.norm(each)))
+        (one, other), alike = self.sigma_m_per_n, self.correlation
+        own = (
+            one * away[0] + alike * other * away[1],
+            other * math.sqrt(max(1.0 - alike**2, 0.0)) * away[1],
+        )
+        return tuple(float(e) for e in (*own, *(CROSS_COMPLIANCE / stiffness_n_per_m * beyond)))
+
+    def doubt_m_per_n(self, share: FloatArray, stiffness_n_per_m: float) -> float:
+        """Standard uncertainty in m of what is taken out per newton along, at shares (2,)."""
+        return math.hypot(*self.errors_m_per_n(share, stiffness_n_per_m))
 
     def noise_m(self, noise_n: float) -> float:
         """Noise in m that a correction adds, for a noise of the force across (rms of its size)."""

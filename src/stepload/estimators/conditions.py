@@ -41,6 +41,7 @@ class Conditions:
         yields_m_per_n: how far the rig gives way along the press per newton, 1/K_s, whether or not
             that is in the travel; 0 where it is not known.
         gauge_offset_m: how far beside the contact a gauge on a serial arm measures; 0 without one.
+        structure_note: what is to be said of `arm` where nobody has told it; "" where it is known.
     """
 
     sources: Sources
@@ -68,6 +69,7 @@ class Conditions:
     misalignment_rad: float = 0.0
     yields_m_per_n: float = 0.0
     gauge_offset_m: float = 0.0
+    structure_note: str = ""
 
     @property
     def deflection_force_n(self) -> tuple[float, ...]:

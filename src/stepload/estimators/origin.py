@@ -17,6 +17,10 @@ REPEATS = 0.9
 """Correlation of the smooth error at one and the same place. It is never counted as repeating
 wholly: gear play and lubricant are part of it and differ from run to run."""
 
+OF_CALIBRATION = 0.5
+"""Correlation of what unknown friction leaves in two runs of one calibration: half of the variance
+of (share of the run less that of the calibration) is the calibration's."""
+
 
 @dataclass(frozen=True, slots=True)
 class Origin:
@@ -32,6 +36,8 @@ class Origin:
         stiffness_n_per_m: K_s and its standard uncertainty; None: no K_s in the chain.
         surface_m: travel of the arm at the touch before the loading.
         reach_m: travel over which the smooth error stays correlated.
+        across: how what the force across the axis leaves points, one figure for each independent
+            cause; empty where the share of the run or of the calibration is not known.
     """
 
     rig: str = ""
@@ -44,6 +50,7 @@ class Origin:
     stiffness_n_per_m: tuple[float, float] | None = None
     surface_m: float | None = None
     reach_m: float | None = None
+    across: tuple[float, ...] = ()
 
 
 class Common(NamedTuple):
@@ -100,11 +107,42 @@ def _smooth(one: Origin, other: Origin, apart_m: float) -> Common:
     return Common(place if known else 0.0, place)
 
 
+def _across(one: Origin, other: Origin, apart_m: float) -> Common:
+    """How the rig gives way sideways is the same in one pose, and so is the share of the
+    calibration. Friction at the contact is the runs' own; of one payload it may be the same."""
+    same = _stiffness(one, other, apart_m)
+    if same is OWN:
+        return OWN
+    found = Common(OF_CALIBRATION, 1.0)
+    if one.across or other.across:
+        found = OPEN
+        sizes = math.hypot(*one.across) * math.hypot(*other.across)
+        if len(one.across) == len(other.across) and sizes > 0.0:
+            product = sum(a * b for a, b in zip(one.across, other.across, strict=True))
+            alike = round(product / sizes, 6)
+            found = Common(alike, alike)
+    if same is SAME and one.pose:
+        return found
+    return Common(min(found.least, 0.0), max(found.most, 0.0))
+
+
+def _mounting(one: Origin, other: Origin, apart_m: float) -> Common:
+    """The sensor is as askew in all runs of a rig; a payload that was put in anew is not."""
+    return OWN if _machine(one, other) is OWN else OPEN
+
+
+def _turning(one: Origin, other: Origin, apart_m: float) -> Common:
+    return _machine(one, other)
+
+
 _RULES: dict[str, Callable[[Origin, Origin, float], Common]] = {
     "system stiffness K_s": _stiffness,
     "force calibration": _gain,
     "force linearity": _gain,
     "smooth deformation error": _smooth,
+    "force across the axis": _across,
+    "misalignment of sensor and plate": _mounting,
+    "gauge off the axis of an arm that turns": _turning,
 }
 """Every other source is each run's own: noise, quanta, zero, lag, temperature, drift, creep and
 what the choice of the model adds."""
@@ -117,6 +155,9 @@ def common(source: str, one: Origin, other: Origin, apart_m: float = 0.0) -> Com
     error: the same arm in the same pose, as far as it pressed at the same place of its travel:
     0.9 exp(−½ (distance/reach)²). A pose without a name leaves K_s as one figure, but the smooth
     error open: the same travel may then be another place.
+
+    Friction: as far as what it leaves points the same way in both, with one calibration; where the
+    shares are not known, by half at the least.
 
     Args:
         source: name of the source in a budget.

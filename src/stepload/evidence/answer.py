@@ -257,7 +257,7 @@ def _chosen(
 
 def _cannot_show(run: Pressed, loops: Sequence[Loop]) -> tuple[list[str], list[str]]:
     """What this run cannot show: remarks, and what blocks every figure."""
-    notes: list[str] = []
+    notes = list(run.notes)
     blocking: list[str] = []
     if loops[0].unloading is None and len(loops) < 2:
         blocking.append(

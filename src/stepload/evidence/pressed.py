@@ -55,7 +55,8 @@ class Pressed:
         laws: words of the laws that were chosen, see `contact.law_names`; none: all are weighed.
         between_n: forces of the chord; None: 10 % of the top force, and the top.
         looked: whether the loading might have ended at an earlier level for what it had shown.
-        doubts: sentences from elsewhere that block every figure.
+        notes: sentences from elsewhere that are to be known beside the figures.
+        doubts: the same that block every figure.
         law_doubts: sentences that block what rests on a law, and so on the zero of the force.
     """
 
@@ -75,6 +76,7 @@ class Pressed:
     laws: tuple[str, ...] = ()
     between_n: tuple[float, float] | None = None
     looked: bool = False
+    notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     law_doubts: tuple[str, ...] = ()
     table_sigma: Deflection = np.zeros_like

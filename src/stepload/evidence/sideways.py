@@ -47,6 +47,8 @@ class Sideways:
         relative: standard uncertainty of the deflection that it leaves, as a share of it.
         taken: what the three numbers take out, as a share of the deflection.
         stuck_ratio: largest stiffness while friction holds the tip, over K_s.
+        errors: the independent causes of `relative` with their signs: runs of one rig err alike as
+            far as theirs point the same way; empty where that is not known.
     """
 
     rule: Rule
@@ -55,6 +57,7 @@ class Sideways:
     relative: float = 0.0
     taken: float = 0.0
     stuck_ratio: float = 1.0
+    errors: tuple[float, ...] = ()
 
     @property
     def size(self) -> str:
@@ -129,11 +132,21 @@ def sideways(
         return Sideways("guided", size)
     if share is not None:
         if across.per_newton_m is not None:
-            own = stiffness_n_per_m * across.doubt_m_per_n(share, stiffness_n_per_m)
-            taken = stiffness_n_per_m * abs(float(across.away(share) @ across.per_newton_m))
-            return Sideways("three numbers", size, away, math.hypot(own, LEFT_OVER * taken), taken)
+            taken = stiffness_n_per_m * float(across.away(share) @ across.per_newton_m)
+            own = across.errors_m_per_n(share, stiffness_n_per_m)
+            errors = (*(stiffness_n_per_m * each for each in own), LEFT_OVER * taken)
+            left = math.hypot(*errors)
+            return Sideways("three numbers", size, away, left, abs(taken), errors=errors)
         if arm and across.at_share is not None:
-            return Sideways("one number", size, away, CROSS_COMPLIANCE * away)
+            errors = _along(across.away(share))
+            return Sideways("one number", size, away, CROSS_COMPLIANCE * away, errors=errors)
     if arm:
         return Sideways("unknown", size, relative=UNKNOWN_FRICTION, stuck_ratio=stuck_ratio)
-    return Sideways("guided", size, relative=GUIDED_COMPLIANCE * (size or 0.0))
+    errors = () if share is None else _along(share)
+    return Sideways("guided", size, relative=GUIDED_COMPLIANCE * (size or 0.0), errors=errors)
+
+
+def _along(share: FloatArray) -> tuple[float, ...]:
+    """How the errors of shares (2,) point: nobody knows how the rig couples, but it does not
+    change from run to run."""
+    return tuple(map(float, share))

@@ -1,14 +1,15 @@
-"""The explanations of all codes, from their table."""
+"""The explanations of all codes, from their table; those of keys are the plan's own."""
 
 from __future__ import annotations
 
 import difflib
 import tomllib
-from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 
 from stepload.errors import BadInputError
+from stepload.explain.keys import keys_called
+from stepload.explain.model import Explanation
 
 GROUPS = {
     "preflight": "reasons of a preflight",
@@ -19,17 +20,6 @@ GROUPS = {
     "exit": "exit codes",
 }
 """What the codes of each group are."""
-
-
-@dataclass(frozen=True, slots=True)
-class Explanation:
-    """What a code means and what to do; `page` is a page of docs/."""
-
-    group: str
-    code: str
-    means: str
-    do: str
-    page: str
 
 
 @cache
@@ -44,13 +34,15 @@ def explanations() -> tuple[Explanation, ...]:
 
 
 def explained(code: str) -> tuple[Explanation, ...]:
-    """What a code means; more than one where groups share it.
+    """What a code means; more than one where groups share it. Else the keys of a plan so called.
 
     Raises:
         BadInputError: there is no such code; with those that are near.
     """
     wanted = code.strip().strip("[]").lower().replace("-", "_").replace(" ", "_")
     found = tuple(each for each in explanations() if each.code.lower() == wanted)
+    if not found:
+        found = keys_called(wanted)
     if not found:
         known = sorted({each.code for each in explanations()})
         near = difflib.get_close_matches(wanted, known, n=3, cutoff=0.5)

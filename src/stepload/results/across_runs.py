@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from stepload.errors import BadInputError
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
 from stepload.estimators.across_fit import MIN_FORCE, AcrossFit, fit_across
 from stepload.estimators.system import Cells, gather
@@ -57,10 +58,17 @@ def across_of_runs(runs: Sequence[SavedRun]) -> AcrossRuns:
 
     Raises:
         DomainError: a run has too little force.
+        BadInputError: some runs tell the force across and others do not.
     """
     if not all(run.conditions.arm for run in runs):
         return AcrossRuns(None, "")
-    if any(run.data.across_n is None for run in runs):
+    if silent := [str(run.path) for run in runs if run.data.across_n is None]:
+        if len(silent) < len(runs):
+            raise BadInputError(
+                f"{', '.join(silent)}: no force across the axis is told there, as it is in the "
+                "others; with them under which friction K_s was measured would be lost",
+                hint="leave these runs out, or press again with a six-axis force sensor",
+            )
         return AcrossRuns(
             None,
             "the force sensor tells no force across the axis: under which friction K_s was "

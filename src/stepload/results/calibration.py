@@ -18,6 +18,7 @@ from stepload.estimators.system import SystemStiffnessFit
 from stepload.estimators.table import MeasuredTable, loading_curve, measured_table
 from stepload.estimators.two_spheres import TwoSphereFit, two_sphere_difference
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
+from stepload.plan.model import Structure
 from stepload.results.across_runs import across_of_runs
 from stepload.results.analyse import identify_system, pieces, series_contact
 from stepload.results.press_data import LOADING
@@ -206,6 +207,7 @@ def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
         "rig": lambda run: run.metadata.get("rig", ""),
         "pose": lambda run: run.conditions.pose,
         "direction": lambda run: run.metadata.get("force_axis", ""),
+        "structure": _structure,
         "dry run": lambda run: str(run.simulated),
     }
     common = {}
@@ -217,6 +219,11 @@ def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
                 hint="one record is for one rig in one pose; calibrate each by itself",
             )
         common[what] = found[0]
+    if cut := [f"{run.path}: {run.cut}" for run in runs if run.cut]:
+        raise BadInputError(
+            f"a run that did not come to its end makes no calibration: {'; '.join(cut)}",
+            hint="leave it out, or mend the cause and press again",
+        )
     ids = [run.metadata.get("run_id", run.path.name) for run in runs]
     if len(set(ids)) < len(ids):
         raise BadInputError("one run is given twice; it would count as two")
@@ -239,6 +246,12 @@ def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
         "simulated": runs[0].simulated,
         **common_pose(runs),
     }
+
+
+def _structure(run: SavedRun) -> str:
+    if run.conditions.structure_note:
+        return "not told by a record of an earlier version"
+    return str(Structure.ARM if run.conditions.arm else Structure.MACHINE)
 
 
 def common_pose(runs: Sequence[SavedRun]) -> dict[str, Any]:

@@ -50,6 +50,13 @@ def _run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: floa
     if len({each.run.simulated for each in runs}) > 1:
         simulated = ", ".join(each.run.name for each in runs if each.run.simulated)
         notes.append(f"a simulated run is compared with a measured one; simulated: {simulated}")
+    notes += [f"{each.run.name} did not come to its end: {each.run.cut}"
+              for each in runs if each.run.cut]  # fmt: skip
+    notes += [
+        f"{each.run.name}: {each.run.conditions.structure_note}"
+        for each in runs
+        if each.run.conditions.structure_note
+    ]
     payloads = sorted({each.run.metadata.get("payload", "") for each in runs})
     if len(payloads) > 1:
         notes.append(f"different payloads: {', '.join(payloads)}")
@@ -123,7 +130,7 @@ def _sharing_notes(runs: Sequence[ComparedRun]) -> list[str]:
         )
     elif not all(each.pose for each in origins) and origins[0].reach_m is not None:
         notes.append(
-            "the plans name no pose (rig.arm.pose): whether the smooth error of travel is shared "
-            "is not known and looked at both ways"
+            "the plans name no pose (rig.arm.pose): whether the smooth error of travel, and of an "
+            "arm what friction does, is shared is not known and looked at both ways"
         )
     return notes

@@ -10,7 +10,8 @@ from typing import Any
 
 from stepload.contact.deflection import table_problem
 from stepload.contact.law_names import LAW_NAMES
-from stepload.envelope.conditions import conditions_of
+from stepload.envelope.bounds import ARM_STUCK_RATIO
+from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD, UNKNOWN_OFFSET_M, conditions_of
 from stepload.envelope.envelope import Envelope
 from stepload.errors import BadInputError
 from stepload.estimators.across import Across
@@ -21,6 +22,10 @@ from stepload.estimators.sources import Sources
 from stepload.results.press_data import PressData
 
 FILE = "conditions.json"
+UNTOLD_STRUCTURE = (
+    "the record is of an earlier version and does not say whether a serial arm pressed or a guided "
+    "axis: it counts as an arm of which nothing is known; press again to have it told"
+)
 
 
 def planned(envelope: Envelope) -> Conditions:
@@ -62,7 +67,7 @@ def from_attachments(attachments: Mapping[str, bytes]) -> Conditions:
     if raw is None:
         raise BadInputError(f"the record has no {FILE}", hint="it was not made by stepload run")
     try:
-        data = json.loads(raw)
+        data = _as_arm(json.loads(raw))
         laws = tuple(data.get("laws", ()))
         across = _across(data.get("across"))
         sources = _sources(data["sources"])
@@ -74,8 +79,27 @@ def from_attachments(attachments: Mapping[str, bytes]) -> Conditions:
 
 
 _NO_NUMBERS = ("sources", "kind", "laws", "pose", "temperature_c", "system_stiffness_note",
-               "across", "arm")  # fmt: skip
+               "across", "arm", "structure_note")  # fmt: skip
 _TABLE = ("deflection_force_n", "deflection_m", "deflection_sigma_m")
+
+
+def _as_arm(data: dict[str, Any]) -> dict[str, Any]:
+    """A record that does not say what pressed, or how well an arm was aligned, taken the careful
+    way: as a serial arm whose plan states nothing. What is old is not known better for it."""
+    told = "arm" in data
+    if not (data.get("arm", True) and ("misalignment_rad" not in data or not told)):
+        return data
+    stiffness = data["sources"]["system_stiffness_n_per_m"]
+    careful = {
+        "misalignment_rad": ARM_MISALIGNMENT_RAD,
+        "yields_m_per_n": 1.0 / stiffness if stiffness else data.get("yields_m_per_n", 0.0),
+        "gauge_offset_m": 0.0 if stiffness else UNKNOWN_OFFSET_M,
+    }
+    if not told:
+        careful |= {
+            "arm": True, "stuck_ratio": ARM_STUCK_RATIO, "structure_note": UNTOLD_STRUCTURE
+        }  # fmt: skip
+    return data | careful
 
 
 def _sources(data: dict[str, Any]) -> Sources:
@@ -118,6 +142,8 @@ def _check(found: Conditions) -> None:
         raise ValueError(f"kind {found.kind!r}")
     if not isinstance(found.arm, bool):
         raise ValueError(f"arm is {found.arm!r}")
+    if not isinstance(found.structure_note, str):
+        raise ValueError(f"structure_note {found.structure_note!r}")
     if not isinstance(found.pose, str):
         raise ValueError(f"pose {found.pose!r}")
     if unknown := [word for word in found.laws if word not in LAW_NAMES]:

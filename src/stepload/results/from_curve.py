@@ -37,6 +37,11 @@ SECANT_FORCE_N = 300.0
 LEAST_SECANT_SHARE = 0.1
 """Below this share of the peak, 300 N is no force to quote a secant at."""
 
+TAKEN_AS_GUIDED = (
+    "a curve does not say what pressed: taken as a guided axis. A serial arm is stiffer where "
+    "friction holds its tip, which no interval here counts"
+)
+
 
 @dataclass(frozen=True, slots=True)
 class PreparedCurve:
@@ -111,6 +116,7 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
     selected = select(travel_m, force_n, system_stiffness_n_per_m=stiffness, time_s=time_s)
     if stiffness is not None:
         check_what_is_left(selected, travel_m, force_n, stiffness)
+        notes.append(TAKEN_AS_GUIDED)
     conditions, note, leftover = with_leftover(selected, conditions, zeroed.noise_m, wishes)
     notes += note
     notes.append(_about_resolution(conditions, wishes))

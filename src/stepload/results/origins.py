@@ -7,6 +7,7 @@ import numpy as np
 from stepload.estimators.origin import Origin
 from stepload.estimators.smooth import SHORTEST
 from stepload.results.press_data import LOADING, PressData
+from stepload.results.pressed import sideways_of
 from stepload.results.saved import SavedRun
 
 
@@ -33,6 +34,7 @@ def origin_of(run: SavedRun) -> Origin:
         else (stiffness, sources.system_stiffness_sigma_n_per_m),
         surface_m=_surface_m(run.data),
         reach_m=_reach_m(run.data, sources.smooth_length_n or shortest_n),
+        across=sideways_of(run.data, run.conditions).errors,
     )
 
 

@@ -55,7 +55,7 @@ def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = (
     limit_n = conditions.elastic_limit_n
     if limit_n is not None and peak_n > limit_n:
         doubts = (*doubts, _above(peak_n, limit_n))
-    aside = _sideways(data, conditions)
+    aside = sideways_of(data, conditions)
     return Pressed(
         tracks=tracks,
         deflection=conditions.bend,
@@ -81,6 +81,7 @@ def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = (
         accuracy=1.0 / conditions.t,
         laws=conditions.laws,
         looked=data.looked,
+        notes=(conditions.structure_note,) if conditions.structure_note else (),
         doubts=doubts,
     )
 
@@ -194,7 +195,7 @@ def _blur_m(data: PressData, time_s: float) -> float:
     return abs(float(way[-1] - way[0])) / (way.size - 1) if way.size > 1 else 0.0
 
 
-def _sideways(data: PressData, conditions: Conditions) -> Sideways:
+def sideways_of(data: PressData, conditions: Conditions) -> Sideways:
     """The force across the axis, as a share of that along it, and what it leaves.
 
     The size counts near the top force, noise taken out; with its sign the share is the slope of

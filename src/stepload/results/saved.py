@@ -9,7 +9,8 @@ from pathlib import Path
 
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
-from stepload.record.reader import Event, read_recording
+from stepload.record.outcome import RunStatus
+from stepload.record.reader import Event, Recording, read_recording
 from stepload.record.untrusted import untrusted
 from stepload.results.conditions import from_attachments, measured
 from stepload.results.press_data import PressData, press_data
@@ -26,6 +27,7 @@ class SavedRun:
     """What a record tells; `partial`: it was not finished, `events`: what happened when.
 
     `label` is what it is called among other runs, see `labelled`; "" where it stands by itself.
+    `cut` says why the run did not come to its end; "" where it did.
     """
 
     path: Path
@@ -35,6 +37,7 @@ class SavedRun:
     partial: bool
     events: Sequence[Event] = ()
     label: str = ""
+    cut: str = ""
 
     @property
     def name(self) -> str:
@@ -134,4 +137,17 @@ def saved_run(path: Path) -> SavedRun:
             metadata=recording.metadata,
             partial=recording.partial,
             events=recording.events,
+            cut=_cut(recording),
         )
+
+
+def _cut(recording: Recording) -> str:
+    """Why a run did not come to its end, or its record does not show that it did; "" else."""
+    told = recording.results or {}
+    status = str(told.get("status", RunStatus.UNFINISHED))
+    cause = told.get("cause")
+    if isinstance(cause, Mapping):
+        return f"stopped by {cause.get('rule')}: {cause.get('message')}"
+    if status != RunStatus.COMPLETED:
+        return f"{status}: {told.get('why_it_ended', '')}".rstrip(": ")
+    return "its record is damaged" if recording.partial else ""

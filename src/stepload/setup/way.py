@@ -29,6 +29,10 @@ def start(setup: Setup) -> Found:
     """Where the arm was led; its tool must point along the approach direction."""
     values = setup.state.values
     setup.tell(
+        "the pose decides how stiff the arm is, and a calibration holds in its own pose only:"
+        " `stepload pose` ranks the poses of an arm; leave with Ctrl+C to ask it first"
+    )
+    setup.tell(
         "lead the arm by hand (local control, freedrive) to the start pose: above the plate, the"
         " tool pointing at it, a few millimetres of free air between; then give it back to the"
         " program (remote control)"

@@ -172,12 +172,15 @@ def test_an_arm_is_a_serial_one_unless_it_is_said_to_be_guided() -> None:
     assert fields["structure"].default is Structure.ARM
 
 
-def test_a_runaway_drive_meets_the_stiffness_of_a_tip_that_sticks() -> None:
-    found = pressing()
+def test_a_runaway_drive_and_a_plate_that_moves_meet_the_largest_stiffness() -> None:
     loose = on_rig(arm=replace(PLAN.rig.arm, structure=Structure.ARM))
-    runaway = {r.code: r.value for r in hazards(loose, found)}["drive_runaway"]
-    guided = {r.code: r.value for r in hazards(PLAN, found)}["drive_runaway"]
-    assert runaway == pytest.approx(ARM_STUCK_RATIO * guided)
+    found = pressing(loose)
+    assert found.rig.stiffness_n_per_m == pytest.approx(largest_stiffness(loose.rig))
+    named = {r.code: r for r in hazards(loose, found)}
+    grows_n = found.rig.stiffness_n_per_m * 0.05 * found.rig.reaction_s
+    assert named["drive_runaway"].value == pytest.approx(grows_n)
+    for code in ("drive_runaway", "plate_moves"):
+        assert "the load path's largest stiffness" in named[code].message
 
 
 def test_data_stop_a_run_at_their_age_and_never_before_four_periods() -> None:
@@ -474,7 +477,8 @@ def test_a_sensor_that_is_found_noisier_is_not_called_frozen_later() -> None:
 def test_a_heavy_arm_and_a_runaway_drive_are_named() -> None:
     found = pressing()
     named = {reason.code: reason for reason in hazards(PLAN, found)}
-    assert named["drive_runaway"].value == pytest.approx(3.49e6 * 0.05 * found.rig.reaction_s)
+    grows_n = found.rig.stiffness_n_per_m * 0.05 * found.rig.reaction_s
+    assert named["drive_runaway"].value == pytest.approx(grows_n)
     impact_n = catch_up_force(found.rig, found.ahead_m, HARD_STOP_N_PER_M)
     assert ("held_back_commands" in named) == (impact_n > found.forces.allowed_n)
     room_n = found.forces.allowed_n - PLAN.procedure.top_force_n

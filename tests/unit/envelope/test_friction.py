@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from run_plans import envelope_for, stvf_plan
 
+from stepload.envelope.bounds import LEAST_CLASS_RATIO
 from stepload.envelope.conditions import (
     ARM_MISALIGNMENT_RAD,
     UNKNOWN_OFFSET_M,
@@ -18,7 +19,7 @@ from stepload.envelope.conditions import (
 )
 from stepload.envelope.reason import Severity
 from stepload.evidence.askew import TURN_RAD_PER_N
-from stepload.plan.model import DisplacementSpec, DriverChoice, Plan, Structure
+from stepload.plan.model import DisplacementSpec, DriverChoice, Plan, Provenance, Structure
 
 CODES = {"friction_unknown", "one_friction", "across_known"}
 
@@ -54,6 +55,41 @@ def test_a_gauge_across_the_contact_does_without() -> None:
     plan = plan_with()
     gauge = DisplacementSpec(DriverChoice("sim", {}), 100.0, 1e-7, 2e-8)
     assert said(replace(plan, rig=replace(plan.rig, displacement=gauge))) == {}
+
+
+@pytest.mark.parametrize(("kinematics", "machine"), [(None, True), ("ur5e", False)])
+def test_who_has_an_arm_is_not_told_to_call_it_a_machine(
+    kinematics: str | None, machine: bool
+) -> None:
+    plan = plan_with()
+    plan = replace(
+        plan, rig=replace(plan.rig, arm=replace(plan.rig.arm, kinematics=kinematics))
+    )  # fmt: skip
+    [told] = [r for r in envelope_for(plan).reasons if r.code == "friction_unknown"]
+    assert ("structure: machine" in told.remedy) is machine
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "warned"),
+    [
+        ({"provenance": Provenance.INDICATIVE}, True),
+        ({"provenance": Provenance.INDICATIVE, "stuck_ratio": LEAST_CLASS_RATIO}, False),
+        ({"provenance": Provenance.INDICATIVE, "stuck_ratio": None}, False),
+        ({"provenance": Provenance.MEASURED}, False),
+    ],
+)
+def test_a_stuck_ratio_of_one_pose_beside_a_guess_is_warned_of(
+    stiffness: dict[str, Any], warned: bool
+) -> None:
+    plan = plan_with()
+    system = replace(plan.rig.system_stiffness, **stiffness)
+    plan = replace(plan, rig=replace(plan.rig, system_stiffness=system))
+    told = [r for r in envelope_for(plan).reasons if r.code == "stuck_ratio_of_a_guess"]
+    assert [r.severity for r in told] == [Severity.WARN] * warned
+    assert all("of that pose only" in r.message for r in told)
+    guided = replace(plan.rig.arm, structure=Structure.MACHINE)
+    plan = replace(plan, rig=replace(plan.rig, arm=guided))
+    assert "stuck_ratio_of_a_guess" not in {r.code for r in envelope_for(plan).reasons}
 
 
 def with_gauge(structure: Structure, offset_m: float | None) -> Plan:

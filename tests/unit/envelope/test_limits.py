@@ -200,3 +200,12 @@ def test_limits_know_what_a_sound_sensor_shows_and_where_its_zero_has_moved() ->
     limits = limits_for(replace(plan, rig=replace(plan.rig, force=force)))
     assert limits.shown_noise_n == shown_noise_n(0.3, 0.9) > 1.1 * limits.noise_n
     assert limits.moved_zero_n == 0.25 * limits.touch_force_n
+
+
+def test_rules_that_judge_nothing_on_a_rig_are_named() -> None:
+    plan = stvf_plan()
+    lone = replace(plan.rig, second_force=SecondForce(SecondForceSource.NONE))
+    assert {"R13", "R14"} <= set(limits_for(plan).off)
+    assert "R5" not in limits_for(ur_plan()).off
+    on = {rule for rule, _ in limits_for(replace(plan, rig=lone)).judged}
+    assert not on & set(limits_for(replace(plan, rig=lone)).off)

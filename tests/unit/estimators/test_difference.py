@@ -18,7 +18,15 @@ from stepload.estimators.difference import (
     difference,
 )
 from stepload.estimators.measured import Measured, at_common_forces
-from stepload.estimators.origin import OPEN, OWN, REPEATS, SAME, Origin, common
+from stepload.estimators.origin import (
+    OF_CALIBRATION,
+    OPEN,
+    OWN,
+    REPEATS,
+    SAME,
+    Origin,
+    common,
+)
 from stepload.estimators.repeats import Scatter, scatter_of, within
 
 KS, GAIN, SMOOTH, NOISE = (
@@ -132,6 +140,51 @@ def test_what_the_records_do_not_tell_stays_open() -> None:
     unnamed = replace(HERE, arm="")
     assert common(KS, unnamed, replace(HERE, arm="", rig="another")) == OWN
     assert common(KS, HERE, replace(HERE, arm="", calibration="sha256 2")) == OWN
+
+
+FRICTION, ASKEW, TURNS = (
+    "force across the axis", "misalignment of sensor and plate",
+    "gauge off the axis of an arm that turns",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "alike"),
+    [
+        ((), (), (OF_CALIBRATION, 1.0)),
+        ((0.1, 0.0), (0.3, 0.0), (1.0, 1.0)),
+        ((0.1, 0.0), (-0.3, 0.0), (-1.0, -1.0)),
+        ((0.1, 0.0), (0.0, 0.1), (0.0, 0.0)),
+        ((0.1, 0.0), (), OPEN),
+        ((0.1, 0.0), (0.0, 0.0), OPEN),
+        ((0.1, 0.0), (0.1, 0.0, 0.0), OPEN),
+    ],
+)
+def test_what_friction_leaves_is_shared_as_far_as_it_points_the_same_way(
+    one: tuple[float, ...], other: tuple[float, ...], alike: tuple[float, float]
+) -> None:
+    here, there = replace(HERE, across=one), replace(HERE, across=other)
+    assert common(FRICTION, here, there) == pytest.approx(alike)
+    for change in ({"arm": "axis 8"}, {"pose": "wall"}, {"calibration": "sha256 2"}):
+        assert common(FRICTION, here, replace(there, **change)) == OWN
+    no_name = common(FRICTION, replace(here, pose=""), replace(there, pose=""))
+    assert no_name.least <= 0.0 <= no_name.most
+
+
+def test_repeats_of_unknown_friction_do_not_average() -> None:
+    def group() -> list[Measured]:
+        return [replace(run(), lines={FRICTION: 0.26}) for _ in range(3)]
+
+    found = difference(group(), group(), tolerance=0.2)
+    assert line(found, FRICTION).left == pytest.approx(0.26)
+    assert found.open_sources == (FRICTION,)
+
+
+def test_a_rig_is_as_askew_in_all_its_runs_and_a_payload_put_in_anew_is_not() -> None:
+    assert common(ASKEW, HERE, HERE) == OPEN
+    assert common(TURNS, HERE, HERE) == SAME
+    for source in (ASKEW, TURNS):
+        assert common(source, HERE, replace(HERE, arm="axis 8")) == OWN
 
 
 def test_both_ways_must_come_to_the_same_verdict() -> None:

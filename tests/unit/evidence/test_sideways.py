@@ -92,6 +92,20 @@ def test_three_numbers_do_not_carry_everything() -> None:
     assert fires(found(strong, (0.25, 0.0)), 0.5) == set()
 
 
+def test_its_errors_point_where_the_share_is_from_that_of_the_calibration() -> None:
+    """So runs that are compared share them as far as they do."""
+    three = found(KNOWN, (0.2, 0.1))
+    assert np.hypot.reduce(three.errors) == pytest.approx(three.relative)
+    assert three.errors == pytest.approx((0.001, 0.001, 0.0, 0.0, 0.001), abs=1e-9)
+    back = found(KNOWN, (0.05, 0.0))
+    assert back.errors[0] == pytest.approx(-0.0005)
+    one = found(Across(at_share=(0.1, 0.0)), (0.13, 0.02))
+    assert one.errors == pytest.approx((0.03, 0.02))
+    assert found(Across(), (0.04, 0.0), arm=False).errors == (0.04, 0.0)
+    assert found(Across(), (0.04, 0.0)).errors == ()
+    assert found(KNOWN, None).errors == ()
+
+
 def test_before_a_run_only_what_is_certain_to_be_missing_costs_width() -> None:
     arm: dict[str, Any] = {"arm": True, "stuck_ratio": 3.3}
     assert expected_sideways(Across(), K_S, **arm).relative == UNKNOWN_FRICTION

@@ -6,13 +6,23 @@ import json
 from dataclasses import replace
 
 import pytest
+from evaluated_runs import an_envelope, pressed
 from run_plans import SIM, stvf_plan
 
+from stepload.envelope.bounds import ARM_STUCK_RATIO
+from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD, UNKNOWN_OFFSET_M
 from stepload.envelope.envelope import envelope_of
 from stepload.errors import BadInputError
 from stepload.estimators.across import Across
 from stepload.plan.model import DisplacementSpec, Plan, Structure
-from stepload.results.conditions import FILE, from_attachments, planned, to_bytes
+from stepload.results.analyse import identify_payload
+from stepload.results.conditions import (
+    FILE,
+    UNTOLD_STRUCTURE,
+    from_attachments,
+    planned,
+    to_bytes,
+)
 from stepload.results.wishes import Wishes
 
 
@@ -95,12 +105,56 @@ def test_a_stiffness_stated_by_hand_is_of_no_known_friction() -> None:
     assert Wishes(secant_force_n=100.0).applied(conditions).across == conditions.across
 
 
-def test_a_record_of_an_earlier_version_knows_nothing_of_arms() -> None:
-    old = json.loads(to_bytes(planned(envelope_of(as_arm(**ACROSS)))))
-    for key in ("across", "arm", "stuck_ratio"):
+ASKEW = ("misalignment_rad", "yields_m_per_n", "gauge_offset_m", "lever_m")
+
+
+@pytest.mark.parametrize("gone", [("arm",), ("across", "arm", "stuck_ratio", *ASKEW)])
+def test_a_record_that_does_not_say_what_pressed_counts_as_an_arm(gone: tuple[str, ...]) -> None:
+    """Also that of a guided axis: what is old is not known better for it."""
+    old = json.loads(to_bytes(planned(envelope_of(stvf_plan()))))
+    for key in gone:
         del old[key]
     found = from_attachments({FILE: json.dumps(old).encode()})
-    assert (found.across, found.arm, found.stuck_ratio) == (Across(), False, 1.0)
+    assert (found.across, found.arm, found.stuck_ratio) == (Across(), True, ARM_STUCK_RATIO)
+    assert found.misalignment_rad == ARM_MISALIGNMENT_RAD
+    assert found.yields_m_per_n == pytest.approx(1.0 / 3.49e6)
+    assert "does not say whether a serial arm pressed" in found.structure_note
+    assert from_attachments({FILE: to_bytes(found)}) == found
+
+
+def test_a_result_does_not_become_identified_by_being_old() -> None:
+    told = planned(an_envelope())
+    old = json.loads(to_bytes(told))
+    del old["arm"]
+    data, _ = pressed(6)
+    found = identify_payload(data, from_attachments({FILE: json.dumps(old).encode()})).evidence
+    now = identify_payload(data, told).evidence
+    assert found is not None
+    assert now is not None
+    assert "friction" in {gate.name for gate in found.gates if gate.fires}
+    assert "friction" not in {gate.name for gate in now.gates}
+    assert UNTOLD_STRUCTURE in found.notes
+    assert UNTOLD_STRUCTURE not in now.notes
+
+
+def test_its_gauge_counts_as_beside_the_contact() -> None:
+    plan = stvf_plan()
+    gauge = DisplacementSpec(SIM, 100.0, 1e-6)
+    told = planned(envelope_of(replace(plan, rig=replace(plan.rig, displacement=gauge))))
+    old = json.loads(to_bytes(told))
+    del old["arm"]
+    assert from_attachments({FILE: json.dumps(old).encode()}).gauge_offset_m == UNKNOWN_OFFSET_M
+
+
+def test_an_arm_that_is_told_without_its_alignment_is_aligned_as_badly_as_any() -> None:
+    now = planned(envelope_of(as_arm(**ACROSS)))
+    old = json.loads(to_bytes(now))
+    for key in (*ASKEW, "structure_note"):
+        del old[key]
+    assert from_attachments({FILE: json.dumps(old).encode()}) == now
+    guided = json.loads(to_bytes(planned(envelope_of(stvf_plan()))))
+    del guided["misalignment_rad"]
+    assert from_attachments({FILE: json.dumps(guided).encode()}).misalignment_rad == 0.0
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,9 @@ from stepload.posture.search import (
     direction,
     search,
 )
+from stepload_verify.trials.pose_stiffness import ARMS, stuck_ratios
 
+DRAWN = 4000
 TOOL = Tool((0.0, 0.0, 0.12, 0.0, 0.0, 0.0), "assumed")
 CB3 = {
     "UR3": ("ur3e", (-0.24365, -0.21325), (0.1519, 0.11235, 0.08535, 0.0819)),
@@ -62,6 +64,14 @@ def _pair(values: FloatArray) -> str:
     return "{:.2f}/{:.2f}".format(*np.percentile(values, (50, 90)))
 
 
+def _drawn(name: str) -> str:
+    """The stuck ratio as the profiles take it: over joints drawn at random."""
+    known = {each.lower(): each for each in ARMS}
+    if name not in known:
+        return ""
+    return _pair(stuck_ratios(known[name], DRAWN, np.random.default_rng(1)))
+
+
 def branches(poses: Poses) -> FloatArray:
     """K_zz of the best way to hold the arm over that of the worst, at every place with several."""
     place = np.round(np.stack([poses.radius_m, poses.tip_m[:, 2]], axis=-1), 6)
@@ -94,6 +104,7 @@ def rows(name: str) -> list[tuple[str, str]]:
             "{:.0f}/{:.0f}".format(*np.percentile(figures.tilt_rad_per_n, (50, 90)) * 1e6),
         ),
         ("tip held sideways: K_stuck/K_zz", _pair(figures.stuck_ratio)),
+        ("the same, joints drawn at random", _drawn(name)),
         ("flat tool, rotation held too", _pair(figures.flat_ratio)),
         ("stuck share", _pair(figures.stuck_share)),
         ("stiffest pose / median pose", f"{stiffness.max() / median:.1f}"),

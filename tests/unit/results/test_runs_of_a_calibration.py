@@ -1,0 +1,55 @@
+"""Runs that make no calibration together: one was stopped, or they tell different things."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from run_plans import stvf_plan
+
+from stepload.envelope.envelope import envelope_of
+from stepload.errors import BadInputError
+from stepload.results.across_runs import across_of_runs
+from stepload.results.calibration import from_system_runs
+from stepload.results.conditions import UNTOLD_STRUCTURE, planned
+from stepload.results.saved import SavedRun
+
+GUIDED = planned(envelope_of(stvf_plan()))
+ARM = replace(GUIDED, arm=True)
+OLD = replace(ARM, structure_note=UNTOLD_STRUCTURE)
+
+
+def run(name: str, conditions: Any = ARM, across: bool = True, cut: str = "") -> SavedRun:
+    data = SimpleNamespace(across_n=np.zeros((3, 2)) if across else None)
+    told = {"run_id": name, "started": "2026-11-25T10:00:00+00:00"}
+    return SavedRun(
+        Path(f"{name}.mcap"), cast(Any, data), conditions, told, partial=False, cut=cut
+    )  # fmt: skip
+
+
+def test_a_run_that_was_stopped_makes_no_calibration_and_its_reason_is_said() -> None:
+    stopped = run("b", cut="stopped by R12: the force across is 31 % of that along")
+    with pytest.raises(BadInputError, match=r"b\.mcap: stopped by R12: the force across") as told:
+        from_system_runs([run("a"), stopped])
+    assert "press again" in str(told.value.hint)
+
+
+@pytest.mark.parametrize("other", [GUIDED, OLD])
+def test_a_run_that_is_not_known_to_be_of_an_arm_does_not_take_the_three_numbers_along(
+    other: Any,
+) -> None:
+    with pytest.raises(BadInputError, match="differ in their structure"):
+        from_system_runs([run("a"), run("b", other)])
+
+
+def test_a_run_without_the_force_across_does_not_take_the_three_numbers_along() -> None:
+    with pytest.raises(BadInputError, match=r"b\.mcap: no force across the axis is told there"):
+        across_of_runs([run("a"), run("b", across=False)])
+    alone = across_of_runs([run("a", across=False), run("b", across=False)])
+    assert "under which friction K_s was measured is not known" in alone.told
+    guided = across_of_runs([run("a", GUIDED), run("b", GUIDED, across=False)])
+    assert (guided.fit, guided.told) == (None, "")
