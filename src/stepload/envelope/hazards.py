@@ -17,6 +17,7 @@ from stepload.envelope.pressing import (
     rigid_coefficient,
 )
 from stepload.envelope.reason import Reason, Severity
+from stepload.envelope.sideways import UNMEASURED_TILT_RAD
 from stepload.plan.model import Plan, SecondForceSource
 from stepload.units import format_quantity
 
@@ -57,8 +58,9 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
         yield Reason(
             "held_back_commands", Severity.NOTE,
             "if the link holds commands back and delivers them at once, just before something"
-            f" rigid that the plan does not know of, the arm hits it with up to"
-            f" {format_quantity(impact_n, 'N')} before any reaction",
+            " rigid that the plan does not know of, or where friction holds the tip sideways more"
+            f" than the plan says, the arm hits it with up to {format_quantity(impact_n, 'N')}"
+            " before any reaction",
             "keep the way free; a quiet network; finer arm positions show it sooner",
             impact_n, pressing.forces.allowed_n, "N",
         )  # fmt: skip
@@ -94,6 +96,15 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
         "bolt plate and arm down, touch neither while it presses; a softer mount makes more room",
         moved_m, math.nan, "m",
     )  # fmt: skip
+    if plan.rig.force.components == "six" and plan.procedure.alignment is None:
+        yield Reason(
+            "plate_tilted", Severity.NOTE,
+            "nothing measures how the plate is tilted against the press: beyond"
+            f" {math.degrees(UNMEASURED_TILT_RAD):g} deg the payload is dragged sideways more than"
+            " the force sensor shows, and more than R12 counts on",
+            "let three touches on a circle measure it (procedure.alignment), or level the plate",
+            UNMEASURED_TILT_RAD, math.nan, "rad",
+        )  # fmt: skip
     if plan.rig.second_force.source is not SecondForceSource.NONE:
         common = 100.0 * plan.rig.common_force_error
         yield Reason(

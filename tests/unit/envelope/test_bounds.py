@@ -44,6 +44,7 @@ from stepload.envelope.pressing import (
 from stepload.envelope.schedule import schedule
 from stepload.envelope.theory import theory_of
 from stepload.errors import DomainError, RefusedError
+from stepload.plan.aligning import Alignment
 from stepload.plan.model import (
     ArmSpec,
     Plan,
@@ -472,6 +473,17 @@ def test_a_sensor_that_is_found_noisier_is_not_called_frozen_later() -> None:
     coarse = with_force(resolution_n=0.9)
     planned = limits_for(coarse).identical_counts
     assert limits_for(coarse, measured=Measured(0.6, 0.0)).identical_counts == planned
+
+
+def test_a_plate_whose_tilt_nothing_measures_is_named() -> None:
+    def named(plan: Plan) -> dict[str, float]:
+        return {reason.code: reason.value for reason in hazards(plan, pressing(plan))}
+
+    assert named(PLAN)["plate_tilted"] == pytest.approx(math.radians(3.0))
+    measured = replace(PLAN, procedure=replace(PLAN.procedure, alignment=Alignment()))
+    assert "plate_tilted" not in named(measured)
+    one = on_rig(force=replace(PLAN.rig.force, components="one"))
+    assert "plate_tilted" not in named(one)
 
 
 def test_a_heavy_arm_and_a_runaway_drive_are_named() -> None:

@@ -28,7 +28,7 @@ from stepload_verify.campaign.single import run_scenario
 from stepload_verify.campaign.truth import SIX_ANOMALIES, Anomaly
 from stepload_verify.falsify import trial as trials_of
 from stepload_verify.falsify.blind import PATIENCE, Blind
-from stepload_verify.falsify.excuses import excuses
+from stepload_verify.falsify.excuses import excuses, levelled
 from stepload_verify.falsify.falsify import BATCH, FILES, SCENES, WORST, falsify, worst
 from stepload_verify.falsify.hunt import Hunt
 from stepload_verify.falsify.onset import BY_FORCE_SHARE, Onset, draw_onset, placed
@@ -516,6 +516,28 @@ def test_r12_counts_the_share_that_a_tilted_plate_hides() -> None:
     now = judge(found)
     assert now.rule == "R12"
     assert now.peak_ratio < 0.9
+
+
+@pytest.mark.parametrize(
+    ("name", "code"),
+    [("tilted-and-dragged", "plate_tilted"), ("held-back-sideways", "held_back_commands")],
+)
+def test_what_six_axes_add_to_a_named_hazard(name: str, code: str) -> None:
+    """Found by searches with six axes, and not mended: preflight names it."""
+    found, _ = read_scene(ROOT / f"docs/scenes/{name}.json")
+    now = judge(found)
+    assert now.j > 1.0
+    assert (now.hazard, now.broken) == (code, False)
+    silent = replace(found, envelope=replace(found.envelope, reasons=()))
+    assert judge(silent).broken
+
+
+def test_a_plate_excuses_only_by_its_tilt() -> None:
+    mount = Mount(((1e-6, 0.0, 0.0), (0.0, 1e-6, 0.0), (0.0, 0.0, 1e-6)))
+    tilted = replace(mount, plate_tilt_rad=(0.06, 0.08))
+    assert levelled(tilted, 0.1) == tilted
+    assert levelled(tilted, 0.05).plate_tilt_rad == pytest.approx((0.03, 0.04))
+    assert levelled(mount, 0.05) == mount
 
 
 def test_a_hostile_scene_is_refused(tmp_path: Path) -> None:

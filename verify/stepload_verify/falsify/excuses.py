@@ -6,17 +6,19 @@ happened than the hazard says, it was no excuse.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
 from stepload.engine.rehearse import world_for
 from stepload.envelope.hazards import HEAVIER
+from stepload.rig.mount import Mount
 from stepload.rig.world import WorldSpec
 from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.falsify.scene import with_faults
 
-PLATE, HELD_BACK, HEAVY, LATE = (
-    "plate_moves", "held_back_commands", "heavier_arm", "unstated_delays",
+PLATE, HELD_BACK, HEAVY, LATE, TILTED = (
+    "plate_moves", "held_back_commands", "heavier_arm", "unstated_delays", "plate_tilted",
 )  # fmt: skip
 LINK_FAULTS = ("command_latency", "command_jitter")
 """Faults in which a link holds commands back and delivers them together."""
@@ -29,7 +31,8 @@ def excuses(scenario: Scenario, peak_n: float) -> Iterator[tuple[str, Scenario]]
     rigid = any(anomaly.kind == "hidden hard stop" for anomaly in scenario.anomalies)
     if PLATE in kinds:
         yield PLATE, without(scenario, PLATE)
-    if rigid and kinds.intersection(LINK_FAULTS) and peak_n <= named.get(HELD_BACK, 0.0):
+    held = rigid or any(one.kind == "stuck stiffer than stated" for one in scenario.anomalies)
+    if held and kinds.intersection(LINK_FAULTS) and peak_n <= named.get(HELD_BACK, 0.0):
         yield HELD_BACK, without(scenario, *LINK_FAULTS)
     believed = world_for(scenario.envelope, seed=scenario.truth.seed)
     heavier = scenario.truth.effective_mass_kg / believed.effective_mass_kg
@@ -44,6 +47,17 @@ def excuses(scenario: Scenario, peak_n: float) -> Iterator[tuple[str, Scenario]]
             second_force_delay_s=believed.second_force_delay_s,
         )
         yield LATE, replace(rest, truth=truth)
+    if TILTED in named and (mount := scenario.truth.mount) is not None:
+        level = levelled(mount, named[TILTED])
+        if level != mount:
+            yield TILTED, replace(scenario, truth=replace(scenario.truth, mount=level))
+
+
+def levelled(mount: Mount, largest_rad: float) -> Mount:
+    """The same rig with a plate that is tilted by no more than this."""
+    x_rad, y_rad = mount.plate_tilt_rad
+    less = largest_rad / max(largest_rad, math.hypot(x_rad, y_rad))
+    return replace(mount, plate_tilt_rad=(less * x_rad, less * y_rad))
 
 
 def unstated_s(scenario: Scenario, believed: WorldSpec) -> float:
