@@ -108,9 +108,9 @@ def _told(fit: AcrossFit) -> str:
     of_any = CROSS_COMPLIANCE * TYPICAL_SHARE
     if not len(fit.directions):
         return (
-            f"one number: {span} are too much alike, for errors as large as those of these runs, to "
-            "tell what the force across does; K_s holds for payloads of the same share, within 5 % "
-            "(press the block dry, and greased, harder and more often)"
+            f"one number: {span} are too much alike, for errors as large as those of these runs, "
+            "to tell what the force across does; K_s holds for payloads of the same share, within "
+            "5 % (press the block dry, and greased, harder and more often)"
         )
     along = [
         f"({d[0]:+.2f}, {d[1]:+.2f}) to {fit.stiffness_n_per_m * sigma * TYPICAL_SHARE:.1%}"
