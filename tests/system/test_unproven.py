@@ -30,6 +30,8 @@ def test_an_unproven_rig_is_refused(days: int | None, tmp_path: Path) -> None:
     assert "axis and sign of the force are not proven: rig.force" in said.stderr
     assert ("31 days old" if days else "no push by hand") in said.stderr
     assert "rig.force.tool_mass" in said.stderr
+    assert said.stdout == ""
+    assert said.stderr.startswith("error: axis and sign of the force are not proven")
     assert not (tmp_path / "run").exists()
     told = in_process("preflight", plan)
     assert told.returncode == 0
