@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from stepload.contact.lateral import SHARES, left_of_limit, weakening
+from stepload.envelope.arm_side import arm_tells, surely_seen
 from stepload.envelope.dragged import dragged_left, yielding_ratios
 from stepload.envelope.reason import Reason, Severity
 from stepload.plan.model import ForceSpec, Plan, Structure
@@ -66,12 +67,19 @@ def sideways_reasons(plan: Plan, counted_n: float) -> Iterator[Reason]:
         yield from _friction_on_the_way_back(plan, counted_n)
     force, top_n = plan.rig.force, plan.procedure.top_force_n
     if (left := dragged_left(plan)) < 1.0:
-        share = plan.procedure.max_lateral_share
+        share, told = plan.procedure.max_lateral_share, arm_tells(plan)
+        beyond = (
+            "the arm's own force, within its tolerance, shows it surely from"
+            f" {surely_seen(plan):.0%} of the top force on (R12); between the two nothing stops"
+            " the run"
+            if told
+            else "beyond that nothing stops the run"
+        )
         yield Reason(
-            "sideways_unseen", Severity.WARN,
+            "sideways_by_arm" if told else "sideways_unseen", Severity.WARN,
             "an arm drags the payload sideways as it presses, and a force sensor of one component"
             f" does not see it: {left:.0%} of F_c are counted on, which holds up to {share:.0%} of"
-            " the force across the axis. Beyond that nothing stops the run",
+            f" the force across the axis; {beyond}",
             "use a six-axis force sensor, a guided axis, or a pose that pushes little sideways"
             " (stepload pose)",
             share, math.nan, "",
