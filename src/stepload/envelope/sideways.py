@@ -70,8 +70,8 @@ def sideways_reasons(plan: Plan, counted_n: float) -> Iterator[Reason]:
         share, told = plan.procedure.max_lateral_share, arm_tells(plan)
         beyond = (
             "the arm's own force, within its tolerance, shows it surely from"
-            f" {surely_seen(plan):.0%} of the top force on (R12); between the two nothing stops"
-            " the run"
+            f" {surely_seen(plan):.0%} of the top force on (R12); between the two nothing"
+            " need stop the run"
             if told
             else "beyond that nothing stops the run"
         )
