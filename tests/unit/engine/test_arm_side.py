@@ -146,12 +146,10 @@ def load_cell(driver: str, source: SecondForceSource = SecondForceSource.ARM) ->
 def test_preflight_says_what_the_arm_sees_and_counts_on_no_more_for_it() -> None:
     told, silent = load_cell("ur"), load_cell("sim")
     apart = load_cell("ur", SecondForceSource.SENSOR)
-    codes = [
-        [reason.code for reason in sideways_reasons(plan, 1e9)] for plan in (told, silent, apart)
-    ]
+    codes = [[reason.code for reason in sideways_reasons(plan)] for plan in (told, silent, apart)]
     assert codes == [["sideways_by_arm"], ["sideways_unseen"], ["sideways_unseen"]]
     assert dragged_left(told) == dragged_left(silent) < 1.0
-    (reason,) = sideways_reasons(told, 1e9)
+    (reason,) = sideways_reasons(told)
     assert f"surely from {surely_seen(told):.0%}" in reason.message
 
 
