@@ -18,8 +18,6 @@ last ring of such an edge are not in it.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from stepload.errors import DomainError
@@ -61,32 +59,6 @@ def left_of_limit(poisson_ratio: float, share: float) -> float:
     above = int(np.searchsorted(POISSON_RATIOS, max(poisson_ratio, POISSON_RATIOS[0])))
     below = max(above - 1, 0) if poisson_ratio < POISSON_RATIOS[above] else above
     return min(float(np.interp(share, SHARES, LEFT_OF_LIMIT[row])) for row in (below, above))
-
-
-def left_on_the_way_back(poisson_ratio: float, share: float, friction: float) -> float:
-    """The part of F_c up to which a contact may be pressed so that unloading it keeps g(t) F_c.
-
-    Pressed by a whole force W at the share t_0, it bears W sin(atan t_0) in the plane of the plate.
-    Where friction clings, that stays while the force on the plate goes down, and the share t grows
-    until the contact slides at the friction µ. At t the whole force is then
-    W sin(atan t_0)/sin(atan t), which must not be more than g(t) F_c: the least over t_0 <= t <= µ
-    of g(t) sin(atan t)/sin(atan t_0) is W/F_c. Between two columns of the table g falls in a
-    straight line, the logarithm of this is concave, and its least is at one of them.
-
-    Args:
-        poisson_ratio: as `left_of_limit`.
-        share: t_0, the largest where the force is largest; beyond the friction, that counts.
-        friction: the highest possible one.
-
-    Raises:
-        DomainError: as `left_of_limit`.
-    """
-    first = min(share, friction)
-    if first == 0.0:
-        return left_of_limit(poisson_ratio, 0.0)
-    shares = [first, *(t for t in SHARES if first < t < friction), friction]
-    held = math.sin(math.atan(first))
-    return min(left_of_limit(poisson_ratio, t) * math.sin(math.atan(t)) / held for t in shares)
 
 
 def weakening(poisson_ratio: float, largest_share: float) -> float:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
-from stepload.contact.lateral import SHARES, left_of_limit, left_on_the_way_back
+from stepload.contact.lateral import SHARES, left_of_limit
 from stepload.contact.limit import softer_body
 from stepload.contact.materials import Material
 from stepload.contact.unknown import is_range
-from stepload.envelope.conditions import misalignment_of
 from stepload.plan.model import Payload, Plan, Structure
 
 
@@ -38,26 +37,15 @@ def dragged_left(plan: Plan, *, one_axis: bool = False) -> float:
 
 
 def back_left(plan: Plan) -> float:
-    """The part of F_c up to which the whole force keeps g(t) F_c while a serial arm draws back, at
-    the friction that the plan states; 1 where it states none, or the axis is guided."""
-    friction = plan.payload.friction
-    if friction is None or plan.rig.arm.structure is not Structure.ARM:
-        return 1.0
-    share = share_on_plate(plan)
-    return min(left_on_the_way_back(nu, share, friction) for nu in yielding_ratios(plan.payload))
+    """g at the friction that the plan states; 1 where it states none, or the axis is guided.
 
-
-def share_on_plate(plan: Plan) -> float:
-    """The largest share in the plane of the plate that R12 lets pass; inf where the plate may be
-    tilted by any angle, for a force along the axis is across such a plate.
-
-    Three touches on a circle bound the tilt; the sensor may be mounted askew as well.
+    The share in the plane of the plate is never more than the friction, whatever the tilt of the
+    plate, and however friction clings and the tip swings while a serial arm draws back: a whole
+    force of g(µ) F_c keeps g(t) F_c at any time.
     """
-    alignment = plan.procedure.alignment
-    if alignment is None:
-        return math.inf
-    askew_rad = alignment.max_tilt_rad + misalignment_of(plan.rig)
-    return math.tan(math.atan(plan.procedure.max_lateral_share) + askew_rad)
+    if plan.payload.friction is None or plan.rig.arm.structure is not Structure.ARM:
+        return 1.0
+    return left_at(plan.payload, plan.payload.friction)
 
 
 def friction_left(payload: Payload) -> float:

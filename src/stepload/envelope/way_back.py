@@ -7,8 +7,8 @@ from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import replace
 
-from stepload.contact.lateral import SHARES, left_on_the_way_back
-from stepload.envelope.dragged import back_left, dragged_left, share_on_plate, yielding_ratios
+from stepload.contact.lateral import SHARES
+from stepload.envelope.dragged import back_left, dragged_left, left_at
 from stepload.envelope.pressing import largest_top_force
 from stepload.envelope.reason import Reason, Severity
 from stepload.plan.model import Plan, Structure
@@ -48,33 +48,26 @@ def allowed_friction(plan: Plan, counted_n: float) -> float:
 
 
 def _bounded(plan: Plan, counted_n: float, friction: float, left: float) -> Iterator[Reason]:
-    """What of F_c the stated friction leaves to be pressed, where the contact slides on the way
-    back, and at which friction the plan may be pressed."""
-    allowed, top_n = allowed_friction(plan, counted_n), plan.procedure.top_force_n
-    held = share_on_plate(plan)
-    slides = (
-        "it may slide at any force, for the plate may be tilted"
-        if held >= friction
-        else f"from {format_quantity(top_n, 'N')} on down it slides at"
-        f" {format_quantity(top_n * held / friction, 'N')} or less"
-    )
+    """What of F_c the stated friction leaves, and at which friction the plan may be pressed."""
+    allowed = allowed_friction(plan, counted_n)
     yield Reason(
         "friction_on_the_way_back", Severity.NOTE,
-        f"at a friction of up to {friction:g} the contact slides at a share across of"
-        f" {friction:.0%} at the most, and {slides}: {left:.0%} of F_c may be pressed, so that"
-        " every force on the way back stays below what is left there. The plan's top force may be"
-        f" pressed at a friction of up to {allowed:.2g}",
-        "less friction, or touches on a circle (procedure.alignment), which bound the plate's tilt,"
-        " with a lower procedure.max_lateral_share",
-        friction, allowed, "",
+        f"at a friction of up to {friction:g} the contact may slide at a share across of"
+        f" {friction:.0%}, on a plate that is tilted or on the way back from any level: {left:.0%}"
+        " of F_c may be pressed, so that every force stays below what is left there. The plan's"
+        f" top force may be pressed at a friction of up to {allowed:.2g}",
+        "less friction", friction, allowed, "",
     )  # fmt: skip
 
 
 def _clings(plan: Plan, counted_n: float) -> Iterator[Reason]:
-    """The plate counts as square to the press here: more than a warning needs the friction."""
+    """With the force across held at the share s that R12 allows at the top force F, the contact
+    slides at µ, where the whole force s F sqrt(1 + µ²)/µ meets a limit of g(µ) F_c."""
     share, top_n = plan.procedure.max_lateral_share, plan.procedure.top_force_n
-    left = min(left_on_the_way_back(nu, share, SHARES[-1]) for nu in yielding_ratios(plan.payload))
-    borne_n = top_n * math.hypot(1.0, share) / left
+    borne_n = top_n * max(
+        share * math.hypot(1.0, mu) / (mu * left_at(plan.payload, mu))
+        for mu in SHARES if mu > share
+    )  # fmt: skip
     if borne_n <= counted_n:
         return
     allowed = allowed_friction(plan, counted_n)

@@ -13,7 +13,6 @@ from stepload.contact.lateral import (
     POISSON_RATIOS,
     SHARES,
     left_of_limit,
-    left_on_the_way_back,
     weakening,
 )
 from stepload.errors import DomainError
@@ -120,26 +119,3 @@ def test_impossible_numbers_are_refused(nu: float, share: float) -> None:
 def test_a_largest_share_of_nothing_is_refused() -> None:
     with pytest.raises(DomainError):
         weakening(0.3, 0.0)
-
-
-@pytest.mark.parametrize("nu", [0.2, 0.33, 0.45])
-@pytest.mark.parametrize("share", [0.05, 0.17, 0.3])
-@pytest.mark.parametrize("friction", [0.1, 0.32, 0.6])
-def test_a_force_that_falls_keeps_what_clinging_friction_leaves(
-    nu: float, share: float, friction: float
-) -> None:
-    """Against the force on the plate taken off bit by bit, friction held until it slides."""
-    worst, first = 0.0, min(share, friction)
-    across = math.sin(math.atan(first))
-    for normal in np.linspace(math.cos(math.atan(first)), 1e-3, 4000):
-        rubbing = min(across, friction * normal)
-        t = min(rubbing / normal, friction)
-        worst = max(worst, math.hypot(normal, rubbing) / left_of_limit(nu, t))
-    assert left_on_the_way_back(nu, share, friction) == pytest.approx(1.0 / worst, rel=2e-3)
-
-
-def test_a_contact_that_slides_or_is_pressed_anyhow_keeps_what_its_friction_leaves() -> None:
-    for share in (0.3, 0.5, math.inf):
-        assert left_on_the_way_back(0.3, share, 0.3) == pytest.approx(left_of_limit(0.3, 0.3))
-    assert left_on_the_way_back(0.3, math.inf, 0.0) == 1.0
-    assert left_on_the_way_back(0.3, 0.3, 0.7) == 0.0
