@@ -149,8 +149,16 @@ def test_what_only_six_axes_have_is_refused_of_one() -> None:
 
 def test_friction_that_clings_costs_more_on_the_way_back_than_under_the_top_force() -> None:
     """A hole that is known: the run completes, and its top force alone does not tell."""
-    slippery, rough = (cling(TEMPLATE, 12, friction) for friction in (0.3, 0.6))
+    slippery, rough = (cling(TEMPLATE, 12, mu, 0.0, stated=False) for mu in (0.3, 0.6))
     assert slippery.pressed == pytest.approx(rough.pressed, rel=0.01)
     assert slippery.whole < 1.15 * slippery.pressed
     assert rough.ended == "completed"
     assert rough.whole > 1.8 * rough.pressed
+
+
+def test_a_friction_that_the_plan_states_is_kept_on_a_steep_plate_too() -> None:
+    """Where nobody states it, a sound run goes beyond F_c even while it presses."""
+    unknown, stated = (cling(TEMPLATE, 12, 0.6, 28.0, stated=known) for known in (False, True))
+    assert unknown.pressed > 1.5
+    assert stated.top < 0.5 * unknown.top
+    assert stated.whole < 0.9
