@@ -526,6 +526,18 @@ def reversed_position(healthy):
     return _each(healthy, lambda self, s: s._replace(position_m=-s.position_m))
 
 
+def tells_its_wrench_in_another_frame(healthy):
+    def change(_self, sample):
+        x, y, z, *torques = sample.wrench
+        return sample._replace(wrench=(z, x, y, *torques))
+
+    return _each(healthy, change)
+
+
+def has_no_wrench_but_says_so(healthy):
+    return _each(healthy, lambda _self, sample: sample._replace(wrench=(math.nan,) * 6))
+
+
 def has_no_force_but_says_so(healthy):
     return _each(healthy, lambda self, s: s._replace(force_n=float("nan")))
 

@@ -10,6 +10,7 @@ from virtual import SIX_AXES, SPEC, Virtual
 from stepload.rig.contract import CheckStatus, run_check, run_trial
 from stepload.rig.contract_loss import check_lost_link, check_stale
 from stepload.rig.contract_motion import check_motion
+from stepload.rig.contract_samples import check_samples
 from stepload.rig.contract_shift import check_shift
 from stepload.rig.contract_values import check_frozen, equal_readings_limit
 from stepload.rig.faults import FaultCode
@@ -116,6 +117,10 @@ SHIFTED = [
     ("shift_moves_the_axis", "the position along the approach went"),
     ("retract_drops_the_shift", "it must keep the shift"),
 ]
+WRENCH = [
+    ("tells_its_wrench_in_another_frame", "the wrench is not in the pressing frame"),
+    ("has_no_wrench_but_says_so", "not finite has status 0"),
+]
 UNSEEN = ["late_by_a_constant", "stamps_at_drain_spread_back", "loses_a_tenth_and_renumbers",
           "somebody_else"]  # fmt: skip
 """Wrong, and not to be seen without a second truth; docs/write-your-own-driver.md says so."""
@@ -144,6 +149,12 @@ def test_a_broken_driver_is_refused_with_the_reason(which, name, check, reason):
 def test_an_arm_that_shifts_otherwise_than_it_says_is_refused(name, reason):
     trial = Virtual("arm", getattr(broken, name), spec=SIX_AXES).trial()
     assert reason in run_check(check_shift, trial).message
+
+
+@pytest.mark.parametrize(("name", "reason"), WRENCH)
+def test_an_arm_that_tells_another_wrench_than_it_says_is_refused(name, reason):
+    trial = Virtual("arm", getattr(broken, name), spec=SIX_AXES).trial()
+    assert reason in run_check(check_samples, trial).message
 
 
 @pytest.mark.parametrize("spec", [SPEC, SIX_AXES], ids=["one axis", "six axes"])
@@ -229,5 +240,5 @@ def test_every_broken_driver_is_in_the_table():
         if callable(item) and getattr(item, "__module__", "") == "broken"
         and not name.startswith("_") and name not in ("end_leaked_threads", "on_a_leash")
     }  # fmt: skip
-    shifted = {name for name, _ in SHIFTED}
+    shifted = {name for name, _ in (*SHIFTED, *WRENCH)}
     assert library == {name for _, name, *_ in ROWS} | shifted | set(UNSEEN)

@@ -78,6 +78,7 @@ def recorded(*, lateral: bool = True, noise_n: float = 0.0) -> Recording:
         arm=ArmColumns(
             receive_time_s=time_s, sequence=count, device_time_s=none, status=healthy,
             position_m=SURFACE_M + deep_m, force_n=none, pose=np.zeros((time_s.size, 6)),
+            wrench=np.full((time_s.size, 6), math.nan),
         ),
         displacement=None,
         ticks=TickColumns(

@@ -60,6 +60,7 @@ class WorldArm(Arm):
             self.can_shift = isinstance(host.world.plant, SixPlant)
             self.period_s = 1.0 / spec.arm_rate_hz
             self.has_force = spec.arm_has_force
+            self.has_wrench = self.can_shift and self.has_force
         return Identity("sim", "simulated axis", "SIM-ARM", "1", "none")
 
     def drain(self) -> list[ArmSample]:

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample, Status
+from stepload.rig.samples import NOT_TOLD, ArmSample, DisplacementSample, ForceSample, Status
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.mechanics import Mechanics
@@ -368,6 +368,7 @@ class ArmChannel(Channel):
                     value,
                     self.arm_force_n,
                     (0.0, 0.0, -value, 0.0, 0.0, 0.0),
+                    NOT_TOLD,
                 ),
             )
         )
@@ -421,5 +422,5 @@ class ArmChannel(Channel):
         receive_s = self.origin_s + time_s + active.get("arm_delay", 0.0)
         self._newest_s = receive_s = max(receive_s, self._newest_s)
         pose = (0.0, 0.0, -value, 0.0, 0.0, 0.0)
-        row = (self.sequence, device_s, receive_s, status, value, force, pose)
+        row = (self.sequence, device_s, receive_s, status, value, force, pose, NOT_TOLD)
         self.pending.append(_new(ArmSample, row))

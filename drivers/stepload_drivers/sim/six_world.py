@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from stepload.rig.samples import ArmSample
 from stepload.rig.world import WorldSpec
+from stepload_drivers.sim.arm_across import ArmAcross
 from stepload_drivers.sim.channels import FORCE_CLOCK_S, SECOND_CLOCK_S, ArmChannel
 from stepload_drivers.sim.contact import Contact
 from stepload_drivers.sim.faults import Schedule
@@ -65,7 +66,8 @@ def second_force(spec: WorldSpec, plant: SixPlant, offset_n: float) -> WrenchCha
 
 
 class SixArmChannel(ArmChannel):
-    """An arm whose pose shows where its drives across the press are.
+    """An arm whose pose shows where its drives across the press are, and which estimates the force
+    along all three axes where it estimates any.
 
     Like an arm with encoders on its motors it does not see what gives way behind them.
     """
@@ -75,11 +77,17 @@ class SixArmChannel(ArmChannel):
     ) -> None:
         super().__init__(plant, spec, force_offset_n=force_offset_n, faults=faults)
         self._six = plant
+        self._across = ArmAcross(plant, spec) if spec.arm_has_force else None
 
     def sample(self, time_s: float, back: float) -> None:
         x_m, y_m = self._six.shift_m
         before = self.pending[-1] if self.pending else None
         super().sample(time_s, back)
-        if (x_m or y_m) and self.pending and self.pending[-1] is not before:
+        if self.pending and self.pending[-1] is not before:
             sample: ArmSample = self.pending.pop()
-            self.pending.append(sample._replace(pose=(-x_m, y_m, *sample.pose[2:])))
+            if x_m or y_m:
+                sample = sample._replace(pose=(-x_m, y_m, *sample.pose[2:]))
+            if self._across is not None:
+                active = self._faults.active(time_s) if self.disturbed else {}
+                sample = sample._replace(wrench=self._across.wrench(sample.force_n, active))
+            self.pending.append(sample)

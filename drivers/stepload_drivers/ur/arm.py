@@ -57,7 +57,8 @@ class UrArm(Arm):
     """ur_rtde in a child process, guarded from outside.
 
     Travel is measured from the TCP pose at `open` along `approach`; the orientation is kept.
-    `force_n` is the controller's own wrench along that axis: a second channel of about ±10 N.
+    `wrench` is the controller's own, in the pressing frame, and `force_n` its component along the
+    approach: a second channel of about ±10 N in each component.
     """
 
     OPTIONS: ClassVar[Mapping[str, Option]] = OPTIONS
@@ -67,11 +68,12 @@ class UrArm(Arm):
         "speed_fraction": "the foot of the pendant's screen",
         "safety": "they stand on the pendant under Installation, Safety (Robot Limits, Planes)",
     }
-    has_force = True
+    has_force = has_wrench = True
     can_shift = True
 
     def __init__(self, **options: Any) -> None:
         self._settings = settings_from(options)
+        self._axes = state.pressing_axes(self._settings.approach)
         self.period_s = 0.002
         self._child: ChildProcess | None = None
         self._tally = Tally(self.period_s)
@@ -323,14 +325,16 @@ class UrArm(Arm):
     def _take_sample(self, receive_time_s: float, package: state.UrState) -> None:
         assert self._start is not None
         settings = self._settings
+        wrench = state.pressing_wrench(package.wrench, self._axes, settings.wrench_sign)
         self._last = ArmSample(
             sequence=self._tally.add(package.timestamp_s, receive_time_s),
             device_time_s=package.timestamp_s,
             receive_time_s=receive_time_s,
             status=0 if state.can_move(package) else int(Status.STOPPED),
             position_m=state.travel_m(package.pose, self._start, settings.approach),
-            force_n=state.pressing_force_n(package.wrench, settings.approach, settings.wrench_sign),
+            force_n=wrench[2],
             pose=package.pose,
+            wrench=wrench,
         )
         self._samples.append(self._last)
 

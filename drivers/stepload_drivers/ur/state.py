@@ -131,12 +131,21 @@ def travel_m(pose: Vector6, start: Vector6, approach: tuple[float, float, float]
     return sum((pose[i] - start[i]) * approach[i] for i in range(3))
 
 
-def pressing_force_n(
-    wrench: Vector6, approach: tuple[float, float, float], wrench_sign: str
-) -> float:
-    """The controller's wrench (base frame) along the approach axis, positive when pressing."""
-    along = sum(wrench[i] * approach[i] for i in range(3))
-    return -along if wrench_sign == "reaction" else along
+def pressing_wrench(wrench: Vector6, axes: tuple[Vector3, ...], wrench_sign: str) -> Vector6:
+    """The controller's wrench (base frame) along the axes of the pressing frame, as the tip's on
+    the plate: component 3 is the force along the approach, positive when pressing."""
+    sign = -1.0 if wrench_sign == "reaction" else 1.0
+    fx, fy, fz, tx, ty, tz = wrench
+    force_n, torque_n_m = (
+        [sign * (a * x + b * y + c * z) for a, b, c in axes]
+        for x, y, z in ((fx, fy, fz), (tx, ty, tz))
+    )
+    return (force_n[0], force_n[1], force_n[2], torque_n_m[0], torque_n_m[1], torque_n_m[2])
+
+
+def pressing_axes(approach: Vector3) -> tuple[Vector3, Vector3, Vector3]:
+    """Axes 1, 2 and 3 of the pressing frame in the base."""
+    return (*tangents(approach), approach)
 
 
 def tangents(approach: Vector3) -> tuple[Vector3, Vector3]:

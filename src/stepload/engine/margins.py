@@ -86,15 +86,18 @@ def margins(
         return found
     if phase not in SEARCHING:
         if limits.lateral_share:
-            found["R12"] = _share(sup.wrench.share, limits.lateral_share)
+            share = max(sup.wrench.share, sup.arm_wrench.share)
+            found["R12"] = _share(share, limits.lateral_share)
         if limits.eccentricity_m:
             found["R14"] = _share(sup.wrench.off_m, limits.eccentricity_m)
     limit_n = limits.force_limit_n
     found["R1"] = _largest(
         math.hypot(sup.force_n, sup.force.across_n) / limit_n,
+        math.hypot(sup.force_n, sup.arm_across_n) / limit_n,
         math.hypot(sup.second_n, sup.second.across_n) / limit_n if sup.second else 0.0,
     )
-    found["R2"] = _largest(math.hypot(sup.predicted_n, sup.force.across_n) / limit_n)
+    across_n = max(sup.force.across_n, sup.arm_across_n)
+    found["R2"] = _largest(math.hypot(sup.predicted_n, across_n) / limit_n)
     if limits.cross_check:
         tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(sup.smooth_n)
         found["R5"] = _share(abs(sup.difference_n), tolerance_n)

@@ -27,6 +27,7 @@ from stepload.engine.motion import SEARCHING, MotionWatch
 from stepload.engine.overload import OverloadWatch
 from stepload.engine.watch import ArmWatch, Breach, ForceWatch, Found
 from stepload.engine.wrench import WrenchRules
+from stepload.envelope.arm_side import arm_error_n
 from stepload.envelope.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
@@ -49,7 +50,9 @@ class Supervisor:
 
     `force_n` is the tared force of the newest sample, `smooth_n` and `slope_n_per_s` its filtered
     value and rate, `second_n` the tared second channel (NaN where there is none), `predicted_n` the
-    peak force predicted by R2. R1, R2, R5, R6 and R9 are judged from the first `tare` on.
+    peak force predicted by R2. `arm_across_n` is what is surely across the press by the arm's own
+    wrench, where the arm is the second channel and tells it; else 0. R1, R2, R5, R6 and R9 are
+    judged from the first `tare` on.
 
     Args:
         limits: the thresholds.
@@ -63,9 +66,10 @@ class Supervisor:
         "_cross", "_cross_s",
         "_found", "_last_n", "_limits", "_mean_n", "_second_is_arm", "_second_wrong_way",
         "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound", "_standing", "_tared",
-        "_taut_s", "_wrong_way", "arm", "cause", "force", "force_n", "motion", "overload",
-        "predicted_n", "second", "second_n", "second_overload", "second_zero_n",
-        "slope_n_per_s", "smooth_alpha", "smooth_n", "smooth_tau_s", "wrench", "zero_n",
+        "_taut_s", "_wrong_way", "arm", "arm_across_n", "arm_wrench", "cause", "force", "force_n",
+        "motion", "overload", "predicted_n", "second", "second_n", "second_overload",
+        "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n", "smooth_tau_s", "wrench",
+        "zero_n",
     )  # fmt: skip
 
     def __init__(
@@ -103,7 +107,7 @@ class Supervisor:
             found=found,
         )
         self.motion = MotionWatch(limits, found)
-        self.wrench = WrenchRules(limits, found)
+        self.wrench, self.arm_wrench = WrenchRules(limits, found), WrenchRules(limits, found)
         self.overload = OverloadWatch("force sensor", limits.overload, found)
         self.second_overload = OverloadWatch("second force sensor", limits.second_overload, found)
         period_s = limits.period_s
@@ -123,7 +127,7 @@ class Supervisor:
         self.zero_n = self.second_zero_n = 0.0
         self.force_n = self.smooth_n = self.slope_n_per_s = 0.0
         self.second_n = math.nan
-        self.predicted_n = 0.0
+        self.predicted_n = self.arm_across_n = 0.0
         self.cause: Cause | None = None
         self.adopt(limits)
 
@@ -133,6 +137,7 @@ class Supervisor:
         self._limits = limits
         self.motion.adopt(limits)
         self.wrench.adopt(limits)
+        self.arm_wrench.adopt(limits)
         slope_noise_n = 1.5 * noise_n * math.sqrt(self.smooth_alpha)
         self._slope_noise_n_per_s = slope_noise_n / self._slope_span_s
         self._answer_rise_n = 6.0 * noise_n * math.sqrt(0.5 * self._answer_alpha)
@@ -199,6 +204,7 @@ class Supervisor:
         self.force.tare(wrench)
         if self.second is not None:
             self.second.tare()
+        self.arm.side.tare()
         self._slow_n = self.smooth_n = self._last_n = self.force.raw_n - zero_n
         self._cross.restart()
         self._standing.restart()
@@ -318,15 +324,35 @@ class Supervisor:
             breach = self._judge_whole(force_n, across_n)
         if self.second is not None:
             breach = breach or self._judge_second_side(self.second, phase)
+        if self.arm.side.told:
+            breach = breach or self._judge_arm_side(force_n, phase)
         if phase in SEARCHING:
             return breach or self._judge_way(force_n)
         self._wrong_way = 0
         along_n = self.force.smooth_n - self.zero_n
         dragged = self.wrench.judge_across(
-            self.force, force_n, along_n, self.predicted_n, leaving=phase == _RETRACT
-        )
+            self.force.smooth_across_n, force_n, along_n, self.predicted_n,
+            leaving=phase == _RETRACT,
+        )  # fmt: skip
         beside = self.wrench.judge_centre(self.force, along_n)
         return breach or dragged or beside
+
+    def _judge_arm_side(self, force_n: float, phase: int) -> Breach | None:
+        """R1, R2 and R12 by what the arm feels across the press, less what it may err by.
+
+        It is coarse, and stops what a force sensor of one component does not see at all.
+        """
+        limits, along_n = self._limits, self.force.smooth_n - self.zero_n
+        error_n = arm_error_n(limits.cross_tolerance_n, limits.cross_relative, along_n)
+        self.arm_across_n = across_n = max(0.0, self.arm.side.across_n - error_n)
+        breach = self._judge_whole(force_n, across_n) if across_n > 0.0 else None
+        if phase in SEARCHING:
+            return breach
+        dragged = self.arm_wrench.judge_across(
+            across_n, force_n, along_n, self.predicted_n, leaving=phase == _RETRACT,
+            by="by the arm's own wrench, less its tolerance: ",
+        )  # fmt: skip
+        return breach or dragged
 
     def _judge_whole(self, force_n: float, across_n: float) -> Breach | None:
         """R1 and R2 for the force along and across the pressing axis together."""

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
+from stepload.engine.arm_side import ArmSide
 from stepload.rig.samples import ArmSample, ForceSample, SixFloats
 
 AXES = {"fx": 0, "fy": 1, "fz": 2}
@@ -340,9 +341,12 @@ class ForceWatch(_StreamWatch):
 
 
 class ArmWatch(_StreamWatch):
-    """Watches the arm; `force_n` is its own force channel, not tared, `pose` its newest pose."""
+    """Watches the arm; `force_n` is its own force channel, not tared, `side` what it feels across
+    the press where it is the second channel, `pose` its newest pose."""
 
-    __slots__ = ("_counts", "_force_n", "_needs_force", "_same", "force_n", "pose", "position_m")
+    __slots__ = (
+        "_counts", "_force_n", "_needs_force", "_same", "force_n", "pose", "position_m", "side",
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -361,6 +365,7 @@ class ArmWatch(_StreamWatch):
         self.force_n = float("nan")
         self.position_m = float("nan")
         self.pose: SixFloats = (float("nan"),) * 6
+        self.side = ArmSide(ACROSS_ALPHA)
 
     def _judge(self, samples: Sequence[ArmSample]) -> Breach | None:
         breach = None
@@ -380,6 +385,10 @@ class ArmWatch(_StreamWatch):
             if self._needs_force:
                 force = self._judge_force(sample.force_n)
                 breach = breach or force
+        if self._needs_force and not self.side.take(samples[-1].wrench):
+            breach = breach or self.found(
+                "R4", float("nan"), 0.0, "N", "arm force: it is not finite across the press"
+            )
         return breach
 
     def _judge_force(self, force_n: float) -> Breach | None:

@@ -37,24 +37,26 @@ class WrenchRules:
 
     def judge_across(
         self,
-        watch: ForceWatch,
+        across_n: float,
         force_n: float,
         smooth_n: float,
         predicted_n: float,
         *,
         leaving: bool = False,
+        by: str = "",
     ) -> Breach | None:
         """R12: dragged sideways too much, or too much for what F_c is while it is dragged.
 
         Args:
-            watch: of the force sensor, tared.
+            across_n: across the axis, smoothed and tared.
             force_n, predicted_n: newest force along the axis, and R2's peak.
-            smooth_n: along the axis, smoothed as the watch smooths what is across it: while a force
-                falls, one that lags behind the other would make a share that is not there.
+            smooth_n: along the axis, smoothed as what is across it: while a force falls, one that
+                lags behind the other would make a share that is not there.
             leaving: the arm retracts, as a stop would make it do. Friction that clings goes down
                 less than the force along the axis, so the share alone tells nothing then.
+            by: who says so, for the message; "" for the force sensor.
         """
-        limits, across_n, along_n = self._limits, watch.smooth_across_n, abs(smooth_n)
+        limits, along_n = self._limits, abs(smooth_n)
         if not limits.lateral_share or math.hypot(across_n, along_n) < limits.lateral_from_n:
             self.share = self._across_s = 0.0
             return None
@@ -67,9 +69,9 @@ class WrenchRules:
         if self._across_s > LATERAL_TIME_S:
             return self._found(
                 "R12", 100.0 * share, 100.0 * largest, "%",
-                f"the force across the pressing axis is {across_n:.4g} N, {share:.0%} of that along"
-                f" it (allowed {largest:.0%}): the tool slides or bends sideways. Align tool and"
-                " plate, or hold the arm another way",
+                f"{by}the force across the pressing axis is {across_n:.4g} N, {share:.0%} of that"
+                f" along it (allowed {largest:.0%}): the tool slides or bends sideways. Align"
+                " tool and plate, or hold the arm another way",
             )  # fmt: skip
         worse = min(share, largest) * (min(share, largest) + 2.0 * limits.lateral_askew)
         allowed_n = limits.allowed_n * (1.0 - limits.lateral_weakening * worse)
@@ -78,9 +80,9 @@ class WrenchRules:
             if whole_n > allowed_n:
                 return self._found(
                     "R12", whole_n, allowed_n, "N",
-                    f"the whole force {word} {whole_n:.4g} N, and with {share:.0%} of it across the"
-                    f" axis only {allowed_n:.4g} N are allowed: a payload that is dragged sideways"
-                    " yields earlier",
+                    f"{by}the whole force {word} {whole_n:.4g} N, and with {share:.0%} of it across"
+                    f" the axis only {allowed_n:.4g} N are allowed: a payload that is dragged"
+                    " sideways yields earlier",
                 )  # fmt: skip
         return None
 

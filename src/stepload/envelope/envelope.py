@@ -33,12 +33,13 @@ from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
 from stepload.envelope.reasons import age_reasons, force_reasons, identifiable_reasons, rig_reasons
 from stepload.envelope.schedule import NULLING_TIMES, Stage, align_s, schedule
 from stepload.envelope.shake import Shake, shake_for
-from stepload.envelope.sideways import sideways_reasons
+from stepload.envelope.sideways import share_reasons, sideways_reasons
 from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
 from stepload.envelope.unseen import unseen_reasons
 from stepload.envelope.until import Until, until_of, until_reasons
+from stepload.envelope.way_back import way_back_reasons
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability, identifiability
 from stepload.plan.model import Plan
@@ -165,7 +166,8 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         *stiffness_reasons(plan),
         *friction_reasons(plan, theory),
         *shake_reasons(plan, shake),
-        *sideways_reasons(plan, theory.counted.lower_n),
+        *sideways_reasons(plan),
+        *way_back_reasons(plan, theory.counted.lower_n),
         *aligning_reasons(plan, limits),
     ]
     if found is not None:
@@ -174,6 +176,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     if pressing is not None:
         reasons += hazards(plan, pressing)
     if limits is not None:
+        reasons += share_reasons(plan, limits.lateral_from_n, limits.allowed_n)
         reasons += softness(plan, limits, theory)
         reasons += unseen_reasons(plan, limits)
     return Envelope(

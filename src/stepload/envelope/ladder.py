@@ -36,15 +36,15 @@ def force_limits(
     common_relative: float,
     bias_n: float,
     capacity_n: float,
-    dragged_left: float = 1.0,
+    left: float = 1.0,
 ) -> ForceLimits:
     """F_lim and the largest safe top force, from the lower end of F_c.
 
     A force error within the cross-check tolerance cannot be seen, nor one that all channels have
-    in common, hence F_allowed = (F_c left − tol_abs − |bias|)(1 − common)/(1 + tol_rel), with the
-    part of F_c that is `left` of a payload dragged sideways where nothing sees that. F_lim lies a
-    quarter above the top force, never above F_allowed nor above `capacity_n`, what sensor and arm
-    can bear.
+    in common, hence F_allowed = (left F_c − tol_abs − |bias|)(1 − common)/(1 + tol_rel), with the
+    part of F_c that is `left` of a payload dragged sideways where nothing sees or stops that. F_lim
+    lies a quarter above the top force, never above F_allowed nor above `capacity_n`, what sensor
+    and arm can bear.
 
     Raises:
         DomainError: a number is not finite and positive (or zero where that has a meaning).
@@ -60,11 +60,11 @@ def force_limits(
     require_not_negative(common_relative, "error common to the force channels", "")
     require_not_negative(bias_n, "allowed drift", "N")
     headroom_n = 8.0 * noise_n + max(0.5, 0.02 * step_n)
-    allowed_n = dragged_left * elastic_limit_n - tolerance_n - bias_n
+    allowed_n = left * elastic_limit_n - tolerance_n - bias_n
     allowed_n *= (1.0 - common_relative) / (1.0 + tolerance_relative)
     allowed_n = min(allowed_n, capacity_n)
     largest_top_n = allowed_n - headroom_n
-    dragged = f" x {dragged_left:.3g} dragged sideways unseen" if dragged_left < 1.0 else ""
+    dragged = f" x {left:.3g} left where it is dragged sideways" if left < 1.0 else ""
     arithmetic = (
         f"({elastic_limit_n:.4g} N of F_c{dragged} - {tolerance_n:.3g} N tolerance"
         f" - {bias_n:.3g} N drift)"

@@ -40,6 +40,7 @@ FALSE_FREEZE_ODDS = 1e-11
 """Chance per sample that a sound, quantised sensor repeats itself for long enough to trip R4."""
 
 _OVERLOAD = "80 % of the rated; 0: not stated"
+_FROM = "5 N, twice the touch force, at most g(friction) F_allowed; at least 8 sigma"
 _AGE = "the plan, or 12 ms, at least 4 periods"
 _EQUAL = "equal samples in a row; 0: off"
 _STANDS = "quanta, noise and drift of both sensors, while the second stands; 0: no second sensor"
@@ -116,7 +117,7 @@ class RunLimits:
     lateral_share: float = _limit("", "plan; 0: off", "R12", zero=True)
     lateral_askew: float = _limit("", "share that tilt and mounting may hide", zero=True)
     lateral_weakening: float = _limit("", "a of F_allowed (1 - a t^2), t the share", zero=True)
-    lateral_from_n: float = _limit("N", "5 N, twice the touch force, 8 sigma", zero=True)
+    lateral_from_n: float = _limit("N", _FROM, zero=True)
     overload_fx_n: float = _limit("N", _OVERLOAD, "R13", zero=True)
     overload_fy_n: float = _limit("N", _OVERLOAD, "R13", zero=True)
     overload_fz_n: float = _limit("N", _OVERLOAD, "R13", zero=True)
@@ -322,7 +323,7 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         band_n=step_band_n(press.noise_n),
         load_rate_n_per_s=procedure.load_rate_n_per_s,
         touch_force_n=procedure.touch_force_n,
-        **sideways_limits(plan, noise_n),
+        **sideways_limits(plan, noise_n, forces.allowed_n),
         moved_zero_n=MOVED_ZERO_SHARE * procedure.touch_force_n,
         shown_noise_n=shown_noise_n(press.noise_n, force.resolution_n),
         lost_motion_m=arm.lost_motion_m,

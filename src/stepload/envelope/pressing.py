@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.bounds import Measured, follow_travel, press_rig, step_band_n
 from stepload.envelope.catch_up import largest_catch_up
-from stepload.envelope.dragged import dragged_left
+from stepload.envelope.dragged import counted_left
 from stepload.envelope.ladder import ForceLimits, force_limits
 from stepload.envelope.leash import check_leash, check_levels, leash_travel
 from stepload.envelope.press import (
@@ -71,7 +71,7 @@ class Pressing:
 def largest_top_force(plan: Plan, elastic_limit_n: float) -> float:
     """The highest top force in N that this rig and payload allow; 0 where none is."""
     noise_n, bias_n = plan.rig.force.noise_n, plan.procedure.max_drift_n
-    left = dragged_left(plan)
+    left = counted_left(plan)
     try:
         return _forces(plan, elastic_limit_n, math.ulp(1.0), noise_n, bias_n, left).largest_top_n
     except RefusedError:
@@ -103,7 +103,7 @@ def pressing_for(
     bias_n = max(procedure.max_drift_n, measured.bias_n if measured else 0.0)
     _check_touch(procedure.touch_force_n, noise_n)
     _check_channels(plan, elastic_limit_n)
-    left = dragged_left(plan, one_axis=measured is not None and measured.one_axis)
+    left = counted_left(plan, one_axis=measured is not None and measured.one_axis)
     forces = _forces(plan, elastic_limit_n, procedure.top_force_n, noise_n, bias_n, left)
     press = press_rig(rig, noise_n)
     tangent = stiffest.tangent(forces.limit_n)
@@ -175,7 +175,7 @@ def _forces(
         common_relative=rig.common_force_error,
         bias_n=bias_n,
         capacity_n=min(rig.arm.max_push_n, 0.95 * rig.force.range_n),
-        dragged_left=left,
+        left=left,
     )
 
 

@@ -5,9 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from stepload.contact.lateral import SHARES, left_of_limit, weakening
+from stepload.contact.lateral import weakening
+from stepload.envelope.arm_side import arm_tells, surely_seen
 from stepload.envelope.conditions import misalignment_of
-from stepload.envelope.dragged import dragged_left, yielding_ratios
+from stepload.envelope.dragged import (
+    counted_left,
+    dragged_left,
+    friction_left,
+    yielding_ratios,
+)
 from stepload.envelope.reason import Reason, Severity
 from stepload.plan.model import ForceSpec, Plan, Structure
 from stepload.units import format_quantity
@@ -15,7 +21,8 @@ from stepload.units import format_quantity
 RATED_SHARE = 0.8
 """Of its rating, a component of the sensor may read so much."""
 LEAST_N = 5.0
-"""Below this force the share across the axis says little about the contact."""
+"""Below this force the share across the axis says little about the contact, and is not asked for
+where friction cannot make it too large there."""
 SIGMAS = 8.0
 UNMEASURED_TILT_RAD = math.radians(3.0)
 """A plate that no alignment has measured is believed to be tilted by no more than this."""
@@ -31,20 +38,20 @@ SIDEWAYS = (
 """Thresholds that records of earlier versions do not have: their rules were off."""
 
 
-def sideways_limits(plan: Plan, noise_n: float) -> dict[str, float]:
+def sideways_limits(plan: Plan, noise_n: float, allowed_n: float) -> dict[str, float]:
     """The thresholds of R12 to R14 by name; 0 where one is off.
 
     Args:
         noise_n: of one reading of the force sensor.
+        allowed_n: F_allowed.
     """
     rig, procedure = plan.rig, plan.procedure
-    share, lever_m, askew = procedure.max_lateral_share, rig.force.lever_m, askew_of(plan)
-    worst = share + askew
+    share, lever_m = procedure.max_lateral_share, rig.force.lever_m
     return {
         "lateral_share": share,
-        "lateral_askew": askew,
-        "lateral_weakening": max(weakening(nu, worst) for nu in yielding_ratios(plan.payload)),
-        "lateral_from_n": max(LEAST_N, 2.0 * procedure.touch_force_n, SIGMAS * noise_n),
+        "lateral_askew": askew_of(plan),
+        "lateral_weakening": weakening_left(plan),
+        "lateral_from_n": share_from_n(plan, noise_n, allowed_n),
         **dict(zip(OVERLOADS, _overloads(rig.force), strict=True)),
         **dict(zip(SECOND_OVERLOADS, _overloads(rig.second_force.sensor), strict=True)),
         "lever_m": lever_m or 0.0,
@@ -63,6 +70,34 @@ def askew_of(plan: Plan) -> float:
     return math.tan(tilt_rad + misalignment_of(plan.rig))
 
 
+def weakening_left(plan: Plan) -> float:
+    """The a for which F_allowed (1 - a u) leaves what a share leaves of F_c; u = s (s + 2 e), s the
+    share that the sensor shows, e what is hidden of it.
+
+    What F_allowed leaves out of F_c already is not taken off again: the least a' for which
+    left (1 - a' u) <= 1 - a u at every s up to the largest.
+    """
+    share, askew, left = plan.procedure.max_lateral_share, askew_of(plan), counted_left(plan)
+    whole = max(weakening(nu, share + askew) for nu in yielding_ratios(plan.payload))
+    return max(0.0, whole - (1.0 / left - 1.0) * (1.0 / (share * (share + 2.0 * askew)) - whole))
+
+
+def share_from_n(plan: Plan, noise_n: float, allowed_n: float) -> float:
+    """The whole force in N from which on R12 judges.
+
+    Below it the share says little; but no force that friction may make too much of goes unjudged.
+    Below eight sigma of noise no share can be told at all.
+    """
+    told_n = max(LEAST_N, 2.0 * plan.procedure.touch_force_n)
+    return max(min(told_n, borne_at_any_share_n(plan, allowed_n)), SIGMAS * noise_n)
+
+
+def borne_at_any_share_n(plan: Plan, allowed_n: float) -> float:
+    """The force in N up to which no share that friction makes is too large: g(µ) of what F_allowed
+    is when all of F_c is counted on, and never more than F_allowed."""
+    return allowed_n * min(1.0, friction_left(plan.payload) / counted_left(plan))
+
+
 def _overloads(sensor: ForceSpec | None) -> list[float]:
     """80 % of the rating of each component; 0 where none is stated."""
     none = (0.0,) * 3
@@ -71,22 +106,45 @@ def _overloads(sensor: ForceSpec | None) -> list[float]:
     return [RATED_SHARE * rated for rated in (*forces_n, *torques_n_m)]
 
 
-def sideways_reasons(plan: Plan, counted_n: float) -> Iterator[Reason]:
-    """Whether sideways force is seen, what it may do, and whether the sensor's torques allow it.
+def share_reasons(plan: Plan, from_n: float, allowed_n: float) -> Iterator[Reason]:
+    """Whether the force sensor's noise hides a share that friction may make too large.
 
     Args:
-        counted_n: what of F_c may be counted on.
+        from_n: the force from which on R12 judges.
+        allowed_n: F_allowed.
     """
-    if plan.rig.arm.structure is Structure.ARM:
-        yield from _friction_on_the_way_back(plan, counted_n)
+    borne_n = borne_at_any_share_n(plan, allowed_n)
+    seen = plan.rig.arm.structure is Structure.ARM and plan.rig.force.components == "six"
+    if not seen or from_n <= borne_n:
+        return
+    yield Reason(
+        "share_in_the_noise", Severity.WARN,
+        "how far the payload is dragged sideways is told from"
+        f" {format_quantity(from_n, 'N')} on ({SIGMAS:g} sigma of noise), and"
+        f" friction may leave {format_quantity(borne_n, 'N')} only: between the two R12 says"
+        " nothing",
+        "a quieter force sensor, or state payload.friction, the highest that is possible",
+        from_n, borne_n, "N",
+    )  # fmt: skip
+
+
+def sideways_reasons(plan: Plan) -> Iterator[Reason]:
+    """Whether sideways force is seen, and whether the sensor's torques allow it."""
     force, top_n = plan.rig.force, plan.procedure.top_force_n
     if (left := dragged_left(plan)) < 1.0:
-        share = plan.procedure.max_lateral_share
+        share, told = plan.procedure.max_lateral_share, arm_tells(plan)
+        beyond = (
+            "the arm's own force, within its tolerance, shows it surely from"
+            f" {surely_seen(plan):.0%} of the top force on (R12); between the two nothing"
+            " need stop the run"
+            if told
+            else "beyond that nothing stops the run"
+        )
         yield Reason(
-            "sideways_unseen", Severity.WARN,
+            "sideways_by_arm" if told else "sideways_unseen", Severity.WARN,
             "an arm drags the payload sideways as it presses, and a force sensor of one component"
             f" does not see it: {left:.0%} of F_c are counted on, which holds up to {share:.0%} of"
-            " the force across the axis. Beyond that nothing stops the run",
+            f" the force across the axis; {beyond}",
             "use a six-axis force sensor, a guided axis, or a pose that pushes little sideways"
             " (stepload pose)",
             share, math.nan, "",
@@ -107,30 +165,4 @@ def sideways_reasons(plan: Plan, counted_n: float) -> Iterator[Reason]:
         f" {format_quantity(OFF_CENTRE_M, 'm')} off centre: R13 stops the run beyond that",
         "a shorter tool, a larger sensor, or a lower top force",
         share, plan.procedure.max_lateral_share, "",
-    )  # fmt: skip
-
-
-def _friction_on_the_way_back(plan: Plan, counted_n: float) -> Iterator[Reason]:
-    """Friction lets go later than the force falls: on the way back its share grows up to µ.
-
-    With the force across held at the share s that R12 allows at the top force F, the contact slides
-    at µ, where the whole force s F sqrt(1 + µ²)/µ meets a limit of g(µ) F_c; a stop does the same.
-    """
-    share, top_n = plan.procedure.max_lateral_share, plan.procedure.top_force_n
-    worst = max(
-        share * math.hypot(1.0, mu) / (mu * left_of_limit(nu, mu))
-        for mu in SHARES if mu > share
-        for nu in yielding_ratios(plan.payload)
-    )  # fmt: skip
-    if top_n * worst <= counted_n:
-        return
-    yield Reason(
-        "clings_on_the_way_back", Severity.WARN,
-        f"friction may hold the payload sideways while the arm draws back: at the {share:.0%}"
-        f" across that R12 allows and a friction of up to {SHARES[-1]:g} it may bear what"
-        f" {format_quantity(top_n * worst, 'N')} would without, and"
-        f" {format_quantity(counted_n, 'N')} of F_c are counted on. No stop prevents it",
-        "lower procedure.max_lateral_share or the top force, grease the contact, or hold the arm in"
-        " a pose that pushes little sideways (stepload pose)",
-        top_n * worst, counted_n, "N",
     )  # fmt: skip

@@ -170,6 +170,15 @@ class Payload:
             "that the payload yields below it, 3 leaves 0.13 %."
         ),
     ] = 2.0
+    friction: Annotated[
+        float | None,
+        Number(0.0, 2.0),
+        Key(
+            "Highest static friction µ that is possible between payload and plate, as they lie in "
+            "the rig, dry or greased: no unit. With it a serial arm is allowed only what friction "
+            "leaves of F_c, also while it draws back; it never allows more. None: not known."
+        ),
+    ] = None
     roughness_sigma_m: float | None = None
     micro_hardness_sigma_pa: float | None = None
     declared_force_limit_sigma_n: float | None = None

@@ -167,8 +167,11 @@ class Shared:
             nonlocal head
             if head == full_at and is_full():
                 return
-            o, p, q, r, s, t, (a, b, c, d, e, f) = row
-            pack_into(memory, base + (head & mask) * size, o, p, q, r, s, t, a, b, c, d, e, f)
+            o, p, q, r, s, t, (a, b, c, d, e, f), (u, v, w, x, y, z) = row
+            pack_into(
+                memory, base + (head & mask) * size,
+                o, p, q, r, s, t, a, b, c, d, e, f, u, v, w, x, y, z,
+            )  # fmt: skip
             head += 1
             counters[i_head] = head
 
@@ -182,7 +185,7 @@ class Shared:
             counters[i_head] = head
 
         any_row = push_nested if KINDS[Six].packed in packed else push_flat
-        known = {"qddq6dd": push_force, "qddqdd6d": push_arm, 9 * "d" + 3 * "q": push_tick}
+        known = {"qddq6dd": push_force, "qddqdd6d6d": push_arm, 9 * "d" + 3 * "q": push_tick}
         return known.get(packed, any_row)
 
     def event_producer(self, wait_for_room: WaitForRoom) -> Callable[[float, bytes], None]:

@@ -105,6 +105,13 @@ def _require_finite(sample: Sample, device: Device) -> None:
         require(len(sample.pose) == 6, f"a pose of {len(sample.pose)} values")
         has_force = isinstance(device, Arm) and device.has_force
         values = (sample.position_m, *sample.pose, *((sample.force_n,) if has_force else ()))
+        if isinstance(device, Arm) and device.has_wrench:
+            values = (*values, *sample.wrench[:3])
+            require(
+                sample.status != 0 or not abs(sample.wrench[2] - sample.force_n) > 0.0,
+                f"component 3 of the arm's wrench is {sample.wrench[2]:.4g} N and force_n"
+                f" {sample.force_n:.4g} N: the wrench is not in the pressing frame",
+            )
     else:
         values = (sample.displacement_m,)
     require(

@@ -179,6 +179,10 @@ class Arm(Device):
     has_force: bool
     """Whether `ArmSample.force_n` is a real second force channel."""
 
+    has_wrench: bool = False
+    """Whether `ArmSample.wrench` tells that force along all three axes. A class says what its arms
+    can at best, an open arm what it does itself."""
+
     SETTINGS_AT: ClassVar[Mapping[str, str]] = {}
     """Where a person changes what `configuration` tells, by its field, and the limits that protect
     people, by "safety": for whoever sets the arm up."""

@@ -12,8 +12,9 @@ text is the comment that a message definition gives to the field.
 
 from __future__ import annotations
 
+import math
 from enum import IntFlag
-from typing import Annotated, Generic, NamedTuple, TypeVar
+from typing import Annotated, Any, Generic, NamedTuple, TypeVar, cast
 
 Whole = TypeVar("Whole")
 """int in a row, shape (N,) of int64 in columns."""
@@ -22,6 +23,8 @@ Number = TypeVar("Number")
 Six = TypeVar("Six")
 """Six floats in a row, shape (N, 6) of float64 in columns."""
 SixFloats = tuple[float, float, float, float, float, float]
+NOT_TOLD: SixFloats = (math.nan,) * 6
+"""Six numbers of a device that does not tell them."""
 
 
 class Status(IntFlag):
@@ -68,6 +71,10 @@ class ArmFields(NamedTuple, Generic[Whole, Number, Six]):
     towards the plate. `force_n` is the arm's own (second) force channel, positive when pressing,
     NaN where the arm has none. `pose` is the TCP pose (x, y, z in m, rotation vector in rad) in
     the arm's base frame; a one-axis machine gives (0, 0, -position, 0, 0, 0).
+
+    `wrench` is all of the arm's own force, not tared: what the tip does to the plate, in the
+    pressing frame of `Arm`, so that its third component is `force_n`; torques about the TCP. NaN
+    where the arm tells `force_n` alone, or no torques.
     """
 
     sequence: Whole
@@ -77,6 +84,9 @@ class ArmFields(NamedTuple, Generic[Whole, Number, Six]):
     position_m: Annotated[Number, "travel towards the plate"]
     force_n: Annotated[Number, "the arm's own force channel, NaN: none"]
     pose: Annotated[Six, "x, y, z in m, rotation vector in rad"]
+    wrench: Annotated[
+        Six, "the arm's own, on the plate, axis 3 along the approach; NaN: not told"
+    ] = cast(Any, NOT_TOLD)
 
 
 class ArmSample(ArmFields[int, float, SixFloats]):

@@ -45,7 +45,8 @@ def supervisor(**other: Any) -> Any:
         "second_n": math.nan, "smooth_n": 100.0, "predicted_n": 110.0, "difference_n": 0.0,
         "standing_n": 0.0, "answer_n": 0.0, "travel_m": 0.0,
         "motion": motion(),
-        "wrench": SimpleNamespace(share=0.0, off_m=0.0),
+        "wrench": SimpleNamespace(share=0.0, off_m=0.0), "arm_across_n": 0.0,
+        "arm_wrench": SimpleNamespace(share=0.0),
         "overload": SimpleNamespace(used=0.0), "second_overload": SimpleNamespace(used=0.0),
     }  # fmt: skip
     return SimpleNamespace(**{**told, **other})
@@ -58,6 +59,15 @@ def test_a_rule_without_room_is_all_used() -> None:
     assert found["CAP"] == found["R6"] == 1.0
     still = margins(supervisor(smooth_n=374.0, answer_n=374.0), limits(), 1.0, Phase.LOAD)
     assert still["CAP"] == still["R6"] == 0.0
+
+
+def test_what_the_arm_feels_across_counts() -> None:
+    pushed = supervisor(
+        force_n=300.0, predicted_n=300.0, arm_across_n=225.0,
+        arm_wrench=SimpleNamespace(share=0.15),
+    )  # fmt: skip
+    found = margins(pushed, limits(), 1.0, Phase.HOLD)
+    assert (found["R1"], found["R2"], found["R12"]) == (1.0, 1.0, 0.5)
 
 
 def test_channels_that_may_not_differ_at_all() -> None:

@@ -122,6 +122,17 @@ def test_at_small_force_the_share_says_nothing() -> None:
     )
 
 
+def test_a_payload_that_bears_little_is_not_dragged_by_little() -> None:
+    """F_allowed of 7 N: 2 N along and 1.2 N across are less than 5 N, and too much."""
+    foot_n = sideways_limits(PLAN, 0.01, 7.0)["lateral_from_n"]
+    load = [1.2, 0.0, 2.0, 0.0, 0.0, 0.0]
+    assert foot_n < math.hypot(*load[:3]) < 5.0
+    assert Feed().ramp(load) is None
+    cause = Feed(replace(LIMITS, lateral_from_n=foot_n)).ramp(load)
+    assert cause is not None
+    assert cause.rule == "R12"
+
+
 def test_a_short_push_sideways_is_forgiven() -> None:
     feed = Feed()
     assert feed.ramp([0.0, 0.0, 100.0, 0.0, 0.0, 0.0]) is None
@@ -184,7 +195,7 @@ def test_what_tilt_and_mounting_hide_of_the_share_is_counted(
 ) -> None:
     alignment = None if measured_deg is None else Alignment(max_tilt_rad=math.radians(measured_deg))
     plan = replace(PLAN, procedure=replace(PLAN.procedure, alignment=alignment))
-    found = sideways_limits(plan, 0.3)
+    found = sideways_limits(plan, 0.3, 400.0)
     askew = found["lateral_askew"]
     assert askew == pytest.approx(math.tan(math.radians(hidden_deg)))
     for share in (0.05, 0.1, 0.2, 0.25, 0.3):
@@ -195,10 +206,10 @@ def test_what_tilt_and_mounting_hide_of_the_share_is_counted(
 
 
 def test_what_is_lost_follows_from_the_body_that_yields() -> None:
-    plastic = sideways_limits(PLAN, 0.3)["lateral_weakening"]
+    plastic = sideways_limits(PLAN, 0.3, 400.0)["lateral_weakening"]
     body = replace(PLAN.payload.material, poisson_ratio=0.2)
     brittle = replace(PLAN, payload=replace(PLAN.payload, material=body))
-    assert sideways_limits(brittle, 0.3)["lateral_weakening"] > 1.2 * plastic > 0.0
+    assert sideways_limits(brittle, 0.3, 400.0)["lateral_weakening"] > 1.2 * plastic > 0.0
 
 
 def rated(limits: RunLimits = LIMITS, **other: float) -> RunLimits:
@@ -250,7 +261,7 @@ def test_ratings_come_from_the_plan() -> None:
     force = replace(
         PLAN.rig.force, rated_force_n=(100.0, 200.0, 1000.0), rated_torque_n_m=(1.0, 2.0, 3.0)
     )
-    stated = sideways_limits(replace(PLAN, rig=replace(PLAN.rig, force=force)), 0.3)
+    stated = sideways_limits(replace(PLAN, rig=replace(PLAN.rig, force=force)), 0.3, 400.0)
     assert [stated[f"overload_{name}"] for name in ("fx_n", "fz_n", "ty_n_m")] == pytest.approx(
         [RATED_SHARE * 100.0, RATED_SHARE * 1000.0, RATED_SHARE * 2.0]
     )
@@ -298,7 +309,7 @@ def test_without_torques_or_lever_nothing_is_said_of_the_place() -> None:
     watch = SimpleNamespace(torque_beside=lambda _lever: 0.0)
     supervisor = Supervisor(limits, "+fz")
     assert supervisor.wrench.judge_centre(watch, 100.0) is None  # type: ignore[arg-type]
-    assert sideways_limits(PLAN, 0.3)["eccentricity_m"] == 0.0
+    assert sideways_limits(PLAN, 0.3, 400.0)["eccentricity_m"] == 0.0
 
 
 def test_the_zero_of_all_six_is_a_mean_over_the_tare() -> None:
@@ -352,21 +363,8 @@ def test_a_load_cell_on_an_arm_may_press_less() -> None:
     known, unseen = (largest_top_force(plan, 500.0) for plan in (arm(), arm("one")))
     assert unseen < known
     assert known - unseen == pytest.approx(500.0 * (1.0 - left) * 0.97, rel=0.1)
-    assert [reason.code for reason in sideways_reasons(arm("one"), 1e9)] == ["sideways_unseen"]
-    assert not list(sideways_reasons(arm(), 1e9))
-
-
-def test_friction_that_clings_on_the_way_back_is_named() -> None:
-    """At 0.3 across and a friction of 0.6 a payload bears what some 3.4 times the force would."""
-    top_n = PLAN.procedure.top_force_n
-    codes = {
-        counted: [reason.code for reason in sideways_reasons(arm(), counted * top_n)]
-        for counted in (3.0, 4.0)
-    }
-    assert codes == {3.0: ["clings_on_the_way_back"], 4.0: []}
-    assert not list(sideways_reasons(arm(max_lateral_share=0.05), 3.0 * top_n))
-    machine = replace(PLAN.rig, arm=replace(PLAN.rig.arm, structure=Structure.MACHINE))
-    assert not list(sideways_reasons(replace(PLAN, rig=machine), 1.0))
+    assert [reason.code for reason in sideways_reasons(arm("one"))] == ["sideways_unseen"]
+    assert not list(sideways_reasons(arm()))
 
 
 def test_a_component_that_is_no_number_is_an_overload() -> None:
@@ -408,7 +406,7 @@ def long_tool(torque_n_m: float, lever_m: float = 0.12) -> Plan:
 def test_preflight_names_the_torque_that_a_long_tool_makes(
     torque_n_m: float, severity: str
 ) -> None:
-    found = list(sideways_reasons(long_tool(torque_n_m), 1e9))
+    found = list(sideways_reasons(long_tool(torque_n_m)))
     assert [str(reason.severity) for reason in found] == ([severity] if severity else [])
 
 

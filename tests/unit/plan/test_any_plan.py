@@ -43,6 +43,7 @@ payload:
   thermal_expansion: 110e-6 1/K
   modulus_change: 0.4 %/K
   limit_coverage: 3
+  friction: 0.2
 rig:
   profile: stvf
   name: STVF

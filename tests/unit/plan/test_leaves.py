@@ -139,7 +139,9 @@ RANGES = {
     "0.001 to 1000": "rig.simulation.mount.lateral_compliance",
     "0 to 0.175 rad": "rig.force.misalignment rig.second_force.sensor.misalignment",
     "-0.01 to 0.01 rad/N": "rig.simulation.mount.turn",
-    "0 to 2": "rig.simulation.mount.friction rig.simulation.mount.friction_kinetic",
+    "0 to 2": """
+        payload.friction rig.simulation.mount.friction rig.simulation.mount.friction_kinetic
+    """,
     "above 0 to 2": "rig.simulation.mount.tangential_ratio",
     "-30 to 30 deg": """
         rig.simulation.mount.tilt_x rig.simulation.mount.tilt_y

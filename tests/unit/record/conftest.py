@@ -45,7 +45,8 @@ def force_sample(i: int) -> ForceSample:
 
 def arm_sample(i: int) -> ArmSample:
     time_s = 100.0 + i * 2e-3
-    return ArmSample(i, math.nan, time_s, 0, i * 1e-6, math.nan, (0.0, 0.0, -i * 1e-6, 0, 0, 0))
+    pose, wrench = (0.0, 0.0, -i * 1e-6, 0, 0, 0), (0.5, -0.5, 0.1 * i, 0.01, -0.02, 0.03)
+    return ArmSample(i, math.nan, time_s, 0, i * 1e-6, 0.1 * i, pose, wrench)
 
 
 def tick_row(i: int) -> TickRow:
@@ -67,6 +68,7 @@ def write_record(tmp_path: Path) -> Callable[..., Path]:
         chunks: int = 8,
         finished: bool = True,
         tick: Callable[[int], tuple[Any, ...]] = tick_row,
+        arm: Callable[[int], tuple[Any, ...]] = arm_sample,
     ) -> Path:
         path = tmp_path / name
         rates_hz = {"force": 1000.0, "arm": 500.0, "tick": 500.0}
@@ -84,7 +86,7 @@ def write_record(tmp_path: Path) -> Callable[..., Path]:
                 for i in range(chunk * 50, chunk * 50 + 50):
                     pushes["force"](force_sample(i))
                 for i in range(chunk * 25, chunk * 25 + 25):
-                    pushes["arm"](arm_sample(i))
+                    pushes["arm"](arm(i))
                     pushes["tick"](tick(i))
                 event(100.0 + chunk * 0.05, b'{"time_s": 100.0, "kind": "note", "data": {}}')
                 writer.drain()

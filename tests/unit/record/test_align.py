@@ -65,6 +65,7 @@ def recording(force_lag_s: float = 0.0, seed: int = 1) -> Recording:
             position_m=position_m,
             force_n=np.full(len(arm_s), np.nan),
             pose=np.zeros((len(arm_s), 6)),
+            wrench=np.full((len(arm_s), 6), np.nan),
         ),
         displacement=None,
         ticks=TickColumns(

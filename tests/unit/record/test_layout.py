@@ -16,7 +16,7 @@ from stepload.record.layout import STREAMS, TOPICS, Stream, read_definition
 from stepload.record.reader import _text, read_recording
 from stepload.record.rows import TickFields, TickRow, rows_of
 from stepload.record.scan import DamageError
-from stepload.rig.samples import ArmSample, ForceSample, Number, Whole
+from stepload.rig.samples import ArmFields, ArmSample, ForceSample, Number, Whole
 
 DEFINITIONS = {
     "/force/sample": """\
@@ -35,6 +35,7 @@ int64 status  # bits as in ForceSample, 16: not able to follow commands
 float64 position_m  # travel towards the plate
 float64 force_n  # the arm's own force channel, NaN: none
 float64[6] pose  # x, y, z in m, rotation vector in rad
+float64[6] wrench  # the arm's own, on the plate, axis 3 along the approach; NaN: not told
 """,
     "/displacement": """\
 int64 sequence
@@ -85,8 +86,23 @@ def test_a_template_has_every_constant_byte_of_its_message() -> None:
     assert len(force) - 31 == 76  # a stamped wrench in CDR, padded to 8 behind "force\0"
     arm = TOPICS["/arm"].template()
     assert arm == struct.pack("<BQH", 5, len(arm) - 9, 5) + bytes(20) + b"\x00\x01\x00\x00" + bytes(
-        12 * 8
+        18 * 8
     )
+
+
+def test_a_record_from_before_an_arm_told_its_wrench_is_read(
+    write_record: Callable[..., Path], make: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fields = {n: kind for n, kind in get_type_hints(ArmFields).items() if n != "wrench"}
+    row = NamedTuple("row", list(fields.items()))  # type: ignore[misc]
+    topic = layout._rows(5, "/arm", "ArmSample", layout._define(row))
+    with monkeypatch.context() as patch:
+        patch.setitem(STREAMS, "arm", Stream(row, (topic,)))
+        path = write_record(chunks=2, arm=lambda i: row(*make.arm(i)[:-1]))
+    arm = read_recording(path).arm
+    assert arm.wrench.shape == (len(arm.sequence), 6)
+    assert np.isnan(arm.wrench).all()
+    np.testing.assert_array_equal(arm.position_m, [make.arm(i).position_m for i in arm.sequence])
 
 
 def changed(without: str, **added: Any) -> tuple[Any, Any]:

@@ -90,7 +90,8 @@ def test_everything_comes_back_exactly(start: Start, make: SimpleNamespace) -> N
     arm = [make.arm(i) for i in range(200)]
     np.testing.assert_array_equal(got.arm.position_m, [s.position_m for s in arm])
     np.testing.assert_array_equal(got.arm.pose, [s.pose for s in arm])
-    assert np.isnan(got.arm.force_n).all()
+    np.testing.assert_array_equal(got.arm.force_n, [s.force_n for s in arm])
+    np.testing.assert_array_equal(got.arm.wrench, [s.wrench for s in arm])
     ticks = [make.tick(i) for i in range(200)]
     for name in ticks[0]._fields:
         np.testing.assert_array_equal(

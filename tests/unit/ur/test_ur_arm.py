@@ -255,10 +255,12 @@ def test_open_again_starts_afresh(opened):
 
 def test_a_sample_is_travel_and_force_along_the_approach(opened, clock):
     arm, child = opened()
-    child.arrives(sample(clock, 2e-3, wrench=(0, 0, 12.0, 0, 0, 0)))
+    child.arrives(sample(clock, 2e-3, wrench=(3.0, -4.0, 12.0, 0.1, 0, 0)))
     child.arrives(sample(clock, 2e-3, safety_mode=3))
     good, stopped = arm.drain()
     assert (good.position_m, good.force_n) == pytest.approx((2e-3, 12.0))
+    assert good.wrench == pytest.approx((3.0, 4.0, 12.0, 0.1, 0.0, 0.0))
+    assert arm.has_wrench
     assert (good.status, stopped.status) == (0, Status.STOPPED)
     assert good.receive_time_s == clock.now_s
     assert arm.drain() == []

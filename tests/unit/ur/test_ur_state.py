@@ -14,7 +14,8 @@ from stepload_drivers.ur.state import (
     UrState,
     can_move,
     data_problem,
-    pressing_force_n,
+    pressing_axes,
+    pressing_wrench,
     safety_problem,
     target_pose,
     travel_m,
@@ -91,8 +92,28 @@ def test_target_and_travel_are_inverse(vector, position_m):
 
 
 def test_reaction_against_the_approach_is_pressing():
-    assert pressing_force_n((0, 0, 20, 0, 0, 0), (0, 0, -1), "reaction") == 20
-    assert pressing_force_n((0, 0, 20, 0, 0, 0), (0, 0, -1), "applied") == -20
+    axes = pressing_axes((0.0, 0.0, -1.0))
+    assert pressing_wrench((0, 0, 20, 0, 0, 0), axes, "reaction")[2] == 20
+    assert pressing_wrench((0, 0, 20, 0, 0, 0), axes, "applied")[2] == -20
+
+
+def test_the_wrench_is_told_in_the_pressing_frame():
+    """With the tool down axis 1 is the base's -x and axis 2 its y."""
+    axes = pressing_axes((0.0, 0.0, -1.0))
+    told = pressing_wrench((1, 2, 3, 4, 5, 6), axes, "applied")
+    assert told == pytest.approx((-1, 2, -3, -4, 5, -6))
+
+
+@settings(max_examples=100, deadline=None)
+@given(UNIT, st.tuples(*[st.floats(-100, 100)] * 6))
+def test_a_wrench_keeps_its_size_in_any_pressing_frame(vector, wrench):
+    length = math.hypot(*vector)
+    approach = tuple(component / length for component in vector)
+    told = pressing_wrench(wrench, pressing_axes(approach), "reaction")
+    for part in (slice(0, 3), slice(3, 6)):
+        assert math.hypot(*told[part]) == pytest.approx(math.hypot(*wrench[part]), abs=1e-9)
+        along = sum(w * a for w, a in zip(wrench[part], approach, strict=True))
+        assert told[part][2] == pytest.approx(-along, abs=1e-9)
 
 
 def test_tally_counts_gaps_from_stamps_and_never_repeats_a_number():

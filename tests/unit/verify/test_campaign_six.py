@@ -169,5 +169,13 @@ def test_what_only_six_axes_have_is_refused_of_one() -> None:
 @pytest.mark.parametrize("index", [6, 12])
 def test_friction_that_clings_goes_down_with_the_force_on_the_way_back(index: int) -> None:
     """It did not where a payload loses work in a cycle: the tip swung, up to 2.4 F_c."""
-    clung = cling(TEMPLATE, index, 0.6)
+    clung = cling(TEMPLATE, index, 0.6, 0.0, stated=False)
     assert clung.whole < 1.01 * clung.pressed
+
+
+def test_a_friction_that_the_plan_states_is_kept_on_a_steep_plate_too() -> None:
+    """Where nobody states it, a sound run goes beyond F_c even while it presses."""
+    unknown, stated = (cling(TEMPLATE, 12, 0.6, 28.0, stated=known) for known in (False, True))
+    assert unknown.pressed > 1.5
+    assert stated.top < 0.5 * unknown.top
+    assert stated.whole < 0.9

@@ -81,7 +81,7 @@ def r12_latency_s(
         across = (share if there else 0.0) * along_n
         wrench = (across + noise[0], noise[1], along_n + noise[2], 0.0, 0.0, 0.0)
         watch.take([ForceSample(tick, now_s, math.nan, 0, wrench, math.nan)], now_s)
-        breach = rules.judge_across(watch, float(wrench[2]), along_n, along_n)
+        breach = rules.judge_across(watch.smooth_across_n, float(wrench[2]), along_n, along_n)
         if breach is not None:
             return math.nan if not there else (tick - 2000 + 1) * period_s
     return math.inf

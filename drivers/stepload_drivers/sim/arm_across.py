@@ -1,0 +1,62 @@
+"""What an arm with six axes tells of the force across the press, beside its force along it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from stepload.rig.samples import SixFloats
+from stepload.rig.world import WorldSpec
+from stepload_drivers.sim.noise import normal_source
+from stepload_drivers.sim.six_plant import SixPlant
+
+_HELD = ("arm_force_freeze", "arm_freeze")
+
+
+class ArmAcross:
+    """The arm's estimate across the press: as noisy as that along it, with zeros of its own.
+
+    What goes wrong with the arm's force along the press goes wrong with this one too.
+    """
+
+    __slots__ = ("_last", "_mass", "_noise_x", "_noise_y", "_plant", "_zero_x", "_zero_y")
+
+    def __init__(self, plant: SixPlant, spec: WorldSpec) -> None:
+        self._plant = plant
+        self._mass = spec.second_tool_mass_kg
+        self._noise_x = normal_source(spec.seed, 13, spec.arm_force_noise_n)
+        self._noise_y = normal_source(spec.seed, 14, spec.arm_force_noise_n)
+        chance = np.random.default_rng([spec.seed, 15])
+        self._zero_x = float(chance.normal()) * spec.arm_force_noise_n
+        self._zero_y = float(chance.normal()) * spec.arm_force_noise_n
+        self._last = (0.0, 0.0)
+
+    def wrench(self, along_n: float, active: Mapping[str, float]) -> SixFloats:
+        """The whole wrench beside the force along the press, which has its faults already.
+
+        It acts at the TCP: what torque there is an arm does not tell.
+
+        Args:
+            active: faults of the arm that are active, with their magnitudes.
+        """
+        if not any(held in active for held in _HELD):
+            self._last = self._estimate(active)
+        x_n, y_n = self._last
+        return x_n, y_n, along_n, math.nan, math.nan, math.nan
+
+    def _estimate(self, active: Mapping[str, float]) -> tuple[float, float]:
+        x_n, y_n, _ = self._plant.load
+        if self._mass:
+            ax, ay, _ = self._plant.acceleration_m_s2
+            x_n, y_n = x_n + self._mass * ax, y_n + self._mass * ay
+        if "arm_force_deaf" in active:
+            x_n = y_n = 0.0
+        gain = active.get("arm_force_gain", 1.0) * (-1.0 if "arm_force_reversed" in active else 1.0)
+        x_n = gain * (x_n + self._zero_x + self._noise_x())
+        y_n = gain * (y_n + self._zero_y + self._noise_y())
+        if "arm_force_clipped" in active:
+            most = active["arm_force_clipped"]
+            x_n, y_n = max(-most, min(most, x_n)), max(-most, min(most, y_n))
+        return x_n, y_n

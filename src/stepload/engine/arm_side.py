@@ -1,0 +1,42 @@
+"""What the arm's own wrench tells of force across the press."""
+
+from __future__ import annotations
+
+import math
+
+from stepload.rig.samples import SixFloats
+
+
+class ArmSide:
+    """Follows the two components across the press; `told` once the arm has told any.
+
+    Args:
+        alpha: share of a new reading in the smoothed force.
+    """
+
+    __slots__ = ("_alpha", "_x_n", "_y_n", "_zero_x_n", "_zero_y_n", "told")
+
+    def __init__(self, alpha: float) -> None:
+        self._alpha = alpha
+        self.told = False
+        self._x_n = self._y_n = self._zero_x_n = self._zero_y_n = 0.0
+
+    def take(self, wrench: SixFloats) -> bool:
+        """Smooth the newest wrench; False where it is no number, although it has been one."""
+        x_n, y_n = wrench[0], wrench[1]
+        if not (x_n - x_n == 0.0 and y_n - y_n == 0.0):
+            return not self.told
+        if not self.told:
+            self.told, self._x_n, self._y_n = True, x_n, y_n
+        self._x_n += self._alpha * (x_n - self._x_n)
+        self._y_n += self._alpha * (y_n - self._y_n)
+        return True
+
+    def tare(self) -> None:
+        """Take what is smoothed now for zero."""
+        self._zero_x_n, self._zero_y_n = self._x_n, self._y_n
+
+    @property
+    def across_n(self) -> float:
+        """Smoothed force across the press since `tare`."""
+        return math.hypot(self._x_n - self._zero_x_n, self._y_n - self._zero_y_n)
