@@ -30,6 +30,8 @@ def test_an_unproven_rig_is_refused(days: int | None, tmp_path: Path) -> None:
     assert "axis and sign of the force are not proven: rig.force" in said.stderr
     assert ("31 days old" if days else "no push by hand") in said.stderr
     assert "rig.force.tool_mass" in said.stderr
+    assert said.stdout == ""
+    assert said.stderr.startswith("error: axis and sign of the force are not proven")
     assert not (tmp_path / "run").exists()
     told = in_process("preflight", plan)
     assert told.returncode == 0
@@ -41,6 +43,7 @@ def test_preflight_is_short_and_whole_where_it_is_asked_for(tmp_path: Path) -> N
     plan = plan_with(tmp_path, "    tool_mass: 1.5 kg\n")
     short, whole = (in_process("preflight", plan, *more).stdout for more in ((), ("--verbose",)))
     assert "refuses" not in short.splitlines()[0]
+    assert "behind the start pose free" in short  # what a person must see to
     assert "drive_runaway" in short.split("notes, in full with --verbose: ")[1]
     for told in ("a drive that runs away", "Force budget", "Schedule", "force_limit_n"):
         assert told not in short

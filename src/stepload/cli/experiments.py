@@ -123,10 +123,12 @@ def press(
     from stepload.cli.progress import progress
     from stepload.envelope.reason import PlanVerdict
     from stepload.results.model import SIMULATED
-    from stepload.session.experiment import run_plan
+    from stepload.session.experiment import refuse_what_may_not_run, run_plan
     from stepload.session.unfinished import repair_all
 
-    if dry_run and not quiet:
+    if not dry_run:  # before a screen of preflight is shown for nothing
+        refuse_what_may_not_run(envelope, dry_run, hazards_read)
+    elif not quiet:
         output.line(SIMULATED)
     if envelope.verdict is not PlanVerdict.REFUSED:
         for repaired in repair_all(out or envelope.plan.record.directory):

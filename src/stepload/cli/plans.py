@@ -75,23 +75,36 @@ def _until_data(until: Until | None) -> dict[str, Any]:
 MOODS = {"go": "good", "warn": "doubt", "refused": "bad"}
 
 
+ACTED_ON = ("shake", "changes_together")
+"""Notes that ask a person for something; they are said in any case."""
+
+
+def left_out(envelope: Envelope) -> list[str]:
+    """Codes of the notes that are told with `--verbose` only."""
+    return [
+        reason.code
+        for reason in envelope.reasons
+        if reason.severity == "note" and reason.code not in ACTED_ON
+    ]
+
+
 def show_verdict(
     envelope: Envelope, out: Output, *, details: bool = True, aside: str | None = None
 ) -> None:
-    """A preflight's verdict and reasons as text, its notes with `details` only.
+    """A preflight's verdict and reasons as text, most notes with `details` only.
 
     `aside` goes on with the first line; None: without `details` it counts the notes.
     """
     from stepload.results.model import Finding
 
+    hidden = [] if details else left_out(envelope)
     if aside is None:
-        notes = sum(reason.severity == "note" for reason in envelope.reasons)
-        noted = notes and not details
-        aside = f" ({notes} {'note' if notes == 1 else 'notes'}: --verbose)" if noted else ""
+        notes = len(hidden)
+        aside = f" ({notes} {'note' if notes == 1 else 'notes'}: --verbose)" if notes else ""
     word = envelope.verdict.upper()
     out.line(f"preflight: {word}{aside}", word=word, mood=MOODS[envelope.verdict])
     for reason in envelope.reasons:
-        if details or reason.severity != "note":
+        if reason.code not in hidden:
             told = f"{reason.message} [{reason.code}]"
             out.finding(Finding(reason.severity, told, reason.remedy))
 
@@ -293,7 +306,7 @@ def _show_left_out(envelope: Envelope, out: Output) -> None:
     if envelope.verdict is not PlanVerdict.REFUSED:
         out.line(f"duration: about {envelope.duration_s:.0f} s")
         out.line("force budget, schedule and every threshold of the supervisor: --verbose")
-    if notes := [reason.code for reason in envelope.reasons if reason.severity == "note"]:
+    if notes := left_out(envelope):
         out.line(f"notes, in full with --verbose: {', '.join(notes)}", hang="  ")
 
 

@@ -34,7 +34,7 @@ def calibrate(
             "--from",
             parser=run_path,
             metavar="RUN",
-            help="Runs made already (directory, record or id), to be pooled.",
+            help="Runs made already (directory, record or id), to be pooled; none that stopped.",
         ),
     ] = None,
     two_spheres: Annotated[

@@ -46,7 +46,9 @@ class Line:
 def _shown(value: float, unit: str) -> str:
     if value != value:
         return ""
-    return format_quantity(value, unit) if unit else f"{value:.6g}"
+    if unit:
+        return format_quantity(value, unit)
+    return f"{value:.6g}" if float(value).is_integer() else f"{value:.3g}"
 
 
 def graded(

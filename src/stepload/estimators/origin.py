@@ -17,6 +17,10 @@ REPEATS = 0.9
 """Correlation of the smooth error at one and the same place. It is never counted as repeating
 wholly: gear play and lubricant are part of it and differ from run to run."""
 
+ACROSS_ALIKE = 0.9
+"""Correlation of what friction leaves in two runs of one share. Never counted as wholly the same:
+how an arm gives way is not quite one number where one payload sticks and another slides (`python -m
+stepload_verify.trials.coupling.compared`)."""
 OF_CALIBRATION = 0.5
 """Correlation of what unknown friction leaves in two runs of one calibration: half of the variance
 of (share of the run less that of the calibration) is the calibration's."""
@@ -119,7 +123,7 @@ def _across(one: Origin, other: Origin, apart_m: float) -> Common:
         sizes = math.hypot(*one.across) * math.hypot(*other.across)
         if len(one.across) == len(other.across) and sizes > 0.0:
             product = sum(a * b for a, b in zip(one.across, other.across, strict=True))
-            alike = round(product / sizes, 6)
+            alike = ACROSS_ALIKE * product / sizes
             found = Common(alike, alike)
     if same is SAME and one.pose:
         return found

@@ -167,7 +167,7 @@ def zero_gate(step_n: float, harm_m: float, span_m: float) -> Gate:
 def lateral_gate(share: float) -> Gate:
     """The gate of force across the axis."""
     text = (
-        f"the force across the axis reaches {share:.0%} of that along it (allowed "
+        f"the force across the axis reaches {share:.1%} of that along it (allowed "
         f"{LATERAL_SHARE:.0%}): the arm bends sideways, and its deflection is not that of K_s"
     )
     return gate("lateral", share, LATERAL_SHARE, "", "all", text)
@@ -176,7 +176,7 @@ def lateral_gate(share: float) -> Gate:
 def strong_lateral_gate(share: float) -> Gate:
     """The gate of a force across the axis whose effect on the arm was taken out."""
     text = (
-        f"the force across the axis reaches {share:.0%} of that along it (allowed "
+        f"the force across the axis reaches {share:.1%} of that along it (allowed "
         f"{STRONG_LATERAL:.0%}): the contact slides, and yields at a smaller force"
     )
     return gate("lateral", share, STRONG_LATERAL, "", "all", text)
@@ -185,7 +185,7 @@ def strong_lateral_gate(share: float) -> Gate:
 def correction_gate(taken: float) -> Gate:
     """The gate of what was taken out for the force across the axis, over the deformation."""
     text = (
-        f"what was taken out for the force across the axis is {taken:.0%} of the deformation "
+        f"what was taken out for the force across the axis is {taken:.1%} of the deformation "
         f"(allowed {LARGEST_CORRECTION:.0%}): press where the arm couples less, or reduce the "
         "friction"
     )
@@ -195,7 +195,7 @@ def correction_gate(taken: float) -> Gate:
 def other_friction_gate(away: float) -> Gate:
     """The gate of a force across the axis that is another share than in the calibration."""
     text = (
-        f"the force across the axis differs by {away:.0%} of that along it from the calibration "
+        f"the force across the axis differs by {away:.1%} of that along it from the calibration "
         f"(allowed {LATERAL_SHARE:.0%}): the arm bends sideways otherwise, and one K_s does not "
         "hold; calibrate dry and greased"
     )
@@ -206,7 +206,7 @@ def friction_gate(worst: float) -> Gate:
     """The gate of friction that nobody has measured; `worst` of the deformation at the most."""
     text = (
         "how friction at the contact compares with that of the calibration is not known; it may "
-        f"change the arm's deflection by up to {worst:.0%} of the deformation (allowed "
+        f"change the arm's deflection by up to {worst:.1%} of the deformation (allowed "
         f"{FRICTION_HARMLESS:.0%}): use a six-axis sensor and calibrate with it, dry and greased, "
         "or a gauge across the contact"
     )

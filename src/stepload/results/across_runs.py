@@ -19,6 +19,7 @@ from stepload.results.saved import SavedRun
 
 TYPICAL_SHARE = 0.3
 """The share of a payload for which it is said how well the correction is known."""
+NOT_KNOWN = "under which friction K_s was measured is not known"
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +70,7 @@ def across_of_runs(runs: Sequence[SavedRun]) -> AcrossRuns:
                 "others; with them under which friction K_s was measured would be lost",
                 hint="leave these runs out, or press again with a six-axis force sensor",
             )
-        return AcrossRuns(
-            None,
-            "the force sensor tells no force across the axis: under which friction K_s was "
-            "measured is not known",
-        )
+        return AcrossRuns(None, f"the force sensor tells no force across the axis: {NOT_KNOWN}")
     fit = fit_across(
         [_cells(run) for run in runs],
         contacts=[series_contact(run.conditions) for run in runs],
@@ -108,8 +105,9 @@ def _told(fit: AcrossFit) -> str:
     of_any = CROSS_COMPLIANCE * TYPICAL_SHARE
     if not len(fit.directions):
         return (
-            f"one number: {span} are too much alike to tell what the force across does; K_s holds "
-            "for payloads of the same share, within 5 % (press the block dry, and greased)"
+            f"one number: {span} are too much alike, for errors as large as those of these runs, "
+            "to tell what the force across does; K_s holds for payloads of the same share, within "
+            "5 % (press the block dry, and greased, harder and more often)"
         )
     along = [
         f"({d[0]:+.2f}, {d[1]:+.2f}) to {fit.stiffness_n_per_m * sigma * TYPICAL_SHARE:.1%}"

@@ -19,7 +19,7 @@ from stepload.estimators.table import MeasuredTable, loading_curve, measured_tab
 from stepload.estimators.two_spheres import TwoSphereFit, two_sphere_difference
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord
 from stepload.plan.model import Structure
-from stepload.results.across_runs import across_of_runs
+from stepload.results.across_runs import NOT_KNOWN, across_of_runs
 from stepload.results.analyse import identify_system, pieces, series_contact
 from stepload.results.press_data import LOADING
 from stepload.results.saved import SavedRun, labelled
@@ -182,6 +182,7 @@ def from_two_spheres(
         damping_n_s_per_m=0.0,
         force_from_n=float(grid[0]),
         force_to_n=float(grid[-1]),
+        across_told=f"two spheres tell K_s alone: {NOT_KNOWN}" if first.conditions.arm else "",
     )
     return Calibration(
         record, (first, second), spheres=fit,

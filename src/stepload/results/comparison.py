@@ -261,6 +261,8 @@ def _against(each: ComparedRun, given: CurveGiven, tolerance: float) -> AgainstC
     covariance = found.budget.covariance if found.budget else found.fit.covariance
     if covariance is None:
         raise BadInputError(f"{each.run.path}: the believed fit has no uncertainty to compare by")
+    covariance = covariance.copy()
+    covariance[0, 0] += (found.fit.n * _friction(each)) ** 2  # of ln K: n times that of ln S
     own_pa, other_pa = conditions.modulus_pa, given.modulus_pa
     if other_pa is None and given.plate_pa is not None:
         if own_pa is None or conditions.plate_pa is None:
@@ -286,6 +288,12 @@ def _against(each: ComparedRun, given: CurveGiven, tolerance: float) -> AgainstC
         correction=own_pa / other_pa if own_pa and other_pa else 1.0,
         secant_n_per_m=_curve_secant(found.fit, result),
     )  # fmt: skip
+
+
+def _friction(each: ComparedRun) -> float:
+    """What friction may do to the arm, as a share of the stiffness; no fit's budget knows of it."""
+    lines = each.found.headline.lines if each.found.headline is not None else ()
+    return next((line.relative for line in lines if line.source == "force across the axis"), 0.0)
 
 
 def _curve_secant(fit: Fit, result: CurveComparison) -> float | None:

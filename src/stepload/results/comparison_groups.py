@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.difference import Agreement, Difference, difference
 from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.measured import at_common_forces
+from stepload.evidence.gates import LATERAL_SHARE
 from stepload.evidence.identification import REPORTED
+from stepload.evidence.sideways import Sideways
 from stepload.results.comparison_quantity import chord_of, secant_of
 from stepload.results.saved import SavedRun
 
@@ -97,10 +101,23 @@ def _doubted(found: Difference, runs: Sequence[ComparedRun]) -> Difference:
         for each in runs
         if each.found.judgement.verdict is ResultVerdict.NOT_IDENTIFIABLE
     ]
-    if not unfit:
+    doubts = [f"not identifiable: {', '.join(unfit)}"] if unfit else []
+    if (apart := shares_apart([each.found.run.sideways for each in runs])) > LATERAL_SHARE:
+        doubts.append(
+            f"their shares of force across the axis differ by {apart:.1%} (allowed "
+            f"{LATERAL_SHARE:.0%}), and one K_s does not hold for both: calibrate dry and greased"
+        )
+    if not doubts:
         return found
-    why = f"{found.why}; not identifiable: {', '.join(unfit)}"
+    why = "; ".join((found.why, *doubts))
     return replace(found, verdict=Agreement.CANNOT_TELL, why=why)
+
+
+def shares_apart(runs: Sequence[Sideways]) -> float:
+    """Largest difference of the shares across of runs of whose arm one K_s is known; else 0."""
+    known = [np.array(each.errors) for each in runs if each.rule == "one number"]
+    pairs = combinations(known, 2)
+    return max((float(np.linalg.norm(one - other)) for one, other in pairs), default=0.0)
 
 
 def pair_half_width(

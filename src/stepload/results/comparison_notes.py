@@ -57,6 +57,11 @@ def _run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: floa
         for each in runs
         if each.run.conditions.structure_note
     ]
+    if any(each.found.run.sideways.rule != "guided" for each in runs):
+        notes.append(
+            "intervals and normalised errors of single fits do not count what friction does to an "
+            "arm; the difference of the chord stiffness does, and so does a curve's verdict"
+        )
     payloads = sorted({each.run.metadata.get("payload", "") for each in runs})
     if len(payloads) > 1:
         notes.append(f"different payloads: {', '.join(payloads)}")

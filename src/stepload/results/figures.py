@@ -170,9 +170,9 @@ def against_limit(trace: Trace, predicted_peak_n: FloatArray, tick_s: FloatArray
         )
         index = thin(MOST_POINTS, trace.force_n)
         axes.plot(trace.time_s[index], trace.force_n[index], color=BLUE, label="measured force")
-        for (name, limit_n), colour in zip(
-            limits_n.items(), (RED, ORANGE, GREEN, INK), strict=False
-        ):
+        colours = {"F_c": RED, "counted on": ORANGE, "F_lim": GREEN}
+        for name, limit_n in limits_n.items():
+            colour = colours.get(name, INK)
             axes.axhline(limit_n, color=colour, ls="--", lw=1.1)
             axes.annotate(
                 f"{name} {limit_n:.4g} N", (1.0, limit_n), xycoords=("axes fraction", "data"),

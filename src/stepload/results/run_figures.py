@@ -128,8 +128,8 @@ def figures_of(run: Evaluation) -> list[Figure]:
             partial(
                 figures.against_limit, trace, ticks.predicted_peak_n, ticks.time_s - start_s,
                 {
-                    "F_c": limit_n, "counted on": counted_n,
-                    "F_lim": run.envelope.force_limit_n,
+                    "F_c": limit_n, "F_lim": run.envelope.force_limit_n,
+                    **({} if counted_n == limit_n else {"counted on": counted_n}),
                 },
             ),
         ),

@@ -144,7 +144,7 @@ def run_plan(
         DeviceError: a device did not open; nothing moved.
         RecordingFailedError: the record could not be kept; the arm was made safe first.
     """
-    _check_that_it_may_run(envelope, dry_run, hazards_read_now)
+    refuse_what_may_not_run(envelope, dry_run, hazards_read_now)
     plan, operator = envelope.plan, operator or Operator()
     resumed = resumable(resume, plan, dry_run=dry_run) if resume else None
     notices = Notices(on_notice) if on_notice else None
@@ -181,7 +181,12 @@ def _engine(envelope: Envelope, operator: Operator, resumed: Resumed | None) -> 
     )
 
 
-def _check_that_it_may_run(envelope: Envelope, dry_run: bool, hazards_read_now: bool) -> None:
+def refuse_what_may_not_run(envelope: Envelope, dry_run: bool, hazards_read_now: bool) -> None:
+    """All that speaks against a run and is known before a device is opened.
+
+    Raises:
+        RefusedError: with the reason and what to do.
+    """
     if envelope.verdict is PlanVerdict.REFUSED:
         raise refusal_of(envelope)
     stiffness = envelope.plan.rig.system_stiffness

@@ -19,6 +19,7 @@ from stepload.estimators.difference import (
 )
 from stepload.estimators.measured import Measured, at_common_forces
 from stepload.estimators.origin import (
+    ACROSS_ALIKE,
     OF_CALIBRATION,
     OPEN,
     OWN,
@@ -152,8 +153,8 @@ FRICTION, ASKEW, TURNS = (
     ("one", "other", "alike"),
     [
         ((), (), (OF_CALIBRATION, 1.0)),
-        ((0.1, 0.0), (0.3, 0.0), (1.0, 1.0)),
-        ((0.1, 0.0), (-0.3, 0.0), (-1.0, -1.0)),
+        ((0.1, 0.0), (0.3, 0.0), (ACROSS_ALIKE, ACROSS_ALIKE)),
+        ((0.1, 0.0), (-0.3, 0.0), (-ACROSS_ALIKE, -ACROSS_ALIKE)),
         ((0.1, 0.0), (0.0, 0.1), (0.0, 0.0)),
         ((0.1, 0.0), (), OPEN),
         ((0.1, 0.0), (0.0, 0.0), OPEN),

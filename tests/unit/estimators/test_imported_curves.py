@@ -68,6 +68,7 @@ def test_a_clean_curve_gives_its_law_back(identified: Callable[..., Found]) -> N
         assert found.fits[name].n == pytest.approx(N, abs=1e-4), name
         assert found.fits[name].secant_n_per_m == pytest.approx(SECANT, rel=1e-4), name
     assert "taken from the residuals" in notes
+    assert "guided axis" not in notes
 
 
 def covers(found: Identification) -> bool:
@@ -265,6 +266,7 @@ def test_k_max_rests_on_a_resolution_that_the_travel_shows(
     assert np.isnan(found.judgement.k_max_n_per_m)
     assert not any("K_max" in reason for reason in found.judgement.reasons)
     assert "K_max (34) is not known" in notes
+    assert "taken as a guided axis" in notes
     found, notes = identified(RIG, position_m=np.round(smooth / 1e-6) * 1e-6, force_n=noisy)
     assert "position resolution for K_max (34): 1 µm, its least step" in notes
     assert found.judgement.k_max_n_per_m == pytest.approx(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pytest
@@ -15,11 +15,14 @@ from stepload.estimators.conditions import Conditions
 from stepload.estimators.difference import Agreement, difference
 from stepload.estimators.origin import Origin
 from stepload.estimators.sources import Sources
+from stepload.evidence.sideways import Sideways
 from stepload.record.curves import Curve
 from stepload.record.lag import Lag
 from stepload.record.rows import Phase
+from stepload.results import comparison_groups
 from stepload.results.comparison import CurveGiven, compare
 from stepload.results.comparison_document import comparison_data, comparison_document
+from stepload.results.comparison_groups import shares_apart
 from stepload.results.comparison_quantity import measured, secant_of
 from stepload.results.model import NOTHING
 from stepload.results.origins import origin_of
@@ -338,3 +341,36 @@ def test_results_stand_side_by_side_as_in_table_one_and_the_curve_keeps_its_corr
     assert sheet.figure is not None
     assert "</svg>" in sheet.figure.draw()
     assert [power_of_ten(x) for x in (4.8e6, 2e14)] == ["4.80e6", "2.00e14"]
+
+
+def aside(rule: str, *errors: float) -> Sideways:
+    return Sideways(cast(Any, rule), errors=errors)
+
+
+def test_one_number_does_not_hold_for_payloads_that_rub_otherwise() -> None:
+    slides, sticks = aside("one number", -0.2, 0.0), aside("one number", 0.1, 0.0)
+    assert shares_apart([slides, sticks, slides]) == pytest.approx(0.3)
+    assert shares_apart([slides, slides]) == 0.0
+    assert shares_apart([aside("three numbers", -0.2), aside("three numbers", 0.1)]) == 0.0
+    assert shares_apart([aside("unknown"), sticks]) == 0.0
+
+
+def test_where_it_does_not_no_verdict_is_given(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = [saved(f"{name}{i}", draw=i) for name in "ab" for i in range(3)]
+    assert compare(found, sizes=(3, 3)).differences[0].verdict is Agreement.AGREE
+    monkeypatch.setattr(comparison_groups, "shares_apart", lambda _: 0.12)
+    [told] = compare(found, sizes=(3, 3)).differences
+    assert told.verdict is Agreement.CANNOT_TELL
+    assert "differ by 12.0% (allowed 5%)" in told.why
+
+
+def test_what_friction_does_to_an_arm_stands_between_its_run_and_a_curve() -> None:
+    """A curve that a guided axis would call different is within what an arm of this K_s may do."""
+    arm = replace(CONDITIONS, arm=True, stuck_ratio=3.8, modulus_pa=2.91e9)
+    given = CurveGiven(curve(0.7), modulus_pa=2.91e9)
+    (guided,) = compare([saved("a", conditions=replace(arm, arm=False))], given=given).curve
+    found = compare([saved("a", conditions=arm)], given=given)
+    assert guided.verdict is Agreement.DIFFER
+    assert found.curve[0].half_width > 3.0 * guided.half_width
+    assert found.curve[0].verdict is Agreement.CANNOT_TELL
+    assert any("do not count what friction does to an arm" in note for note in found.notes)
