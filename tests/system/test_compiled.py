@@ -56,13 +56,17 @@ def test_a_run_is_recorded_alike(tmp_path: Path) -> None:
 
 
 @compiled
-@pytest.mark.parametrize("axes", ["one", "six"])
-def test_a_campaign_comes_to_the_same_rows(tmp_path: Path, axes: str) -> None:
+@pytest.mark.parametrize(
+    ("axes", "faults", "count"), [("one", "all", 8), ("six", "all", 8), ("one", "exception", 30)]
+)
+def test_a_campaign_comes_to_the_same_rows(
+    tmp_path: Path, axes: str, faults: str, count: int
+) -> None:
     rows = []
     for pure in (True, False):
         out = tmp_path / str(pure)
-        words = "campaign", CAMPAIGN, "--runs", 8, "--seed", 3, "--axes", axes, "--out", out
-        done = command(*words, pure=pure)
+        words = "--runs", count, "--seed", 3, "--faults", faults, "--axes", axes, "--out", out
+        done = command("campaign", CAMPAIGN, *words, pure=pure)
         assert done.returncode == 0, done.stderr
         rows.append(sorted((out / "runs.jsonl").read_text().splitlines()))
     assert rows[0] == rows[1]

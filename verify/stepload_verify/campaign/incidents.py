@@ -61,6 +61,51 @@ class WatchedClock:
             self._due.pop(0)[1]()
 
 
+class FailingOperator(Operator):
+    """An operator whose request cannot be read once `error` is set: that tick fails."""
+
+    __slots__ = ("_level", "error")
+
+    def __init__(self) -> None:
+        self.error = ""
+        super().__init__()
+
+    @property
+    def stop_level(self) -> int:
+        error, self.error = self.error, ""
+        if error:
+            raise ERRORS[error](f"simulated {error} in tick")
+        return self._level
+
+    @stop_level.setter
+    def stop_level(self, level: int) -> None:
+        self._level = level
+
+
+class FailingSample:
+    """A sample of which nothing can be read: what judges it fails."""
+
+    def __init__(self, error: str) -> None:
+        self._error = error
+
+    def __getattr__(self, name: str) -> Any:
+        raise ERRORS[self._error](f"simulated {self._error} in check")
+
+
+class SpoiltOnce:
+    """A force sensor whose next samples cannot be read; after that it is the sound one again."""
+
+    def __init__(self, rig: Any, error: str) -> None:
+        self._rig, self._sound, self._error = rig, rig.force, error
+
+    def drain(self) -> list[Any]:
+        self._rig.force = self._sound
+        return [FailingSample(self._error)]
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._sound, name)
+
+
 class Failing:
     """Stands in for an object whose `method` raises from `start_s` on."""
 
@@ -128,17 +173,20 @@ def _break(incident: Incident, rig: Any, engine: Any, clock: WatchedClock, recor
     component, error = incident.detail.split()
     name, method = component.split(".")
 
+    def raising(_now_s: float, _step_s: float) -> None:
+        raise ERRORS[error](f"simulated {error} in {method}")
+
     def failing(inner: Any) -> Any:
         return Failing(inner, method, clock.now_s, incident.start_s, error)
 
     if name == "clock":
         clock.at(incident.start_s, lambda: _raise(error))
     elif name == "engine":
-        engine.tick = failing(engine.tick.__self__).tick
+        clock.at(incident.start_s, lambda: setattr(engine.operator, "error", error))
     elif name == "supervisor":
-        engine.supervisor = failing(engine.supervisor)
+        clock.at(incident.start_s, lambda: setattr(rig, "force", SpoiltOnce(rig, error)))
     elif name == "procedure":
-        engine.course = failing(engine.course)
+        clock.at(incident.start_s, lambda: setattr(engine.course, "act", raising))
     elif name == "recorder":
         return failing(recorder)
     elif name == "arm":

@@ -14,7 +14,7 @@ from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import SimulatedRig, WorldView, load_world
 from stepload_verify.campaign.ablation import Ablation, ends_in_time
-from stepload_verify.campaign.incidents import Killed, NullRecorder, install
+from stepload_verify.campaign.incidents import FailingOperator, Killed, NullRecorder, install
 from stepload_verify.campaign.result import KILLED, NOT_OPENED, Result
 from stepload_verify.campaign.scenario import Scenario
 
@@ -42,7 +42,7 @@ def run_scenario(
         _open(rig)
     except DeviceError as error:
         return _result(scenario, rig, None, "open", error.message), None
-    operator = Operator()
+    operator = FailingOperator()
     engine, on_progress = _engine(scenario, ablation, operator)
     if on_begin:
         on_begin(engine, rig.world)
