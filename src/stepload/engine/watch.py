@@ -16,7 +16,13 @@ LATE_CLOCK_TICKS = 5
 AHEAD_S = 1e-4
 """A sample stamped this much later than its tick has no age that R3 could judge."""
 LIVES_SAMPLES = 20
-"""A sensor that has changed across the axis more often than this in free air sees what is there."""
+LIVES_SHARE = 0.05
+"""A sensor that has changed across the axis more often than this in free air, and in more than
+this share of its readings, sees what is there. A change of one step of its resolution does not
+count: where noise is less than a step, a sound sensor stands still as soon as its mean lies between
+two steps."""
+STEPS = 1.5
+"""So many times the smallest change seen is more than one step."""
 ACROSS_ALPHA = 0.1
 """Share of a new reading in the smoothed force across the pressing axis, per tick."""
 CLOCK_TRACKING = 1e-3
@@ -156,9 +162,12 @@ class ForceWatch(_StreamWatch):
         "_lives_across",
         "_same",
         "_same_across",
+        "_seen_across",
         "_sign",
         "_smooth_i",
         "_smooth_j",
+        "_step_i",
+        "_step_j",
         "_torque_i",
         "_torque_j",
         "_wrench",
@@ -188,7 +197,8 @@ class ForceWatch(_StreamWatch):
         self._full_scale_n = full_scale_n
         self.identical_counts = identical_counts
         self._wrench: tuple[float, ...] = ()
-        self._same = self._same_across = self._lived_across = 0
+        self._same = self._same_across = self._lived_across = self._seen_across = 0
+        self._step_i = self._step_j = float("inf")
         self._lives_across: bool | None = None
         self.raw_n = self.smooth_n = float("nan")
 
@@ -247,7 +257,8 @@ class ForceWatch(_StreamWatch):
     def tare(self, wrench: Sequence[float] = ()) -> None:
         """Take this mean of the six components for zero; without one, what is smoothed now."""
         if self._lives_across is None:
-            self._lives_across = self._lived_across > LIVES_SAMPLES
+            least = max(float(LIVES_SAMPLES), LIVES_SHARE * self._seen_across)
+            self._lives_across = self._lived_across > least
         if wrench:
             self._zero = tuple(wrench)
         elif self._smooth_i == self._smooth_i:
@@ -314,8 +325,11 @@ class ForceWatch(_StreamWatch):
         Of a sensor that has shown noise across in free air; a load cell has none.
         """
         i, j, last = self._i, self._j, self._wrench
+        if self._lives_across is None and last:
+            self._seen_across += 1
+            if self._leaps(abs(wrench[i] - last[i]), abs(wrench[j] - last[j])):
+                self._lived_across += 1
         if not last or wrench[i] != last[i] or wrench[j] != last[j]:
-            self._lived_across += 1
             self._same_across = 0
             return None
         self._same_across += 1
@@ -323,6 +337,14 @@ class ForceWatch(_StreamWatch):
         if not self._lives_across or not equal >= counts > 0:
             return None
         return self._frozen(f"{self.name}, across the axis", equal + 1, counts)
+
+    def _leaps(self, change_i: float, change_j: float) -> bool:
+        """Whether one of these changes is of more than the smallest seen of its component."""
+        if 0.0 < change_i < self._step_i:
+            self._step_i = change_i
+        if 0.0 < change_j < self._step_j:
+            self._step_j = change_j
+        return change_i > STEPS * self._step_i or change_j > STEPS * self._step_j
 
     def _follow(self, wrench: Sequence[float]) -> None:
         """Smooth forces, and torques across the axis."""
