@@ -21,6 +21,10 @@ LIVES_SHARE = 0.05
 this share of its readings, sees what is there. A change of one step of its resolution does not
 count: where noise is less than a step, a sound sensor stands still as soon as its mean lies between
 two steps."""
+COARSE_SAMPLES = 5
+COARSE_SHARE = 0.001
+COARSE_COUNTS = 150
+"""From these on its noise is 0.3 of a step at least: it may stand, but not for so many readings."""
 STEPS = 1.5
 """So many times the smallest change seen is more than one step."""
 ACROSS_ALPHA = 0.1
@@ -158,6 +162,7 @@ class ForceWatch(_StreamWatch):
         "_i",
         "_index",
         "_j",
+        "_least_across",
         "_lived_across",
         "_lives_across",
         "_same",
@@ -198,6 +203,7 @@ class ForceWatch(_StreamWatch):
         self.identical_counts = identical_counts
         self._wrench: tuple[float, ...] = ()
         self._same = self._same_across = self._lived_across = self._seen_across = 0
+        self._least_across = 0
         self._step_i = self._step_j = float("inf")
         self._lives_across: bool | None = None
         self.raw_n = self.smooth_n = float("nan")
@@ -257,8 +263,10 @@ class ForceWatch(_StreamWatch):
     def tare(self, wrench: Sequence[float] = ()) -> None:
         """Take this mean of the six components for zero; without one, what is smoothed now."""
         if self._lives_across is None:
-            least = max(float(LIVES_SAMPLES), LIVES_SHARE * self._seen_across)
-            self._lives_across = self._lived_across > least
+            lived, seen = self._lived_across, self._seen_across
+            if not lived > max(float(LIVES_SAMPLES), LIVES_SHARE * seen):
+                self._least_across = COARSE_COUNTS
+            self._lives_across = lived > max(float(COARSE_SAMPLES), COARSE_SHARE * seen)
         if wrench:
             self._zero = tuple(wrench)
         elif self._smooth_i == self._smooth_i:
@@ -334,7 +342,10 @@ class ForceWatch(_StreamWatch):
             return None
         self._same_across += 1
         counts, equal = self.identical_counts, self._same_across
-        if not self._lives_across or not equal >= counts > 0:
+        if not self._lives_across or not counts > 0:
+            return None
+        counts = max(counts, self._least_across)
+        if equal < counts:
             return None
         return self._frozen(f"{self.name}, across the axis", equal + 1, counts)
 
