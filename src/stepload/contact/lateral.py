@@ -64,7 +64,7 @@ def left_of_limit(poisson_ratio: float, share: float) -> float:
         return 0.0
     above = int(np.searchsorted(POISSON_RATIOS, max(poisson_ratio, POISSON_RATIOS[0])))
     below = max(above - 1, 0) if poisson_ratio < POISSON_RATIOS[above] else above
-    return min(float(np.interp(share, SHARES, _STRESS[row])) ** -3.0 for row in (below, above))
+    return min(1.0 / float(np.interp(share, SHARES, _STRESS[row])) ** 3 for row in (below, above))
 
 
 def weakening(poisson_ratio: float, largest_share: float) -> float:
