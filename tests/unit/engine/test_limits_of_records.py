@@ -38,7 +38,7 @@ def test_a_record_from_before_zeros_were_taken_anew_is_read() -> None:
 @pytest.mark.parametrize("name", ["command_delay_s", "channel_skew_s"])
 def test_more_ticks_than_can_be_kept_are_refused(name: str) -> None:
     """Of a record, and of a wish: the supervisor keeps one number for each of them."""
-    far = replace(LIMITS, **{name: 1e6})  # type: ignore[arg-type]
+    far = replace(LIMITS, **{name: 1e6})
     with pytest.raises(BadInputError, match=f"{name} is 1e\\+06 s, more than 100000 ticks"):
         limits_from({FILE: limits_to_bytes(far)})
     with pytest.raises(BadInputError, match=f"{name} is 1e\\+06 s, more than 100000 ticks"):
