@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 import sysconfig
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent
@@ -102,6 +102,9 @@ def main() -> int:
         return 0
     if use(ROOT):
         return 0
+    if not os.access(ROOT, os.W_OK):
+        print("compiled modules: none, nothing can be written here; Python does the same, slower")
+        return 0
     print("compiling the hot modules, once, about half a minute", flush=True)
     os.chdir(ROOT)
     sources = _sources()
@@ -121,12 +124,23 @@ def main() -> int:
         suffix = sysconfig.get_config_var("EXT_SUFFIX")
         found = sorted(path.relative_to(made) for path in made.rglob(f"*{suffix}"))
         modules = {".".join(path.parts).removesuffix(suffix): str(path) for path in found}
-        (made / LIST).write_text(json.dumps({"sources": sources, "modules": modules}), "utf-8")
-        place = ROOT / PLACE
-        shutil.rmtree(place, ignore_errors=True)
-        place.parent.mkdir(exist_ok=True)
-        made.rename(place)
+        sizes = {str(path): (made / path).stat().st_size for path in found}
+        listed = {"sources": sources, "modules": modules, "sizes": sizes}
+        (made / LIST).write_text(json.dumps(listed), "utf-8")
+        _put(made, ROOT / PLACE)
     return 0
+
+
+def _put(made: Path, place: Path) -> None:
+    """Put what was made in its place, unless another process has put the same there meanwhile."""
+    place.parent.mkdir(exist_ok=True)
+    with suppress(OSError):
+        place.rename(made.with_name("former"))
+    try:
+        made.rename(place)
+    except OSError:
+        if not place.is_dir():
+            raise
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 """The hot modules as machine code, where a checkout has them and they are of this very source.
 
 `compile_hot.py` puts them beside the checkout's `src`, with a list of every source file that they
-were made from. If one of those has changed since, or if STEPLOAD_PURE is set, the Python source
-runs instead: slower, with the same results to the last bit.
+were made from. If one of those has changed since, if a compiled file is missing or not whole, or if
+STEPLOAD_PURE is set, the Python source runs instead: slower, with the same results to the last bit.
 """
 
 from __future__ import annotations
@@ -59,8 +59,11 @@ def use(root: Path) -> int:
         for path, stamp in listed["sources"].items():
             if stamp_of(f"{root}/{path}") != stamp:
                 return 0
-    except (OSError, ValueError, KeyError):
+        for path, size in listed["sizes"].items():  # one cut short ends Python with a bus error
+            if os.stat(f"{place}/{path}").st_size != size:
+                return 0
+        modules = {name: f"{place}/{path}" for name, path in listed["modules"].items()}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
         return 0
-    modules = {name: f"{place}/{path}" for name, path in listed["modules"].items()}
     sys.meta_path.insert(0, _Finder(modules))
     return len(modules)

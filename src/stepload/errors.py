@@ -73,3 +73,12 @@ class LeftEarlyError(BaseException):
     def __init__(self, signal_number: int) -> None:
         super().__init__(signal_number)
         self.signal_number = signal_number
+
+
+def in_words(error: BaseException) -> str:
+    """Class and text of any exception, also of one whose text cannot be made: what is told of an
+    error must not raise another in the place where the arm is made safe."""
+    try:
+        return f"{type(error).__name__}: {error}"
+    except Exception as another:
+        return f"{type(error).__name__}, whose text is a {type(another).__name__}"

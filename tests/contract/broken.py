@@ -10,6 +10,8 @@ import math
 import threading
 from dataclasses import replace
 
+import numpy as np
+
 from stepload.errors import DeviceError
 from stepload.rig.device import Health, Identity
 from stepload.rig.faults import Fault, FaultCode
@@ -321,6 +323,22 @@ def tells_another_rate(healthy):
 
 def gives_plain_tuples(healthy):
     return _variant(healthy, drain=lambda self: [tuple(s) for s in healthy.drain(self)])
+
+
+def gives_a_tuple_of_samples(healthy):
+    return _variant(healthy, drain=lambda self: tuple(healthy.drain(self)))
+
+
+def counts_in_numpy(healthy):
+    return _each(healthy, lambda self, s: s._replace(sequence=np.int64(s.sequence)))
+
+
+def gives_a_wrench_of_single_precision(healthy):
+    return _each(healthy, lambda self, s: s._replace(wrench=tuple(map(np.float32, s.wrench))))
+
+
+def gives_a_wrench_as_a_list(healthy):
+    return _each(healthy, lambda self, s: s._replace(wrench=list(s.wrench)))
 
 
 def gives_one_axis_only(healthy):

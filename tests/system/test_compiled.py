@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import signal
@@ -123,17 +124,45 @@ main()
     assert (action["name"], action["error"]) == ("arm stop", "")
 
 
+def test_two_that_compile_at_once_leave_one_of_both(tmp_path: Path) -> None:
+    spec = importlib.util.spec_from_file_location("compile_hot", ROOT / "compile_hot.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    place = tmp_path / "place" / "here"
+    for name in ("one", "other"):
+        made = tmp_path / name / "made"
+        made.mkdir(parents=True)
+        (made / "by").write_text(name)
+        module._put(made, place)
+        assert (place / "by").read_text() == name
+    late = tmp_path / "late" / "made"
+    (late.with_name("former") / "full").mkdir(parents=True)  # so the other cannot be moved away
+    late.mkdir()
+    module._put(late, place)
+    assert (place / "by").read_text() == "other"
+
+
 @compiled
-@pytest.mark.parametrize("change", ["time", "size", "gone", "list"])
-def test_machine_code_of_another_source_is_not_used(tmp_path: Path, change: str) -> None:
+@pytest.mark.parametrize(
+    "change", ["time", "size", "gone", "list", "null", "[]", "{}", "cut", "lost"]
+)
+def test_machine_code_of_another_source_or_not_whole_is_not_used(
+    tmp_path: Path, change: str
+) -> None:
+    """A file that was cut short, by a full disk or a power cut, ends Python with a bus error."""
     place = tmp_path / PLACE
     place.mkdir(parents=True)
+    code = place / "a.so"
+    code.write_bytes(b"code")
     source = tmp_path / "a.py"
     source.write_text("A = 1\n")
     told = source.stat()
     listed = {
         "sources": {"a.py": [told.st_size, told.st_mtime_ns]},
         "modules": {"stepload_nowhere": "a.so"},
+        "sizes": {"a.so": 4},
     }
     (place / LIST).write_text(json.dumps(listed))
     before = list(sys.meta_path)
@@ -148,7 +177,11 @@ def test_machine_code_of_another_source_is_not_used(tmp_path: Path, change: str)
             os.utime(source, ns=(told.st_atime_ns, told.st_mtime_ns))
         elif change == "gone":
             source.unlink()
+        elif change == "cut":
+            code.write_bytes(b"cod")
+        elif change == "lost":
+            code.unlink()
         else:
-            (place / LIST).write_text("{")
+            (place / LIST).write_text("{" if change == "list" else change)
         assert use(tmp_path) == 0
     assert sys.meta_path == before

@@ -35,12 +35,18 @@ LEFT_OF_LIMIT = (
 )  # fmt: skip
 """g by Poisson's ratio (row) and share (column)."""
 
+_STRESS = np.power(LEFT_OF_LIMIT, -1.0 / 3.0)
+"""σ_M(t)/σ_M(0), as the table."""
+
+_LOOKED_AT = [number / 100.0 for number in range(5, 61)]
+
 
 def left_of_limit(poisson_ratio: float, share: float) -> float:
     """g(t): the part of F_c that is left where the force across the axis is `share` of that along.
 
-    Straight between the table's columns, which is up to 0.5 % too much beyond the bend; of the two
-    neighbouring rows the smaller counts. Beyond a share of 0.6 nothing is left.
+    Between the table's columns σ_M is taken as straight. It is the largest of stresses that are
+    convex in the share, so that is never too much of g, where g itself taken as straight is, by up
+    to 8 %. Of the two neighbouring rows the smaller counts. Beyond 0.6 nothing is left.
 
     Args:
         poisson_ratio: of the body that yields, at most 0.5; below 0.2 the row of 0.2 counts, which
@@ -58,16 +64,18 @@ def left_of_limit(poisson_ratio: float, share: float) -> float:
         return 0.0
     above = int(np.searchsorted(POISSON_RATIOS, max(poisson_ratio, POISSON_RATIOS[0])))
     below = max(above - 1, 0) if poisson_ratio < POISSON_RATIOS[above] else above
-    return min(float(np.interp(share, SHARES, LEFT_OF_LIMIT[row])) for row in (below, above))
+    return min(1.0 / float(np.interp(share, SHARES, _STRESS[row])) ** 3 for row in (below, above))
 
 
 def weakening(poisson_ratio: float, largest_share: float) -> float:
-    """The a for which g(t) is at least 1 - a t² at every share t of the table up to the largest.
+    """The a for which g(t) is at least 1 - a t² at every share t up to the largest.
+
+    Looked for at the table's columns and every 0.01 from 0.05 on.
 
     Raises:
         DomainError: as `left_of_limit`; or the largest share is not above 0.
     """
     if not largest_share > 0.0:
         raise DomainError(f"the largest share across the axis is {largest_share:g}; above 0")
-    shares = [*(share for share in SHARES[1:] if share < largest_share), largest_share]
+    shares = [*(share for share in _LOOKED_AT if share < largest_share), largest_share]
     return max((1.0 - left_of_limit(poisson_ratio, share)) / share**2 for share in shares)

@@ -13,6 +13,7 @@ from stepload.engine.device_faults import DeviceFaults
 from stepload.engine.interfaces import RecordSink, RigDevices
 from stepload.engine.operator import StopLevel
 from stepload.engine.tick import Engine
+from stepload.errors import in_words
 from stepload.record.outcome import Cause, Lateness
 
 FAULT_POLL_TICKS = 16
@@ -169,4 +170,4 @@ class Cadence:
             self._on_progress(self._engine)
         except Exception as error:  # a broken terminal must not disturb the run
             self._on_progress = None
-            self._faults.errors.append(f"progress display: {type(error).__name__}: {error}")
+            self._faults.errors.append(f"progress display: {in_words(error)}")

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from stepload.engine.interfaces import RigDevices, by_role
 from stepload.engine.tick import Engine
+from stepload.errors import in_words
 from stepload.record.outcome import Cause
 from stepload.rig.device import Device, Identity
 
@@ -28,7 +29,7 @@ class DeviceFaults:
 
         A bug of a driver is no reason to leave the force on.
         """
-        message = f"{self._name(role)}: {type(error).__name__}: {error}"
+        message = f"{self._name(role)}: {in_words(error)}"
         if role not in self._raised:
             self._raised.add(role)
             self.errors.append(message)
@@ -67,7 +68,7 @@ def _fault_of(device: Device) -> str:
     try:
         fault = device.fault()
     except Exception as error:
-        return f"{type(error).__name__}: {error}"
+        return in_words(error)
     if fault is None:
         return ""
     return f"{fault.code.value}: {fault.message}" + (f" ({fault.hint})" if fault.hint else "")

@@ -15,6 +15,7 @@ from stepload.engine.safe_end import make_rig_safe
 from stepload.engine.safing import Action, make_safe, stop_notice, why_it_stopped
 from stepload.engine.tick import Engine
 from stepload.engine.undisturbed import undisturbed
+from stepload.errors import in_words
 from stepload.record.outcome import ActionResult, Cause, RunOutcome, RunStatus
 from stepload.rig.device import Identity
 
@@ -75,7 +76,7 @@ class _Run:
         except LoopHungError:
             pass
         except BaseException as error:  # the arm is made safe before anything else is thought of
-            message = f"{type(error).__name__}: {error}"
+            message = in_words(error)
             self.errors.append(message)
             self.engine.trip(Cause("loop", 1.0, 0.0, "", 0.0, self.rig.clock.now_s(), message))
         self.loop_end_s = self.rig.clock.now_s()

@@ -23,7 +23,7 @@ from stepload.units import parse_quantity
 
 FILE = "limits.json"
 MOST_DELAYED = 100_000
-"""Ticks that a command may take: the supervisor keeps so many targets."""
+"""Ticks that a command may take, or one channel lag the other: the supervisor keeps so many."""
 
 
 def limits_to_bytes(limits: RunLimits) -> bytes:
@@ -52,11 +52,21 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
         data.setdefault("moved_zero_n", data["touch_force_n"])
         data.setdefault("shown_noise_n", data["noise_n"])
         limits = RunLimits(**data)
-        if limits.command_delay_s > MOST_DELAYED * limits.period_s:
-            raise ValueError(f"command_delay_s {limits.command_delay_s} s")
+        _check_kept(limits)
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError, DomainError) as error:
         raise BadInputError(f"{FILE} in the record is damaged: {error}") from None
     return limits
+
+
+def _check_kept(limits: RunLimits) -> None:
+    """Raises ValueError where the supervisor would have to keep too many ticks."""
+    most_s = MOST_DELAYED * limits.period_s
+    for name in ("command_delay_s", "channel_skew_s"):
+        if not getattr(limits, name) <= most_s:
+            raise ValueError(
+                f"{name} is {getattr(limits, name):g} s, more than {MOST_DELAYED} ticks of"
+                f" {limits.period_s:g} s"
+            )
 
 
 def zero_of(event: Event) -> Zero:
@@ -123,7 +133,7 @@ def _others(limits: RunLimits, wishes: Mapping[str, str]) -> dict[str, Any]:
         unit = units[name]
         try:
             others[name] = _value(text, unit)
-            replace(limits, **{name: others[name]})
+            _check_kept(replace(limits, **others))
         except (ValueError, BadInputError) as error:
             told = error.message if isinstance(error, BadInputError) else str(error)
             raise BadInputError(

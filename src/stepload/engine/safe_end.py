@@ -17,6 +17,7 @@ from stepload.engine.notices import Say, nothing
 from stepload.engine.safing import Action, make_safe
 from stepload.engine.tick import Engine
 from stepload.engine.unload import Way, unload
+from stepload.errors import in_words
 from stepload.record.outcome import ActionResult
 from stepload.rig.device import Arm, Device
 
@@ -41,7 +42,7 @@ def make_rig_safe(
     try:
         done = make_safe(_actions(engine, rig, say), engine.operator)
     except BaseException as error:
-        errors.append(f"safing: {type(error).__name__}: {error}")
+        errors.append(f"safing: {in_words(error)}")
         return _last_resort(rig.arm)
     for action in done:
         if action.error and action.name != RETRACT:
@@ -93,5 +94,5 @@ def _sent(name: str, call: Callable[[], None]) -> ActionResult:
     try:
         call()
     except BaseException as error:  # what comes after it must be sent as well
-        error_text = f"{type(error).__name__}: {error}"
+        error_text = in_words(error)
     return ActionResult(name, True, error_text, begin_s, time.monotonic() - begin_s)

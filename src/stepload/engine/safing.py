@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from signal import Signals
 
 from stepload.engine.operator import Operator, StopLevel
+from stepload.errors import in_words
 from stepload.record.outcome import ActionResult, Cause
 
 POLL_S = 0.02
@@ -50,7 +51,7 @@ def _run(action: Action, operator: Operator) -> ActionResult:
         try:
             action.call()
         except BaseException as error:  # whatever it is, the next action must run
-            errors.append(f"{type(error).__name__}: {error}")
+            errors.append(in_words(error))
 
     worker = threading.Thread(target=call, name=f"safing {action.name}", daemon=True)
     try:

@@ -16,7 +16,17 @@ LATE_CLOCK_TICKS = 5
 AHEAD_S = 1e-4
 """A sample stamped this much later than its tick has no age that R3 could judge."""
 LIVES_SAMPLES = 20
-"""A sensor that has changed across the axis more often than this in free air sees what is there."""
+LIVES_SHARE = 0.05
+"""A sensor that has changed across the axis more often than this in free air, and in more than
+this share of its readings, sees what is there. A change of one step of its resolution does not
+count: where noise is less than a step, a sound sensor stands still as soon as its mean lies between
+two steps."""
+COARSE_SAMPLES = 5
+COARSE_SHARE = 0.001
+COARSE_COUNTS = 150
+"""From these on its noise is 0.3 of a step at least: it may stand, but not for so many readings."""
+STEPS = 1.5
+"""So many times the smallest change seen is more than one step."""
 ACROSS_ALPHA = 0.1
 """Share of a new reading in the smoothed force across the pressing axis, per tick."""
 CLOCK_TRACKING = 1e-3
@@ -152,13 +162,17 @@ class ForceWatch(_StreamWatch):
         "_i",
         "_index",
         "_j",
+        "_least_across",
         "_lived_across",
         "_lives_across",
         "_same",
         "_same_across",
+        "_seen_across",
         "_sign",
         "_smooth_i",
         "_smooth_j",
+        "_step_i",
+        "_step_j",
         "_torque_i",
         "_torque_j",
         "_wrench",
@@ -188,7 +202,9 @@ class ForceWatch(_StreamWatch):
         self._full_scale_n = full_scale_n
         self.identical_counts = identical_counts
         self._wrench: tuple[float, ...] = ()
-        self._same = self._same_across = self._lived_across = 0
+        self._same = self._same_across = self._lived_across = self._seen_across = 0
+        self._least_across = 0
+        self._step_i = self._step_j = float("inf")
         self._lives_across: bool | None = None
         self.raw_n = self.smooth_n = float("nan")
 
@@ -247,7 +263,10 @@ class ForceWatch(_StreamWatch):
     def tare(self, wrench: Sequence[float] = ()) -> None:
         """Take this mean of the six components for zero; without one, what is smoothed now."""
         if self._lives_across is None:
-            self._lives_across = self._lived_across > LIVES_SAMPLES
+            lived, seen = self._lived_across, self._seen_across
+            if not lived > max(float(LIVES_SAMPLES), LIVES_SHARE * seen):
+                self._least_across = COARSE_COUNTS
+            self._lives_across = lived > max(float(COARSE_SAMPLES), COARSE_SHARE * seen)
         if wrench:
             self._zero = tuple(wrench)
         elif self._smooth_i == self._smooth_i:
@@ -314,15 +333,29 @@ class ForceWatch(_StreamWatch):
         Of a sensor that has shown noise across in free air; a load cell has none.
         """
         i, j, last = self._i, self._j, self._wrench
+        if self._lives_across is None and last:
+            self._seen_across += 1
+            if self._leaps(abs(wrench[i] - last[i]), abs(wrench[j] - last[j])):
+                self._lived_across += 1
         if not last or wrench[i] != last[i] or wrench[j] != last[j]:
-            self._lived_across += 1
             self._same_across = 0
             return None
         self._same_across += 1
         counts, equal = self.identical_counts, self._same_across
-        if not self._lives_across or not equal >= counts > 0:
+        if not self._lives_across or not counts > 0:
+            return None
+        counts = max(counts, self._least_across)
+        if equal < counts:
             return None
         return self._frozen(f"{self.name}, across the axis", equal + 1, counts)
+
+    def _leaps(self, change_i: float, change_j: float) -> bool:
+        """Whether one of these changes is of more than the smallest seen of its component."""
+        if 0.0 < change_i < self._step_i:
+            self._step_i = change_i
+        if 0.0 < change_j < self._step_j:
+            self._step_j = change_j
+        return change_i > STEPS * self._step_i or change_j > STEPS * self._step_j
 
     def _follow(self, wrench: Sequence[float]) -> None:
         """Smooth forces, and torques across the axis."""

@@ -34,6 +34,7 @@ PAUSE_SAMPLES = 8.0
 QUICK_S = 0.2e-3
 """An empty drain that takes longer, every time, waits for something."""
 DRAINS = 11
+WHOLE, SIX = ("sequence", "status"), ("wrench", "pose")
 
 
 def check_samples(trial: Trial) -> str:
@@ -54,6 +55,7 @@ def check_samples(trial: Trial) -> str:
             raise ContractViolation(f"a fault while watching: {fault.code}: {fault.message}")
         require(len(samples) >= MIN_SAMPLES, f"only {len(samples)} samples at {rate_hz:g} Hz")
         for sample in samples:
+            _require_types(sample)
             _require_finite(sample, device)
     gaps = 0
     for old, new in itertools.pairwise(samples):
@@ -95,6 +97,22 @@ def _stamped_rate_hz(samples: list[Sample]) -> float:
     """Samples a second by their own receive times; 0 where that cannot be said."""
     span_s = samples[-1].receive_time_s - samples[0].receive_time_s if samples else 0.0
     return (len(samples) - 1) / span_s if span_s > 0.0 else 0.0
+
+
+def _require_types(sample: Sample) -> None:
+    """The promised types: the compiled engine takes no others."""
+    for name, value in zip(sample._fields, sample, strict=True):
+        if name in WHOLE:
+            right = isinstance(value, int)
+        elif name in SIX:
+            right = isinstance(value, tuple) and all(
+                isinstance(each, float | int) for each in value
+            )
+        else:
+            right = isinstance(value, float | int)
+        found = "of others than floats" if isinstance(value, tuple) else type(value).__name__
+        wanted = "an int" if name in WHOLE else "a tuple of floats" if name in SIX else "a float"
+        require(right, f"{name} is {found}, not {wanted}")
 
 
 def _require_finite(sample: Sample, device: Device) -> None:

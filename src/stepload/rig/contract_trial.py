@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import cast
 
 from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
@@ -116,7 +117,9 @@ def drain(device: Device) -> list[Sample]:
     """
     assert isinstance(device, Arm | ForceSensor | DisplacementSensor)
     expected = next(kind for owner, kind in SAMPLE_OF.items() if isinstance(device, owner))
-    samples: list[Sample] = list(device.drain())
+    given: object = device.drain()
+    require(isinstance(given, list), f"drain() gave {type(given).__name__}, not a list")
+    samples = cast(list[Sample], given)
     for sample in samples:
         require(
             isinstance(sample, expected),

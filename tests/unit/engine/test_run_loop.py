@@ -267,6 +267,42 @@ def test_an_exception_in_a_driver_ends_with_the_force_off(
         assert tape.kinds()["end"] == 1
 
 
+class _UntoldError(Exception):
+    """As of a library whose errors expect more than they were given."""
+
+    def __str__(self) -> str:
+        return str(self.args[3])
+
+
+@pytest.mark.parametrize("broken", ["arm.command", "arm.drain", "force.drain", "arm.fault"])
+def test_an_exception_without_a_text_ends_with_the_force_off(
+    monkeypatch: pytest.MonkeyPatch, broken: str
+) -> None:
+    bench, tape = _bench(), Tape()
+    device = getattr(bench.rig, broken.split(".")[0])
+    sound = getattr(device, broken.split(".")[1])
+
+    def call(*given: Any) -> Any:
+        if any(row.phase == Phase.HOLD for row in tape.rows[-1:]):
+            raise _UntoldError
+        return sound(*given)
+
+    monkeypatch.setattr(device, broken.split(".")[1], call)
+    outcome = _go(bench, tape)
+    assert outcome.status is RunStatus.STOPPED
+    assert outcome.cause is not None
+    assert "_UntoldError" in outcome.cause.message
+    assert bench.rig.world.true_force_n == 0.0
+
+
+def test_a_stop_that_raises_an_exception_without_a_text_is_not_called_confirmed() -> None:
+    def fail() -> None:
+        raise _UntoldError
+
+    [outcome] = make_safe([Action("stop", fail, 1.0, arm=True)], Operator())
+    assert outcome.error.startswith("_UntoldError")
+
+
 class _Spoilt:
     """A device of the rig that latches a fault, or breaks when it is read, in the first hold."""
 

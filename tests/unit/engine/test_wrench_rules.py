@@ -108,6 +108,43 @@ def test_a_sensor_that_dies_across_the_axis_stops_the_run(axis: str) -> None:
     assert dying_across(axis, dead_from=400, steps_of=20) == []  # coarse, and sound
 
 
+@pytest.mark.parametrize("noise_steps", [0.1, 0.2, 0.3, 0.4, 0.6])
+@pytest.mark.parametrize("between", [0.0, 0.3, 0.5])
+def test_a_sensor_of_little_noise_beside_its_resolution_may_stand_across(
+    noise_steps: float, between: float
+) -> None:
+    """It flickers between two steps in free air, and stands as soon as a force moves its mean."""
+    watch = ForceWatch(
+        "force", "+fz", full_scale_n=1e3, stale_s=1.0, identical_counts=25, clock_s=1.0
+    )
+    step_n, noise = 0.1, np.random.default_rng(1).normal(0.0, noise_steps, (5000, 3))
+    for number, row in enumerate(noise):
+        pressed = number > 1000
+        across = np.floor(row[:2] + (0.0 if pressed else between) + 0.5) * step_n
+        wrench = (*across.tolist(), float(row[2]), 0.0, 0.0, 0.0)
+        if number == 1000:
+            watch.tare()
+        now_s = 0.002 * number
+        assert watch.take([ForceSample(number, now_s, now_s, 0, wrench, 20.0)], now_s) is None
+
+
+def test_a_coarse_sensor_that_dies_across_is_given_longer() -> None:
+    watch = ForceWatch(
+        "force", "+fz", full_scale_n=1e3, stale_s=1.0, identical_counts=25, clock_s=1.0
+    )
+    noise, found = np.random.default_rng(2).normal(0.0, 0.35, (2000, 3)), []
+    for number, row in enumerate(noise):
+        across = np.floor(row[:2] + 0.5) if number < 1500 else np.zeros(2)
+        if number == 1000:
+            watch.tare()
+        now_s = 0.002 * number
+        wrench = (*across.tolist(), float(row[2]), 0.0, 0.0, 0.0)
+        found.append(watch.take([ForceSample(number, now_s, now_s, 0, wrench, 20.0)], now_s))
+    [first, *_] = [breach for breach in found if breach is not None]
+    assert (first.rule, first.limit) == ("R4", 150.0)
+    assert 1500 < found.index(first) < 1660
+
+
 def test_both_components_across_the_axis_count() -> None:
     cause = Feed().ramp([25.0, 25.0, 100.0, 0.0, 0.0, 0.0])
     assert cause is not None
