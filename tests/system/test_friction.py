@@ -66,7 +66,7 @@ def test_dry_and_greased_tell_what_the_force_across_does(record: Path) -> None:
 
 def test_payloads_of_other_frictions_come_out_alike(record: Path, tmp_path: Path) -> None:
     values = {}
-    for share in ("28 %", "5 %"):
+    for share in ("20 %", "5 %"):
         place = tmp_path / share[:2].strip()
         place.mkdir()
         result = pressed(place, f"record: {record}", share)
@@ -74,14 +74,14 @@ def test_payloads_of_other_frictions_come_out_alike(record: Path, tmp_path: Path
         [line] = [x for x in result["headline"]["lines"] if x["source"] == "force across the axis"]
         assert "taken out" in line["size"]
         values[share] = result["headline"]["value_n_per_m"]
-    assert values["28 %"] == pytest.approx(values["5 %"], rel=0.03)
+    assert values["20 %"] == pytest.approx(values["5 %"], rel=0.03)
 
 
 def test_one_number_holds_near_its_own_friction_only(record: Path, tmp_path: Path) -> None:
     one = json.loads(record.read_text()) | {"across": [], "across_sigma": []}
     (tmp_path / "one.json").write_text(json.dumps(one))
-    for share, wrong in (("28 %", True), ("15 %", False)):
-        place = tmp_path / share[:2]
+    for share, wrong in (("2 %", True), ("15 %", False)):
+        place = tmp_path / share[:2].strip()
         place.mkdir()
         result = pressed(place, f"record: {tmp_path / 'one.json'}", share)
         assert ("lateral" in fired(result)) is wrong
