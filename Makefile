@@ -60,16 +60,16 @@ imports: $(READY)
 	$(BIN)/lint-imports --no-cache
 
 # What puts stand-ins into the engine needs its Python source; all else runs it as `make` made it.
-SOURCE := tests/unit tests/contract tests/system/test_breakage.py
-MADE   := STEPLOAD_PURE= $(BIN)/pytest tests/system tests/wire --ignore=tests/system/test_breakage.py
+SOURCE := tests/unit tests/contract tests/helpers tests/system/test_breakage.py
+MADE   := tests/system tests/wire --ignore=tests/system/test_breakage.py
 
 virtual: compiled $(KEPT) ## The tests that no clock on the wall can fail, on every core
 	$(BIN)/pytest $(SOURCE) -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
-	$(MADE) -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
+	STEPLOAD_PURE= $(BIN)/pytest $(MADE) -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
 
 realtime: compiled ## The tests against the wall clock, under a meter of the host's stalls
-	$(MADE) -m 'patient and not long' -n $(CORES) $(BESIDE)
-	$(MADE) -m 'realtime and not patient and not long'
+	STEPLOAD_PURE= $(BIN)/pytest -m 'patient and not long' -n $(CORES) $(BESIDE)
+	STEPLOAD_PURE= $(BIN)/pytest -m 'realtime and not patient and not long'
 
 test-under-load: $(READY) ## Both of these, ten times beside busy loops and ten times with stops
 	$(BIN)/python tests/helpers/under_load.py --runs 10 -- $(MAKE) --no-print-directory virtual realtime
