@@ -85,10 +85,10 @@ installed: ## The wheels in a clean environment, outside the checkout
 	.ci/installed
 
 wire: compiled ## Every fault of the documents under a whole run, real time
-	$(BIN)/pytest tests/wire/runs -m 'long or not long' --durations=10
+	STEPLOAD_PURE= $(BIN)/pytest tests/wire/runs -m 'long or not long' --durations=10
 
 long: compiled ## Tests that are too long for every commit: the page's commands, memory, more plans
-	$(BIN)/pytest tests/system -m long --durations=10
+	STEPLOAD_PURE= $(BIN)/pytest tests/system -m long --durations=10
 
 campaign: compiled ## The fault campaign, 100,000 runs (hours; resumable)
 	$(BIN)/stepload campaign procedures/campaign.yaml --runs 100000 --faults all --seed 1 --out campaign

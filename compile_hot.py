@@ -37,7 +37,7 @@ class may inherit from a compiled one only if it is compiled too."""
 
 FILES = [f"{room}/{name}.py" for room, names in HOT.items() for name in names]
 OPTIMISE = "1"
-"""As fast as 3 here, and compiled in half the time."""
+"""With 3 the loop of `make demo` takes 3 % less, and compiling a sixth more."""
 
 
 def _module(path: str) -> str:
@@ -105,9 +105,13 @@ def main() -> int:
     if not os.access(ROOT, os.W_OK):
         print("compiled modules: none, nothing can be written here; Python does the same, slower")
         return 0
-    print("compiling the hot modules, once, about half a minute", flush=True)
+    print("compiling the hot modules, once, about a minute", flush=True)
     os.chdir(ROOT)
-    sources = _sources()
+    try:
+        sources = _sources()
+    except subprocess.CalledProcessError as error:
+        print(f"{error.stderr}compiled modules: none, they cannot be imported")
+        return 0
     with tempfile.TemporaryDirectory(dir=ROOT, prefix=".compiling-") as name:
         work = Path(name)
         log = work / "log"

@@ -45,9 +45,10 @@ def test_preflight_is_short_and_whole_where_it_is_asked_for(tmp_path: Path) -> N
     assert "refuses" not in short.splitlines()[0]
     assert "behind the start pose free" in short  # what a person must see to
     assert "drive_runaway" in short.split("notes, in full with --verbose: ")[1]
-    for told in ("a drive that runs away", "Force budget", "Schedule", "force_limit_n"):
+    for told in ("a drive that runs away", "Schedule: about", "force_limit_n"):
         assert told not in short
         assert told in whole
+    assert "Force budget" in short  # it is printed before any motion
     assert in_process("preflight", plan, "--json").stdout == in_process(
         "preflight", plan, "--verbose", "--json"
     ).stdout  # fmt: skip

@@ -75,7 +75,7 @@ def _until_data(until: Until | None) -> dict[str, Any]:
 MOODS = {"go": "good", "warn": "doubt", "refused": "bad"}
 
 
-ACTED_ON = ("shake", "changes_together")
+ACTED_ON = ("shake", "changes_together", "plate_tilted")
 """Notes that ask a person for something; they are said in any case."""
 
 
@@ -116,7 +116,7 @@ def show_preflight(envelope: Envelope, out: Output) -> None:
 
 
 def show_figures(envelope: Envelope, out: Output, *, details: bool = True) -> None:
-    """The figures of a preflight; force budget and schedule with `details` only."""
+    """The figures of a preflight; the schedule with `details` only."""
     from stepload.envelope.reason import PlanVerdict
     from stepload.results import fields
     from stepload.results.course_tables import force_budget_table
@@ -149,11 +149,11 @@ def show_figures(envelope: Envelope, out: Output, *, details: bool = True) -> No
         ]
     rows += _stiffness_rows(envelope)
     out.tables(Table("Predicted", ("figure", "value", "from"), rows))
-    if envelope.verdict is not PlanVerdict.REFUSED and details:
-        out.tables(
-            force_budget_table(envelope),
-            table(f"Schedule: about {envelope.duration_s:.0f} s", fields.STAGE, envelope.stages),
-        )
+    if envelope.verdict is not PlanVerdict.REFUSED:
+        out.tables(force_budget_table(envelope))
+        if details:
+            title = f"Schedule: about {envelope.duration_s:.0f} s"
+            out.tables(table(title, fields.STAGE, envelope.stages))
     for title, part in (
         ("Touches on a circle", envelope.aligning),
         ("Force across is taken off", envelope.nulling),
@@ -257,7 +257,7 @@ def preflight(
     payload: PayloadFile = None,
     verbose: Annotated[
         bool,
-        typer.Option("--verbose", help="Notes in full, force budget, schedule, every threshold."),
+        typer.Option("--verbose", help="Notes in full, schedule, every threshold."),
     ] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -305,7 +305,7 @@ def _show_left_out(envelope: Envelope, out: Output) -> None:
 
     if envelope.verdict is not PlanVerdict.REFUSED:
         out.line(f"duration: about {envelope.duration_s:.0f} s")
-        out.line("force budget, schedule and every threshold of the supervisor: --verbose")
+        out.line("schedule and every threshold of the supervisor: --verbose")
     if notes := left_out(envelope):
         out.line(f"notes, in full with --verbose: {', '.join(notes)}", hang="  ")
 

@@ -49,10 +49,13 @@ class ForceLeft:
             samples = []
         if not samples:
             return
-        self._sound = supervisor.force.take(samples, self._clock.now_s()) is None
-        since_s = samples[-1].receive_time_s - WINDOW_S
-        read_n = [supervisor.force.project(s) for s in samples if s.receive_time_s >= since_s]
-        self.force_n = sum(read_n) / len(read_n) - supervisor.zero_n
+        try:
+            self._sound = supervisor.force.take(samples, self._clock.now_s()) is None
+            since_s = samples[-1].receive_time_s - WINDOW_S
+            read_n = [supervisor.force.project(s) for s in samples if s.receive_time_s >= since_s]
+            self.force_n = sum(read_n) / len(read_n) - supervisor.zero_n
+        except Exception:  # samples that cannot be read prove nothing
+            self._sound = False
 
     @property
     def age_s(self) -> float:

@@ -13,8 +13,7 @@ from stepload.envelope.press import Term, largest_speed
 from stepload.envelope.reason import Reason, Severity
 from stepload.errors import BadInputError
 from stepload.plan.model import Plan, Rig
-from stepload.rig.device import Arm
-from stepload.rig.plugins import load_driver
+from stepload.rig.plugins import load_arm
 from stepload.units import format_quantity
 
 GUESSED_FACTOR = 3.0
@@ -210,10 +209,9 @@ def aligning_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
 def can_shift(rig: Rig) -> bool:
     """Whether the driver of the plan's arm can go across its approach at all."""
     try:
-        driver = load_driver("stepload.arms", rig.arm.driver.name)
+        return load_arm(rig.arm.driver.name).can_shift
     except BadInputError:  # a plan that was made without a driver
         return False
-    return issubclass(driver, Arm) and driver.can_shift
 
 
 def _nulling_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:

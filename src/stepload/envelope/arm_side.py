@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import math
-from functools import cache
-from typing import cast
 
 from stepload.plan.model import Plan, SecondForceSource
-from stepload.rig.device import Arm
-from stepload.rig.plugins import load_driver
+from stepload.rig.plugins import load_arm
 
-GROUP = "stepload.arms"
 COMPONENTS = 2
 """Across the press; each may err by what R5 allows the one along it to err by."""
 
@@ -31,8 +27,8 @@ def arm_tells(plan: Plan) -> bool:
     Raises:
         BadInputError: the arm's driver is not installed.
     """
-    rig = plan.rig
-    return rig.second_force.source is SecondForceSource.ARM and _arm(rig.arm.driver.name).has_wrench
+    source = plan.rig.second_force.source
+    return source is SecondForceSource.ARM and load_arm(plan.rig.arm.driver.name).has_wrench
 
 
 def surely_seen(plan: Plan) -> float:
@@ -41,8 +37,3 @@ def surely_seen(plan: Plan) -> float:
     second, top_n = plan.rig.second_force, plan.procedure.top_force_n
     error_n = arm_error_n(second.tolerance_n, second.tolerance_relative, top_n)
     return plan.procedure.max_lateral_share + 2.0 * error_n / top_n
-
-
-@cache
-def _arm(name: str) -> type[Arm]:
-    return cast(type[Arm], load_driver(GROUP, name))

@@ -20,8 +20,9 @@ FRICTION_STEP = 0.01
 def way_back_reasons(plan: Plan, counted_n: float) -> Iterator[Reason]:
     """What the friction that the plan states costs; what it may cost where none is stated.
 
-    Friction lets go later than the force falls: on the way back its share grows up to µ. A stop
-    draws back too, so that nothing but a lower force bounds what the payload bears then.
+    Where the contact has slid and clings again, or joints stick, friction lets go later than the
+    force falls, and its share grows up to µ. A stop draws back too, so that nothing but a lower
+    force bounds what the payload bears then.
 
     Args:
         counted_n: what of F_c may be counted on.

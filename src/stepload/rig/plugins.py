@@ -6,6 +6,7 @@ import inspect
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
+from typing import cast
 
 from stepload.errors import BadInputError
 from stepload.rig.device import Arm, Device, DisplacementSensor, ForceSensor
@@ -60,6 +61,11 @@ def list_drivers() -> list[Listed]:
 def driver_names(group: str) -> list[str]:
     """Names installed in `group`, without loading anything."""
     return sorted(point.name for point in _installed(group))
+
+
+def load_arm(name: str) -> type[Arm]:
+    """The arm's driver class called `name`; raises as `load_driver`."""
+    return cast(type[Arm], load_driver("stepload.arms", name))
 
 
 def load_driver(group: str, name: str) -> type[Device]:

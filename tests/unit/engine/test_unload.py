@@ -179,3 +179,20 @@ def test_a_sensor_that_hangs_does_not_keep_the_retract_from_being_sent(cause, ca
     sensor.go.set()
     if left._looking is not None:
         left._looking.join(30.0)
+
+
+@pytest.mark.parametrize(("readable", "proven"), [(True, True), (False, False)])
+def test_samples_that_cannot_be_read_prove_nothing(readable: bool, proven: bool) -> None:
+    def take(samples, now_s):
+        if not readable:
+            raise TypeError("not a wrench")
+
+    watch = SimpleNamespace(receive_s=5.0, take=take, project=lambda sample: 0.2)
+    engine = _engine("loop")
+    engine.supervisor = SimpleNamespace(smooth_n=8.1, zero_n=0.0, tared=True, force=watch)
+    engine.limits = SimpleNamespace(stale_force_s=0.1, touch_force_n=2.0)
+    sensor = SimpleNamespace(drain=lambda: [SimpleNamespace(receive_time_s=5.0)])
+    left = ForceLeft(engine, sensor, SimpleNamespace(now_s=lambda: 5.01))
+    left.look()
+    assert left.proven is proven
+    assert left.gone is proven

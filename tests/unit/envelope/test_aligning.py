@@ -42,7 +42,7 @@ def test_an_arm_that_cannot_shift_is_refused(monkeypatch: pytest.MonkeyPatch) ->
     class Fixed(Arm):
         pass
 
-    monkeypatch.setattr("stepload.envelope.aligning.load_driver", lambda _group, _name: Fixed)
+    monkeypatch.setattr("stepload.envelope.aligning.load_arm", lambda _name: Fixed)
     assert codes(tilted_plan())["arm_cannot_shift"] is Severity.REFUSE
     assert codes(tilted_plan(alignment=None, nulling=Nulling()))["arm_cannot_shift"] == "refuse"
 
