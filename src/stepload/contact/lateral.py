@@ -19,9 +19,11 @@ last ring of such an edge are not in it.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stepload.errors import DomainError
 
+FloatArray = NDArray[np.float64]
 POISSON_RATIOS = (0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5)
 SHARES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6)
 LEFT_OF_LIMIT = (
@@ -38,7 +40,7 @@ LEFT_OF_LIMIT = (
 _STRESS = np.power(LEFT_OF_LIMIT, -1.0 / 3.0)
 """σ_M(t)/σ_M(0), as the table."""
 
-_LOOKED_AT = [number / 100.0 for number in range(5, 61)]
+_LOOKED_AT = np.arange(50, 601) / 1000.0
 
 
 def left_of_limit(poisson_ratio: float, share: float) -> float:
@@ -62,20 +64,29 @@ def left_of_limit(poisson_ratio: float, share: float) -> float:
         raise DomainError(f"the share of the force across the axis is {share:g}; at least 0")
     if share > SHARES[-1]:
         return 0.0
+    return float(_left(poisson_ratio, share))
+
+
+def _left(poisson_ratio: float, share: FloatArray | float) -> FloatArray:
+    """g at shares of the table."""
     above = int(np.searchsorted(POISSON_RATIOS, max(poisson_ratio, POISSON_RATIOS[0])))
     below = max(above - 1, 0) if poisson_ratio < POISSON_RATIOS[above] else above
-    return min(1.0 / float(np.interp(share, SHARES, _STRESS[row])) ** 3 for row in (below, above))
+    stresses = [np.interp(share, SHARES, _STRESS[row]) for row in (below, above)]
+    least: FloatArray = np.max(stresses, axis=0) ** -3.0
+    return least
 
 
 def weakening(poisson_ratio: float, largest_share: float) -> float:
     """The a for which g(t) is at least 1 - a t² at every share t up to the largest.
 
-    Looked for at the table's columns and every 0.01 from 0.05 on.
+    Looked for every 0.001 from 0.05 on, and at the largest.
 
     Raises:
         DomainError: as `left_of_limit`; or the largest share is not above 0.
     """
     if not largest_share > 0.0:
         raise DomainError(f"the largest share across the axis is {largest_share:g}; above 0")
-    shares = [*(share for share in _LOOKED_AT if share < largest_share), largest_share]
-    return max((1.0 - left_of_limit(poisson_ratio, share)) / share**2 for share in shares)
+    left_of_limit(poisson_ratio, largest_share)  # refuses what it does not know
+    shares = np.append(_LOOKED_AT[largest_share > _LOOKED_AT], largest_share)
+    left = np.where(shares > SHARES[-1], 0.0, _left(poisson_ratio, shares))
+    return float(np.max((1.0 - left) / shares**2))

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from stepload.envelope.catch_up import catch_up_force
+from stepload.envelope.dragged import believed_tilt_rad, steeper
 from stepload.envelope.pressing import (
     GUARDED_SHARE,
     HARD_STOP_N_PER_M,
@@ -17,7 +18,6 @@ from stepload.envelope.pressing import (
     rigid_coefficient,
 )
 from stepload.envelope.reason import Reason, Severity
-from stepload.envelope.sideways import UNMEASURED_TILT_RAD
 from stepload.plan.model import Plan, SecondForceSource
 from stepload.units import format_quantity
 
@@ -97,13 +97,16 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
         moved_m, math.nan, "m",
     )  # fmt: skip
     if plan.rig.force.components == "six" and plan.procedure.alignment is None:
+        tilt_rad, left = believed_tilt_rad(plan), 1.0 - steeper(plan)
+        taken = f"; {left:.1%} of F_c are counted on for it" if left < 1.0 else ""
         yield Reason(
             "plate_tilted", Severity.NOTE,
             "nothing measures how the plate is tilted against the press: beyond"
-            f" {math.degrees(UNMEASURED_TILT_RAD):g} deg the payload is dragged sideways more than"
-            " the force sensor shows, and more than R12 counts on",
-            "let three touches on a circle measure it (procedure.alignment), or level the plate",
-            UNMEASURED_TILT_RAD, math.nan, "rad",
+            f" {math.degrees(tilt_rad):.3g} deg the payload is dragged sideways more than"
+            f" the force sensor shows, and more than R12 counts on{taken}",
+            "let three touches on a circle measure it (procedure.alignment), level the plate, or"
+            " state by how much it may be tilted at most (rig.plate_tilt)",
+            tilt_rad, math.nan, "rad",
         )  # fmt: skip
     if plan.rig.second_force.source is not SecondForceSource.NONE:
         common = 100.0 * plan.rig.common_force_error

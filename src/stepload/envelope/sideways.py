@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from stepload.contact.lateral import weakening
 from stepload.envelope.arm_side import arm_tells, surely_seen
-from stepload.envelope.conditions import misalignment_of
 from stepload.envelope.dragged import (
+    askew_of,
     counted_left,
     dragged_left,
     friction_left,
-    yielding_ratios,
+    steeper,
+    worst_weakening,
 )
 from stepload.envelope.reason import Reason, Severity
 from stepload.plan.model import ForceSpec, Plan, Structure
@@ -24,8 +24,6 @@ LEAST_N = 5.0
 """Below this force the share across the axis says little about the contact, and is not asked for
 where friction cannot make it too large there."""
 SIGMAS = 8.0
-UNMEASURED_TILT_RAD = math.radians(3.0)
-"""A plate that no alignment has measured is believed to be tilted by no more than this."""
 OFF_CENTRE_M = 2e-3
 """A contact is rarely nearer to the pressing axis than this."""
 _COMPONENTS = ("fx_n", "fy_n", "fz_n", "tx_n_m", "ty_n_m", "tz_n_m")
@@ -60,26 +58,16 @@ def sideways_limits(plan: Plan, noise_n: float, allowed_n: float) -> dict[str, f
     }
 
 
-def askew_of(plan: Plan) -> float:
-    """By how much the share in the plane of the plate may be above the one that the sensor shows.
-
-    The plate is tilted against the press, and the sensor is mounted askew.
-    """
-    alignment = plan.procedure.alignment
-    tilt_rad = UNMEASURED_TILT_RAD if alignment is None else alignment.max_tilt_rad
-    return math.tan(tilt_rad + misalignment_of(plan.rig))
-
-
 def weakening_left(plan: Plan) -> float:
     """The a for which F_allowed (1 - a u) leaves what a share leaves of F_c; u = s (s + 2 e), s the
     share that the sensor shows, e what is hidden of it.
 
     What F_allowed leaves out of F_c already is not taken off again: the least a' for which
-    left (1 - a' u) <= 1 - a u at every s up to the largest.
+    left (1 - a' u) <= 1 - steeper - a u at every s up to the largest.
     """
-    share, askew, left = plan.procedure.max_lateral_share, askew_of(plan), counted_left(plan)
-    whole = max(weakening(nu, share + askew) for nu in yielding_ratios(plan.payload))
-    return max(0.0, whole - (1.0 / left - 1.0) * (1.0 / (share * (share + 2.0 * askew)) - whole))
+    share, left, whole = plan.procedure.max_lateral_share, counted_left(plan), worst_weakening(plan)
+    largest = share * (share + 2.0 * askew_of(plan))
+    return max(0.0, whole / left - ((1.0 - steeper(plan)) / left - 1.0) / largest)
 
 
 def share_from_n(plan: Plan, noise_n: float, allowed_n: float) -> float:
@@ -131,7 +119,8 @@ def share_reasons(plan: Plan, from_n: float, allowed_n: float) -> Iterator[Reaso
 def sideways_reasons(plan: Plan) -> Iterator[Reason]:
     """Whether sideways force is seen, and whether the sensor's torques allow it."""
     force, top_n = plan.rig.force, plan.procedure.top_force_n
-    if (left := dragged_left(plan)) < 1.0:
+    if plan.rig.arm.structure is Structure.ARM and force.components == "one":
+        left = dragged_left(plan)
         share, told = plan.procedure.max_lateral_share, arm_tells(plan)
         beyond = (
             "the arm's own force, within its tolerance, shows it surely from"

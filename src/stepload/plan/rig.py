@@ -420,6 +420,13 @@ class Rig:
     mechanical_fuse_n: Annotated[
         Force | None, Key("Force at which a mechanical fuse in the load path opens.")
     ] = None
+    plate_tilt_rad: Annotated[
+        _Misalignment | None,
+        Key(
+            "Largest angle by which the plate may be tilted against the press, where no"
+            " `procedure.alignment` measures it; none: 3 deg."
+        ),
+    ] = None
     load_path_m: Annotated[
         LengthOrZero,
         Key("Length between where the arm measures its travel and the plate; grows when heated."),

@@ -115,7 +115,7 @@ def test_the_parabola_is_never_above_what_is_left() -> None:
         for largest in (0.05, 0.12, 0.3, 0.4, 0.6):
             bend = weakening(nu, largest)
             for share in np.linspace(0.05, largest, 50):
-                assert 1.0 - bend * share**2 <= left_of_limit(nu, float(share)) + 0.001
+                assert 1.0 - bend * share**2 <= left_of_limit(nu, float(share)) + 2e-5
 
 
 @pytest.mark.parametrize(

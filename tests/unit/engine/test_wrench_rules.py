@@ -226,20 +226,29 @@ def test_a_payload_that_is_dragged_is_pressed_less() -> None:
             assert cause.limit == pytest.approx(left_n, rel=0.01)
 
 
-@pytest.mark.parametrize(("measured_deg", "hidden_deg"), [(None, 3.0), (1.0, 1.0)])
-def test_what_tilt_and_mounting_hide_of_the_share_is_counted(
-    measured_deg: float | None, hidden_deg: float
+@pytest.mark.parametrize(
+    ("measured_deg", "mounted_deg", "hidden_deg"),
+    [(None, None, 5.0), (1.0, None, 3.0), (1.0, 0.0, 1.0)],
+)
+def test_what_tilt_mounting_and_cross_talk_hide_of_the_share_is_counted(
+    measured_deg: float | None, mounted_deg: float | None, hidden_deg: float
 ) -> None:
     alignment = None if measured_deg is None else Alignment(max_tilt_rad=math.radians(measured_deg))
-    plan = replace(PLAN, procedure=replace(PLAN.procedure, alignment=alignment))
+    mounted_rad = None if mounted_deg is None else math.radians(mounted_deg)
+    force = replace(PLAN.rig.force, misalignment_rad=mounted_rad)
+    plan = replace(
+        PLAN,
+        procedure=replace(PLAN.procedure, alignment=alignment),
+        rig=replace(PLAN.rig, force=force),
+    )
     found = sideways_limits(plan, 0.3, 400.0)
     askew = found["lateral_askew"]
-    assert askew == pytest.approx(math.tan(math.radians(hidden_deg)))
+    assert askew == pytest.approx(math.tan(math.radians(hidden_deg)) + 0.01)
     for share in (0.05, 0.1, 0.2, 0.25, 0.3):
         left = 1.0 - found["lateral_weakening"] * share * (share + 2.0 * askew)
         for nu in yielding_ratios(plan.payload):
             most = left_of_limit(nu, share + askew)
-            assert left <= most + found["lateral_weakening"] * askew**2
+            assert left <= most + found["lateral_weakening"] * askew**2 + 2e-5
 
 
 def test_what_is_lost_follows_from_the_body_that_yields() -> None:

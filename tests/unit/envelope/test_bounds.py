@@ -480,6 +480,8 @@ def test_a_plate_whose_tilt_nothing_measures_is_named() -> None:
         return {reason.code: reason.value for reason in hazards(plan, pressing(plan))}
 
     assert named(PLAN)["plate_tilted"] == pytest.approx(math.radians(3.0))
+    for stated in (0.01, 0.17):
+        assert named(on_rig(plate_tilt_rad=stated))["plate_tilted"] == stated
     measured = replace(PLAN, procedure=replace(PLAN.procedure, alignment=Alignment()))
     assert "plate_tilted" not in named(measured)
     one = on_rig(force=replace(PLAN.rig.force, components="one"))

@@ -11,19 +11,27 @@ import pytest
 from run_plans import stvf_plan
 
 from stepload.contact.lateral import left_of_limit, weakening
-from stepload.envelope.dragged import back_left, counted_left, dragged_left
+from stepload.envelope.dragged import (
+    askew_of,
+    back_left,
+    believed_tilt_rad,
+    counted_left,
+    dragged_left,
+    left_at,
+)
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.pressing import largest_top_force
 from stepload.envelope.reason import Severity
 from stepload.envelope.sideways import (
     LEAST_N,
     SIGMAS,
-    askew_of,
     share_from_n,
     share_reasons,
     sideways_limits,
+    sideways_reasons,
 )
 from stepload.envelope.way_back import allowed_friction, way_back_reasons
+from stepload.plan.aligning import Alignment
 from stepload.plan.model import Plan, Structure
 
 PLAN = stvf_plan()
@@ -163,3 +171,45 @@ def test_what_f_allowed_leaves_out_already_is_not_taken_off_again() -> None:
         assert found == 0.0 or kept
     assert 0.0 < taken(arm(0.1)) < weakening(NU, 0.3 + askew_of(arm(0.1)))
     assert taken(arm(0.6)) == 0.0
+
+
+def test_a_plate_that_is_said_to_be_steep_takes_its_part_of_f_c() -> None:
+    """F_allowed and R12 together leave no more than 1 - a (s + e)², less what 3° are believed to
+    take, at every share s that the sensor shows; e hidden by tilt and mounting."""
+    for structure in (Structure.ARM, Structure.MACHINE):
+        base = arm(structure=structure)
+        usual = replace(base, rig=replace(base.rig, plate_tilt_rad=math.radians(3.0)))
+        assert (askew_of(usual), counted_left(usual)) == (askew_of(base), 1.0)
+        level = replace(base, rig=replace(base.rig, plate_tilt_rad=0.0))
+        assert askew_of(level) < askew_of(base)
+        assert counted_left(level) == 1.0
+        for tilt_deg in (4.0, 7.0, 10.0):
+            steep = replace(base, rig=replace(base.rig, plate_tilt_rad=math.radians(tilt_deg)))
+            found = sideways_limits(steep, 0.1, 100.0)
+            e, e0 = found["lateral_askew"], askew_of(base)
+            assert e == pytest.approx(math.tan(math.radians(tilt_deg + 2.0)) + 0.01)
+            a, left = weakening(NU, 0.3 + e), counted_left(steep)
+            assert 0.5 < left < 1.0
+            for s in np.linspace(0.0, 0.3, 20):
+                most = left * (1.0 - found["lateral_weakening"] * s * (s + 2.0 * e))
+                assert most <= 1.0 - a * ((s + e) ** 2 - e0**2) + 1e-12
+                assert most <= left_of_limit(NU, s + e) + a * e0**2 + 2e-5
+
+
+def test_what_the_touches_measure_counts_and_not_what_is_said() -> None:
+    plan = arm()
+    said = replace(plan, rig=replace(plan.rig, plate_tilt_rad=math.radians(10.0)))
+    measured = replace(said, procedure=replace(said.procedure, alignment=Alignment()))
+    assert believed_tilt_rad(measured) == Alignment().max_tilt_rad
+    assert counted_left(measured) == 1.0
+
+
+def test_a_steep_plate_under_a_load_cell_counts_too() -> None:
+    for structure, share in ((Structure.ARM, 0.3), (Structure.MACHINE, 0.0)):
+        plan = arm(structure=structure, components="one")
+        steep = replace(plan, rig=replace(plan.rig, plate_tilt_rad=math.radians(8.0)))
+        more = math.tan(math.radians(8.0)) - math.tan(math.radians(3.0))
+        assert dragged_left(steep) == pytest.approx(left_at(plan.payload, share + more))
+        assert dragged_left(steep) < dragged_left(plan)
+        said = [reason.code for reason in sideways_reasons(steep)]
+        assert ("sideways_unseen" in said) == (structure is Structure.ARM)

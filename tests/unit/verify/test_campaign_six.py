@@ -12,15 +12,23 @@ import numpy as np
 import pytest
 
 from stepload.envelope.bounds import stuck_ratio
+from stepload.envelope.dragged import believed_tilt_rad
 from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.plan.model import Structure
 from stepload.rig.world import WorldFault
 from stepload_verify.campaign.mishaps import SIX_FAULTS
-from stepload_verify.campaign.mounts import LARGEST_SHARE, draw_stance, fits, mounted
+from stepload_verify.campaign.mounts import (
+    LARGEST_SHARE,
+    STEEPEST_RAD,
+    draw_stance,
+    fits,
+    mounted,
+)
 from stepload_verify.campaign.result import Result
 from stepload_verify.campaign.scenario import (
     SIDEWAYS_UNSEEN,
+    TILTED,
     Scenario,
     draw,
     expected_times,
@@ -148,15 +156,19 @@ def test_a_sensor_that_dies_across_the_axis_while_it_presses_is_found() -> None:
 
 def test_nobody_sees_what_a_dead_channel_does_not_tell() -> None:
     kinds = ("force_lateral_dead", "plants")
-    hazards = set()
+    hazards, said = set(), set()
     for index in range(300):
         scenario = draw(TEMPLATE, 1, "two", index, kinds, "six")
         names = {anomaly.kind for anomaly in scenario.anomalies}
         always = any(fault.start_s == 0.0 for fault in scenario.faults)
         unseen = always and bool(names & {*SIX_ANOMALIES[:2]})
-        assert (scenario.hazard == SIDEWAYS_UNSEEN) == unseen
+        tilts = [one.value for one in scenario.anomalies if one.kind == "plate tilted"]
+        beyond = max(tilts, default=0.0) > believed_tilt_rad(scenario.plan)
+        assert scenario.hazard == (TILTED if beyond else SIDEWAYS_UNSEEN if unseen else "")
         hazards.add(scenario.hazard)
-    assert SIDEWAYS_UNSEEN in hazards
+        said.add((bool(tilts), scenario.plan.rig.plate_tilt_rad))
+    assert hazards == {TILTED, SIDEWAYS_UNSEEN, ""}
+    assert said == {(True, None), (True, STEEPEST_RAD), (False, None), (False, STEEPEST_RAD)}
 
 
 def test_what_only_six_axes_have_is_refused_of_one() -> None:

@@ -30,6 +30,10 @@ STATED_SHARE = 0.6
 """Of arms whose plan states the stiffness of a tip that sticks; the others leave the default."""
 DRY_SHARE = 0.5
 """Of arms whose K_s was measured on a block that held the tip sideways, more or less."""
+STEEPEST_RAD = math.radians(7.0)
+"""Some plans say that the plate may be tilted by so much."""
+LARGEST_STEEP_SHARE = 0.2
+"""`LARGEST_SHARE` of such a rig: R12 counts the tilt with it."""
 _ATTEMPTS = 1000
 
 
@@ -48,6 +52,7 @@ class Stance:
             the contact's distance from the axis; each with a direction of its own in `directions`.
         tips_rad_per_n: rotation of the tool per newton.
         rating: torque rating over what a run within the plan can need; 0: none stated.
+        stated_tilt_rad: what the plan says of the plate's tilt; None: nothing.
     """
 
     ur: bool
@@ -63,6 +68,7 @@ class Stance:
     tips_rad_per_n: float
     rating: float
     directions: tuple[float, float, float, float, float]
+    stated_tilt_rad: float | None = None
 
     @property
     def stuck_ratio(self) -> float:
@@ -78,13 +84,14 @@ class Stance:
     @property
     def sound(self) -> bool:
         """Whether a plan would have such a rig."""
-        return 0.2 < self.lateral < 5.0 and self.share < LARGEST_SHARE
+        largest = LARGEST_SHARE if self.stated_tilt_rad is None else LARGEST_STEEP_SHARE
+        return 0.2 < self.lateral < 5.0 and self.share < largest
 
 
-def draw_stance(chance: Random, ur: bool) -> Stance:
+def draw_stance(chance: Random, ur: bool, stated_tilt_rad: float | None = None) -> Stance:
     """A sound stance: what it drags sideways is within the plan."""
     for _ in range(_ATTEMPTS):
-        stance = any_stance(chance, ur)
+        stance = replace(any_stance(chance, ur), stated_tilt_rad=stated_tilt_rad)
         if stance.sound:
             break
     return stance
@@ -124,6 +131,7 @@ def told(plan: Plan, stance: Stance) -> Plan:
             arm=replace(rig.arm, structure=Structure.ARM if stance.ur else Structure.MACHINE),
             force=replace(rig.force, lever_m=LEVER_M, rated_torque_n_m=rated),
             system_stiffness=replace(rig.system_stiffness, stuck_ratio=stance.stated_ratio),
+            plate_tilt_rad=stance.stated_tilt_rad,
         ),
     )
 

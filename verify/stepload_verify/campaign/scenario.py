@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from random import Random
 
+from stepload.envelope.dragged import believed_tilt_rad
 from stepload.envelope.envelope import Envelope
 from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError
@@ -22,7 +23,7 @@ from stepload_verify.campaign.mishaps import (
     draw_fault,
     draw_incidents,
 )
-from stepload_verify.campaign.mounts import Stance, draw_stance, fits, mounted, told
+from stepload_verify.campaign.mounts import STEEPEST_RAD, Stance, draw_stance, fits, mounted, told
 from stepload_verify.campaign.plants import ARM_CLASSES, draw_plan
 from stepload_verify.campaign.truth import (
     ANOMALIES,
@@ -39,6 +40,10 @@ BLIND = "both_channels_alike"
 """A named hazard: nothing is left to stop such a run."""
 SIDEWAYS_UNSEEN = "sideways_unseen"
 """Hazard: dragged beyond the plan, and the only sensor across the axis has always been dead."""
+TILTED = "plate_tilted"
+"""A named hazard: the plate is tilted by more than the plan says, and nothing measures it."""
+STEEP = (0, 5, 9)
+"""Of ten rigs with six axes of a class, those whose plan says how far the plate may be tilted."""
 HEALTHY_SHARE = 0.15
 PLANTS = "plants"
 """Name of the anomalies of plants among the kinds."""
@@ -132,7 +137,8 @@ def draw(
     stance = None
     if axes == SIX_AXES:
         aside = Random(f"stepload {seed} {series} {index} six")
-        stance = draw_stance(aside, arm_class == "UR")
+        steep = index // len(ARM_CLASSES) % 10 in STEEP
+        stance = draw_stance(aside, arm_class == "UR", STEEPEST_RAD if steep else None)
     envelope = _draw_short(chance, template, arm_class, series == TWO_CHANNELS, stance)
     plan, limits = envelope.plan, envelope.run_limits
     healthy = chance.random() < HEALTHY_SHARE
@@ -170,6 +176,9 @@ def hazard_of(faults: Sequence[WorldFault], plan: Plan, anomalies: Sequence[Anom
     """What takes a run with these out of the claim, or ""."""
     if both_channels_blind(faults, plan):
         return BLIND
+    steep = (one.value for one in anomalies if one.kind == "plate tilted")
+    if any(tilt_rad > believed_tilt_rad(plan) for tilt_rad in steep):
+        return TILTED
     dead = any(fault.kind == "force_lateral_dead" and fault.start_s == 0.0 for fault in faults)
     dragged = any(anomaly.kind in SIX_ANOMALIES[:2] for anomaly in anomalies)
     return SIDEWAYS_UNSEEN if dead and dragged else ""

@@ -10,9 +10,21 @@ from typing import Any
 
 from stepload.results.model import NOTHING, Field, named, number
 from stepload_verify.campaign.result import Result
-from stepload_verify.campaign.scenario import ONE_CHANNEL, TWO_CHANNELS
+from stepload_verify.campaign.scenario import (
+    BLIND,
+    ONE_CHANNEL,
+    SIDEWAYS_UNSEEN,
+    TILTED,
+    TWO_CHANNELS,
+)
 
 CONFIDENCE = 0.95
+APART = {
+    BLIND: "both channels lie",
+    SIDEWAYS_UNSEEN: "dragged, and dead across",
+    TILTED: "tilted beyond the plan",
+}
+"""What the runs with a named hazard are called; they are no part of the claim."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,9 +174,10 @@ def groups(results: Sequence[Result]) -> list[Group]:
         group(f"  {arm_class} class", [row for row in claim if row.arm_class == arm_class])
         for arm_class in sorted({row.arm_class for row in claim})
     ]
-    hazards = [row for row in results if row.series == TWO_CHANNELS and row.hazard]
-    if hazards:
-        rows.append(group("apart: both channels lie", hazards))
+    for hazard, name in APART.items():
+        hazards = [r for r in results if r.series == TWO_CHANNELS and r.hazard == hazard]
+        if hazards:
+            rows.append(group(f"apart: {name}", hazards))
     single = [row for row in results if row.series == ONE_CHANNEL]
     if single:
         rows.append(group("apart: one force channel", single))
