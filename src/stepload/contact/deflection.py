@@ -30,3 +30,10 @@ def table_problem(
     if bad is None:
         return ""
     return f"an uncertainty of {bad:.6g} m; it must be finite and not below 0"
+
+
+def upper_stiffness_n_per_m(force_n: Sequence[float], deflection_m: Sequence[float]) -> float:
+    """Stiffness of a table above 40 % of its forces, where K_s is fitted."""
+    rows = [(0.0, 0.0), *zip(force_n, deflection_m, strict=True)]
+    first = max(index for index, row in enumerate(rows[:-1]) if row[0] <= 0.4 * force_n[-1])
+    return (rows[-1][0] - rows[first][0]) / (rows[-1][1] - rows[first][1])

@@ -44,6 +44,7 @@ from stepload.plan.problems import PlanError, Problem
 from stepload.plan.reader import read_section
 from stepload.plan.sections import Entry, Key, entries
 from stepload.plan.source import Source, read_source
+from stepload.plan.table import disagreement
 from stepload.plan.tree import Place, parse_tree
 from stepload.plan.whole_file import replace_file
 from stepload.rig.samples import SixFloats
@@ -190,5 +191,8 @@ def _impossible(source: Source, record: CalibrationRecord) -> Iterator[Problem]:
     if problem := across_problem(*told):
         yield source.problem(1, 1, f"force across the axis: {problem}")
     rows = record.deflection_force_n, record.deflection_m, record.deflection_sigma_m
-    if any(rows) and (problem := table_problem(*rows)):
+    if not any(rows):
+        return
+    stiffness = record.stiffness_n_per_m, record.sigma_n_per_m
+    if problem := table_problem(*rows) or disagreement(*stiffness, rows[0], rows[1]):
         yield source.problem(1, 1, f"table of the deflection: {problem}")

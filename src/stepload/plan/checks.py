@@ -33,10 +33,8 @@ from stepload.plan.model import (
 from stepload.plan.payload import material
 from stepload.plan.reader import expected
 from stepload.plan.sections import Kind, entries
+from stepload.plan.table import disagreement
 from stepload.units import format_quantity
-
-TABLE_AGREES = 0.1
-"""So far, as a share, the table of the deflection may be from the stiffness beside it."""
 
 
 def impossibilities(section: object) -> Iterator[Impossibility]:
@@ -221,12 +219,10 @@ def _table(stiffness: SystemStiffness) -> Iterator[Impossibility]:
         )
         return
     value, sigma = stiffness.stiffness_n_per_m, stiffness.sigma_n_per_m
-    slope = _upper_stiffness(rows[0], rows[1])
-    if abs(slope / value - 1.0) > max(TABLE_AGREES, 3.0 * sigma / value):
+    if problem := disagreement(value, sigma, rows[0], rows[1]):
         yield Impossibility(
             ("deflection",),
-            f"the table has a stiffness of {format_quantity(slope, 'N/m')} above 40 % of its "
-            f"forces, value is {format_quantity(value, 'N/m')}",
+            problem,
             "look for a wrong prefix (µm, mm), or give the table that belongs to this value",
         )
 
@@ -241,13 +237,6 @@ def _across(stiffness: SystemStiffness) -> Iterator[Impossibility]:
             "two numbers each, for the sensor's two other axes in the order x, y, z; `stepload "
             "calibrate` measures them",
         )
-
-
-def _upper_stiffness(force_n: tuple[float, ...], deflection_m: tuple[float, ...]) -> float:
-    """Stiffness in N/m of a table above 40 % of its forces, where K_s is fitted."""
-    rows = [(0.0, 0.0), *zip(force_n, deflection_m, strict=True)]
-    first = max(index for index, row in enumerate(rows[:-1]) if row[0] <= 0.4 * force_n[-1])
-    return (rows[-1][0] - rows[first][0]) / (rows[-1][1] - rows[first][1])
 
 
 def _validity(stiffness: SystemStiffness) -> Iterator[Impossibility]:

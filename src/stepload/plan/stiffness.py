@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import fields
-from datetime import date
+from datetime import date, timedelta
 from pathlib import Path
 
 from stepload.plan.calibration import TEMPERATURE_BAND_K, CalibrationRecord, parse_calibration
@@ -15,6 +15,9 @@ from stepload.plan.problems import PlanError, Problem
 from stepload.plan.shelf import Shelf
 from stepload.plan.source import Source
 from stepload.plan.tree import Place
+
+_OTHER_ZONE = timedelta(days=1)
+"""It may already be tomorrow where a record was made."""
 
 
 def settle_stiffness(
@@ -85,6 +88,10 @@ def _doubts(plan: Plan, today: date) -> Iterator[str]:
         until = stiffness.valid_until
         if until is not None and until < today:
             yield f"expired on {until}"
+    with suppress(UnknownError):
+        on = stiffness.measured_on
+        if on is not None and on - today > _OTHER_ZONE:
+            yield f"measured on {on}, which is still to come"
     with suppress(UnknownError):
         yield from _other("pose", stiffness.pose, plan.rig.arm.pose)
     with suppress(UnknownError):

@@ -136,6 +136,7 @@ rig:
   hazards_read_by: Anna
   hazards_read_on: 2026-03-01
   mechanical_fuse: 800 N
+  plate_tilt: 1 deg
   common_force_error: 3 %
   load_path: 0.6 m
   thermal_expansion: 11.7e-6 1/K

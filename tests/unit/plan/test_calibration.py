@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stepload.contact.deflection import upper_stiffness_n_per_m
 from stepload.plan.calibration import CalibrationRecord, read_calibration, write_calibration
 from stepload.plan.leaves import Choice, Day, Number, Quantity, Switch, Text
 from stepload.plan.load import load_plan
@@ -102,6 +103,7 @@ def test_the_record_is_kept_with_the_plan(write_plan: WritePlan, tmp_path: Path)
     [
         (None, "cal.json does not exist"),
         (replace(RECORD, valid_until=date(2025, 3, 31)), "expired on 2025-03-31"),
+        (replace(RECORD, measured_on=date(2025, 4, 3)), "measured on 2025-04-03, which is still"),
         (replace(RECORD, rig="other"), "made for the rig 'other', this is 'STVF'"),
         (replace(RECORD, pose="sideways"), "measured in pose 'sideways'"),
         (replace(RECORD, direction="-fz"), "measured in direction '-fz'"),
@@ -185,6 +187,8 @@ def test_every_doubt_is_named(write_plan: WritePlan, tmp_path: Path) -> None:
         ("direction: +fx", "measured in direction '+fx', this is '+fz'"),
         ("temperature: 29 degC", "measured at 29 °C, this is 23 °C (allowed 5 K)"),
         ("valid_until: 2025-04-01, temperature: 28 degC", ""),
+        ("measured_on: 2025-04-03", "measured on 2025-04-03, which is still to come"),
+        ("measured_on: 2025-04-02", ""),
     ],
 )
 def test_a_stiffness_of_the_plan_itself_is_doubted_too(
@@ -272,8 +276,12 @@ def _records() -> st.SearchStrategy[CalibrationRecord]:
     rows = st.lists(st.tuples(rising, rising), max_size=9, unique_by=(itemgetter(0), itemgetter(1)))
 
     def complete(r: CalibrationRecord, table: list[tuple[float, float]]) -> CalibrationRecord:
+        rows = sorted(f for f, _ in table), sorted(deep for _, deep in table)
+        slope = upper_stiffness_n_per_m(*rows) if table else r.stiffness_n_per_m
+        if not 1e3 <= slope <= 1e9:
+            table, slope = [], r.stiffness_n_per_m
         return replace(
-            r, measured_on=min(r.measured_on, r.valid_until),
+            r, stiffness_n_per_m=slope, measured_on=min(r.measured_on, r.valid_until),
             valid_until=max(r.measured_on, r.valid_until),
             deflection_force_n=tuple(sorted(force for force, _ in table)),
             deflection_m=tuple(sorted(deep for _, deep in table)),
@@ -336,6 +344,7 @@ def test_a_missing_record_with_nothing_to_stand_in_is_an_error(write_plan: Write
         ('"0.1 rad"', '"0.1 m"', 53, "is a length, not an angle"),
         ('"200.33333333333334 N"', '"99.0 N"', 1, "a force of 99 after 100; they must rise"),
         ('"3.1e-05 m",', "", 1, "3 forces, 2 deflections and 3 uncertainties"),
+        ('"9.103333333333334e-05 m"', '"9.1e-4 m"', 1, "the table has a stiffness of"),
         ('"3e-08 m/N",', "", 1, "across has 1 numbers; there are two other axes"),
     ],
 )

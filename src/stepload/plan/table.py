@@ -1,0 +1,28 @@
+"""The table of the system's deflection against the stiffness beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stepload.contact.deflection import upper_stiffness_n_per_m
+from stepload.units import format_quantity
+
+TABLE_AGREES = 0.1
+"""So far, as a share, the table of the deflection may be from the stiffness beside it."""
+
+
+def disagreement(
+    stiffness_n_per_m: float,
+    sigma_n_per_m: float,
+    force_n: Sequence[float],
+    deflection_m: Sequence[float],
+) -> str:
+    """Why the K_s beside this table is not its own; "" where the two agree."""
+    slope = upper_stiffness_n_per_m(force_n, deflection_m)
+    allowed = max(TABLE_AGREES, 3.0 * sigma_n_per_m / stiffness_n_per_m)
+    if abs(slope / stiffness_n_per_m - 1.0) <= allowed:
+        return ""
+    return (
+        f"the table has a stiffness of {format_quantity(slope, 'N/m')} above 40 % of its forces, "
+        f"value is {format_quantity(stiffness_n_per_m, 'N/m')}"
+    )
