@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -153,10 +154,10 @@ def _replay(path: Path, simple: Path | None, what: Search, output: Output) -> No
     from stepload_verify.falsify.trial import judge
 
     scenario, found = read_scene(path)
+    if simple is not None:
+        _check_new(simple)
     trial = judge(scenario, what.ablation)
     if simple is not None:
-        if simple.exists():
-            raise BadInputError(f"{simple}: is there already", hint="give another name")
         scenario = shrink(scenario, _as_bad_as(trial, what))
         trial = judge(scenario, what.ablation)
         figures = {"j": trial.j, "peak_ratio": trial.peak_ratio}
@@ -170,6 +171,16 @@ def _replay(path: Path, simple: Path | None, what: Search, output: Output) -> No
     )
     output.result({"trial": trial, "found": found})
     raise typer.Exit(ExitCode.STOPPED if trial.broken else ExitCode.OK)
+
+
+def _check_new(path: Path) -> None:
+    """Raise where no file can be made under this name; told before the scene is made simple."""
+    if path.exists():
+        raise BadInputError(f"{path}: is there already", hint="give another name")
+    if not path.parent.is_dir():
+        raise BadInputError(f"{path}: there is no such directory", hint="make it first")
+    if not os.access(path.parent, os.W_OK):
+        raise BadInputError(f"{path}: cannot write there", hint="name another place")
 
 
 def _as_bad_as(trial: Trial, what: Search) -> Callable[[Scenario], bool]:

@@ -558,7 +558,14 @@ def test_a_hostile_scene_is_refused(tmp_path: Path) -> None:
     refused(json.dumps(data | {"hazard": "plate_moves"}), "extra fields")
     refused(json.dumps({k: v for k, v in data.items() if k != "plan"}), "plan")
     refused(json.dumps(data | {"truth": data["truth"] | {"surface_m": "near"}}), "surface_m")
+    refused(json.dumps(data | {"truth": data["truth"] | {"surface_m": math.nan}}), "NaN")
+    refused(json.dumps(data | {"truth": data["truth"] | {"seed": -5}}), "seed")
+    arm = data["plan"]["rig"]["arm"] | {"rate_hz": 0.0}
+    rig = data["plan"]["rig"] | {"arm": arm}
+    refused(json.dumps(data | {"plan": data["plan"] | {"rig": rig}}), "division by zero")
     refused(" " * 1_000_001, "bytes")
+    with pytest.raises(BadInputError, match="not a regular file"):
+        read_scene(Path("/dev/zero"))
     with pytest.raises(BadInputError, match="nowhere"):
         read_scene(tmp_path / "nowhere.json")
 
