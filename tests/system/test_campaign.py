@@ -181,3 +181,13 @@ def test_a_scene_is_not_made_simple_for_a_place_that_cannot_hold_it(tmp_path: Pa
         assert done.returncode == 2
         assert told in done.stderr
         assert "J =" not in done.stderr + done.stdout
+
+
+def test_an_order_too_long_for_a_search_is_told_as_such() -> None:
+    done = in_process(
+        "falsify", "procedures/plastic-sphere.yaml", "--wrong", "force_gain",
+        "--trials", "2", "--processes", "1",
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "no point was a run" in done.stderr
+    assert "procedures/falsify.yaml" in done.stderr

@@ -14,6 +14,7 @@ import typer
 
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
+from stepload_verify.campaign_verb import ORDER
 
 if TYPE_CHECKING:
     from stepload_verify.campaign.scenario import Scenario
@@ -25,7 +26,7 @@ PLAIN_EVERY_S = 30.0
 
 
 def falsify(
-    plan: Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)],
+    plan: Annotated[Path, typer.Argument(help=ORDER, show_default=False)],
     trials: Annotated[int, typer.Option("--trials", min=1, help="About how many runs.")] = 20_000,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Decides every run.")] = 1,
     wrong: Annotated[
@@ -102,6 +103,7 @@ def falsify(
 
 def _report(hunts: Sequence[Hunt], elapsed_s: float, output: Output) -> None:
     from stepload_verify.falsify.falsify import worst
+    from stepload_verify.falsify.scene import LONGEST_FROZEN_S, LONGEST_S
 
     rows = worst(hunts)
     broken = [row for row in rows if row.found_after is not None]
@@ -143,7 +145,12 @@ def _report(hunts: Sequence[Hunt], elapsed_s: float, output: Output) -> None:
         }
     )
     if not runs:
-        raise BadInputError("nothing was searched: no point was a run", hint="other --wrong")
+        raise BadInputError(
+            "nothing was searched: no point was a run",
+            hint=f"a plan with a short order, such as procedures/falsify.yaml: runs longer than"
+            f" {LONGEST_S:g} s ({LONGEST_FROZEN_S:g} s where a channel freezes) are left out; or"
+            " other --wrong",
+        )
     raise typer.Exit(ExitCode.STOPPED if broken else ExitCode.OK)
 
 
