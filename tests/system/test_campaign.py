@@ -170,3 +170,24 @@ def test_the_search_finds_the_hole_that_a_rule_closes(tmp_path: Path, seed: int)
     [scene] = (tmp_path / "scenes").iterdir()
     again = in_process("falsify", "procedures/falsify.yaml", "--replay", str(scene))
     assert again.returncode == 0, "with the rule the same run must stay below F_c"
+
+
+def test_a_scene_is_not_made_simple_for_a_place_that_cannot_hold_it(tmp_path: Path) -> None:
+    scene = ROOT / "docs" / "scenes" / "frozen-second-sensor.json"
+    for place, told in ((scene, "is there already"), (tmp_path / "none/a.json", "no such dir")):
+        done = in_process(
+            "falsify", "procedures/falsify.yaml", "--replay", scene, "--shrink", place
+        )
+        assert done.returncode == 2
+        assert told in done.stderr
+        assert "J =" not in done.stderr + done.stdout
+
+
+def test_an_order_too_long_for_a_search_is_told_as_such() -> None:
+    done = in_process(
+        "falsify", "procedures/plastic-sphere.yaml", "--wrong", "force_gain",
+        "--trials", "2", "--processes", "1",
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "no point was a run" in done.stderr
+    assert "procedures/falsify.yaml" in done.stderr

@@ -22,13 +22,14 @@ if TYPE_CHECKING:
     from stepload_verify.campaign.without import Without
     from stepload_verify.campaign.work import Work
 
+ORDER = "Plan (YAML): its order, times and distances are used; rigs and payloads are drawn."
 PLAIN_EVERY_S = 30.0
 MOST = 3
 """How many of the things that stopped the runs instead are named."""
 
 
 def campaign(
-    plan: Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)],
+    plan: Annotated[Path, typer.Argument(help=ORDER, show_default=False)],
     runs: Annotated[int, typer.Option("--runs", min=1, help="Runs on rigs with two channels.")],
     faults: Annotated[
         str, typer.Option("--faults", help="all, none, or kinds separated by commas.")

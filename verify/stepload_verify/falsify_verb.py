@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,6 +14,7 @@ import typer
 
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
+from stepload_verify.campaign_verb import ORDER
 
 if TYPE_CHECKING:
     from stepload_verify.campaign.scenario import Scenario
@@ -24,7 +26,7 @@ PLAIN_EVERY_S = 30.0
 
 
 def falsify(
-    plan: Annotated[Path, typer.Argument(help="Plan (YAML).", show_default=False)],
+    plan: Annotated[Path, typer.Argument(help=ORDER, show_default=False)],
     trials: Annotated[int, typer.Option("--trials", min=1, help="About how many runs.")] = 20_000,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Decides every run.")] = 1,
     wrong: Annotated[
@@ -101,6 +103,7 @@ def falsify(
 
 def _report(hunts: Sequence[Hunt], elapsed_s: float, output: Output) -> None:
     from stepload_verify.falsify.falsify import worst
+    from stepload_verify.falsify.scene import LONGEST_FROZEN_S, LONGEST_S
 
     rows = worst(hunts)
     broken = [row for row in rows if row.found_after is not None]
@@ -142,7 +145,12 @@ def _report(hunts: Sequence[Hunt], elapsed_s: float, output: Output) -> None:
         }
     )
     if not runs:
-        raise BadInputError("nothing was searched: no point was a run", hint="other --wrong")
+        raise BadInputError(
+            "nothing was searched: no point was a run",
+            hint=f"a plan with a short order, such as procedures/falsify.yaml: runs longer than"
+            f" {LONGEST_S:g} s ({LONGEST_FROZEN_S:g} s where a channel freezes) are left out; or"
+            " other --wrong",
+        )
     raise typer.Exit(ExitCode.STOPPED if broken else ExitCode.OK)
 
 
@@ -153,10 +161,10 @@ def _replay(path: Path, simple: Path | None, what: Search, output: Output) -> No
     from stepload_verify.falsify.trial import judge
 
     scenario, found = read_scene(path)
+    if simple is not None:
+        _check_new(simple)
     trial = judge(scenario, what.ablation)
     if simple is not None:
-        if simple.exists():
-            raise BadInputError(f"{simple}: is there already", hint="give another name")
         scenario = shrink(scenario, _as_bad_as(trial, what))
         trial = judge(scenario, what.ablation)
         figures = {"j": trial.j, "peak_ratio": trial.peak_ratio}
@@ -170,6 +178,16 @@ def _replay(path: Path, simple: Path | None, what: Search, output: Output) -> No
     )
     output.result({"trial": trial, "found": found})
     raise typer.Exit(ExitCode.STOPPED if trial.broken else ExitCode.OK)
+
+
+def _check_new(path: Path) -> None:
+    """Raise where no file can be made under this name; told before the scene is made simple."""
+    if path.exists():
+        raise BadInputError(f"{path}: is there already", hint="give another name")
+    if not path.parent.is_dir():
+        raise BadInputError(f"{path}: there is no such directory", hint="make it first")
+    if not os.access(path.parent, os.W_OK):
+        raise BadInputError(f"{path}: cannot write there", hint="name another place")
 
 
 def _as_bad_as(trial: Trial, what: Search) -> Callable[[Scenario], bool]:

@@ -116,8 +116,9 @@ def _check_time(limit: Ceiling, found: Grid, within_s: float, map_verb: str) -> 
     """Raise where no plan may run, or none so soon."""
     if not found.candidates:
         raise RefusedError(
-            f"preflight refuses all {found.refused} plans for {limit.payload} on {limit.rig}. "
-            f"About the one with the largest top force it says: {found.because}",
+            f"none of {found.refused} plans for {limit.payload} on {limit.rig} will do: preflight "
+            "refuses it, or says that a level may not be reached. About the one with the largest "
+            f"top force it says: {found.because}",
             hint=found.hint or f"{map_verb} says what to buy",
         )
     fastest = min(found.candidates, key=lambda each: each.duration_s)

@@ -27,6 +27,8 @@ SAFING_EXTRA_S = 2.0
 
 ARRIVAL_SHARE = 0.25
 """Of the retract: an arm that did not move at all must never count as retracted."""
+LATE_S = 0.2
+"""How long an arm that says it is retracted is still told so: its commands may come late."""
 
 _SAFING = int(Phase.SAFING)
 _STOP_NOW = int(StopLevel.NOW)
@@ -100,6 +102,7 @@ class Engine:
         self._last_s = math.nan
         self._longest_step_s = 1.2 * limits.period_s  # a late tick moves less, never faster
         self._safe_m = self._safe_speed_m_s = self._give_up_s = 0.0
+        self._there_s = math.nan
 
     @property
     def shift_m(self) -> tuple[float, float]:
@@ -214,7 +217,7 @@ class Engine:
         self._safe_m = course.release_m
         if course.believed_m < self.target_m:
             self.target_m = course.target_m = course.believed_m
-        self._safe_speed_m_s = 0.0
+        self._safe_speed_m_s, self._there_s = 0.0, math.nan
         way_m = abs(self.target_m - self._safe_m)
         needed_s = way_m / self.limits.retract_speed_m_s
         self._give_up_s = now_s + 2.0 * needed_s + SAFING_EXTRA_S
@@ -235,6 +238,12 @@ class Engine:
         # A position that jumped back says "there" at once: the commands must have had their time.
         clear = sup.arm.position_m <= there_m and not sup.motion.model_m > there_m
         if not (self.target_m <= self._safe_m and clear):
+            self._there_s = math.nan
+            return False
+        if self._there_s != self._there_s:
+            self._there_s = now_s
+        # Commands may come late: the stop that follows would hold the arm where it still presses.
+        if now_s - self._there_s < LATE_S:
             return False
         self.still_closed = self.supervisor.still_closed(now_s)
         if self.still_closed and self._further_back():

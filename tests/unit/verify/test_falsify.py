@@ -502,6 +502,17 @@ def test_an_arm_that_bounces_off_a_stop_inside_a_soft_payload_stays_below_the_li
     assert now.peak_ratio < 0.75
 
 
+def test_commands_that_come_late_and_a_position_that_drifts_away() -> None:
+    """Found by a search with three kinds, two of which are enough: 2.1 F_c, no hazard named.
+
+    The position said that the retract was over before its late commands had moved the arm; the
+    stop that followed held it where it pressed, and brought it back there.
+    """
+    found, figures = read_scene(ROOT / "docs/scenes/late-retract.json")
+    assert figures["peak_ratio"] > 2.1
+    assert judge(found).peak_ratio < 0.3
+
+
 def test_friction_does_not_let_go_where_the_force_turns_back() -> None:
     """Found by a search with six axes, 2.2 F_c: the simulated contact swung at the turn."""
     found, figures = read_scene(ROOT / "docs/scenes/friction-at-the-turn.json")
@@ -558,7 +569,14 @@ def test_a_hostile_scene_is_refused(tmp_path: Path) -> None:
     refused(json.dumps(data | {"hazard": "plate_moves"}), "extra fields")
     refused(json.dumps({k: v for k, v in data.items() if k != "plan"}), "plan")
     refused(json.dumps(data | {"truth": data["truth"] | {"surface_m": "near"}}), "surface_m")
+    refused(json.dumps(data | {"truth": data["truth"] | {"surface_m": math.nan}}), "NaN")
+    refused(json.dumps(data | {"truth": data["truth"] | {"seed": -5}}), "seed")
+    arm = data["plan"]["rig"]["arm"] | {"rate_hz": 0.0}
+    rig = data["plan"]["rig"] | {"arm": arm}
+    refused(json.dumps(data | {"plan": data["plan"] | {"rig": rig}}), "division by zero")
     refused(" " * 1_000_001, "bytes")
+    with pytest.raises(BadInputError, match="not a regular file"):
+        read_scene(Path("/dev/zero"))
     with pytest.raises(BadInputError, match="nowhere"):
         read_scene(tmp_path / "nowhere.json")
 

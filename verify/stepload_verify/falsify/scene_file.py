@@ -15,7 +15,7 @@ from typing import Any
 
 from stepload.contact.materials import Geometry
 from stepload.envelope.envelope import derive
-from stepload.errors import BadInputError, DomainError, RefusedError
+from stepload.errors import BadInputError, RefusedError
 from stepload.plan.model import Plan
 from stepload.rig.world import WorldSpec
 from stepload_verify.campaign.mishaps import Incident
@@ -73,17 +73,17 @@ def read_scene(path: Path) -> tuple[Scenario, Mapping[str, float]]:
     from cattrs.errors import BaseValidationError
 
     try:
-        if path.stat().st_size > LARGEST_BYTES:
-            raise BadInputError(f"{path}: more than {LARGEST_BYTES} bytes, no scene is that long")
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(_text(path), parse_constant=_constant)
     except (OSError, ValueError, RecursionError) as error:
         raise BadInputError(f"{path}: {error}", hint="give a file of stepload falsify") from error
     if not isinstance(data, dict) or data.get("version") != VERSION:
         raise BadInputError(f"{path}: no scene of version {VERSION}")
     try:
         file: SceneFile = _converter().structure(data, SceneFile)
+        if file.truth.seed < 0:
+            raise ValueError(f"truth.seed = {file.truth.seed} is below zero")
         envelope = derive(file.plan)
-    except (BaseValidationError, TypeError, ValueError, DomainError) as error:
+    except (BaseValidationError, TypeError, ValueError, ArithmeticError) as error:
         raise BadInputError(f"{path}: {_first(error)}", hint="it was changed by hand?") from error
     if envelope.limits is None:
         raise RefusedError(f"{path}: preflight sees no room to press in this plan any more")
@@ -98,6 +98,26 @@ def read_scene(path: Path) -> tuple[Scenario, Mapping[str, float]]:
         hazard=hazard_of(file.truth.faults, file.plan, file.anomalies),
     )
     return scenario, file.found
+
+
+def _text(path: Path) -> str:
+    """What is in the file; a pipe or a device, which may have no end, is not read."""
+    if path.exists() and not path.is_file():
+        raise BadInputError(
+            f"{path}: is not a regular file", hint="give a file of stepload falsify"
+        )
+    with path.open("rb") as file:
+        data = file.read(LARGEST_BYTES + 1)
+    if len(data) > LARGEST_BYTES:
+        raise BadInputError(f"{path}: more than {LARGEST_BYTES} bytes, no scene is that long")
+    return data.decode("utf-8")
+
+
+def _constant(name: str) -> float:
+    """An infinity, which a scene may hold; what is no number compares with no limit."""
+    if name == "NaN":
+        raise ValueError("NaN is no number of a scene")
+    return float(name)
 
 
 def _first(error: BaseException) -> str:
