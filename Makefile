@@ -20,8 +20,8 @@ export OMP_NUM_THREADS := 1
 # Some images forbid it: then each of the tests' hundreds of processes compiles every module anew.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help compiled long demo demo-wire test lint types imports source made virtual realtime test-under-load mutants \
-  mutants-generated installed wire campaign bench benches fuzz docs paper clean
+.PHONY: help compiled long demo demo-wire test lint types imports source made beside alone virtual realtime \
+  test-under-load mutants mutants-generated installed wire campaign bench benches fuzz docs paper clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -48,7 +48,8 @@ demo-wire: compiled ## A whole plan with real drivers against emulated devices, 
 	$(BIN)/python -m stepload_verify.trials.demo_wire
 
 test: $(READY) ## Everything CI runs, side by side; each part is shown when it is over
-	@$(MAKE) --no-print-directory --jobs=6 --output-sync=target lint types imports source made realtime
+	@$(MAKE) --no-print-directory --jobs=6 --output-sync=target lint types imports source made beside
+	@$(MAKE) --no-print-directory alone
 
 lint: $(READY)
 	$(BEHIND) $(BIN)/ruff check .
@@ -64,23 +65,25 @@ imports: $(READY)
 RUNS   := $(addprefix tests/unit/engine/test_, align_runs.py common_error.py material_range_runs.py \
   proof_of_life.py run_campaign_findings.py run_rules.py schedule_of_runs.py slow_sensors.py \
   standing.py unkind_worlds.py wrong_wiring.py) tests/unit/verify
-MADE   := $(RUNS) tests/system tests/wire
-SOURCE := tests/unit tests/contract tests/helpers tests/system/test_breakage.py
+MADE   := $(RUNS) tests/system
+SOURCE := tests/unit tests/helpers tests/system/test_breakage.py
+CLOCK  := tests/wire tests/contract
 
 source: $(KEPT) ## The tests of parts, on Python's source
-	$(BEHIND) $(BIN)/pytest $(SOURCE) $(RUNS:%=--ignore=%) -m 'not realtime and not long' $(BESIDE)
+	$(BEHIND) $(BIN)/pytest $(SOURCE) $(RUNS:%=--ignore=%) -m 'not long' $(BESIDE)
 
 made: compiled $(KEPT) ## The tests of whole runs and commands, on compiled modules
-	STEPLOAD_PURE= $(BEHIND) $(BIN)/pytest $(MADE) --ignore=tests/system/test_breakage.py \
-	  -m 'not realtime and not long' $(BESIDE)
+	STEPLOAD_PURE= $(BEHIND) $(BIN)/pytest $(MADE) --ignore=tests/system/test_breakage.py -m 'not long' $(BESIDE)
 
-virtual: source made ## Both of these: the tests that no clock on the wall can fail
+beside: compiled $(KEPT) ## The tests of devices that survive other work on the machine
+	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'not long and (patient or not realtime)' $(BESIDE)
 
-CLOCK := tests/wire tests/contract
+alone: compiled $(KEPT) ## Those that wait and survive no long stall: nothing else runs then
+	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'not long and not patient and realtime' $(BESIDE)
 
-realtime: compiled $(KEPT) ## The tests against the wall clock, under a meter of the host's stalls
-	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'patient and not long' $(BESIDE)
-	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'realtime and not patient and not long'
+virtual: source made ## The tests that no clock on the wall can fail
+
+realtime: beside alone ## The tests against the wall clock
 
 test-under-load: $(READY) ## Both of these, ten times beside busy loops and ten times with stops
 	$(BIN)/python tests/helpers/under_load.py --runs 10 -- $(MAKE) --no-print-directory virtual realtime
