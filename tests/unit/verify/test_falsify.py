@@ -373,7 +373,7 @@ def test_a_search_goes_on_where_it_was_left(
         tried.append(at)
         return slope([at])[0]
 
-    monkeypatch.setattr("stepload_verify.falsify.scene.placed", lambda one, *_: one)  # it runs the rig
+    monkeypatch.setattr("stepload_verify.falsify.scene.placed", lambda one, *_: one)  # runs it
     monkeypatch.setattr(trials_of, "try_point", fake)
     monkeypatch.setattr("stepload_verify.falsify.falsify.weakness", lambda *_: 0.0)
     what, where = Search(TEMPLATE), [SENSOR, *named("killed")]
