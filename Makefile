@@ -10,9 +10,6 @@ CORES := $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 WORKERS ?= $(CORES)
 BESIDE  := -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
-# All but the tests against the wall clock steps back, so that those can run beside it and wake in time.
-BEHIND := nice -n 19
-
 # Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
@@ -20,7 +17,7 @@ export OMP_NUM_THREADS := 1
 # Some images forbid it: then each of the tests' hundreds of processes compiles every module anew.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help compiled long demo demo-wire test lint types imports source made beside alone virtual realtime \
+.PHONY: help compiled long demo demo-wire test lint types imports source made virtual realtime \
   test-under-load mutants mutants-generated installed wire campaign bench benches fuzz docs paper clean
 
 help: ## Show this list
@@ -35,11 +32,11 @@ $(READY): pyproject.toml verify/pyproject.toml
 
 # Every worker imports every test file: once compiled by one process, that takes a third of the time.
 $(KEPT): $(READY)
-	-@$(BEHIND) $(BIN)/pytest --collect-only -qq >/dev/null
+	-@$(BIN)/pytest --collect-only -qq >/dev/null
 	@touch $@
 
 compiled: $(READY) ## The hot modules as machine code, once per change; without a C compiler as they are
-	@$(BEHIND) $(BIN)/python compile_hot.py
+	@$(BIN)/python compile_hot.py
 
 demo: compiled ## The paper's plastic sphere on the simulated rig; ends with a report
 	$(BIN)/stepload run procedures/plastic-sphere.yaml --dry-run
@@ -47,43 +44,40 @@ demo: compiled ## The paper's plastic sphere on the simulated rig; ends with a r
 demo-wire: compiled ## A whole plan with real drivers against emulated devices, in real time
 	$(BIN)/python -m stepload_verify.trials.demo_wire
 
-test: $(READY) ## Everything CI runs, side by side; each part is shown when it is over
-	@$(MAKE) --no-print-directory --jobs=6 --output-sync=target lint types imports source made beside
-	@$(MAKE) --no-print-directory alone
+test: $(READY) ## Everything CI runs; of what runs side by side each part is shown when it is over
+	@$(MAKE) --no-print-directory --jobs=5 --output-sync=target lint types imports source made
+	@$(MAKE) --no-print-directory realtime
 
 lint: $(READY)
-	$(BEHIND) $(BIN)/ruff check .
-	$(BEHIND) $(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
 
 types: $(READY)
-	$(BEHIND) $(BIN)/mypy
+	$(BIN)/mypy
 
 imports: $(READY)
-	$(BEHIND) $(BIN)/lint-imports --no-cache
+	$(BIN)/lint-imports --no-cache
 
 # Whole runs take the engine as `make` made it. What puts stand-ins into it needs its Python source.
 RUNS   := $(addprefix tests/unit/engine/test_, align_runs.py common_error.py material_range_runs.py \
   proof_of_life.py run_campaign_findings.py run_rules.py schedule_of_runs.py slow_sensors.py \
   standing.py unkind_worlds.py wrong_wiring.py) tests/unit/verify
-MADE   := $(RUNS) tests/system
-SOURCE := tests/unit tests/helpers tests/system/test_breakage.py
+MADE   := $(RUNS) tests/system tests/wire
+SOURCE := tests/unit tests/contract tests/helpers tests/system/test_breakage.py
 CLOCK  := tests/wire tests/contract
-
-source: $(KEPT) ## The tests of parts, on Python's source
-	$(BEHIND) $(BIN)/pytest $(SOURCE) $(RUNS:%=--ignore=%) -m 'not long' $(BESIDE)
-
-made: compiled $(KEPT) ## The tests of whole runs and commands, on compiled modules
-	STEPLOAD_PURE= $(BEHIND) $(BIN)/pytest $(MADE) --ignore=tests/system/test_breakage.py -m 'not long' $(BESIDE)
-
-beside: compiled $(KEPT) ## The tests of devices that survive other work on the machine
-	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'not long and (patient or not realtime)' $(BESIDE)
-
-alone: compiled $(KEPT) ## Those that wait and survive no long stall: nothing else runs then
-	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'not long and not patient and realtime' $(BESIDE)
 
 virtual: source made ## The tests that no clock on the wall can fail
 
-realtime: beside alone ## The tests against the wall clock
+source: $(KEPT) ## Those of parts, on Python's source
+	$(BIN)/pytest $(SOURCE) $(RUNS:%=--ignore=%) -m 'not realtime and not long' $(BESIDE)
+
+made: compiled $(KEPT) ## Those of whole runs and commands, on compiled modules
+	STEPLOAD_PURE= $(BIN)/pytest $(MADE) --ignore=tests/system/test_breakage.py \
+	  -m 'not realtime and not long' $(BESIDE)
+
+realtime: compiled $(KEPT) ## The tests against the wall clock, under a meter of the host's stalls
+	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'patient and not long' $(BESIDE)
+	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'realtime and not patient and not long' $(BESIDE)
 
 test-under-load: $(READY) ## Both of these, ten times beside busy loops and ten times with stops
 	$(BIN)/python tests/helpers/under_load.py --runs 10 -- $(MAKE) --no-print-directory virtual realtime
