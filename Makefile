@@ -7,8 +7,9 @@ KEPT   := $(VENV)/.compiled
 
 CORES := $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 
-WORKERS ?= $(CORES)
-BESIDE  := -n $(WORKERS) --dist loadfile --no-loadscope-reorder
+# One test more at a time than there are cores: some of them wait. Against the clock there is no more than one a core.
+WORKERS ?= $(shell expr $(CORES) + 1)
+BESIDE  := --dist loadfile --no-loadscope-reorder
 
 # Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.
 export OPENBLAS_NUM_THREADS := 1
@@ -69,15 +70,15 @@ CLOCK  := tests/wire tests/contract
 virtual: source made ## The tests that no clock on the wall can fail
 
 source: $(KEPT) ## Those of parts, on Python's source
-	$(BIN)/pytest $(SOURCE) $(RUNS:%=--ignore=%) -m 'not realtime and not long' $(BESIDE)
+	$(BIN)/pytest $(SOURCE) $(RUNS:%=--ignore=%) -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
 
 made: compiled $(KEPT) ## Those of whole runs and commands, on compiled modules
 	STEPLOAD_PURE= $(BIN)/pytest $(MADE) --ignore=tests/system/test_breakage.py \
-	  -m 'not realtime and not long' $(BESIDE)
+	  -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
 
 realtime: compiled $(KEPT) ## The tests against the wall clock, under a meter of the host's stalls
-	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'patient and not long' $(BESIDE)
-	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'realtime and not patient and not long' $(BESIDE)
+	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'patient and not long' -n $(CORES) $(BESIDE)
+	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'realtime and not patient and not long' -n $(CORES) $(BESIDE)
 
 test-under-load: $(READY) ## Both of these, ten times beside busy loops and ten times with stops
 	$(BIN)/python tests/helpers/under_load.py --runs 10 -- $(MAKE) --no-print-directory virtual realtime
