@@ -181,10 +181,10 @@ def test_the_meter_sees_that_a_line_was_held(monkeypatch, arrives):
     def hand_on():
         while data := slow.recv(4096):
             if held.is_set():
-                let_go.wait()
+                let_go.wait(2.0)
             fast.sendall(data)
 
-    line = threading.Thread(target=hand_on)
+    line = threading.Thread(target=hand_on, daemon=True)
     line.start()
     meter = StallMeter()
     held.set()
