@@ -7,8 +7,8 @@ KEPT   := $(VENV)/.compiled
 
 CORES := $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 
-# Two tests more at a time than there are cores: some of them wait.
-WORKERS ?= $(shell expr $(CORES) + 2)
+# One test more at a time than there are cores: some of them wait. Against the clock there is no more than one a core.
+WORKERS ?= $(shell expr $(CORES) + 1)
 BESIDE  := --dist loadfile --no-loadscope-reorder
 
 # Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.
@@ -18,8 +18,8 @@ export OMP_NUM_THREADS := 1
 # Some images forbid it: then each of the tests' hundreds of processes compiles every module anew.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help compiled long demo demo-wire test lint types imports virtual realtime test-under-load mutants \
-  mutants-generated installed wire campaign bench benches fuzz docs paper clean
+.PHONY: help compiled long demo demo-wire test lint types imports source made virtual realtime \
+  test-under-load mutants mutants-generated installed wire campaign bench benches fuzz docs paper clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -45,8 +45,8 @@ demo: compiled ## The paper's plastic sphere on the simulated rig; ends with a r
 demo-wire: compiled ## A whole plan with real drivers against emulated devices, in real time
 	$(BIN)/python -m stepload_verify.trials.demo_wire
 
-test: $(READY) ## Everything CI runs
-	@$(MAKE) --no-print-directory --jobs=2 lint types imports virtual
+test: $(READY) ## Everything CI runs; of what runs side by side each part is shown when it is over
+	@$(MAKE) --no-print-directory --jobs=5 --output-sync=target lint types imports source made
 	@$(MAKE) --no-print-directory realtime
 
 lint: $(READY)
@@ -59,17 +59,26 @@ types: $(READY)
 imports: $(READY)
 	$(BIN)/lint-imports --no-cache
 
-# What puts stand-ins into the engine needs its Python source; all else runs it as `make` made it.
+# Whole runs take the engine as `make` made it. What puts stand-ins into it needs its Python source.
+RUNS   := $(addprefix tests/unit/engine/test_, align_runs.py common_error.py material_range_runs.py \
+  proof_of_life.py run_campaign_findings.py run_rules.py schedule_of_runs.py slow_sensors.py \
+  standing.py unkind_worlds.py wrong_wiring.py) tests/unit/verify
+MADE   := $(RUNS) tests/system tests/wire
 SOURCE := tests/unit tests/contract tests/helpers tests/system/test_breakage.py
-MADE   := tests/system tests/wire --ignore=tests/system/test_breakage.py
+CLOCK  := tests/wire tests/contract
 
-virtual: compiled $(KEPT) ## The tests that no clock on the wall can fail, on every core
-	$(BIN)/pytest $(SOURCE) -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
-	STEPLOAD_PURE= $(BIN)/pytest $(MADE) -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
+virtual: source made ## The tests that no clock on the wall can fail
 
-realtime: compiled ## The tests against the wall clock, under a meter of the host's stalls
-	STEPLOAD_PURE= $(BIN)/pytest -m 'patient and not long' -n $(CORES) $(BESIDE)
-	STEPLOAD_PURE= $(BIN)/pytest -m 'realtime and not patient and not long'
+source: $(KEPT) ## Those of parts, on Python's source
+	$(BIN)/pytest $(SOURCE) $(RUNS:%=--ignore=%) -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
+
+made: compiled $(KEPT) ## Those of whole runs and commands, on compiled modules
+	STEPLOAD_PURE= $(BIN)/pytest $(MADE) --ignore=tests/system/test_breakage.py \
+	  -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
+
+realtime: compiled $(KEPT) ## The tests against the wall clock, under a meter of the host's stalls
+	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'patient and not long' -n $(CORES) $(BESIDE)
+	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'realtime and not patient and not long' -n $(CORES) $(BESIDE)
 
 test-under-load: $(READY) ## Both of these, ten times beside busy loops and ten times with stops
 	$(BIN)/python tests/helpers/under_load.py --runs 10 -- $(MAKE) --no-print-directory virtual realtime

@@ -63,7 +63,7 @@ class Effort:
 
 
 WHOLE = Effort()
-QUICK = Effort(1, 1, 5, 2, 4, 1, (3000,), 1, (0.5, 1.0))
+QUICK = Effort(1, 1, 5, 2, 4, 1, (3000,), 1, (0.25, 0.5))
 Step = Callable[[Effort], Iterator[Row]]
 
 
@@ -131,7 +131,8 @@ def repairs(effort: Effort) -> Iterator[Row]:
 
 def maps(effort: Effort) -> Iterator[Row]:
     """Identifications of a map."""
-    map_of_rig.identified_per_s(1, checks=True)
+    if effort.samples > 1:
+        map_of_rig.identified_per_s(1, checks=True)
     rates = [
         map_of_rig.identified_per_s(effort.samples, checks=True) for _ in range(effort.repeats)
     ]

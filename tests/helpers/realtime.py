@@ -8,7 +8,8 @@ without the mark is never run again, and a failure without a measured stall is a
 While such a test runs, garbage is not collected, as in the loop of a run: among thousands of tests
 one collection takes up to half a second, which is this process's own work and no stall of the host.
 With `-p no:realtime` every failure is one.
-Tests that survive a stall of `PATIENT_S` get the mark `patient`: they run beside each other.
+Tests that survive a stall of `PATIENT_S` get the mark `patient`: they run beside each other. The
+others compute next to nothing, and run beside each other after those.
 """
 
 from __future__ import annotations

@@ -1,15 +1,24 @@
-"""Measures how late the host wakes a thread that asked to sleep: what stalls, and for how long."""
+"""Measures how late the host wakes a thread that asked to sleep, or brings it what came by a line.
+
+Emulated devices send through pseudo-terminals. What is written into one is handed on by a thread of
+the kernel, which has to wait for its turn as well: longer than any process where the host is full.
+"""
 
 from __future__ import annotations
 
+import os
+import struct
 import threading
 import time
+import tty
 from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
 PERIOD_S = 0.002
 SHORTEST_S = 0.002
+SENT = struct.Struct("dd")
+LAST = -1.0
 
 
 class Stall(NamedTuple):
@@ -28,17 +37,24 @@ def withheld_s(late_s: float, own_cpu_s: float) -> float:
 
 
 class StallMeter:
-    """A thread of the process whose tests it watches.
+    """Two threads of the process whose tests they watch.
 
-    It shares the interpreter with them: whatever preempts the thread that holds it stalls the
-    meter as well, and so does what stops the process.
+    They share the interpreter with them: whatever preempts the thread that holds it stalls the
+    meter as well, and so does what stops the process. The first sleeps and sends, the second reads.
     """
 
     def __init__(self) -> None:
         self._stalls: deque[Stall] = deque()
+        self._under_way: deque[tuple[float, float]] = deque()
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="stall meter", daemon=True)
-        self._thread.start()
+        self._far, self._near = os.openpty()
+        tty.setraw(self._near)
+        self._threads = [
+            threading.Thread(target=target, name="stall meter", daemon=True)
+            for target in (self._run, self._read)
+        ]
+        for thread in self._threads:
+            thread.start()
 
     def _run(self) -> None:
         now_s, cpu_s = time.monotonic(), time.process_time()
@@ -47,24 +63,48 @@ class StallMeter:
             time.sleep(PERIOD_S)
             began_cpu_s, cpu_s = cpu_s, time.process_time()
             now_s = time.monotonic()
-            length_s = withheld_s(now_s - due_s, cpu_s - began_cpu_s)
-            if length_s > SHORTEST_S:
-                self._stalls.append(Stall(due_s, length_s))
+            self._note(due_s, withheld_s(now_s - due_s, cpu_s - began_cpu_s))
+            self._under_way.append((now_s, cpu_s))
+            os.write(self._far, SENT.pack(now_s, cpu_s))
+        os.write(self._far, SENT.pack(LAST, LAST))
+
+    def _read(self) -> None:
+        data = b""
+        while True:
+            data += os.read(self._near, 64 * SENT.size)
+            now_s, cpu_s = time.monotonic(), time.process_time()
+            whole = len(data) - len(data) % SENT.size
+            for sent_s, sent_cpu_s in SENT.iter_unpack(data[:whole]):
+                if sent_s == LAST:
+                    return
+                self._note(sent_s, withheld_s(now_s - sent_s, cpu_s - sent_cpu_s))
+                self._under_way.popleft()
+            data = data[whole:]
+
+    def _note(self, begin_s: float, length_s: float) -> None:
+        if length_s > SHORTEST_S:
+            self._stalls.append(Stall(begin_s, length_s))
 
     def between(self, begin_s: float, end_s: float) -> list[Stall]:
-        """The stalls that were not over at `begin_s` and had begun by `end_s`, oldest first.
+        """The stalls that were not over at `begin_s` and had begun by `end_s`.
 
         Earlier ones are forgotten.
         """
         time.sleep(2.0 * PERIOD_S)  # the meter must have seen what this thread has been through
+        for sent_s, sent_cpu_s in tuple(self._under_way)[:1]:
+            late_s, cpu_s = time.monotonic() - sent_s, time.process_time() - sent_cpu_s
+            self._note(sent_s, withheld_s(late_s, cpu_s))
         while self._stalls and sum(self._stalls[0]) <= begin_s:
             self._stalls.popleft()
-        return [s for s in tuple(self._stalls) if s.begin_s < end_s]
+        return [s for s in tuple(self._stalls) if s.begin_s < end_s and sum(s) > begin_s]
 
     def close(self) -> None:
-        """End the thread."""
+        """End the threads."""
         self._over.set()
-        self._thread.join()
+        for thread in self._threads:
+            thread.join()
+        os.close(self._far)
+        os.close(self._near)
 
 
 def longest_s(stalls: Sequence[Stall]) -> float:

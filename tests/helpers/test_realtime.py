@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import gc
+import os
 import signal
+import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
-from stall_meter import Stall, StallMeter, withheld_s
+from stall_meter import Stall, StallMeter, longest_s, withheld_s
 
 FAKE = """
 from collections import deque
@@ -21,7 +24,7 @@ STALLS = deque()
 
 class FakeMeter(StallMeter):
     def __init__(self):
-        self._stalls = STALLS
+        self._stalls, self._under_way = STALLS, deque()
 
     def close(self):
         pass
@@ -166,6 +169,36 @@ def test_the_meter_sees_that_its_process_was_stopped():
         process.send_signal(signal.SIGCONT)
         out, _ = process.communicate("\n")
     assert float(out) > 0.15
+
+
+@pytest.mark.parametrize("arrives", [True, False])
+def test_the_meter_sees_that_a_line_was_held(monkeypatch, arrives):
+    (far, slow), (fast, near) = socket.socketpair(), socket.socketpair()
+    monkeypatch.setattr(os, "openpty", lambda: (far.detach(), near.detach()))
+    monkeypatch.setattr("tty.setraw", lambda fd: None)
+    held, let_go = threading.Event(), threading.Event()
+
+    def hand_on():
+        while data := slow.recv(4096):
+            if held.is_set():
+                let_go.wait(2.0)
+            fast.sendall(data)
+
+    line = threading.Thread(target=hand_on, daemon=True)
+    line.start()
+    meter = StallMeter()
+    held.set()
+    began_s = time.monotonic()
+    time.sleep(0.2)
+    if arrives:
+        let_go.set()
+        time.sleep(0.02)
+    assert longest_s(meter.between(began_s, time.monotonic())) > 0.15
+    let_go.set()
+    meter.close()
+    line.join()
+    slow.close()
+    fast.close()
 
 
 def test_what_the_process_computes_itself_is_no_stall():

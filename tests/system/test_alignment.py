@@ -47,7 +47,7 @@ def test_the_tilt_is_told_in_record_results_and_report(tmp_path: Path, tilt_deg:
     text = PLAN.replace("payloads/", f"{ROOT}/procedures/payloads/")
     path.write_text(text.replace("TILT", f"{tilt_deg}"))
     out = tmp_path / "run"
-    done = in_process("run", path, "--dry-run", "--out", out)
+    done = in_process("run", path, "--dry-run", "--out", out, drawn=tilt_deg == 0.5)
     recording = read_recording(out / "run.mcap")
     [tilt] = [event.data for event in recording.events if event.kind == "tilt"]
     assert abs(math.degrees(tilt["about_rad"][1]) - tilt_deg) < 2.0 * math.degrees(

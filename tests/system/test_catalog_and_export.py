@@ -184,12 +184,12 @@ def test_csv_holds_the_curve_exactly(cycles_run: Path, tmp_path: Path) -> None:
     assert "there already" in again.stderr
 
 
-def test_parquet_and_excel_hold_the_same(cycles_run: Path, tmp_path: Path) -> None:
+def test_parquet_and_excel_hold_the_same(quick_run: Path, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     openpyxl = pytest.importorskip("openpyxl")
     out = tmp_path / "tables"
-    assert in_process("export", cycles_run, "--parquet", "--xlsx", "--out", out).returncode == 0
-    run = stepload.open(cycles_run)
+    assert in_process("export", quick_run, "--parquet", "--xlsx", "--out", out).returncode == 0
+    run = stepload.open(quick_run)
     table = parquet.read_table(out / "curve.parquet")
     assert np.array_equal(table["force_n"].to_numpy(), run.curve["force_n"])
     assert table.schema.metadata[b"stepload.run_id"].decode() == run.run_id
