@@ -18,7 +18,7 @@ from stepload.envelope.pressing import (
     rigid_coefficient,
 )
 from stepload.envelope.reason import Reason, Severity
-from stepload.plan.model import Plan, SecondForceSource
+from stepload.plan.model import Plan, SecondForceSource, Structure
 from stepload.units import format_quantity
 
 UR_FORCE_LIMIT_REACTION_S = 0.25
@@ -99,8 +99,9 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
     if plan.rig.force.components == "six" and plan.procedure.alignment is None:
         tilt_rad, left = believed_tilt_rad(plan), 1.0 - steeper(plan)
         taken = f"; {left:.1%} of F_c are counted on for it" if left < 1.0 else ""
+        unsaid = plan.rig.plate_tilt_rad is None and plan.rig.arm.structure is Structure.ARM
         yield Reason(
-            "plate_tilted", Severity.NOTE,
+            "plate_tilted", Severity.WARN if unsaid else Severity.NOTE,
             "nothing measures how the plate is tilted against the press: beyond"
             f" {math.degrees(tilt_rad):.3g} deg the payload is dragged sideways more than"
             f" the force sensor shows, and more than R12 counts on{taken}",

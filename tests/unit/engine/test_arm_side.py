@@ -159,5 +159,6 @@ def test_beyond_what_is_surely_seen_the_run_stops_however_the_arm_errs() -> None
     error_n = arm_error_n(TOLERANCE_N, RELATIVE, top_n)
     for beyond, stops in ((0.98, False), (1.02, True)):
         least_n = beyond * surely_seen(plan) * top_n - error_n  # the arm errs towards nothing
-        cause = Feed().ramp(top_n, (least_n, 0.0, top_n))
+        share_alone = replace(LIMITS, lateral_weakening=0.0)
+        cause = Feed(share_alone).ramp(top_n, (least_n, 0.0, top_n))
         assert (cause is not None) is stops

@@ -41,6 +41,7 @@ from stepload.envelope.pressing import (
     largest_top_force,
     pressing_for,
 )
+from stepload.envelope.reason import Severity
 from stepload.envelope.schedule import schedule
 from stepload.envelope.theory import theory_of
 from stepload.errors import DomainError, RefusedError
@@ -480,6 +481,12 @@ def test_a_plate_whose_tilt_nothing_measures_is_named() -> None:
         return {reason.code: reason.value for reason in hazards(plan, pressing(plan))}
 
     assert named(PLAN)["plate_tilted"] == pytest.approx(math.radians(3.0))
+    for structure, severity in ((Structure.ARM, Severity.WARN), (Structure.MACHINE, Severity.NOTE)):
+        arm = on_rig(arm=replace(PLAN.rig.arm, structure=structure))
+        said = on_rig(arm=replace(PLAN.rig.arm, structure=structure), plate_tilt_rad=0.02)
+        for plan, told in ((arm, severity), (said, Severity.NOTE)):
+            [tilted] = [r for r in hazards(plan, pressing(plan)) if r.code == "plate_tilted"]
+            assert tilted.severity is told
     for stated in (0.01, 0.17):
         assert named(on_rig(plate_tilt_rad=stated))["plate_tilted"] == stated
     measured = replace(PLAN, procedure=replace(PLAN.procedure, alignment=Alignment()))

@@ -137,7 +137,9 @@ RANGES = {
     "above 0 to 0.01 m/N": "rig.system_stiffness.across_sigma calibration.across_sigma",
     "-1 to 1": "rig.system_stiffness.across_correlation calibration.across_correlation",
     "0.001 to 1000": "rig.simulation.mount.lateral_compliance",
-    "0 to 0.175 rad": "rig.force.misalignment rig.second_force.sensor.misalignment",
+    "0 to 0.175 rad": """
+        rig.force.misalignment rig.second_force.sensor.misalignment rig.plate_tilt
+    """,
     "-0.01 to 0.01 rad/N": "rig.simulation.mount.turn",
     "0 to 2": """
         payload.friction rig.simulation.mount.friction rig.simulation.mount.friction_kinetic

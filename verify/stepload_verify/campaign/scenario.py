@@ -168,17 +168,20 @@ def draw(
         healthy=not (faults or incidents or anomalies),
         anomalies=anomalies,
         incidents=tuple(sorted(incidents, key=lambda incident: incident.start_s)),
-        hazard=hazard_of(faults, plan, anomalies),
+        hazard=hazard_of(faults, plan, anomalies) or _tilted(plan, anomalies),
     )
+
+
+def _tilted(plan: Plan, anomalies: Sequence[Anomaly]) -> str:
+    """`TILTED` where the plate is steeper than the plan counts on."""
+    steep = (one.value for one in anomalies if one.kind == "plate tilted")
+    return TILTED if any(tilt_rad > believed_tilt_rad(plan) for tilt_rad in steep) else ""
 
 
 def hazard_of(faults: Sequence[WorldFault], plan: Plan, anomalies: Sequence[Anomaly] = ()) -> str:
     """What takes a run with these out of the claim, or ""."""
     if both_channels_blind(faults, plan):
         return BLIND
-    steep = (one.value for one in anomalies if one.kind == "plate tilted")
-    if any(tilt_rad > believed_tilt_rad(plan) for tilt_rad in steep):
-        return TILTED
     dead = any(fault.kind == "force_lateral_dead" and fault.start_s == 0.0 for fault in faults)
     dragged = any(anomaly.kind in SIX_ANOMALIES[:2] for anomaly in anomalies)
     return SIDEWAYS_UNSEEN if dead and dragged else ""
