@@ -36,6 +36,7 @@ from stepload_verify.campaign.scenario import (
 )
 from stepload_verify.campaign.single import run_scenario
 from stepload_verify.campaign.truth import SIX_ANOMALIES, Anomaly
+from stepload_verify.trials.tilted import tilted
 from stepload_verify.trials.unloading import cling
 
 TEMPLATE = load_plan(Path(__file__).parents[3] / "procedures" / "campaign.yaml")
@@ -191,3 +192,11 @@ def test_a_friction_that_the_plan_states_is_kept_on_a_steep_plate_too() -> None:
     assert unknown.pressed > 1.5
     assert stated.top < 0.5 * unknown.top
     assert stated.whole < 0.9
+
+
+def test_rigs_that_are_tilted_as_far_as_their_plan_says_stay_below_the_limit() -> None:
+    found = [tilted(TEMPLATE, index) for index in range(24)]
+    assert max(row.peak_ratio for row in found if not row.hazard) < 1.0
+    wrong = {kind for row in found for kind in row.wrong}
+    assert {"plate tilted", "stuck stiffer than stated", "dragged sideways"} <= wrong
+    assert {row.rule for row in found} >= {"", "R12"}

@@ -136,9 +136,7 @@ def draw(
     arm_class = ARM_CLASSES[index % len(ARM_CLASSES)]
     stance = None
     if axes == SIX_AXES:
-        aside = Random(f"stepload {seed} {series} {index} six")
-        steep = index // len(ARM_CLASSES) % 10 in STEEP
-        stance = draw_stance(aside, arm_class == "UR", STEEPEST_RAD if steep else None)
+        stance = stance_of(seed, series, index)
     envelope = _draw_short(chance, template, arm_class, series == TWO_CHANNELS, stance)
     plan, limits = envelope.plan, envelope.run_limits
     healthy = chance.random() < HEALTHY_SHARE
@@ -170,6 +168,14 @@ def draw(
         incidents=tuple(sorted(incidents, key=lambda incident: incident.start_s)),
         hazard=hazard_of(faults, plan, anomalies) or _tilted(plan, anomalies),
     )
+
+
+def stance_of(seed: int, series: str, index: int) -> Stance:
+    """How the rig of this run with six axes holds its tip."""
+    aside = Random(f"stepload {seed} {series} {index} six")
+    ur = ARM_CLASSES[index % len(ARM_CLASSES)] == "UR"
+    steep = index // len(ARM_CLASSES) % 10 in STEEP
+    return draw_stance(aside, ur, STEEPEST_RAD if steep else None)
 
 
 def _tilted(plan: Plan, anomalies: Sequence[Anomaly]) -> str:
