@@ -70,9 +70,8 @@ def main() -> None:
         above = sum(row.peak_ratio > 1.0 for row in some)
         print(f"{apart or 'no hazard'}: {len(some)} runs, {above} above F_c")
         for row in some[:SHOWN]:
-            print(
-                f"  {row.index:5d} {row.peak_ratio:.3f} {row.rule or row.status:9s} {', '.join(row.wrong)}"
-            )
+            end = row.rule or row.status
+            print(f"  {row.index:5d} {row.peak_ratio:.3f} {end:9s} {', '.join(row.wrong)}")
 
 
 if __name__ == "__main__":
