@@ -45,6 +45,7 @@ VERDICTS: dict[str, tuple[str, set[str]]] = {
             "friction_unknown",
             "level_out_of_reach",
             "clings_on_the_way_back",
+            "plate_tilted",
         },
     ),
     "ur5e-silicone-sphere": (
@@ -54,6 +55,7 @@ VERDICTS: dict[str, tuple[str, set[str]]] = {
             "friction_unknown",
             "level_out_of_reach",
             "clings_on_the_way_back",
+            "plate_tilted",
         },
     ),
 }
