@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from real_runs import ROOT, in_process
 
-from stepload.cli import room_to_write
 from stepload.design import grid
+from stepload.plan import room_to_write
 from stepload.plan.load import load_plan
 
 PAYLOADS = ROOT / "procedures" / "payloads"

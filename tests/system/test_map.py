@@ -10,8 +10,8 @@ import pytest
 from real_runs import ROOT, in_process
 
 from stepload.atlas import make, points
-from stepload.cli import room_to_write
 from stepload.data import columns
+from stepload.plan import room_to_write
 
 SMALL = ("map", "stvf", "--samples", 12, "--seed", 3)
 

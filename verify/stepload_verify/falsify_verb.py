@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -155,6 +154,7 @@ def _report(hunts: Sequence[Hunt], elapsed_s: float, output: Output) -> None:
 
 
 def _replay(path: Path, simple: Path | None, what: Search, output: Output) -> None:
+    from stepload.plan.room_to_write import check_new, check_room
     from stepload_verify.campaign.replay import plant_rows, wrong_rows
     from stepload_verify.falsify.scene_file import read_scene, text_of
     from stepload_verify.falsify.shrink import shrink
@@ -162,7 +162,8 @@ def _replay(path: Path, simple: Path | None, what: Search, output: Output) -> No
 
     scenario, found = read_scene(path)
     if simple is not None:
-        _check_new(simple)
+        check_new("--shrink", simple)
+        check_room("--shrink", simple)
     trial = judge(scenario, what.ablation)
     if simple is not None:
         scenario = shrink(scenario, _as_bad_as(trial, what))
@@ -178,16 +179,6 @@ def _replay(path: Path, simple: Path | None, what: Search, output: Output) -> No
     )
     output.result({"trial": trial, "found": found})
     raise typer.Exit(ExitCode.STOPPED if trial.broken else ExitCode.OK)
-
-
-def _check_new(path: Path) -> None:
-    """Raise where no file can be made under this name; told before the scene is made simple."""
-    if path.exists():
-        raise BadInputError(f"{path}: is there already", hint="give another name")
-    if not path.parent.is_dir():
-        raise BadInputError(f"{path}: there is no such directory", hint="make it first")
-    if not os.access(path.parent, os.W_OK):
-        raise BadInputError(f"{path}: cannot write there", hint="name another place")
 
 
 def _as_bad_as(trial: Trial, what: Search) -> Callable[[Scenario], bool]:

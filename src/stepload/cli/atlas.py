@@ -49,8 +49,8 @@ def map_rig(
     Example: stepload map stvf --payload procedures/payloads/plastic-sphere.yaml --out map
     """
     from stepload.atlas import make, tables
-    from stepload.cli.room_to_write import check_room
     from stepload.data.columns import check_parquet, write_columns
+    from stepload.plan.room_to_write import check_room
     from stepload.runner.choose import open_pool
 
     output = Output(as_json=as_json)

@@ -58,16 +58,16 @@ def design_plan(
 
     Example: stepload design procedures/payloads/plastic-sphere.yaml stvf --time "3 min"
     """
-    from stepload.cli.room_to_write import check_room
     from stepload.design import make, tables, words, written
     from stepload.design.picture import check_picture, write_picture
+    from stepload.plan.room_to_write import check_new, check_room
     from stepload.runner.choose import open_pool
     from stepload.units import format_quantity
 
     output = Output(as_json=as_json)
     within_s = _positive("--time", time, "s")
     surface = format_quantity(_positive("--surface-distance", surface_distance, "m"), "m", 6)
-    written.check_new(out)
+    check_new("--out", out)
     check_room("--out", out)
     if picture is not None:
         check_picture(picture)

@@ -13,6 +13,7 @@ from stepload.design.front import Tried
 from stepload.design.grid import SHARES
 from stepload.design.make import Design
 from stepload.errors import BadInputError
+from stepload.plan.room_to_write import check_new
 from stepload.results.figures import BLUE, GREEN, GREY, INK, ORANGE, SAND, figure_of, plain, svg_of
 from stepload.units import format_quantity
 
@@ -33,10 +34,7 @@ def check_picture(path: Path) -> None:
     """
     if path.suffix.lower() not in KINDS:
         raise BadInputError(f"--picture {path}: no kind of picture", hint="name it .svg or .png")
-    if path.is_symlink() or path.exists():
-        raise BadInputError(f"{path} is there already", hint="name another file with --picture")
-    if not path.absolute().parent.is_dir():
-        raise BadInputError(f"{path}: there is no such directory", hint="make it first")
+    check_new("--picture", path)
 
 
 def write_picture(found: Design, path: Path) -> None:

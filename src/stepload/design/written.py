@@ -12,25 +12,13 @@ from stepload.design.make import Design
 from stepload.design.words import sentences
 from stepload.envelope.envelope import envelope_of, refusal_of
 from stepload.envelope.reason import PlanVerdict
-from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.plan.problems import printable
 from stepload.plan.references import names_a_file
+from stepload.plan.room_to_write import check_new
 
 LONGEST = 96
 """Characters of a line of the comment."""
-
-
-def check_new(path: Path) -> None:
-    """A file that is there is not written over.
-
-    Raises:
-        BadInputError: it is there, or its directory is not.
-    """
-    if path.is_symlink() or path.exists():
-        raise BadInputError(f"{path} is there already", hint="name another file with --out")
-    if not path.absolute().parent.is_dir():
-        raise BadInputError(f"{path}: there is no such directory", hint="make it first")
 
 
 def text_of(found: Design, path: Path, payload: Path, rig: str, surface: str, command: str) -> str:
@@ -72,7 +60,7 @@ def write(path: Path, text: str) -> None:
         BadInputError: something is there by now, or the text makes no plan.
         RefusedError: preflight refuses it.
     """
-    check_new(path)
+    check_new("--out", path)
     with path.open("x", encoding="utf-8") as file:
         file.write(text)
     try:

@@ -12,9 +12,10 @@ from stepload.design.ceiling import ceiling
 from stepload.design.front import Tried
 from stepload.design.grid import grid
 from stepload.design.make import Design
-from stepload.design.written import check_new, text_of, write
+from stepload.design.written import text_of, write
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.load import load_plan
+from stepload.plan.room_to_write import check_new
 from stepload.plan.shipped import payload_folder
 
 SPHERE = payload_folder() / "plastic-sphere.yaml"
@@ -53,10 +54,10 @@ def test_what_is_there_is_kept_and_what_preflight_refuses_is_not(
     path, mine = tmp_path / "new.yaml", tmp_path / "mine.yaml"
     mine.write_text("mine")
     with pytest.raises(BadInputError, match="is there already"):
-        check_new(mine)
+        check_new("--out", mine)
     (tmp_path / "link.yaml").symlink_to(tmp_path / "nowhere")
     with pytest.raises(BadInputError, match="is there already"):
-        check_new(tmp_path / "link.yaml")
+        check_new("--out", tmp_path / "link.yaml")
     bold = text(found, path).replace("top_force: 300 N", "top_force: 900 N")
     with pytest.raises(RefusedError, match="preflight refused"):
         write(path, bold)

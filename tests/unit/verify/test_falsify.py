@@ -514,7 +514,7 @@ def test_commands_that_come_late_and_a_position_that_drifts_away() -> None:
     assert judge(found).peak_ratio < 0.3
 
 
-@pytest.mark.xfail(strict=True, reason="open: docs/campaign.md, three at once")
+@pytest.mark.xfail(strict=True, raises=AssertionError, reason="open, see docs/campaign.md")
 @pytest.mark.parametrize("name", ["position-off-from-the-start", "both-silent-at-the-touch"])
 def test_what_searches_of_three_faults_have_found_and_nobody_has_mended(name: str) -> None:
     now = judge(read_scene(ROOT / f"docs/scenes/{name}.json")[0])

@@ -134,9 +134,7 @@ def draw(
     """The run `index` of a series, on a rig with one axis or with six."""
     chance = Random(f"stepload {seed} {series} {index}")
     arm_class = ARM_CLASSES[index % len(ARM_CLASSES)]
-    stance = None
-    if axes == SIX_AXES:
-        stance = stance_of(seed, series, index)
+    stance = stance_of(seed, series, index) if axes == SIX_AXES else None
     envelope = _draw_short(chance, template, arm_class, series == TWO_CHANNELS, stance)
     plan, limits = envelope.plan, envelope.run_limits
     healthy = chance.random() < HEALTHY_SHARE

@@ -174,10 +174,10 @@ def groups(results: Sequence[Result]) -> list[Group]:
         group(f"  {arm_class} class", [row for row in claim if row.arm_class == arm_class])
         for arm_class in sorted({row.arm_class for row in claim})
     ]
-    for hazard, name in APART.items():
-        hazards = [r for r in results if r.series == TWO_CHANNELS and r.hazard == hazard]
-        if hazards:
-            rows.append(group(f"apart: {name}", hazards))
+    apart = [row for row in results if row.series == TWO_CHANNELS and row.hazard]
+    for hazard in sorted({row.hazard for row in apart}):
+        named_so = [row for row in apart if row.hazard == hazard]
+        rows.append(group(f"apart: {APART.get(hazard, hazard)}", named_so))
     single = [row for row in results if row.series == ONE_CHANNEL]
     if single:
         rows.append(group("apart: one force channel", single))

@@ -17,6 +17,7 @@ from stepload.contact.materials import Geometry
 from stepload.envelope.envelope import derive
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.model import Plan
+from stepload.plan.source import read_source
 from stepload.rig.world import WorldSpec
 from stepload_verify.campaign.mishaps import Incident
 from stepload_verify.campaign.scenario import Scenario, hazard_of
@@ -101,16 +102,10 @@ def read_scene(path: Path) -> tuple[Scenario, Mapping[str, float]]:
 
 
 def _text(path: Path) -> str:
-    """What is in the file; a pipe or a device, which may have no end, is not read."""
-    if path.exists() and not path.is_file():
-        raise BadInputError(
-            f"{path}: is not a regular file", hint="give a file of stepload falsify"
-        )
-    with path.open("rb") as file:
-        data = file.read(LARGEST_BYTES + 1)
-    if len(data) > LARGEST_BYTES:
+    source = read_source(path)
+    if len(source.data) > LARGEST_BYTES:
         raise BadInputError(f"{path}: more than {LARGEST_BYTES} bytes, no scene is that long")
-    return data.decode("utf-8")
+    return source.text
 
 
 def _constant(name: str) -> float:

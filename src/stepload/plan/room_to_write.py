@@ -8,6 +8,22 @@ from pathlib import Path
 from stepload.errors import BadInputError
 
 
+def check_new(option: str, path: Path) -> None:
+    """A file that is there is not written over.
+
+    Args:
+        option: of the command line, for the message.
+        path: a file that is to be made.
+
+    Raises:
+        BadInputError: it is there, or its directory is not.
+    """
+    if path.is_symlink() or path.exists():
+        raise BadInputError(f"{path} is there already", hint=f"name another file with {option}")
+    if not path.absolute().parent.is_dir():
+        raise BadInputError(f"{path}: there is no such directory", hint="make it first")
+
+
 def check_room(option: str, path: Path) -> None:
     """Write a nameless file into the nearest directory of `path` that exists; nothing stays.
 
