@@ -66,6 +66,12 @@ class WorldArm(Arm):
     def drain(self) -> list[ArmSample]:
         return self._stream.drain() if self._stream else []
 
+    def held_m(self) -> float:
+        host = self._host
+        if host is None:
+            raise not_open(_NAME)
+        return host.world.plant.target_m
+
     def health(self) -> Health:
         return self._stream.health() if self._stream else NO_HEALTH
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -170,6 +171,13 @@ class UrArm(Arm):
         """As the controller last told it, at most a tenth of a second before the newest sample."""
         self._pump()
         return self._configuration
+
+    def held_m(self) -> float:
+        """By the controller's own target pose; as old as `configuration`."""
+        told = self.configuration()
+        if told is None or told.held_pose is None or self._start is None:
+            return math.nan
+        return state.travel_m(told.held_pose, self._start, self._settings.approach)
 
     def health(self) -> Health:
         self._pump()

@@ -14,6 +14,7 @@ import time
 
 from stepload.errors import DeviceError
 from stepload.rig.device import ArmConfiguration
+from stepload.rig.samples import SixFloats
 from stepload_drivers.ur import frames
 from stepload_drivers.ur.client import RtdeClient
 
@@ -25,6 +26,7 @@ WANTED = {
     "payload": (1, 100.0),
     "payload_cog": (3, 5.0),
     "tcp_offset": (6, 10.0),
+    "target_TCP_pose": (6, 10.0),
 }
 """Variables asked for: how many numbers each has, and the largest that can be true (SI units)."""
 
@@ -104,14 +106,22 @@ class ToldClient(RtdeClient):
 
 def _configuration(values: dict[str, tuple[float, ...]]) -> ArmConfiguration:
     slider, mass = values.get("target_speed_fraction"), values.get("payload")
-    tcp, cog = values.get("tcp_offset"), values.get("payload_cog")
+    cog = values.get("payload_cog")
     return ArmConfiguration(
         joints_rad=values.get("actual_q"),
-        tcp_offset=None if tcp is None else (tcp[0], tcp[1], tcp[2], tcp[3], tcp[4], tcp[5]),
+        tcp_offset=_six(values.get("tcp_offset")),
         payload_kg=None if mass is None else mass[0],
         payload_cog_m=None if cog is None else (cog[0], cog[1], cog[2]),
         speed_fraction=None if slider is None else slider[0],
+        held_pose=_six(values.get("target_TCP_pose")),
     )
+
+
+def _six(values: tuple[float, ...] | None) -> SixFloats | None:
+    if values is None:
+        return None
+    one, two, three, four, five, six = values
+    return one, two, three, four, five, six
 
 
 def told(host: str, deadline_s: float) -> ArmConfiguration:

@@ -21,7 +21,9 @@ from stepload.units import format_quantity
 
 Tell = Callable[[Line], None]
 SAFE_S = 3.0
-NEEDED_TO_MOVE = ("arm: data", "arm: longest age", "arm: stop", "arm: watchdog")
+NEEDED_TO_MOVE = (
+    "arm: data", "arm: longest age", "arm: held", "arm: stop", "arm: watchdog",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +162,7 @@ def _motion(exam: _Examination, rig: OpenRig) -> None:
     plan = exam.plan
     try:
         start_m = motion.position_now(rig)
+        exam.add(motion.check_held(plan, rig))
         for check in (motion.check_stop, motion.check_watchdog):
             if exam.failed(*NEEDED_TO_MOVE):
                 exam.add(skipped("arm: motion", "not moved: the arm failed before"))

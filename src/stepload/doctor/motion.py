@@ -93,6 +93,17 @@ def return_to(rig: OpenRig, start_m: float) -> None:
     drive(rig, on_the_way, abs(way_m) / SPEED_M_S + LOOK_S)
 
 
+def check_held(plan: Plan, rig: OpenRig) -> Line:
+    """Whether the arm's controller holds it where it says that it is; nothing moves."""
+    off_m = position_now(rig) - rig.arm.held_m()
+    return graded(
+        "arm: held", abs(off_m), "m", warn=0.5 * plan.rig.arm.model_tolerance_m,
+        fail=plan.rig.arm.model_tolerance_m,
+        message="between the measured position and where the controller holds the arm",
+        remedy="find out which of the two is wrong (encoder, zero, tool centre point)",
+    )  # fmt: skip
+
+
 def check_stop(rig: OpenRig) -> Line:
     """Stop the arm in slow motion away from the plate, and see that it stands."""
     start_m = position_now(rig)

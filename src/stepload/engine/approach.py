@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from stepload.engine.course import Course, Then
 from stepload.engine.follow import Lead
+from stepload.engine.listening import Listening
 from stepload.engine.retract import REST_S, not_open
 from stepload.engine.settle import RingTest
 from stepload.engine.touch import TouchTest
 from stepload.envelope.schedule import SLOW_SHARE, touch_gap_m
+from stepload.envelope.unseen import Tells
 from stepload.record.outcome import Touch
 from stepload.record.rows import Phase
 
 RING_TIMEOUT_S = 2.0
 MEAN_S = 5.0
 """Time constant of the mean force in an approach: a zero moves slowly, a contact grows fast."""
+LISTEN_S = 0.5
+"""After so long without anything new from a force channel the approach stands, and says so."""
 WORTH = 2.0
 """Retracts of way from one zero of an approach to the next."""
 Zero = Callable[[float, Then, Then | None], None]
@@ -31,9 +36,10 @@ class Approach:
         course: of the run.
         stopped: what to do when the operator stops the search.
         zero: proves free air, takes the zero anew, and goes on; see `Zeroing.take`.
+        tells: the force channels that must tell something new for the approach to go on.
     """
 
-    def __init__(self, course: Course, stopped: Then, zero: Zero) -> None:
+    def __init__(self, course: Course, stopped: Then, zero: Zero, tells: Tells) -> None:
         self._course = course
         self._stopped = stopped
         self._zero = zero
@@ -41,11 +47,14 @@ class Approach:
         self._mean_n, self._renews, self._renew_from_m = 0.0, True, 0.0
         self._mean_share = course.limits.period_s / MEAN_S
         self._then: Then = stopped
+        self._resume: Then = self._begin_guarded
         self._purpose = ""
         self._slow = False
         self._left = 0
         self._early_m = 0.0
         self._lead = Lead(course.limits.period_s)
+        self._listening = Listening(tells)
+        self._deaf_s = math.nan
         self._felt = TouchTest(course.limits.touch_force_n)
         self._ring = RingTest(course.limits.noise_n)
 
@@ -73,8 +82,12 @@ class Approach:
             near_m = course.surface_m - self._gap_m() - self._early_m
         run_out_m = 2.0 * course.limits.fast_speed_m_s * course.limits.reaction_s
         self._felt = TouchTest(course.limits.touch_force_n)
-        course.enter(Phase.FAST_APPROACH, now_s, self._fast)
+        self._listening.begin(course.target_m)
         course.aim(near_m - run_out_m)
+        self._begin_fast(now_s)
+
+    def _begin_fast(self, now_s: float) -> None:
+        self._course.enter(Phase.FAST_APPROACH, now_s, self._fast)
 
     def _fast(self, now_s: float, step_s: float) -> None:
         course = self._course
@@ -83,7 +96,7 @@ class Approach:
         fastest_m_s = course.limits.fast_speed_m_s
         if course.target_m >= course.goal_m or course.move(fastest_m_s, step_s):
             self._begin_guarded(now_s)
-        self._leash()
+        self._leash(now_s, self._begin_fast)
 
     def _begin_guarded(self, now_s: float) -> None:
         course = self._course
@@ -102,19 +115,44 @@ class Approach:
             speed = min(speed, SLOW_SHARE * limits.guarded_speed_m_s)
         course.speed_m_s = speed
         course.target_m += speed * step_s
-        self._leash()
+        self._leash(now_s, self._begin_guarded)
         position_m = course.sup.arm.position_m
         course.target_m -= self._lead.excess(course.target_m, position_m, limits.ahead_m)
 
-    def _leash(self) -> None:
-        """In free air the target stays within reach of what a surface just ahead could bear."""
+    def _leash(self, now_s: float, resume: Then) -> None:
+        """In free air the target stays within reach of what a surface just ahead could bear.
+
+        Ahead of where the arm is, and ahead of where the force channels have told something new.
+        """
         course = self._course
-        end_m = course.sup.arm.position_m + course.limits.leash_free_m
+        leash_m = course.limits.leash_free_m
+        end_m = course.sup.arm.position_m + leash_m
         if course.target_m > end_m:
             course.target_m = end_m
+        end_m = self._listening.heard_m + leash_m
+        if not course.target_m > end_m:
+            self._deaf_s = math.nan
+            return
+        course.target_m = end_m
+        if self._deaf_s != self._deaf_s:
+            self._deaf_s = now_s
+        elif now_s - self._deaf_s > LISTEN_S:
+            self._resume = resume
+            course.enter(Phase.LISTENING, now_s, self._listen)
+
+    def _listen(self, now_s: float, _step_s: float) -> None:
+        """Stand until the force channels have told something new, or are found frozen (R4)."""
+        if self._held_up(now_s):
+            return
+        if self._listening.heard_m + self._course.limits.leash_free_m > self._course.target_m:
+            self._deaf_s = math.nan
+            self._resume(now_s)
 
     def _held_up(self, now_s: float) -> bool:
         """Whether the approach does not go on in this tick, or not at all."""
+        course = self._course
+        late_m = course.speed_m_s * course.limits.reaction_s
+        self._listening.hear(course.sup, course.target_m - late_m)
         return (
             self._touched(now_s)
             or self._stop_asked(now_s)
@@ -213,4 +251,5 @@ class Approach:
             course.aim(max(course.goal_m - self._gap_m(), furthest_m))
             return
         self._felt = TouchTest(course.limits.touch_force_n)
+        self._listening.begin(course.target_m)
         self._begin_guarded(now_s)

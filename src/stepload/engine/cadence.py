@@ -80,6 +80,8 @@ class Cadence:
                     command(target_m)
                 else:
                     command(target_m, engine.shift_m)
+            else:
+                self._ask_held(now_s)
             keep(now_s, force, arm, displacement, second)
             if not self.ticks % FAULT_POLL_TICKS and engine.cause is None:
                 self._poll(now_s)
@@ -131,6 +133,14 @@ class Cadence:
             except Exception as error:
                 self._faults.raised(self.busy, now_s, error)
         return force, arm, displacement, second
+
+    def _ask_held(self, now_s: float) -> None:
+        """Before anything is commanded: where the arm's controller holds it."""
+        self.busy = "arm"
+        try:
+            self._engine.course.held_m = self._rig.arm.held_m()
+        except Exception as error:
+            self._faults.raised(self.busy, now_s, error)
 
     def _keep(
         self, now_s: float, force: Samples, arm: Samples, displacement: Samples, second: Samples

@@ -36,10 +36,11 @@ class Course:
     """The present phase and what has been found so far.
 
     `act` is done in each tick, `target_m` is what is asked of the arm (NaN until it has said where
-    it is), `shift_m` what is asked of it across its approach, `speed_m_s` the speed of the target,
-    `goal_m` where `move` and `rest_at_goal` go to. `surface_m` is the position of the last touch,
-    NaN before. `failure` is set when the run cannot go on, `done` when it has come to its end,
-    `interrupted` when the operator ended it.
+    it is), `held_m` where its controller said before that it holds it (NaN: it did not), `shift_m`
+    what is asked of it across its approach, `speed_m_s` the speed of the target, `goal_m` where
+    `move` and `rest_at_goal` go to. `surface_m` is the position of the last touch, NaN before.
+    `failure` is set when the run cannot go on, `done` when it has come to its end, `interrupted`
+    when the operator ended it.
     """
 
     def __init__(
@@ -62,7 +63,7 @@ class Course:
         self.cycle = cycle
         self.step_number = 0
         self.level_n = 0.0
-        self.target_m = self.start_m = math.nan
+        self.target_m = self.start_m = self.held_m = math.nan
         self.shift_m = (0.0, 0.0)
         self.speed_m_s = 0.0
         self.goal_m = math.nan

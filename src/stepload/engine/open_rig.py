@@ -98,6 +98,18 @@ def _check_rates(plan: Plan, arm: Arm, force: ForceSensor, second: ForceSensor |
             )
 
 
+def _check_held(arm: Arm) -> None:
+    """An arm that does not tell where it is held may be moved by a first command to stay."""
+    if math.isfinite(arm.held_m()):
+        return
+    raise DeviceError(
+        "the arm does not tell where its controller holds it: where its measured position is off, a"
+        " first command to stay there would move it, and nothing could stop that in time",
+        code=FaultCode.UNSUPPORTED,
+        hint="let the driver tell it (Arm.held_m)",
+    )
+
+
 def _check_shift(plan: Plan, arm: Arm, *, dry_run: bool) -> None:
     """An arm that cannot go across its approach is known before it moves."""
     asked = plan.procedure.alignment is not None or plan.procedure.nulling is not None
@@ -144,6 +156,7 @@ def opened(envelope: Envelope, *, dry_run: bool, seed: int | None = None) -> Ite
                 identities[role] = device.open(OPEN_TIMEOUT_S)
         _check_rates(plan, arm, force, second)
         _check_shift(plan, arm, dry_run=dry_run)
+        _check_held(arm)
         rates_hz = {
             "force": force.rate_hz, "arm": 1.0 / arm.period_s, "tick": 1.0 / arm.period_s,
         }  # fmt: skip

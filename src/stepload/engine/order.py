@@ -19,6 +19,7 @@ from stepload.engine.steps import Control, LoadSteps
 from stepload.engine.zeroing import Adopt, Zeroing
 from stepload.envelope.aligning import Aligning, NullingLaw
 from stepload.envelope.shake import Shake
+from stepload.envelope.unseen import EVERY, Tells
 from stepload.envelope.until import Until
 from stepload.record.rows import Phase
 
@@ -37,6 +38,7 @@ class RunOrder:
         until: what every level needs where the plan may end its loading early, else None.
         aligning, nulling: how the plate is touched on a circle, and how force across is taken off;
             None where the plan does not ask for it.
+        tells: see `Approach`.
     """
 
     def __init__(
@@ -50,13 +52,14 @@ class RunOrder:
         tell: Say = nothing,
         aligning: Aligning | None = None,
         nulling: NullingLaw | None = None,
+        tells: Tells = EVERY,
     ) -> None:
         self._tell = tell
         self.steps = LoadSteps(course, controller, nulling)
         self._course = course
         self._zeroing = Zeroing(course, self._leave, adopt)
         self._life = ProofOfLife(course, self._leave, shake)
-        self._approach = Approach(course, self._leave, self._zeroing.take)
+        self._approach = Approach(course, self._leave, self._zeroing.take, tells)
         self._alignment = Alignment(course, self._approach, aligning, self._leave)
         self._retract = Retract(course)
         self._index = start_level
@@ -70,7 +73,8 @@ class RunOrder:
         """Take the arm over where it stands.
 
         Where it comes to rest after a motion that nobody commanded is no place to start from: a
-        position that jumped would be taken for where the arm is.
+        position that jumped would be taken for where the arm is. Nor is one that its controller
+        does not hold it at: to be told to stay there would move it.
         """
         course, tolerance_m = self._course, self._course.limits.model_tolerance_m
         position_m = course.sup.arm.position_m
@@ -83,9 +87,22 @@ class RunOrder:
                 f"the arm moved by {moved_m * 1e3:+.3g} mm, or says so, and nothing was commanded:"
                 " stop whatever moves it, and start again",
             )  # fmt: skip
-        elif now_s - self._standing_s >= START_REST_S:
+        elif now_s - self._standing_s >= START_REST_S and self._held_here(position_m):
             course.target_m = course.start_m = position_m
             self._zeroing.warm_up(now_s, self._prove_life)
+
+    def _held_here(self, position_m: float) -> bool:
+        course, tolerance_m = self._course, self._course.limits.model_tolerance_m
+        off_m = position_m - course.held_m
+        if not abs(off_m) > tolerance_m:
+            return True
+        course.fail(
+            "held", off_m, tolerance_m, "m",
+            f"the arm says that it is {off_m * 1e3:+.3g} mm from where its controller holds it: a"
+            " command to stay there would move it by as much. Nothing was commanded: find out"
+            " which of the two is wrong (encoder, zero, tool centre point), and start again",
+        )  # fmt: skip
+        return False
 
     def _prove_life(self, now_s: float) -> None:
         self._life.prove(now_s, self._align)

@@ -84,7 +84,7 @@ class Engine:
         )
         self.steps = RunOrder(
             self.course, self._adopt, start_level, controller, envelope.telling_shake,
-            envelope.until, self._tell, envelope.aligning, envelope.nulling,
+            envelope.until, self._tell, envelope.aligning, envelope.nulling, envelope.tells,
         ).steps  # fmt: skip
         self._plan = plan
         self._measured = Measured(0.0, 0.0)

@@ -37,7 +37,7 @@ from stepload.envelope.sideways import share_reasons, sideways_reasons
 from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
-from stepload.envelope.unseen import unseen_reasons
+from stepload.envelope.unseen import EVERY, Tells, silent_reasons, tells_of, unseen_reasons
 from stepload.envelope.until import Until, until_of, until_reasons
 from stepload.envelope.way_back import way_back_reasons
 from stepload.errors import DomainError, RefusedError
@@ -88,6 +88,11 @@ class Envelope:
     def telling_shake(self) -> Shake | None:
         """The shake that the run begins with; None where there is none that tells anything."""
         return self.shake if self.shake is not None and self.shake.tells else None
+
+    @property
+    def tells(self) -> Tells:
+        """The force channels that an approach waits for."""
+        return EVERY if self.limits is None else tells_of(self.plan, self.limits)
 
     @property
     def top_force_n(self) -> float:
@@ -179,6 +184,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         reasons += share_reasons(plan, limits.lateral_from_n, limits.allowed_n)
         reasons += softness(plan, limits, theory)
         reasons += unseen_reasons(plan, limits)
+        reasons += silent_reasons(plan, limits)
     return Envelope(
         plan=plan,
         verdict=verdict_of(reasons),

@@ -25,6 +25,7 @@ _BEFORE: dict[int, str] = {
     Phase.ALIGN: ALIGN,
     Phase.FAST_APPROACH: "fast approach",
     Phase.GUARDED_APPROACH: "guarded approach",
+    Phase.LISTENING: "fast approach",
     Phase.DWELL: "touch again",
     Phase.TOUCH_RETRACT: "touch again",
 }

@@ -17,6 +17,23 @@ GAINS = tuple(LEAST_GAIN + 0.05 * step for step in range(15))
 """Of the main channel, up to one that is right."""
 FILTERS = 8.0
 """Time constants after which R4 has forgotten what was before the freeze (`engine.cross_check`)."""
+TELLS_WITHIN_S = 20.0
+"""A sound channel that may repeat itself for longer is not waited for: it says something new after
+a 25th of that in the mean (`limits.FALSE_FREEZE_ODDS`)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tells:
+    """Which force channels an approach waits for until they have told something new.
+
+    None does that is not there, or that a sound sensor may leave standing for long.
+    """
+
+    main: bool
+    second: bool
+
+
+EVERY = Tells(main=True, second=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,14 +62,19 @@ def unseen(plan: Plan, limits: RunLimits) -> Unseen | None:
     """The figures of a plan; None with one force channel, where nothing is compared."""
     if not limits.cross_check:
         return None
+    main_s, second_s = _equal_times(plan, limits)
     sensor = plan.rig.second_force.sensor
-    second_hz = sensor.rate_hz if sensor else plan.rig.arm.rate_hz
-    second_s = _equal_s(limits.second_identical_counts, second_hz)
     return Unseen(
-        main_s=_equal_s(limits.identical_counts, plan.rig.force.rate_hz),
+        main_s=main_s,
         second_s=second_s,
         forces_n=tuple(_force_n(limits, second_s, gain, moves=bool(sensor)) for gain in GAINS),
     )
+
+
+def tells_of(plan: Plan, limits: RunLimits) -> Tells:
+    """Which force channels an approach waits for."""
+    main_s, second_s = _equal_times(plan, limits)
+    return Tells(main_s <= TELLS_WITHIN_S, second_s <= TELLS_WITHIN_S)
 
 
 def _force_n(limits: RunLimits, second_s: float, gain: float, *, moves: bool) -> float:
@@ -86,6 +108,17 @@ def _force_n(limits: RunLimits, second_s: float, gain: float, *, moves: bool) ->
     return frozen_n + min(ends_n)
 
 
+def _equal_times(plan: Plan, limits: RunLimits) -> tuple[float, float]:
+    """After how long in s equal samples tell of the main and of the second channel."""
+    rig = plan.rig
+    main_s = _equal_s(limits.identical_counts, rig.force.rate_hz)
+    if not limits.cross_check:
+        return main_s, math.inf
+    sensor = rig.second_force.sensor
+    second_hz = sensor.rate_hz if sensor else rig.arm.rate_hz
+    return main_s, _equal_s(limits.second_identical_counts, second_hz)
+
+
 def _equal_s(counts: int, rate_hz: float) -> float:
     return counts / rate_hz if counts else math.inf
 
@@ -105,6 +138,35 @@ def unseen_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
         "take less second_force.tolerance, a lower load_rate, or a second sensor whose resolution"
         " is finer beside its noise" if refused else "",
         found.force_n, limit_n, "N",
+    )  # fmt: skip
+
+
+def silent_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
+    """Channels that an approach cannot wait for, and what can build up beside them.
+
+    One that is frozen is then not told from a sound one until the force moves it. With two channels
+    the other one must be dead too, behind live noise.
+    """
+    tells = tells_of(plan, limits)
+    silent = [] if tells.main else ["force"]
+    if limits.cross_check and not tells.second:
+        silent.append("second_force")
+    reach_n = limits.stiffness_n_per_m * plan.procedure.search_distance_m
+    most_n, limit_n = limits.cross_tolerance_n + reach_n, limits.counted_limit_n
+    if not silent or most_n <= limit_n:
+        return
+    beside = (
+        "where one is frozen and the other dead behind live noise"
+        if limits.cross_check
+        else "where it is frozen"
+    )
+    yield Reason(
+        "silent_channel", Severity.NOTE if limits.cross_check else Severity.WARN,
+        f"in free air a sound {' or '.join(silent)} may read the same for more than"
+        f" {TELLS_WITHIN_S:g} s, too long for an approach to wait for: {beside}, the arm goes to"
+        f" the end of its search, and presses with up to {format_quantity(most_n, 'N')}",
+        "take a sensor whose resolution is finer beside its noise, or a shorter search_distance",
+        most_n, limit_n, "N",
     )  # fmt: skip
 
 

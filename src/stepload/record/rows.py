@@ -40,6 +40,7 @@ class Phase(IntEnum):
     PROOF_OF_LIFE = 17
     ALIGN = 18
     NULLING = 19
+    LISTENING = 20
 
 
 class TickFields(NamedTuple, Generic[Whole, Number]):

@@ -9,6 +9,7 @@ from stepload.results.press_data import PressData
 
 CLOSING_OPENING = (
     Phase.GUARDED_APPROACH,
+    Phase.LISTENING,
     Phase.DWELL,
     Phase.TOUCH_RETRACT,
     Phase.UNLOAD,

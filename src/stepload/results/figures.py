@@ -34,6 +34,7 @@ PHASE_TINT = {
     Phase.NULLING: "#d2e0ee",
     Phase.FAST_APPROACH: "#e4efe8",
     Phase.GUARDED_APPROACH: "#d3e8da",
+    Phase.LISTENING: "#d3e8da",
     Phase.DWELL: "#d3e8da",
     Phase.TOUCH_RETRACT: "#f3ecdc",
     Phase.LOAD: "#dbe6f4",

@@ -20,6 +20,8 @@ from stepload.rig.device import Arm
 
 ARRIVE_S = 1.0
 HOLD_S = 0.5
+HELD_S = 0.2
+"""What an arm tells of where it is held may be so old."""
 NEAR_SHARE = 0.2
 FASTEST = 1.5
 STOP_TRIES = 3
@@ -45,9 +47,10 @@ def moving_arm(trial: Trial) -> Iterator[Arm]:
 
 
 def check_motion(trial: Trial) -> None:
-    """An arm goes to its target, holds it without further commands, and retracts."""
+    """An arm tells where it is held, goes to its target, holds it, and retracts."""
     with moving_arm(trial) as arm:
         start_m = _position(arm, trial)
+        _require_near("held at rest", arm.held_m(), start_m, trial)
         quarter_m = start_m + 0.25 * trial.move_m
         _ramp(arm, start_m, quarter_m, trial)
         _require_followed(start_m, quarter_m, _position(arm, trial))
@@ -55,6 +58,7 @@ def check_motion(trial: Trial) -> None:
         _ramp(arm, quarter_m, target_m, trial)
         reached_m = _position(arm, trial)
         _require_near("target", reached_m, target_m, trial)
+        _require_near("held at the target", _held(arm, trial), target_m, trial)
         idle(arm, trial, HOLD_S)
         _require_near("position held", _position(arm, trial), reached_m, trial)
         watch = Stopwatch(trial)
@@ -102,6 +106,12 @@ def _require_near(what: str, position_m: float, expected_m: float, trial: Trial)
         abs(position_m - expected_m) < NEAR_SHARE * trial.move_m,
         f"{what}: {position_m * 1e3:.4f} mm, expected {expected_m * 1e3:.4f} mm",
     )
+
+
+def _held(arm: Arm, trial: Trial) -> float:
+    """Where it says that it is held, once what it tells can no more be of long ago."""
+    idle(arm, trial, HELD_S)
+    return arm.held_m()
 
 
 def _position(device: Arm, trial: Trial) -> float:

@@ -7,6 +7,7 @@ process of their own; there are no callbacks into the engine. All methods are ca
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -55,6 +56,8 @@ class ArmConfiguration:
         payload_kg: mass at the flange that the controller reckons with.
         payload_cog_m: its centre of gravity from the flange, shape (3,).
         speed_fraction: of the speed slider, 0 to 1.
+        held_pose: TCP pose at which the controller holds it, in the arm's base frame: its own
+            target, not what it measures; as `ArmSample.pose`.
     """
 
     joints_rad: tuple[float, ...] | None = None
@@ -62,6 +65,7 @@ class ArmConfiguration:
     payload_kg: float | None = None
     payload_cog_m: tuple[float, float, float] | None = None
     speed_fraction: float | None = None
+    held_pose: SixFloats | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,6 +224,15 @@ class Arm(Device):
             DeviceError: not confirmed; whether it may be asked for again, its code tells. Nothing
                 moves an arm that a person or its safety system has taken over.
         """
+
+    def held_m(self) -> float:
+        """Travel at which the controller holds the arm: its own target, not what is measured.
+
+        Asked before the first command of a run: where the measured position says something else,
+        a command to stay there would move the arm. NaN: not told, and no run begins. Valid after
+        `open`; never blocks.
+        """
+        return math.nan
 
     def configuration(self) -> ArmConfiguration | None:
         """How the arm stands and what it is set to, as of the newest sample; None: not told.

@@ -64,6 +64,8 @@ def run(bench: Bench, until_s: float = 600.0, rows: list[TickRow] | None = None)
         )
         if target_m == target_m:
             rig.arm.command(target_m, engine.shift_m)
+        else:
+            engine.course.held_m = rig.arm.held_m()
         if rows is not None and engine.row is not None:
             rows.append(engine.row)
         bench.ticks += 1

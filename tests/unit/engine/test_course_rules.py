@@ -18,12 +18,14 @@ from stepload.engine.retract import Retract
 from stepload.engine.settle import BLOCK_S, BLOCKS, RingTest, SettleTest
 from stepload.engine.steps import LoadSteps
 from stepload.engine.touch import BOUNCE_S, SURE
+from stepload.envelope.unseen import Tells
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
 
 NEAR_M = PLAN.surface_distance_m - PLAN.surface_uncertainty_m
 RUN_OUT_M = 2.0 * PLANNED.fast_speed_m_s * PLANNED.reaction_s
 WIDE = {"leash_free_m": 1.0, "ahead_m": 1.0}
+NONE = Tells(main=False, second=False)
 
 
 def approach(
@@ -31,7 +33,7 @@ def approach(
 ) -> tuple[Stage, Approach]:
     stage = Stage(limits, procedure)
     stage.course.tares.append(Tare(9.0, 0.3, 300, 0.0, 0.1, 0.0, 0.0, 0.1))
-    part = Approach(stage.course, stage.stopped.append, stage.zero)
+    part = Approach(stage.course, stage.stopped.append, stage.zero, NONE)
     part.begin(stage.now_s, "first", touches, stage.then.append)
     return stage, part
 
@@ -58,7 +60,7 @@ def test_the_fast_approach_ends_short_of_where_the_surface_may_be() -> None:
 def test_a_known_surface_is_approached_to_a_gap_and_half_as_fast() -> None:
     stage = Stage(WIDE)
     stage.course.surface_m = 2e-3
-    part = Approach(stage.course, stage.stopped.append, stage.zero)
+    part = Approach(stage.course, stage.stopped.append, stage.zero, NONE)
     part.begin(stage.now_s, "cycle", 1, stage.then.append)
     gap_m = max(20.0 * PLANNED.position_resolution_m, 0.3 * PLANNED.guarded_speed_m_s)
     assert stage.course.goal_m == pytest.approx(2e-3 - min(gap_m, PLAN.retract_m) - RUN_OUT_M)
@@ -522,6 +524,21 @@ def test_an_arm_that_stands_is_taken_over_where_it_stands() -> None:
     stage.ticks(2)
     assert stage.course.target_m == 7e-3
     assert stage.course.phase == Phase.WARM_UP
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_arm_that_is_not_held_where_it_says_that_it_is_is_not_taken_over(sign: float) -> None:
+    for share, taken in ((0.99, True), (1.01, False)):
+        stage, _ = order(7e-3)
+        stage.course.held_m = 7e-3 + sign * share * PLANNED.model_tolerance_m
+        stage.ticks(round(START_REST_S / PERIOD_S) + 2)
+        failure = stage.course.failure
+        assert (failure is None) == taken
+        assert math.isnan(stage.course.target_m) != taken
+        if failure is not None:
+            assert failure.reason == "held"
+            assert failure.value == pytest.approx(-sign * share * PLANNED.model_tolerance_m)
+            assert "Nothing was commanded" in failure.message
 
 
 def test_a_controller_is_made_anew_for_new_limits() -> None:

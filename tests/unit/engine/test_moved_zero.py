@@ -15,6 +15,7 @@ from stepload.engine.approach import MEAN_S, WORTH, Approach
 from stepload.engine.course import ZERO_SHARE
 from stepload.engine.free_air import LOOK_S, FreeAir
 from stepload.engine.tick import Engine
+from stepload.envelope.unseen import Tells
 from stepload.plan.model import Plan
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
@@ -25,12 +26,13 @@ ZERO = Tare(9.0, 0.3, 300, 0.0, 0.1, 0.0, 0.0, 0.1)
 LOOK = round(LOOK_S / PERIOD_S) + 1
 TICKS = round(3.0 * MEAN_S / PLANNED.period_s)
 """So long that the mean is 95 % of the force."""
+NONE = Tells(main=False, second=False)
 
 
 def approach(limits: dict[str, Any] | None = None, **procedure: Any) -> tuple[Stage, Approach]:
     stage = Stage(limits, {"max_drift_n": 10.0, "retract_m": 1e-4, **procedure})
     stage.course.tares.append(ZERO)
-    part = Approach(stage.course, stage.stopped.append, stage.zero)
+    part = Approach(stage.course, stage.stopped.append, stage.zero, NONE)
     part.begin(stage.now_s, "first", 1, stage.then.append)
     return stage, part
 

@@ -82,6 +82,38 @@ def _go(bench: Bench, tape: Tape, **options: Any) -> RunOutcome:
     return run_loop(bench.engine, bench.rig, tape, **options)
 
 
+@pytest.mark.parametrize("off_m", [-0.8e-3, 0.8e-3, 0.06e-3])
+def test_a_position_that_is_off_from_the_start_is_no_place_to_start_from(off_m: float) -> None:
+    """The first command, to stay where it says it is, would move the arm."""
+    bench = _bench([WorldFault("position_jump", 0.0, 600.0, off_m)])
+    bench.rig.arm.command = _refuse  # type: ignore[method-assign]
+    outcome = _go(bench, Tape())
+    assert outcome.cause is not None
+    assert outcome.cause.rule == "held"
+    assert outcome.cause.value == pytest.approx(off_m, abs=3e-6)
+    assert outcome.status is RunStatus.STOPPED
+    assert bench.peak_n == 0.0
+    assert not outcome.errors
+
+
+def _refuse(*_: object) -> None:
+    raise AssertionError("nothing may be commanded")
+
+
+def test_an_arm_that_cannot_say_where_it_is_held_is_not_commanded() -> None:
+    bench = _bench()
+    bench.rig.arm.command = _refuse  # type: ignore[method-assign]
+
+    def broken() -> float:
+        raise RuntimeError("no such register")
+
+    bench.rig.arm.held_m = broken  # type: ignore[method-assign]
+    outcome = _go(bench, Tape())
+    assert outcome.cause is not None
+    assert outcome.cause.rule == "device"
+    assert "no such register" in outcome.cause.message
+
+
 def test_a_run_goes_through_every_phase_in_order() -> None:
     bench, tape = _bench(cycles=2), Tape()
     outcome = _go(bench, tape)

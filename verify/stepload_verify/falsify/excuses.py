@@ -17,11 +17,15 @@ from stepload.rig.world import WorldSpec
 from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.falsify.scene import with_faults
 
-PLATE, HELD_BACK, HEAVY, LATE, TILTED = (
+PLATE, HELD_BACK, HEAVY, LATE, TILTED, SILENT = (
     "plate_moves", "held_back_commands", "heavier_arm", "unstated_delays", "plate_tilted",
+    "silent_channel",
 )  # fmt: skip
 LINK_FAULTS = ("command_latency", "command_jitter")
 """Faults in which a link holds commands back and delivers them together."""
+
+FREEZES = ("force_freeze", "second_freeze", "arm_force_freeze")
+"""Faults in which a force channel repeats itself."""
 
 
 def excuses(scenario: Scenario, peak_n: float) -> Iterator[tuple[str, Scenario]]:
@@ -47,6 +51,8 @@ def excuses(scenario: Scenario, peak_n: float) -> Iterator[tuple[str, Scenario]]
             second_force_delay_s=believed.second_force_delay_s,
         )
         yield LATE, replace(rest, truth=truth)
+    if kinds.intersection(FREEZES) and peak_n <= named.get(SILENT, 0.0):
+        yield SILENT, without(scenario, *FREEZES)
     if TILTED in named and (mount := scenario.truth.mount) is not None:
         level = levelled(mount, named[TILTED])
         if level != mount:

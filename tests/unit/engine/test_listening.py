@@ -1,0 +1,111 @@
+"""An approach goes no further than a surface could bear beyond where every channel last spoke."""
+
+from __future__ import annotations
+
+import pytest
+from course_feed import PERIOD_S, PLANNED, Stage
+
+from stepload.engine.approach import LISTEN_S, Approach
+from stepload.engine.operator import StopLevel
+from stepload.envelope.unseen import EVERY, Tells
+from stepload.record.outcome import Tare
+from stepload.record.rows import Phase
+
+LEASH_M = 20e-6
+MAIN, SECOND = Tells(main=True, second=False), Tells(main=False, second=True)
+NONE = Tells(main=False, second=False)
+TICKS = round(3.0 * LISTEN_S / PERIOD_S)
+REACTION_M = PLANNED.guarded_speed_m_s * PLANNED.reaction_s
+
+
+def guarded(tells: Tells) -> tuple[Stage, float]:
+    """A guarded approach that has just begun, and where."""
+    stage = Stage({"leash_free_m": LEASH_M, "ahead_m": 1.0}, {"surface_distance_m": 0.1})
+    stage.course.tares.append(Tare(9.0, 0.3, 300, 0.0, 0.1, 0.0, 0.0, 0.1))
+    part = Approach(stage.course, stage.stopped.append, stage.zero, tells)
+    part.begin(stage.now_s, "first", 1, stage.then.append)
+    part._begin_guarded(stage.now_s)
+    stage.course.goal_m = 1.0
+    return stage, stage.course.target_m
+
+
+def speak(stage: Stage, tells: Tells, count: int) -> None:
+    """So many ticks in which these channels say something new each time."""
+    for index in range(count):
+        stage.sup.force.raw_n += 1e-3 * tells.main * (-1) ** index
+        stage.sup.second_raw_n += 1e-3 * tells.second * (-1) ** index
+        stage.ticks()
+
+
+def travelled(tells: Tells, speaking: Tells) -> tuple[float, int]:
+    stage, begin_m = guarded(tells)
+    speak(stage, speaking, TICKS)
+    return stage.course.target_m - begin_m, stage.course.phase
+
+
+FAR_M = PLANNED.guarded_speed_m_s * 2.0 * LISTEN_S
+
+
+def test_the_figures_of_this_file_tell_far_from_near() -> None:
+    assert FAR_M > 2.0 * LEASH_M
+    assert REACTION_M < LEASH_M
+
+
+@pytest.mark.parametrize(
+    ("tells", "speaking"),
+    [(EVERY, MAIN), (EVERY, SECOND), (EVERY, NONE), (MAIN, SECOND), (SECOND, MAIN)],
+)
+def test_where_one_is_silent_the_approach_stands_and_says_so(tells: Tells, speaking: Tells) -> None:
+    way_m, phase = travelled(tells, speaking)
+    assert way_m == pytest.approx(LEASH_M, abs=1e-7)
+    assert phase == Phase.LISTENING
+
+
+@pytest.mark.parametrize(
+    ("tells", "speaking"), [(EVERY, EVERY), (MAIN, MAIN), (SECOND, SECOND), (NONE, NONE)]
+)
+def test_who_is_not_listened_to_holds_nothing_up(tells: Tells, speaking: Tells) -> None:
+    way_m, phase = travelled(tells, speaking)
+    assert way_m > FAR_M
+    assert phase == Phase.GUARDED_APPROACH
+
+
+def test_it_goes_on_from_where_it_stands_once_the_channel_has_spoken() -> None:
+    stage, begin_m = guarded(EVERY)
+    speak(stage, MAIN, TICKS)
+    assert stage.course.phase == Phase.LISTENING
+    speak(stage, EVERY, 2)
+    assert stage.course.phase == Phase.GUARDED_APPROACH
+    assert stage.course.target_m - begin_m == pytest.approx(LEASH_M, abs=1e-6)
+    speak(stage, MAIN, TICKS)
+    assert stage.course.target_m - begin_m == pytest.approx(2.0 * LEASH_M, abs=1e-6)
+    assert stage.course.phase == Phase.LISTENING
+
+
+def test_what_it_told_was_true_a_reaction_time_ago() -> None:
+    """Spoken once under way: the leash counts from where the arm was when that was true."""
+    stage, begin_m = guarded(EVERY)
+    while stage.course.target_m - begin_m < 0.8 * LEASH_M:
+        speak(stage, MAIN, 1)
+    at_m = stage.course.target_m
+    assert REACTION_M < at_m - begin_m < LEASH_M
+    speed_m_s = stage.course.speed_m_s
+    speak(stage, EVERY, 1)
+    speak(stage, MAIN, TICKS)
+    late_m = speed_m_s * PLANNED.reaction_s
+    assert stage.course.target_m == pytest.approx(at_m - late_m + LEASH_M, abs=2e-7)
+
+
+def test_a_surface_is_felt_while_it_listens() -> None:
+    stage, _ = guarded(EVERY)
+    speak(stage, MAIN, TICKS)
+    stage.ticks(3, 2.0 * PLANNED.touch_force_n)
+    assert stage.course.phase == Phase.DWELL
+
+
+def test_a_stop_is_heard_while_it_listens() -> None:
+    stage, _ = guarded(EVERY)
+    speak(stage, NONE, TICKS)
+    stage.operator.request_stop(StopLevel.AFTER_STEP)
+    stage.ticks()
+    assert stage.stopped
