@@ -568,6 +568,14 @@ def takes_nan(healthy):
     return _variant(healthy, command=command)
 
 
+def tells_nothing_of_where_it_is_held(healthy):
+    return _variant(healthy, held_m=lambda self: math.nan)
+
+
+def is_always_held_at_its_start(healthy):
+    return _variant(healthy, held_m=lambda self: 0.0)
+
+
 def takes_infinity(healthy):
     def command(self, position_m):
         if position_m != position_m or abs(position_m) < 1.0:

@@ -102,6 +102,8 @@ ARM = [
     ("moves_on_a_refused_target", "targets", "after refused targets"),
     ("retracts_by_nan", "targets", "retract(nan m) was accepted"),
     ("retracts_forth", "targets", "retract(-0.001 m) was accepted"),
+    ("tells_nothing_of_where_it_is_held", "motion", "held at rest: nan mm"),
+    ("is_always_held_at_its_start", "motion", "held at the target: 0.0000 mm"),
     ("frozen_position", "motion", "the measured position is frozen"),
     ("reversed_position", "motion", "the measured position has the wrong sign"),
     ("goes_too_far", "motion", "target: 1.5"),

@@ -141,12 +141,26 @@ class Approach:
             course.enter(Phase.LISTENING, now_s, self._listen)
 
     def _listen(self, now_s: float, _step_s: float) -> None:
-        """Stand until the force channels have told something new, or are found frozen (R4)."""
+        """Stand until the force channels have told something new; R4 may find one frozen before.
+
+        It finds a sensor whose whole reading stands. One that is dead along the pressing axis alone
+        is found here.
+        """
         if self._held_up(now_s):
             return
-        if self._listening.heard_m + self._course.limits.leash_free_m > self._course.target_m:
+        course, listening = self._course, self._listening
+        if listening.heard_m + course.limits.leash_free_m > course.target_m:
             self._deaf_s = math.nan
             self._resume(now_s)
+            return
+        silent_s, patience_s = now_s - self._deaf_s, LISTEN_S + listening.tells.patience_s
+        if silent_s > patience_s:
+            course.fail(
+                "silent", silent_s, patience_s, "s",
+                f"the {listening.silent} has told nothing new for {silent_s:.3g} s in the approach:"
+                " it is dead along the pressing axis, or the axis is not the one that feels the"
+                " force",
+            )  # fmt: skip
 
     def _held_up(self, now_s: float) -> bool:
         """Whether the approach does not go on in this tick, or not at all."""

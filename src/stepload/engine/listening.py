@@ -19,18 +19,18 @@ class Listening:
         tells: which channels are listened to.
     """
 
-    __slots__ = ("_main_m", "_main_n", "_second_m", "_second_n", "_tells")
+    __slots__ = ("_main_m", "_main_n", "_second_m", "_second_n", "tells")
 
     def __init__(self, tells: Tells) -> None:
-        self._tells = tells
+        self.tells = tells
         self._main_n = self._second_n = math.nan
         self._main_m = self._second_m = math.inf
 
     def begin(self, target_m: float) -> None:
         """The contact is known to be open where the target is now."""
-        if self._tells.main:
+        if self.tells.main:
             self._main_m = target_m
-        if self._tells.second:
+        if self.tells.second:
             self._second_m = target_m
 
     def hear(self, sup: Supervisor, sensed_m: float) -> None:
@@ -38,14 +38,19 @@ class Listening:
         main_n, second_n = sup.force.raw_n, sup.second_raw_n
         if main_n != self._main_n:
             self._main_n = main_n
-            if self._tells.main and sensed_m > self._main_m:
+            if self.tells.main and sensed_m > self._main_m:
                 self._main_m = sensed_m
         if second_n != self._second_n:
             self._second_n = second_n
-            if self._tells.second and sensed_m > self._second_m:
+            if self.tells.second and sensed_m > self._second_m:
                 self._second_m = sensed_m
 
     @property
     def heard_m(self) -> float:
         """The target up to which every one of them has told something new; inf without any."""
         return self._main_m if self._main_m < self._second_m else self._second_m
+
+    @property
+    def silent(self) -> str:
+        """The channel that has been silent for longer."""
+        return "force sensor" if self._main_m < self._second_m else "second force channel"

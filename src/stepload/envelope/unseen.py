@@ -26,11 +26,13 @@ a 25th of that in the mean (`limits.FALSE_FREEZE_ODDS`)."""
 class Tells:
     """Which force channels an approach waits for until they have told something new.
 
-    None does that is not there, or that a sound sensor may leave standing for long.
+    Not for one that is not there, or that is sound and may stand for long. None of the others
+    stands for `patience_s`.
     """
 
     main: bool
     second: bool
+    patience_s: float = TELLS_WITHIN_S
 
 
 EVERY = Tells(main=True, second=True)
@@ -74,7 +76,8 @@ def unseen(plan: Plan, limits: RunLimits) -> Unseen | None:
 def tells_of(plan: Plan, limits: RunLimits) -> Tells:
     """Which force channels an approach waits for."""
     main_s, second_s = _equal_times(plan, limits)
-    return Tells(main_s <= TELLS_WITHIN_S, second_s <= TELLS_WITHIN_S)
+    told_s = [each_s for each_s in (main_s, second_s) if each_s <= TELLS_WITHIN_S]
+    return Tells(main_s in told_s, second_s in told_s, max(told_s, default=TELLS_WITHIN_S))
 
 
 def _force_n(limits: RunLimits, second_s: float, gain: float, *, moves: bool) -> float:

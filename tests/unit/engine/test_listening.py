@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from course_feed import PERIOD_S, PLANNED, Stage
 
@@ -94,6 +96,23 @@ def test_what_it_told_was_true_a_reaction_time_ago() -> None:
     speak(stage, MAIN, TICKS)
     late_m = speed_m_s * PLANNED.reaction_s
     assert stage.course.target_m == pytest.approx(at_m - late_m + LEASH_M, abs=2e-7)
+
+
+@pytest.mark.parametrize(
+    ("speaking", "name"), [(MAIN, "the second force channel"), (SECOND, "the force sensor")]
+)
+def test_one_that_does_not_speak_any_more_ends_the_run(speaking: Tells, name: str) -> None:
+    for patience_s, ends in ((1.9 * LISTEN_S, True), (2.1 * LISTEN_S, False)):
+        stage, begin_m = guarded(replace(EVERY, patience_s=patience_s))
+        while stage.course.target_m < begin_m + 0.9999 * LEASH_M:
+            speak(stage, speaking, 1)
+        speak(stage, speaking, TICKS)
+        failure = stage.course.failure
+        assert (failure is not None) == ends
+        if failure is not None:
+            assert failure.reason == "silent"
+            assert failure.value > failure.limit == LISTEN_S + patience_s
+            assert name in failure.message
 
 
 def test_a_surface_is_felt_while_it_listens() -> None:

@@ -18,7 +18,14 @@ from run_plans import (
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.reason import PlanVerdict, Reason, Severity
-from stepload.envelope.unseen import GAINS, Unseen, unseen, unseen_reasons
+from stepload.envelope.unseen import (
+    GAINS,
+    Unseen,
+    silent_reasons,
+    tells_of,
+    unseen,
+    unseen_reasons,
+)
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
 
 PLAN = coarse_plan()
@@ -108,6 +115,62 @@ def test_each_of_the_rules_ends_it() -> None:
     fast = replace(BLIND, load_rate_n_per_s=1e4, second_identical_counts=25)
     rate = cap / LIMITS.contact_n_s_per_m
     assert beyond_n(fast) == pytest.approx(rate * (25 / 500.0 + LIMITS.reaction_s))
+
+
+@pytest.mark.parametrize(
+    ("counts", "second", "told"),
+    [(25, 100, (True, True)), (0, 100, (False, True)), (25, 0, (True, False)),
+     (10_000, 10_000, (True, True)), (10_001, 100, (False, True)), (25, 10_001, (True, False))],
+)  # fmt: skip
+def test_an_approach_waits_for_a_channel_that_speaks_within_20_s(
+    counts: int, second: int, told: tuple[bool, bool]
+) -> None:
+    limits = replace(LIMITS, identical_counts=counts, second_identical_counts=second)
+    tells = tells_of(PLAN, limits)
+    assert (tells.main, tells.second) == told
+    alone = tells_of(PLAN, replace(limits, cross_check=""))
+    assert (alone.main, alone.second) == (told[0], False)
+
+
+def test_no_channel_that_is_waited_for_stands_for_longer_than_equal_samples_tell() -> None:
+    """500 Hz; one that is not waited for does not count."""
+    for counts, second, patience_s in ((50, 100, 0.2), (200, 100, 0.4), (200, 10_001, 0.4)):
+        limits = replace(LIMITS, identical_counts=counts, second_identical_counts=second)
+        assert tells_of(PLAN, limits).patience_s == pytest.approx(patience_s)
+
+
+def test_a_channel_that_an_approach_cannot_wait_for_is_named() -> None:
+    way_m = PLAN.procedure.search_distance_m
+    reach_n = LIMITS.stiffness_n_per_m * way_m + LIMITS.cross_tolerance_n
+    assert not list(silent_reasons(PLAN, LIMITS))
+    for limits, name in (
+        (replace(LIMITS, identical_counts=0), "a sound force may"),
+        (replace(LIMITS, second_identical_counts=0), "a sound second_force may"),
+    ):
+        [reason] = silent_reasons(PLAN, limits)
+        assert reason.code == "silent_channel"
+        assert reason.severity is Severity.NOTE
+        assert reason.value == pytest.approx(reach_n)
+        assert name in reason.message
+        assert "the other dead" in reason.message
+        softer = replace(limits, counted_limit_n=1.01 * reach_n)
+        assert not list(silent_reasons(PLAN, softer))
+    alone = replace(LIMITS, identical_counts=0, cross_check="", cross_tolerance_n=0.0)
+    [reason] = silent_reasons(PLAN, alone)
+    assert reason.severity is Severity.WARN
+    assert "the other" not in reason.message
+
+
+def test_the_envelope_hands_down_whom_an_approach_listens_to() -> None:
+    envelope = envelope_for(PLAN, COARSE_F_C_N)
+    assert (envelope.tells.main, envelope.tells.second) == (True, True)
+    assert "silent_channel" not in {reason.code for reason in envelope.reasons}
+    sensor = PLAN.rig.second_force.sensor
+    assert sensor is not None
+    second = replace(PLAN.rig.second_force, noise_n=1e-4, sensor=replace(sensor, noise_n=1e-4))
+    silent = envelope_for(replace(PLAN, rig=replace(PLAN.rig, second_force=second)), COARSE_F_C_N)
+    assert (silent.tells.main, silent.tells.second) == (True, False)
+    assert "silent_channel" in {reason.code for reason in silent.reasons}
 
 
 @pytest.mark.parametrize("plan", [ur_plan(), stvf_plan()])

@@ -277,6 +277,18 @@ def test_the_configuration_is_what_the_controller_told_last(opened):
     assert arm.configuration() is None
 
 
+def test_where_it_is_held_is_the_controllers_own_target(opened):
+    """Not its measured pose, from which travel is counted."""
+    arm, child = opened()
+    assert math.isnan(arm.held_m())
+    child.arrives(wire.pack_configuration(ArmConfiguration((0.1,) * 6)))
+    assert math.isnan(arm.held_m())
+    x, y, z, *turn = arm._start
+    held = (x + 0.3, y, z - 0.8e-3, *turn)
+    child.arrives(wire.pack_configuration(ArmConfiguration(held_pose=held)))
+    assert arm.held_m() == pytest.approx(0.8e-3)
+
+
 def test_the_run_is_heard_by_the_child_well_within_the_leash(opened, clock):
     arm, child = opened(leash=0.1)
     child.sent.clear()

@@ -79,6 +79,7 @@ def test_everything_is_told_by_a_controller_that_has_it(connect):
     assert configuration.tcp_offset == (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
     assert (configuration.payload_kg, configuration.payload_cog_m) == (1.5, (0.0, 0.01, 0.05))
     assert configuration.speed_fraction == 0.5
+    assert configuration.held_pose == controller.value("target_TCP_pose")
 
 
 @pytest.mark.parametrize(

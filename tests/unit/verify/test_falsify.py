@@ -514,11 +514,18 @@ def test_commands_that_come_late_and_a_position_that_drifts_away() -> None:
     assert judge(found).peak_ratio < 0.3
 
 
-@pytest.mark.xfail(strict=True, raises=AssertionError, reason="open, see docs/campaign.md")
-@pytest.mark.parametrize("name", ["position-off-from-the-start", "both-silent-at-the-touch"])
-def test_what_searches_of_three_faults_have_found_and_nobody_has_mended(name: str) -> None:
-    now = judge(read_scene(ROOT / f"docs/scenes/{name}.json")[0])
-    assert now.peak_ratio < 1.0 or now.hazard
+@pytest.mark.parametrize(
+    ("name", "rule"), [("position-off-from-the-start", "held"), ("both-silent-at-the-touch", "R4")]
+)
+def test_what_searches_of_three_faults_have_found_does_not_touch_any_more(
+    name: str, rule: str
+) -> None:
+    """4.6 and 2.0 F_c before the engine asked where the arm is held, and listened."""
+    found, figures = read_scene(ROOT / f"docs/scenes/{name}.json")
+    assert figures["peak_ratio"] > 1.9
+    now = judge(found)
+    assert (now.rule, now.hazard) == (rule, "")
+    assert now.peak_ratio == 0.0
 
 
 def test_friction_does_not_let_go_where_the_force_turns_back() -> None:
