@@ -21,6 +21,7 @@ MEAN_S = 5.0
 """Time constant of the mean force in an approach: a zero moves slowly, a contact grows fast."""
 LISTEN_S = 0.5
 """After so long without anything new from a force channel the approach stands, and says so."""
+DEAF_SHARE = 0.9
 WORTH = 2.0
 """Retracts of way from one zero of an approach to the next."""
 Zero = Callable[[float, Then, Then | None], None]
@@ -93,7 +94,7 @@ class Approach:
         course = self._course
         if self._held_up(now_s):
             return
-        fastest_m_s = course.limits.fast_speed_m_s
+        fastest_m_s = min(course.limits.fast_speed_m_s, self._stopping_m_s())
         if course.target_m >= course.goal_m or course.move(fastest_m_s, step_s):
             self._begin_guarded(now_s)
         self._leash(now_s, self._begin_fast)
@@ -113,6 +114,7 @@ class Approach:
         speed = min(limits.guarded_speed_m_s, course.speed_m_s + limits.acceleration_m_s2 * step_s)
         if self._slow:
             speed = min(speed, SLOW_SHARE * limits.guarded_speed_m_s)
+        speed = min(speed, self._stopping_m_s())
         course.speed_m_s = speed
         course.target_m += speed * step_s
         self._leash(now_s, self._begin_guarded)
@@ -130,15 +132,27 @@ class Approach:
         if course.target_m > end_m:
             course.target_m = end_m
         end_m = self._listening.heard_m + leash_m
-        if not course.target_m > end_m:
+        if course.target_m > end_m:
+            course.target_m = end_m
+        if not self._deaf:
             self._deaf_s = math.nan
-            return
-        course.target_m = end_m
-        if self._deaf_s != self._deaf_s:
+        elif self._deaf_s != self._deaf_s:
             self._deaf_s = now_s
         elif now_s - self._deaf_s > LISTEN_S:
             self._resume = resume
             course.enter(Phase.LISTENING, now_s, self._listen)
+
+    @property
+    def _deaf(self) -> bool:
+        """Whether next to nothing is left of the way that the force channels allow."""
+        course = self._course
+        return course.target_m > self._listening.heard_m + DEAF_SHARE * course.limits.leash_free_m
+
+    def _stopping_m_s(self) -> float:
+        """The speed from which the target can stop where the force channels hold it up."""
+        course, limits = self._course, self._course.limits
+        room_m = self._listening.heard_m + limits.leash_free_m - course.target_m
+        return math.sqrt(2.0 * limits.acceleration_m_s2 * max(0.0, room_m))
 
     def _listen(self, now_s: float, _step_s: float) -> None:
         """Stand until the force channels have told something new; R4 may find one frozen before.
@@ -149,7 +163,7 @@ class Approach:
         if self._held_up(now_s):
             return
         course, listening = self._course, self._listening
-        if listening.heard_m + course.limits.leash_free_m > course.target_m:
+        if not self._deaf:
             self._deaf_s = math.nan
             self._resume(now_s)
             return

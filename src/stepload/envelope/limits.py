@@ -11,6 +11,7 @@ from stepload.envelope.bounds import (
     CROSS_CHECK_FILTER_S,
     age_limit_s,
     channel_skew_s,
+    comparison_period_s,
     retract_speed_m_s,
     shown_noise_n,
     step_band_n,
@@ -31,6 +32,9 @@ MODEL_LAG_S = 0.07
 STILL_BLURS = 2.0
 """Commanded travel over what may hide it in the measured position, before R7 asks for an answer."""
 LEASH_TIME_S = 1.5
+TOLD_SHARE = 0.9
+"""Of the leash: so far an approach goes at most from one reading of the slower channel to the next,
+so that it does not stand in between."""
 MOVED_ZERO_SHARE = 0.25
 """Of the touch force: so far from zero, noise does not make a touch yet, nor break R11."""
 HIDDEN_SIGMAS, RANGE_SIGMAS = 4.0, 10.0
@@ -264,7 +268,12 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
     arm, force, second = rig.arm, rig.force, rig.second_force
     press, forces, noise_n = pressing.rig, pressing.forces, pressing.reading_noise_n
     has_second = second.source is not SecondForceSource.NONE
-    fast_m_s = min(pressing.fast_speed_m_s, 0.7 * pressing.leash_free_m / press.reaction_s)
+    told_s = comparison_period_s(rig) if has_second else 1.0 / force.rate_hz
+    fast_m_s = min(
+        pressing.fast_speed_m_s,
+        0.7 * pressing.leash_free_m / press.reaction_s,
+        TOLD_SHARE * pressing.leash_free_m / (press.reaction_s + told_s),
+    )
     clock_s = max(CLOCK_S, 5.0 / force.rate_hz, force.max_age_s or 0.0, arm.max_age_s or 0.0)
     blur_m = arm.position_resolution_m + 6.0 * arm.position_noise_m + arm.lost_motion_m
     near_edge_m = procedure.surface_distance_m - procedure.surface_uncertainty_m
