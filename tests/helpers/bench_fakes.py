@@ -87,6 +87,9 @@ class FakeArm:
         if self.rig.follows:
             self.rig.position_m = position_m
 
+    def held_m(self) -> float:
+        return self.rig.position_m
+
     def configuration(self) -> ArmConfiguration:
         return ArmConfiguration((0.1, 0.2, 0.3), (0.0, 0.0, 0.1, 0.0, 0.0, 0.0), 0.8, None, 1.0)
 

@@ -76,6 +76,7 @@ def fetch(host: str, port: int, name: str, deadline: Deadline) -> str:
         if answer.length:  # cut short, or more than any device has to say
             raise http.client.IncompleteRead(b"", answer.length)
     except (OSError, http.client.HTTPException) as error:
+        deadline.left_s(what)  # a page that was cut off may end in any error
         raise DeviceError(
             f"{name}: http://{host}:{port}{PAGE} does not answer ({error or 'no answer'})",
             code=FaultCode.NOT_CONNECTED,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from course_feed import PERIOD_S, PLANNED, Stage
@@ -128,3 +129,24 @@ def test_a_stop_is_heard_while_it_listens() -> None:
     stage.operator.request_stop(StopLevel.AFTER_STEP)
     stage.ticks()
     assert stage.stopped
+
+
+@pytest.mark.parametrize("guarded_way", [True, False])
+def test_it_slows_down_before_it_has_to_wait(guarded_way: bool) -> None:
+    """The target never steps from its full speed to rest."""
+    speeds = {"guarded_speed_m_s": 5e-3, "fast_speed_m_s": 5e-3, "acceleration_m_s2": 1.0}
+    stage = Stage({"leash_free_m": LEASH_M, "ahead_m": 1.0, **speeds}, {"surface_distance_m": 0.1})
+    stage.course.tares.append(Tare(9.0, 0.3, 300, 0.0, 0.1, 0.0, 0.0, 0.1))
+    part = Approach(stage.course, stage.stopped.append, stage.zero, EVERY)
+    part.begin(stage.now_s, "first", 1, stage.then.append)
+    if guarded_way:
+        part._begin_guarded(stage.now_s)
+    targets = []
+    for _ in range(200):
+        speak(stage, MAIN, 1)
+        targets.append(stage.course.target_m)
+    steps = [b - a for a, b in pairwise(targets)]
+    assert max(steps) / PERIOD_S > 3e-3
+    changes = [a - b for a, b in pairwise(steps)]
+    assert max(changes) / PERIOD_S**2 < 3.0 * speeds["acceleration_m_s2"]
+    assert targets[-1] == pytest.approx(LEASH_M, rel=1e-3)

@@ -23,6 +23,7 @@ def test_the_arm_is_brought_back_to_where_the_examination_began(monkeypatch):
         return ok
 
     monkeypatch.setattr(motion, "check_stop", back)
+    monkeypatch.setattr(motion, "check_held", lambda _plan, _rig: ok)
     monkeypatch.setattr(motion, "check_watchdog", back)
     monkeypatch.setattr(motion, "check_response", lambda plan, rig: (ok, None))
     exam = checkup._Examination(SimpleNamespace(plan=None), lambda line: None)
