@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from run_plans import limits_for, stvf_plan
 
 from stepload_verify.trials.contact_quality import detection
@@ -24,12 +25,23 @@ def test_jumps_are_seen_within_tens_of_milliseconds_and_none_where_there_is_none
     assert sum(seen.false for seen in found.values()) == 0
 
 
-def test_r12_sees_a_share_and_is_quiet_below_its_limit() -> None:
-    limits = replace(limits_for(stvf_plan()), allowed_n=1e9)
-    rng = np.random.default_rng(1)
-    late = detection.r12_latency_s(limits, 0.4, 100.0, 0.5, rng)
-    assert 0.02 < late < 0.08
-    assert detection.r12_latency_s(limits, 0.25, 100.0, 0.5, rng) == np.inf
+LIMITS = detection.alone(limits_for(stvf_plan()))
+
+
+@pytest.mark.parametrize("step", detection.steps_of(LIMITS), ids=lambda step: step.name)
+def test_the_rules_on_the_whole_wrench_tell_soon_and_nothing_else(step: detection.Step) -> None:
+    found = detection.told(LIMITS, step, 4, (0.05, 0.001), 1)
+    assert (found.missed, found.false) == (0, 0)
+    assert len(found.latency_s) == (0 if step.quiet else 4)
+    assert all(0.0 < late_s < 0.08 for late_s in found.latency_s)
+
+
+def test_what_no_rule_tells_is_counted_as_missed_and_what_another_tells_as_false() -> None:
+    step = detection.steps_of(LIMITS)[1]
+    off = detection.told(replace(LIMITS, lateral_share=0.0), step, 2, (0.05, 0.001), 1)
+    assert (off.latency_s, off.missed, off.false) == ((), 2, 0)
+    other = detection.told(LIMITS, replace(step, rule="R14"), 2, (0.05, 0.001), 1)
+    assert (other.latency_s, other.missed, other.false) == ((), 0, 2)
 
 
 def test_a_false_identified_is_counted_as_that() -> None:

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -22,12 +21,13 @@ import numpy as np
 from stepload.envelope.envelope import envelope_of
 from stepload.plan.load import load_plan
 from stepload_verify.trials.contact_quality.bias import WAYS, Cell, cells
-from stepload_verify.trials.contact_quality.detection import r12_latency_s, slips_seen
+from stepload_verify.trials.contact_quality.detection import alone, slips_seen, steps_of, told
 from stepload_verify.trials.contact_quality.whole import rows
 from stepload_verify.trials.coupling.__main__ import SETTINGS, Found
 
 PLAN = Path("procedures/ur5e-silicone-sphere.yaml")
-SHARE, ALONG_N = 0.4, (10.0, 20.0, 50.0)
+WRENCH_NOISES = ((0.03, 0.001), (0.15, 0.005))
+"""Of a good six-axis sensor and of a plain one: a force in N, a torque in N·m (sd)."""
 
 
 def main() -> None:
@@ -60,13 +60,19 @@ def _detection(runs: int, seed: int, plan: Path) -> None:
               f"{seen.false}", flush=True)  # fmt: skip
     limits = envelope_of(load_plan(plan)).limits
     assert limits is not None
-    rng = np.random.default_rng(seed)
-    for along_n in ALONG_N:
-        limits = replace(limits, allowed_n=1e9)  # the share alone, not what is left of F_c
-        late = [r12_latency_s(limits, SHARE, along_n, 0.15, rng) for _ in range(50)]
-        low, middle, high = 1e3 * np.percentile(late, (5, 50, 95))
-        print(f"R12 sees a share of {SHARE} at {along_n:.0f} N after {low:.0f} {middle:.0f} "
-              f"{high:.0f} ms, a period of {limits.period_s * 1e3:g} ms", flush=True)  # fmt: skip
+    limits = alone(limits)
+    print(f"rules on the whole wrench, {runs} runs of 4 s each, a period of"
+          f" {1e3 * limits.period_s:g} ms, F_lim {limits.force_limit_n:.3g} N: told after (5, 50,"
+          " 95 %), missed, ended by another rule or too early")  # fmt: skip
+    for noise in WRENCH_NOISES:
+        for step in steps_of(limits):
+            found = told(limits, step, runs, noise, seed)
+            when = "nothing to tell"
+            if found.latency_s:
+                low, middle, high = 1e3 * np.percentile(found.latency_s, (5, 50, 95))
+                when = f"{step.rule} {low:4.0f} {middle:4.0f} {high:4.0f} ms"
+            print(f"  {step.name:28} noise {noise[0]:g} N, {noise[1]:g} N m: {when:22} missed"
+                  f" {found.missed} false {found.false}", flush=True)  # fmt: skip
 
 
 def _whole(plan: Path, seed: int) -> None:

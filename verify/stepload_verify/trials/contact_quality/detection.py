@@ -1,23 +1,27 @@
-"""How soon a slip is seen in the data, and how soon R12 sees a share across the axis."""
+"""How soon a slip is seen in the data, and how soon the rules on the whole wrench end a run."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stepload.engine.watch import Breach, ForceWatch
-from stepload.engine.wrench import WrenchRules
+from stepload.engine.supervisor import Supervisor
 from stepload.envelope.limits import RunLimits
 from stepload.estimators.slips import Slip, slips_of
 from stepload.estimators.wrench import Wrench
-from stepload.rig.samples import ForceSample
+from stepload.record.rows import Phase
+from stepload.rig.samples import ArmSample, ForceSample
 
 RATE_HZ = 500.0
 JUMPS_N, NOISES_N = (1.9, 0.5, 0.0), (0.03, 0.1, 0.3)
 LASTS_S, TOP_N, SHARE = 10.0, 50.0, 0.15
+BEFORE_S = AFTER_S = 2.0
+HOLD = int(Phase.HOLD)
+LEVER_M, ECCENTRICITY_M = 0.05, 0.01
+Six = tuple[float, float, float, float, float, float]
 NEAR_S = 0.06
 """A slip that is told so near to the true one is that."""
 
@@ -68,20 +72,112 @@ def _with_jump(
     return at_s, slips_of(wrench, TOP_N)
 
 
-def r12_latency_s(
-    limits: RunLimits, share: float, along_n: float, noise_n: float, rng: np.random.Generator
-) -> float:
-    """From a share that is suddenly there to the breach of R12, one fresh sample in each period."""
-    watch = ForceWatch("force", "+fz", full_scale_n=math.inf, stale_s=1.0, identical_counts=0,
-                       clock_s=1.0)  # fmt: skip
-    rules, period_s = WrenchRules(limits, Breach), limits.period_s
-    for tick in range(4000):
-        now_s, there = tick * period_s, tick >= 2000
-        noise = rng.normal(0.0, noise_n, 3)
-        across = (share if there else 0.0) * along_n
-        wrench = (across + noise[0], noise[1], along_n + noise[2], 0.0, 0.0, 0.0)
-        watch.take([ForceSample(tick, now_s, math.nan, 0, wrench, math.nan)], now_s)
-        breach = rules.judge_across(watch.smooth_across_n, float(wrench[2]), along_n, along_n)
-        if breach is not None:
-            return math.nan if not there else (tick - 2000 + 1) * period_s
-    return math.inf
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A wrench that is suddenly another one: what is wrong with it, and which rule is to tell.
+
+    Both are fx … tz in N and N·m, tared, +fz along the press. One that is quiet is within limits.
+    """
+
+    name: str
+    rule: str
+    before: Six
+    after: Six
+
+    @property
+    def quiet(self) -> bool:
+        """Whether no rule is to tell."""
+        return not self.rule
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """Of so many steps of one kind: how long after it the rule told, how many it did not tell of
+    within `AFTER_S`, how many runs another rule or an earlier time ended."""
+
+    step: Step
+    latency_s: tuple[float, ...]
+    missed: int
+    false: int
+
+
+def alone(limits: RunLimits) -> RunLimits:
+    """The same with one force channel, no room between F_lim and F_allowed, and with ratings and a
+    lever stated, so that every rule on the whole wrench has something to judge by."""
+    return replace(
+        limits, cross_check="", second_stands_n=0.0, allowed_n=limits.force_limit_n,
+        overload_fx_n=0.5 * limits.force_limit_n, overload_tx_n_m=0.05 * limits.force_limit_n,
+        lever_m=LEVER_M, eccentricity_m=limits.eccentricity_m or ECCENTRICITY_M,
+    )  # fmt: skip
+
+
+def steps_of(limits: RunLimits) -> tuple[Step, ...]:
+    """A step beyond each threshold of the rules on the whole wrench, and one just within."""
+    share, off_m = limits.lateral_share, limits.eccentricity_m
+
+    def pressed(along_n: float, across: float = 0.0, off_m: float = 0.0) -> Six:
+        """Dragged by a share, touched beside the axis; the torque is that of both."""
+        across_n = across * along_n
+        return (across_n, 0.0, along_n, 0.0, across_n * limits.lever_m - off_m * along_n, 0.0)
+
+    low_n, high_n = 0.3 * limits.force_limit_n, 0.88 * limits.force_limit_n
+    straight = pressed(low_n)
+    pulled = (1.05 * limits.overload_fx_n, *straight[1:])
+    turned = (*straight[:3], 1.05 * limits.overload_tx_n_m, *straight[4:])
+    return (
+        Step("share, a third above", "R12", straight, pressed(low_n, 4.0 * share / 3.0)),
+        Step("share, twice", "R12", straight, pressed(low_n, 2.0 * share)),
+        Step("share, nine tenths", "", straight, pressed(low_n, 0.9 * share)),
+        Step("whole force, dragged", "R12", pressed(high_n), pressed(high_n, 0.95 * share)),
+        Step("a force's rating, 5 % above", "R13", straight, (*pulled[:3], 0.0, 0.0, 0.0)),
+        Step("a torque's rating, 5 % above", "R13", straight, turned),
+        Step("beside, a third above", "R14", straight, pressed(low_n, 0.0, 4.0 * off_m / 3.0)),
+        Step("beside, nine tenths", "", straight, pressed(low_n, 0.0, 0.9 * off_m)),
+    )
+
+
+def told(limits: RunLimits, step: Step, runs: int, noise: tuple[float, float], seed: int) -> Told:
+    """The supervisor on so many runs: two seconds before the step, and two after it.
+
+    Args:
+        limits: of a plan with one force channel.
+        step: what happens.
+        runs: how many.
+        noise: of a force in N and of a torque in N·m (sd).
+        seed: of the noise.
+    """
+    rng = np.random.default_rng([seed, len(step.name), round(step.after[2])])
+    latency, missed, false = [], 0, 0
+    for _ in range(runs):
+        rule, late_s = _ended(limits, step, noise, rng)
+        if rule == "":
+            missed += not step.quiet
+        elif rule == step.rule and late_s > 0.0:
+            latency.append(late_s)
+        else:
+            false += 1
+    return Told(step, tuple(latency), missed, false)
+
+
+def _ended(
+    limits: RunLimits, step: Step, noise: tuple[float, float], rng: np.random.Generator
+) -> tuple[str, float]:
+    """The rule that ended a run, and how long after the step; ("", inf) where none did."""
+    supervisor, period_s = Supervisor(limits, "+fz"), limits.period_s
+    before = round(BEFORE_S / period_s)
+    ticks = before + round(AFTER_S / period_s)
+    climb = np.clip(2.0 * np.arange(ticks) / before - 0.1, 0.0, 1.0)[:, None]
+    there = np.arange(ticks)[:, None] < before
+    wrenches = np.where(there, climb * np.array(step.before), step.after)
+    wrenches += rng.normal(0.0, 1.0, (ticks, 6)) * np.repeat(noise, 3)
+    zero = round(0.03 * before)
+    for tick, wrench in enumerate(wrenches.tolist()):
+        now_s = (tick + 1) * period_s
+        force = ForceSample(tick, now_s, now_s, 0, tuple(wrench), math.nan)
+        arm = ArmSample(tick, now_s, now_s, 0, 0.0, math.nan, (0.0,) * 6)
+        cause = supervisor.check(now_s, [force], [arm], [], 0.0, 1e-6, HOLD)
+        if tick == zero:
+            supervisor.tare(0.0, 0.0, (0.0,) * 6)
+        if cause is not None:
+            return cause.rule, (tick + 1 - before) * period_s
+    return "", math.inf
