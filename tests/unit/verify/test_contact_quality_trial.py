@@ -50,4 +50,4 @@ def test_a_false_identified_is_counted_as_that() -> None:
     open_one = Found(0.2, 0.05, identified=False, covered=False)
     line = _line("after", [true, true, false, open_one, None])
     assert "true   2 false   1 marginal   2" in line
-    assert "coverage  50%" in line
+    assert "covered 2 of 4" in line

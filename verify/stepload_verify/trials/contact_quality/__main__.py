@@ -55,7 +55,7 @@ def _detection(runs: int, seed: int, plan: Path) -> None:
         if seen.latency_s:
             low, middle, high = 1e3 * np.percentile(seen.latency_s, (5, 50, 95))
             when = f"{low:4.1f} {middle:4.1f} {high:4.1f} ms, {np.mean(seen.sizes_n):.2f} N"
-        missed = f"missed {seen.missed / runs:6.1%}" if seen.jump_n else ""
+        missed = f"missed {seen.missed} of {runs}" if seen.jump_n else ""
         print(f"  {seen.jump_n:3.1f} N, noise {seen.noise_n:4.2f} N: {when:30} {missed} false "
               f"{seen.false}", flush=True)  # fmt: skip
     limits = envelope_of(load_plan(plan)).limits
@@ -117,10 +117,11 @@ def _line(way: str, results: list[Found | None]) -> str:
     half = float(np.median([100.0 * each.half_width for each in got]))
     said = [each for each in got if each.identified]
     true = sum(each.covered for each in said)
-    covered = sum(each.covered for each in got) / len(got)
+    covered = sum(each.covered for each in got)
     return (
         f"{way:18} {middle:5.1f}/{most:5.1f} ±{half:5.1f}  true {true:3} false "
-        f"{len(said) - true:3} marginal {len(results) - len(said):3}  coverage {covered:4.0%}"
+        f"{len(said) - true:3} marginal {len(results) - len(said):3}  covered {covered} of"
+        f" {len(got)}"
     )
 
 

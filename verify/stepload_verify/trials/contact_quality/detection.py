@@ -120,7 +120,10 @@ def steps_of(limits: RunLimits) -> tuple[Step, ...]:
         across_n = across * along_n
         return (across_n, 0.0, along_n, 0.0, across_n * limits.lever_m - off_m * along_n, 0.0)
 
-    low_n, high_n = 0.3 * limits.force_limit_n, 0.88 * limits.force_limit_n
+    low_n, edge = 0.3 * limits.force_limit_n, 0.95 * share
+    left = 1.0 - limits.lateral_weakening * edge * (edge + 2.0 * limits.lateral_askew)
+    high_n = left * limits.allowed_n / math.hypot(1.0, edge)
+    little_n, much_n = 1.03 * high_n, 4.0 / 3.0 * high_n
     straight = pressed(low_n)
     pulled = (1.05 * limits.overload_fx_n, *straight[1:])
     turned = (*straight[:3], 1.05 * limits.overload_tx_n_m, *straight[4:])
@@ -128,7 +131,8 @@ def steps_of(limits: RunLimits) -> tuple[Step, ...]:
         Step("share, a third above", "R12", straight, pressed(low_n, 4.0 * share / 3.0)),
         Step("share, twice", "R12", straight, pressed(low_n, 2.0 * share)),
         Step("share, nine tenths", "", straight, pressed(low_n, 0.9 * share)),
-        Step("whole force, dragged", "R12", pressed(high_n), pressed(high_n, 0.95 * share)),
+        Step("whole force, 3 % above", "R12", pressed(little_n), pressed(little_n, edge)),
+        Step("whole force, a third above", "R12", pressed(much_n), pressed(much_n, edge)),
         Step("a force's rating, 5 % above", "R13", straight, (*pulled[:3], 0.0, 0.0, 0.0)),
         Step("a torque's rating, 5 % above", "R13", straight, turned),
         Step("beside, a third above", "R14", straight, pressed(low_n, 0.0, 4.0 * off_m / 3.0)),
