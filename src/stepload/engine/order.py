@@ -24,6 +24,8 @@ from stepload.envelope.until import Until
 from stepload.record.rows import Phase
 
 START_REST_S = 0.05
+HELD_SHARE = 0.5
+"""Of the way to where the surface may be at the nearest."""
 
 
 class RunOrder:
@@ -92,7 +94,10 @@ class RunOrder:
             self._zeroing.warm_up(now_s, self._prove_life)
 
     def _held_here(self, position_m: float) -> bool:
-        course, tolerance_m = self._course, self._course.limits.model_tolerance_m
+        """The first command may move it by what is let pass: never half of the way to the plate."""
+        course, plan = self._course, self._course.plan
+        free_m = plan.surface_distance_m - plan.surface_uncertainty_m
+        tolerance_m = min(course.limits.model_tolerance_m, HELD_SHARE * free_m)
         off_m = position_m - course.held_m
         if not abs(off_m) > tolerance_m:
             return True

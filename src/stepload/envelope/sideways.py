@@ -119,6 +119,17 @@ def share_reasons(plan: Plan, from_n: float, allowed_n: float) -> Iterator[Reaso
 def sideways_reasons(plan: Plan) -> Iterator[Reason]:
     """Whether sideways force is seen, and whether the sensor's torques allow it."""
     force, top_n = plan.rig.force, plan.procedure.top_force_n
+    if force.components == "six":
+        left, share = dragged_left(plan, one_axis=True), plan.procedure.max_lateral_share
+        yield Reason(
+            "sideways_unseen", Severity.NOTE,
+            "a force sensor that shows nothing across its axis from the start, a cable or a gauge"
+            f" that is dead, is taken for one of one component: {left:.0%} of F_c are counted on"
+            f" then, which holds up to {share:.0%} of the force across the axis; beyond that"
+            " nothing stops the run",
+            "push by hand across the axis before a run (stepload setup looks at it)",
+            share, math.nan, "",
+        )  # fmt: skip
     if plan.rig.arm.structure is Structure.ARM and force.components == "one":
         left = dragged_left(plan)
         share, told = plan.procedure.max_lateral_share, arm_tells(plan)

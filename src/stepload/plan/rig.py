@@ -141,7 +141,11 @@ class ArmSpec:
         LengthOrZero, Key("Standard deviation of the measured travel at rest.")
     ] = 0.0
     model_tolerance_m: Annotated[
-        Length, Key("How far the arm may be from where its commands put it (rule R7).")
+        Length,
+        Key(
+            "How far the arm may be from where its commands put it (rule R7), and before the first"
+            " command from where its controller holds it (`held`)."
+        ),
     ] = 5e-5
     max_age_s: Annotated[_Age | None, Key(_OLDER)] = None
     pose: Annotated[Remark, Key("Name of the pose; compared with the calibration record.")] = ""

@@ -497,8 +497,8 @@ def test_ringing_has_died_out_after_two_quiet_blocks() -> None:
             assert told.index(True) * PERIOD_S == pytest.approx(2 * 0.025, abs=0.003)
 
 
-def order(position_m: float) -> tuple[Stage, RunOrder]:
-    stage = Stage()
+def order(position_m: float, procedure: dict[str, Any] | None = None) -> tuple[Stage, RunOrder]:
+    stage = Stage(None, procedure)
     stage.course.target_m = math.nan
     stage.position_m = position_m
     run = RunOrder(stage.course, lambda measured: None, 0, Controller, None)  # type: ignore[arg-type]
@@ -539,6 +539,17 @@ def test_an_arm_that_is_not_held_where_it_says_that_it_is_is_not_taken_over(sign
             assert failure.reason == "held"
             assert failure.value == pytest.approx(-sign * share * PLANNED.model_tolerance_m)
             assert "Nothing was commanded" in failure.message
+
+
+def test_near_the_plate_an_arm_may_be_held_off_by_less() -> None:
+    """The first command would move it there."""
+    near = {"surface_distance_m": 60e-6, "surface_uncertainty_m": 10e-6}
+    for off_m, taken in ((24e-6, True), (26e-6, False)):
+        stage, _ = order(7e-3, near)
+        assert off_m < PLANNED.model_tolerance_m
+        stage.course.held_m = 7e-3 - off_m
+        stage.ticks(round(START_REST_S / PERIOD_S) + 2)
+        assert (stage.course.failure is None) == taken
 
 
 def test_a_controller_is_made_anew_for_new_limits() -> None:
