@@ -10,7 +10,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from stepload.envelope.catch_up import catch_up_force
-from stepload.envelope.dragged import believed_tilt_rad, steeper
+from stepload.envelope.dragged import (
+    UNMEASURED_TILT_RAD,
+    believed_tilt_rad,
+    dragged_left,
+    steeper,
+)
 from stepload.envelope.pressing import (
     GUARDED_SHARE,
     HARD_STOP_N_PER_M,
@@ -96,8 +101,31 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
         "bolt plate and arm down, touch neither while it presses; a softer mount makes more room",
         moved_m, math.nan, "m",
     )  # fmt: skip
+    yield from _tilted(plan)
+    if plan.rig.second_force.source is not SecondForceSource.NONE:
+        common = 100.0 * plan.rig.common_force_error
+        yield Reason(
+            "both_channels_alike", Severity.NOTE,
+            "both force channels wrong in the same way cannot be seen: up to"
+            f" {common:.3g} % too little together are allowed for (rig.common_force_error)", layer,
+            plan.rig.common_force_error, math.nan, "",
+        )  # fmt: skip
+
+
+def _tilted(plan: Plan) -> Iterator[Reason]:
+    """What a plate comes to that is not square to the press."""
+    tilt_rad = believed_tilt_rad(plan)
+    if plan.rig.force.components == "one" and tilt_rad > UNMEASURED_TILT_RAD:
+        yield Reason(
+            "plate_tilted", Severity.NOTE,
+            f"a plate that is tilted by {math.degrees(tilt_rad):.3g} deg drags the payload"
+            " sideways, and a force sensor of one component does not show it:"
+            f" {dragged_left(plan):.1%} of F_c are counted on, and beyond that tilt less is left",
+            "level the plate, or use a six-axis force sensor",
+            tilt_rad, math.nan, "rad",
+        )  # fmt: skip
     if plan.rig.force.components == "six" and plan.procedure.alignment is None:
-        tilt_rad, left = believed_tilt_rad(plan), 1.0 - steeper(plan)
+        left = 1.0 - steeper(plan)
         taken = f"; {left:.1%} of F_c are counted on for it" if left < 1.0 else ""
         unsaid = plan.rig.plate_tilt_rad is None and plan.rig.arm.structure is Structure.ARM
         yield Reason(
@@ -108,14 +136,6 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
             "let three touches on a circle measure it (procedure.alignment), level the plate, or"
             " state by how much it may be tilted at most (rig.plate_tilt)",
             tilt_rad, math.nan, "rad",
-        )  # fmt: skip
-    if plan.rig.second_force.source is not SecondForceSource.NONE:
-        common = 100.0 * plan.rig.common_force_error
-        yield Reason(
-            "both_channels_alike", Severity.NOTE,
-            "both force channels wrong in the same way cannot be seen: up to"
-            f" {common:.3g} % too little together are allowed for (rig.common_force_error)", layer,
-            plan.rig.common_force_error, math.nan, "",
         )  # fmt: skip
 
 

@@ -27,6 +27,7 @@ from stepload.envelope.bounds import (
 )
 from stepload.envelope.catch_up import catch_up_force, largest_catch_up
 from stepload.envelope.climb import Climbs
+from stepload.envelope.dragged import dragged_left
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.hazards import HEAVIER, hazards, heavier_force, unstated_delay_s
 from stepload.envelope.ladder import ForceLimits, force_limits
@@ -503,6 +504,11 @@ def test_a_plate_whose_tilt_nothing_measures_is_named() -> None:
     assert "plate_tilted" not in named(measured)
     one = on_rig(force=replace(PLAN.rig.force, components="one"))
     assert "plate_tilted" not in named(one)
+    assert "plate_tilted" not in named(on_rig(one, plate_tilt_rad=0.05))
+    steep = on_rig(one, plate_tilt_rad=math.radians(8.0))
+    [reason] = [r for r in hazards(steep, pressing(steep)) if r.code == "plate_tilted"]
+    assert "8 deg drags the payload" in reason.message
+    assert f"{dragged_left(steep):.1%} of F_c" in reason.message
 
 
 def test_a_heavy_arm_and_a_runaway_drive_are_named() -> None:
