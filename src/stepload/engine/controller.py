@@ -72,15 +72,19 @@ class StepController:
     ) -> None:
         """Aim at `level_n` from rest at this settled force and position; `sign` −1 unloads.
 
-        A change of direction or a new contact forgets the measured compliance.
+        A change of direction or a new contact forgets the measured compliance. Where the last level
+        was given up its leash goes on: the force has proved nothing since, and a leash at each level
+        would be one more than it can bear.
         """
+        given_up = same_contact and not self.reached and sign == self._sign > 0.0
         self._trusted = self._trusted and sign == self._sign > 0.0 and same_contact
         if not self._trusted:
             self._compliance.restart()
         self._level_n, self._sign = level_n, sign
         self._start_n = self._ramp_n = force_n
-        self._pair_m = self._anchor_m = position_m
-        self._pair_n = self._anchor_n = force_n
+        self._pair_m, self._pair_n = position_m, force_n
+        if not given_up:
+            self._anchor_m, self._anchor_n = position_m, force_n
         self._taut = 0
         self._started = False
         self._delay = [position_m] * len(self._delay)

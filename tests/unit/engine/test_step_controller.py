@@ -124,3 +124,24 @@ def test_a_stuck_force_cannot_pull_the_target_past_the_leash(arm: str, stuck: fl
         target_m = controller.step(force_n, stuck, target_m, target_m, limits.period_s)
     true_n = stuck + limits.stiffness_n_per_m * target_m
     assert stuck + 1.0 < true_n < limits.force_limit_n
+
+
+@pytest.mark.parametrize(
+    ("reached", "same", "leashes"), [(False, True, 1.0), (True, True, 2.0), (False, False, 2.0)]
+)
+def test_a_level_that_was_given_up_leaves_no_new_leash(
+    reached: bool, same: bool, leashes: float
+) -> None:
+    """A channel that does not move proves nothing, however many levels it is asked for."""
+    limits = LIMITS["stvf"]
+    controller = StepController(limits)
+    target_m, stuck = 0.0, 50.0
+    for level_n in (200.0, 300.0):
+        controller.begin(level_n, stuck, target_m, 1.0, same)
+        for _ in range(20_000):
+            target_m = controller.step(stuck, stuck, target_m, target_m, limits.period_s)
+        if reached:
+            controller.step(level_n, level_n, target_m, target_m, limits.period_s)
+            assert controller.reached
+    leash_m = (limits.force_limit_n - stuck - 6.0 * limits.noise_n) / limits.stiffness_n_per_m
+    assert target_m == pytest.approx(leashes * leash_m, rel=1e-3)

@@ -528,6 +528,15 @@ def test_what_searches_of_three_faults_have_found_does_not_touch_any_more(
     assert now.peak_ratio == 0.0
 
 
+def test_levels_that_are_given_up_share_one_leash() -> None:
+    """1.26 F_c with both channels silent: each level had one of its own."""
+    found, figures = read_scene(ROOT / "docs/scenes/a-leash-for-each-level.json")
+    assert figures["peak_ratio"] > 1.2
+    now = judge(found)
+    assert now.hazard == ""
+    assert now.peak_ratio < 0.9
+
+
 def test_friction_does_not_let_go_where_the_force_turns_back() -> None:
     """Found by a search with six axes, 2.2 F_c: the simulated contact swung at the turn."""
     found, figures = read_scene(ROOT / "docs/scenes/friction-at-the-turn.json")
