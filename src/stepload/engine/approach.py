@@ -162,18 +162,21 @@ class Approach:
         """
         if self._held_up(now_s):
             return
-        course, listening = self._course, self._listening
         if not self._deaf:
             self._deaf_s = math.nan
             self._resume(now_s)
             return
-        silent_s, patience_s = now_s - self._deaf_s, LISTEN_S + listening.tells.patience_s
+        self._end_if_silent(now_s - self._deaf_s)
+
+    def _end_if_silent(self, silent_s: float) -> None:
+        """End the run where a channel has been silent for longer than a sound one is."""
+        patience_s = LISTEN_S + self._listening.tells.patience_s
         if silent_s > patience_s:
-            course.fail(
+            self._course.fail(
                 "silent", silent_s, patience_s, "s",
-                f"the {listening.silent} has told nothing new for {silent_s:.3g} s in the approach:"
-                " it is dead along the pressing axis, or the axis is not the one that feels the"
-                " force",
+                f"the {self._listening.silent} has told nothing new for {silent_s:.3g} s in the"
+                " approach: it is dead along the pressing axis, or the axis is not the one that"
+                " feels the force",
             )  # fmt: skip
 
     def _held_up(self, now_s: float) -> bool:
@@ -236,13 +239,23 @@ class Approach:
         course.target_m = min(course.target_m, position_m)
         self._ring = RingTest(limits.noise_n)
         self._ring.begin(now_s + 2.0 * limits.reaction_s, sup.force_n)
+        self._listening.ask()
         course.enter(Phase.DWELL, now_s, self._dwell)
         return True
 
     def _dwell(self, now_s: float, _step_s: float) -> None:
-        course, ring = self._course, self._ring
+        """Wait until the touch has rung out, and every force channel has shown that it lives.
+
+        A touch may be one of noise: nothing is pressed on what a channel told before it.
+        """
+        course, ring, listening = self._course, self._ring, self._listening
         ring.add(now_s, course.sup.force_n)
-        if not ring.quiet and now_s - course.since_s < RING_TIMEOUT_S:
+        listening.hear(course.sup, course.target_m)
+        dwelt_s = now_s - course.since_s
+        if not ring.quiet and dwelt_s < RING_TIMEOUT_S:
+            return
+        if not listening.answered:
+            self._end_if_silent(dwelt_s)
             return
         self._left -= 1
         if self._left <= 0 or course.stop_asked():

@@ -73,8 +73,7 @@ class StepController:
         """Aim at `level_n` from rest at this settled force and position; `sign` −1 unloads.
 
         A change of direction or a new contact forgets the measured compliance. Where the last level
-        was given up its leash goes on: the force has proved nothing since, and a leash at each level
-        would be one more than it can bear.
+        was given up its leash goes on: the force has proved nothing since.
         """
         given_up = same_contact and not self.reached and sign == self._sign > 0.0
         self._trusted = self._trusted and sign == self._sign > 0.0 and same_contact

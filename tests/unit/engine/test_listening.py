@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import pytest
 from course_feed import PERIOD_S, PLANNED, Stage
 
 from stepload.engine.approach import LISTEN_S, Approach
+from stepload.engine.listening import Listening
 from stepload.engine.operator import StopLevel
 from stepload.envelope.unseen import EVERY, Tells
 from stepload.record.outcome import Tare
@@ -150,3 +152,55 @@ def test_it_slows_down_before_it_has_to_wait(guarded_way: bool) -> None:
     changes = [a - b for a, b in pairwise(steps)]
     assert max(changes) / PERIOD_S**2 < 3.0 * speeds["acceleration_m_s2"]
     assert targets[-1] == pytest.approx(LEASH_M, rel=1e-3)
+
+
+def dwelling(tells: Tells, *, patience_s: float = 20.0) -> Stage:
+    """A guarded approach that has just felt a touch, or what it takes for one."""
+    stage, _ = guarded(replace(tells, patience_s=patience_s))
+    stage.ticks(3, 2.0 * PLANNED.touch_force_n)
+    assert stage.course.phase == Phase.DWELL
+    return stage
+
+
+RUNG_OUT = round(0.5 / PERIOD_S)
+
+
+@pytest.mark.parametrize(
+    ("tells", "speaking", "goes_on"),
+    [(EVERY, MAIN, False), (EVERY, SECOND, False), (EVERY, EVERY, True), (MAIN, MAIN, True),
+     (SECOND, SECOND, True), (NONE, NONE, True)],
+)  # fmt: skip
+def test_nothing_is_pressed_on_what_a_channel_told_before_the_touch(
+    tells: Tells, speaking: Tells, goes_on: bool
+) -> None:
+    stage = dwelling(tells)
+    speak(stage, speaking, RUNG_OUT)
+    assert bool(stage.then) == goes_on
+    assert stage.course.failure is None
+    if not goes_on:
+        speak(stage, EVERY, 2)
+        assert stage.then
+
+
+def test_a_channel_that_does_not_speak_after_the_touch_ends_the_run() -> None:
+    for speaking, name in ((MAIN, "second force channel"), (SECOND, "force sensor")):
+        stage = dwelling(EVERY, patience_s=0.1)
+        speak(stage, speaking, 2 * RUNG_OUT)
+        failure = stage.course.failure
+        assert failure is not None
+        assert failure.reason == "silent"
+        assert name in failure.message
+        assert not stage.then
+
+
+def test_going_back_a_little_gives_no_new_way() -> None:
+    """A touch of noise, a gap that does not open the contact, and the same again."""
+    listening = Listening(EVERY)
+    sup = SimpleNamespace(force=SimpleNamespace(raw_n=0.0), second_raw_n=0.0)
+    listening.begin(0.0)
+    listening.hear(sup, 1e-5)  # type: ignore[arg-type]
+    assert listening.heard_m == 1e-5
+    listening.begin(3e-5)
+    assert listening.heard_m == 1e-5
+    listening.begin(0.5e-5)
+    assert listening.heard_m == 0.5e-5

@@ -528,13 +528,13 @@ def test_what_searches_of_three_faults_have_found_does_not_touch_any_more(
     assert now.peak_ratio == 0.0
 
 
-def test_levels_that_are_given_up_share_one_leash() -> None:
-    """1.26 F_c with both channels silent: each level had one of its own."""
+def test_nothing_is_loaded_on_two_silent_channels() -> None:
+    """1.26 F_c after a touch of noise: each level that was given up had a leash of its own."""
     found, figures = read_scene(ROOT / "docs/scenes/a-leash-for-each-level.json")
     assert figures["peak_ratio"] > 1.2
     now = judge(found)
     assert now.hazard == ""
-    assert now.peak_ratio < 0.9
+    assert now.peak_ratio < 0.6
 
 
 def test_friction_does_not_let_go_where_the_force_turns_back() -> None:
