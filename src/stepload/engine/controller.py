@@ -15,6 +15,7 @@ import math
 from stepload.engine.compliance import TangentCompliance
 from stepload.engine.follow import Lead
 from stepload.envelope.catch_up import sudden_step
+from stepload.envelope.leash import PAIR_FILTER_S
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.pressing import LONGEST_STALL_S
 
@@ -22,8 +23,6 @@ STIFFENING = 0.75
 """(n − 1)/n for the largest exponent that is looked ahead for, n = 4."""
 LOOK_AHEAD = 0.3
 """Share of the remaining error that the look-ahead covers."""
-PAIR_FILTER_S = 0.03
-"""Time constant over which force and position are averaged before they move the leash's anchor."""
 ANCHOR_SIGMAS = 6.0
 
 
@@ -68,9 +67,13 @@ class StepController:
         self.reached = True
 
     def begin(
-        self, level_n: float, force_n: float, position_m: float, sign: float, same_contact: bool
-    ) -> None:
+        self, level_n: float, force_n: float, position_m: float, sign: float, same_contact: bool,
+        rested_n: float = -math.inf,
+    ) -> None:  # fmt: skip
         """Aim at `level_n` from rest at this settled force and position; `sign` −1 unloads.
+
+        `rested_n` is the mean force of the rest before, where there is one: the noise of `force_n`
+        must not be taken for an answer of the payload, which would be a leash more.
 
         A change of direction or a new contact forgets the measured compliance. Where the last level
         was given up its leash goes on: the force has proved nothing since.
@@ -83,7 +86,7 @@ class StepController:
         self._start_n = self._ramp_n = force_n
         self._pair_m, self._pair_n = position_m, force_n
         if not given_up:
-            self._anchor_m, self._anchor_n = position_m, force_n
+            self._anchor_m, self._anchor_n = position_m, max(force_n, rested_n)
         self._taut = 0
         self._started = False
         self._delay = [position_m] * len(self._delay)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from stepload.engine.controller import StepController
@@ -71,8 +72,9 @@ class LoadSteps:
         course, sup = self._course, self._course.sup
         course.step_number, course.level_n = number, level_n
         self._then = then
+        rested_n = self.held_mean[0] if self._same_contact and self._ticks else -math.inf
         self.controller.begin(
-            level_n, sup.smooth_n, sup.arm.position_m, sign, self._same_contact
+            level_n, sup.smooth_n, sup.arm.position_m, sign, self._same_contact, rested_n
         )  # fmt: skip
         self._same_contact = True
         self._hold_phase = Phase.HOLD if sign > 0.0 else Phase.UNLOAD_HOLD

@@ -37,7 +37,14 @@ from stepload.envelope.sideways import share_reasons, sideways_reasons
 from stepload.envelope.softness import softness
 from stepload.envelope.stiffness import stiffness_reasons
 from stepload.envelope.theory import Theory, theory_of
-from stepload.envelope.unseen import EVERY, Tells, silent_reasons, tells_of, unseen_reasons
+from stepload.envelope.unseen import (
+    EVERY,
+    Tells,
+    both_silent_reasons,
+    silent_reasons,
+    tells_of,
+    unseen_reasons,
+)
 from stepload.envelope.until import Until, until_of, until_reasons
 from stepload.envelope.way_back import way_back_reasons
 from stepload.errors import DomainError, RefusedError
@@ -185,6 +192,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         reasons += softness(plan, limits, theory)
         reasons += unseen_reasons(plan, limits)
         reasons += silent_reasons(plan, limits)
+        reasons += both_silent_reasons(plan, limits)
     return Envelope(
         plan=plan,
         verdict=verdict_of(reasons),

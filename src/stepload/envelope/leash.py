@@ -13,6 +13,8 @@ from stepload.contact.power_law import ContactLaw
 from stepload.envelope.press import NOISE_MULTIPLE, series_stiffness
 from stepload.errors import RefusedError
 
+PAIR_FILTER_S = 0.03
+"""Time constant over which force and position are averaged before they move the leash's anchor."""
 ANSWER_WINDOW_S = 0.6
 """The force is averaged over so long when an answer is looked for (R6)."""
 LEAST_ANSWER = 4.0

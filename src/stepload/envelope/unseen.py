@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from stepload.envelope.leash import PAIR_FILTER_S
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.reason import Reason, Severity
 from stepload.plan.model import Plan
@@ -141,6 +142,28 @@ def unseen_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
         "take less second_force.tolerance, a lower load_rate, or a second sensor whose resolution"
         " is finer beside its noise" if refused else "",
         found.force_n, limit_n, "N",
+    )  # fmt: skip
+
+
+def both_silent_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
+    """What a load step comes to whose force channels both fall silent within a few milliseconds.
+
+    The leash is tied to means of force and position over `PAIR_FILTER_S`. When the force stands all
+    at once its mean goes on rising for as long, and takes the leash along with an arm that goes on.
+    """
+    if not limits.cross_check:
+        return
+    per_s = limits.stiffness_n_per_m / limits.contact_n_s_per_m
+    most_n = limits.force_limit_n * (1.0 + PAIR_FILTER_S * per_s)
+    limit_n = limits.counted_limit_n
+    if most_n <= limit_n:
+        return
+    yield Reason(
+        "both_silent", Severity.NOTE,
+        "where both force channels fall silent within a few milliseconds of a load step, the arm"
+        f" goes on to {format_quantity(most_n, 'N')} before it stands",
+        "two channels with supplies and links of their own, or a lower top force",
+        most_n, limit_n, "N",
     )  # fmt: skip
 
 

@@ -145,3 +145,21 @@ def test_a_level_that_was_given_up_leaves_no_new_leash(
             assert controller.reached
     leash_m = (limits.force_limit_n - stuck - 6.0 * limits.noise_n) / limits.stiffness_n_per_m
     assert target_m == pytest.approx(leashes * leash_m, rel=1e-3)
+
+
+def test_the_noise_of_the_first_reading_is_no_answer_beside_the_mean_of_the_rest() -> None:
+    """A stuck channel: one reading of it is 0.3 N low, and the mean of the next ones is not."""
+    limits = LIMITS["stvf"]
+    reached = []
+    for rested_n in (-math.inf, 50.0):
+        controller = StepController(limits)
+        controller.begin(100.0, 50.0, 0.0, 1.0, True, 50.0)
+        controller.begin(200.0, 49.7, 0.0, 1.0, False, rested_n)
+        chance, target_m = random.Random(3), 0.0
+        for _ in range(20_000):
+            force_n = 50.0 + chance.gauss(0.0, limits.noise_n)
+            target_m = controller.step(force_n, 50.0, target_m, target_m, limits.period_s)
+        reached.append(50.0 + limits.stiffness_n_per_m * target_m)
+    noisy_n, rested_n = reached
+    assert noisy_n > 1.5 * limits.force_limit_n
+    assert rested_n < limits.force_limit_n

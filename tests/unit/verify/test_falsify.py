@@ -537,6 +537,25 @@ def test_nothing_is_loaded_on_two_silent_channels() -> None:
     assert now.peak_ratio < 0.6
 
 
+def test_the_noise_of_a_silent_channel_is_no_answer() -> None:
+    """1.04 F_c: the leash was tied to one noisy reading, and the mean then passed it."""
+    found, figures = read_scene(ROOT / "docs/scenes/noise-taken-for-an-answer.json")
+    assert figures["peak_ratio"] > 1.03
+    now = judge(found)
+    assert now.hazard == ""
+    assert now.peak_ratio < 0.75
+
+
+def test_both_channels_silent_at_once_in_a_load_step_are_named() -> None:
+    found, figures = read_scene(ROOT / "docs/scenes/both-silent-while-loading.json")
+    assert figures["peak_ratio"] > 1.1
+    now = judge(found)
+    assert now.j > 1.0
+    assert (now.hazard, now.broken) == ("both_silent", False)
+    silent = replace(found, envelope=replace(found.envelope, reasons=()))
+    assert judge(silent).broken
+
+
 def test_friction_does_not_let_go_where_the_force_turns_back() -> None:
     """Found by a search with six axes, 2.2 F_c: the simulated contact swung at the turn."""
     found, figures = read_scene(ROOT / "docs/scenes/friction-at-the-turn.json")

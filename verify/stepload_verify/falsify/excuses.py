@@ -17,15 +17,18 @@ from stepload.rig.world import WorldSpec
 from stepload_verify.campaign.scenario import Scenario
 from stepload_verify.falsify.scene import with_faults
 
-PLATE, HELD_BACK, HEAVY, LATE, TILTED, SILENT = (
+PLATE, HELD_BACK, HEAVY, LATE, TILTED, SILENT, BOTH_SILENT = (
     "plate_moves", "held_back_commands", "heavier_arm", "unstated_delays", "plate_tilted",
-    "silent_channel",
+    "silent_channel", "both_silent",
 )  # fmt: skip
 LINK_FAULTS = ("command_latency", "command_jitter")
 """Faults in which a link holds commands back and delivers them together."""
 
 FREEZES = ("force_freeze", "second_freeze", "arm_force_freeze")
 """Faults in which a force channel repeats itself."""
+MAIN_SILENT = ("force_freeze", "force_stuck_mean")
+SECOND_SILENT = ("second_freeze", "second_stuck_mean", "arm_force_freeze", "arm_force_deaf")
+"""Faults in which a channel tells nothing of the force any more."""
 
 
 def excuses(scenario: Scenario, peak_n: float) -> Iterator[tuple[str, Scenario]]:
@@ -53,6 +56,9 @@ def excuses(scenario: Scenario, peak_n: float) -> Iterator[tuple[str, Scenario]]
         yield LATE, replace(rest, truth=truth)
     if kinds.intersection(FREEZES) and peak_n <= named.get(SILENT, 0.0):
         yield SILENT, without(scenario, *FREEZES)
+    silent = kinds.intersection(MAIN_SILENT) and kinds.intersection(SECOND_SILENT)
+    if silent and peak_n <= named.get(BOTH_SILENT, 0.0):
+        yield BOTH_SILENT, without(scenario, *SECOND_SILENT)
     if TILTED in named and (mount := scenario.truth.mount) is not None:
         level = levelled(mount, named[TILTED])
         if level != mount:
