@@ -413,15 +413,17 @@ def test_phases_and_signs_of_loading_and_unloading(sign: float) -> None:
     begin(stage.now_s, 4, 50.0, stage.then.append)
     assert stage.course.phase == (Phase.LOAD if sign > 0.0 else Phase.UNLOAD)
     assert (stage.course.step_number, stage.course.level_n) == (4, 50.0)
-    assert controller.begun == [(50.0, 12.0, 3e-6, sign, False)]
+    assert controller.begun == [(50.0, 12.0, 3e-6, sign, False, -math.inf)]
     controller.reached = True
     stage.ticks()
     assert stage.course.phase == (Phase.HOLD if sign > 0.0 else Phase.UNLOAD_HOLD)
+    for force_n in (13.0, 15.0):
+        stage.ticks(1, force_n)
     begin(stage.now_s, 5, 60.0, stage.then.append)
-    assert controller.begun[-1][-1] is True
+    assert controller.begun[-1][-2:] == (True, 14.0)
     part.new_contact()
     begin(stage.now_s, 6, 70.0, stage.then.append)
-    assert controller.begun[-1][-1] is False
+    assert controller.begun[-1][-2:] == (False, -math.inf)
 
 
 def hold(forces: Any, **procedure: Any) -> tuple[float, dict[str, Any]]:
