@@ -103,11 +103,13 @@ def looks(cycles_run: Path, tmp_path_factory: pytest.TempPathFactory) -> list[di
     tail, state, found, going = Tail(growing.path), None, [], True
     events: tuple[Any, ...] = ()
     waiting: list[Any] = []
+    newest_s = [-np.inf] * 3
 
-    def take(events: tuple[Any, ...]) -> tuple[Any, ...]:
-        """The ticks of a chunk whose samples have come with the next one; the events left."""
+    def take(events: tuple[Any, ...], until_s: float) -> tuple[Any, ...]:
+        """The ticks up to which the samples of every stream have come; the events left."""
         assert state is not None
-        for part in (part for ticks in waiting for part in in_parts(ticks)):
+        while waiting and not (len(waiting[0].time_s) and waiting[0].time_s[-1] > until_s):
+            part = waiting.pop(0)
             end_s = part.time_s[-1] if len(part.time_s) else -np.inf
             now = tuple(event for event in events if event.time_s <= end_s)
             state.take(part, None, None, None, now, ended=False)
@@ -122,11 +124,14 @@ def looks(cycles_run: Path, tmp_path_factory: pytest.TempPathFactory) -> list[di
         rows, events = tail.rows(), (*events, *tail.events()[1])
         if state is None and tail.attachments.get("limits.json") and len(rows[0].time_s):
             state = State(tail.metadata, tail.attachments)
+        for stream, columns in enumerate(rows[1:]):
+            if columns is not None and len(columns.receive_time_s):
+                newest_s[stream] = columns.receive_time_s[-1]
         if state is not None:
             state.take(None, *rows[1:], (), ended=False)
-            events = take(events)
-            waiting = [rows[0]]
-    events = take(events)
+            waiting += in_parts(rows[0])
+            events = take(events, min(time_s for time_s in newest_s if time_s > -np.inf))
+    events = take(events, np.inf)
     assert state is not None
     state.take(None, None, None, None, events, ended=True)
     found.append(state.told() | {"row": state.row, "tared": state.tared_wrench})
