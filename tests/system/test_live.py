@@ -96,6 +96,16 @@ def in_parts(ticks: Any) -> Iterator[Any]:
         yield type(ticks)(*(each[low:high] for each in ticks))
 
 
+def up_to(held: list[Any], until_s: float) -> Any:
+    """The samples of a stream received until then, taken out of those that are held; or None."""
+    if not held:
+        return None
+    whole = type(held[0])(*(np.concatenate(each) for each in zip(*held, strict=True)))
+    cut = int(np.searchsorted(whole.receive_time_s, until_s, side="right"))
+    held[:] = [type(whole)(*(each[cut:] for each in whole))]
+    return type(whole)(*(each[:cut] for each in whole))
+
+
 @pytest.fixture(scope="module")
 def looks(cycles_run: Path, tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
     """What viewers are told of a run, look by look, with the tick each was told of."""
@@ -104,6 +114,7 @@ def looks(cycles_run: Path, tmp_path_factory: pytest.TempPathFactory) -> list[di
     events: tuple[Any, ...] = ()
     waiting: list[Any] = []
     newest_s = [-np.inf] * 3
+    held: list[list[Any]] = [[], [], []]
 
     def take(events: tuple[Any, ...], until_s: float) -> tuple[Any, ...]:
         """The ticks up to which the samples of every stream have come; the events left."""
@@ -127,11 +138,14 @@ def looks(cycles_run: Path, tmp_path_factory: pytest.TempPathFactory) -> list[di
         for stream, columns in enumerate(rows[1:]):
             if columns is not None and len(columns.receive_time_s):
                 newest_s[stream] = columns.receive_time_s[-1]
+                held[stream].append(columns)
         if state is not None:
-            state.take(None, *rows[1:], (), ended=False)
             waiting += in_parts(rows[0])
-            events = take(events, min(time_s for time_s in newest_s if time_s > -np.inf))
-    events = take(events, np.inf)
+            until_s = (
+                min((s for s in newest_s if s > -np.inf), default=-np.inf) if going else np.inf
+            )
+            state.take(None, *(up_to(columns, until_s) for columns in held), (), ended=False)
+            events = take(events, until_s)
     assert state is not None
     state.take(None, None, None, None, events, ended=True)
     found.append(state.told() | {"row": state.row, "tared": state.tared_wrench})
