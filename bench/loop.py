@@ -51,6 +51,10 @@ class Canned:
     def command(self, position_m: float) -> None:
         """Nothing moves."""
 
+    def held_m(self) -> float:
+        """Where the recorded arm stood when its run began."""
+        return 0.0
+
     def fault(self) -> None:
         """Never."""
 

@@ -138,7 +138,9 @@ class Cadence:
         """Before anything is commanded: where the arm's controller holds it."""
         self.busy = "arm"
         try:
-            self._engine.course.held_m = self._rig.arm.held_m()
+            self._engine.course.held_m = held_m = self._rig.arm.held_m()
+            if held_m != held_m:
+                raise RuntimeError("it does not tell where its controller holds it")
         except Exception as error:
             self._faults.raised(self.busy, now_s, error)
 

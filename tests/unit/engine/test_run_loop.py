@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import threading
@@ -112,6 +113,17 @@ def test_an_arm_that_cannot_say_where_it_is_held_is_not_commanded() -> None:
     assert outcome.cause is not None
     assert outcome.cause.rule == "device"
     assert "no such register" in outcome.cause.message
+
+
+def test_an_arm_that_no_longer_says_where_it_is_held_is_not_commanded() -> None:
+    """It did when it was opened; a comparison with no number would let everything pass."""
+    bench = _bench([WorldFault("position_jump", 0.0, 600.0, 0.8e-3)])
+    bench.rig.arm.command = _refuse  # type: ignore[method-assign]
+    bench.rig.arm.held_m = lambda: math.nan  # type: ignore[method-assign]
+    outcome = _go(bench, Tape())
+    assert outcome.cause is not None
+    assert outcome.cause.rule == "device"
+    assert "where its controller holds it" in outcome.cause.message
 
 
 def test_a_run_goes_through_every_phase_in_order() -> None:
