@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from stepload.engine.course import Course, Then
 from stepload.engine.follow import Lead
-from stepload.engine.listening import Listening
+from stepload.engine.listening import listening_of
 from stepload.engine.retract import REST_S, not_open
 from stepload.engine.settle import RingTest
 from stepload.engine.touch import TouchTest
@@ -54,7 +54,7 @@ class Approach:
         self._left = 0
         self._early_m = 0.0
         self._lead = Lead(course.limits.period_s)
-        self._listening = Listening(tells)
+        self._listening = listening_of(course.limits, tells)
         self._deaf_s = math.nan
         self._felt = TouchTest(course.limits.touch_force_n)
         self._ring = RingTest(course.limits.noise_n)
@@ -181,9 +181,7 @@ class Approach:
 
     def _held_up(self, now_s: float) -> bool:
         """Whether the approach does not go on in this tick, or not at all."""
-        course = self._course
-        late_m = course.speed_m_s * course.limits.reaction_s
-        self._listening.hear(course.sup, course.target_m - late_m)
+        self._listening.hear(self._course.sup, self._course.target_m)
         return (
             self._touched(now_s)
             or self._stop_asked(now_s)

@@ -144,6 +144,11 @@ class RunLimits:
     second_noise_n: float = _limit("N", "rig: second_force.noise", zero=True)
 
     @property
+    def second_late_s(self) -> float:
+        """From a target to readings of the second force channel that show where it took the arm."""
+        return latest_s(self.reaction_s, self.force_delay_s, self.channel_skew_s)
+
+    @property
     def overload_named(self) -> bool:
         """Whether a rating of the force sensor is stated."""
         return min(*self.overload, *self.second_overload) < math.inf
@@ -210,6 +215,12 @@ class RunLimits:
         return tuple(rule for rule in OFF_AT_ZERO if rule not in on)
 
 
+def latest_s(reaction_s: float, force_delay_s: float, skew_s: float) -> float:
+    """T_react of a plan for its slower force channel: of the main one's delay it has what the skew
+    holds, which is the longer delay, the longer period and two ticks."""
+    return reaction_s + max(0.0, skew_s - force_delay_s)
+
+
 def _thresholds() -> list[Field[Any]]:
     return [each for each in fields(RunLimits) if each.metadata]
 
@@ -268,11 +279,13 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
     arm, force, second = rig.arm, rig.force, rig.second_force
     press, forces, noise_n = pressing.rig, pressing.forces, pressing.reading_noise_n
     has_second = second.source is not SecondForceSource.NONE
+    skew_s = channel_skew_s(rig)
+    late_s = latest_s(press.reaction_s, force.delay_s, skew_s) if has_second else press.reaction_s
     told_s = comparison_period_s(rig) if has_second else 1.0 / force.rate_hz
     fast_m_s = min(
         pressing.fast_speed_m_s,
         0.7 * pressing.leash_free_m / press.reaction_s,
-        TOLD_SHARE * pressing.leash_free_m / (press.reaction_s + told_s),
+        TOLD_SHARE * pressing.leash_free_m / (late_s + told_s),
     )
     clock_s = max(CLOCK_S, 5.0 / force.rate_hz, force.max_age_s or 0.0, arm.max_age_s or 0.0)
     blur_m = arm.position_resolution_m + 6.0 * arm.position_noise_m + arm.lost_motion_m
@@ -308,7 +321,7 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         cross_time_s=second.time_s if has_second else 0.0,
         cross_filter_s=CROSS_CHECK_FILTER_S,
         second_stands_n=second_stands_n(plan, noise_n),
-        channel_skew_s=channel_skew_s(rig),
+        channel_skew_s=skew_s,
         leash_time_s=LEASH_TIME_S,
         model_tolerance_m=arm.model_tolerance_m,
         model_lag_s=MODEL_LAG_S,

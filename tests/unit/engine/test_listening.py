@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
@@ -87,18 +88,53 @@ def test_it_goes_on_from_where_it_stands_once_the_channel_has_spoken() -> None:
     assert stage.course.phase == Phase.LISTENING
 
 
-def test_what_it_told_was_true_a_reaction_time_ago() -> None:
-    """Spoken once under way: the leash counts from where the arm was when that was true."""
-    stage, begin_m = guarded(EVERY)
-    while stage.course.target_m - begin_m < 0.8 * LEASH_M:
-        speak(stage, MAIN, 1)
-    at_m = stage.course.target_m
-    assert REACTION_M < at_m - begin_m < LEASH_M
-    speed_m_s = stage.course.speed_m_s
+@pytest.mark.parametrize(
+    ("tells", "late_s"),
+    [(MAIN, PLANNED.reaction_s), (SECOND, PLANNED.second_late_s), (EVERY, PLANNED.second_late_s)],
+)
+def test_what_a_channel_told_was_true_as_long_ago_as_it_is_late(
+    tells: Tells, late_s: float
+) -> None:
+    """Spoken once under way: the leash counts from where the target was when that was true."""
+    stage, begin_m = guarded(tells)
+    quiet = MAIN if tells == SECOND else SECOND
+    targets_m = []
+    while stage.course.target_m - begin_m < 0.95 * LEASH_M:
+        targets_m.append(stage.course.target_m)
+        speak(stage, quiet if tells != EVERY else NONE, 1)
+    targets_m.append(stage.course.target_m)
+    late = math.ceil(late_s / PLANNED.period_s)
+    assert 0.0 < targets_m[-1 - late] - begin_m < 0.9 * LEASH_M
     speak(stage, EVERY, 1)
-    speak(stage, MAIN, TICKS)
-    late_m = speed_m_s * PLANNED.reaction_s
-    assert stage.course.target_m == pytest.approx(at_m - late_m + LEASH_M, abs=2e-7)
+    speak(stage, quiet if tells != EVERY else NONE, TICKS)
+    assert stage.course.target_m == pytest.approx(targets_m[-1 - late] + LEASH_M, abs=2e-8)
+
+
+def test_a_channel_that_is_late_tells_nothing_of_where_the_arm_has_just_come_to_rest() -> None:
+    """Under way until now: what is read in this tick is of before."""
+    listening = Listening(SECOND, 2, 5)
+    sup = SimpleNamespace(force=SimpleNamespace(raw_n=0.0), second_raw_n=0.0)
+    listening.begin(0.0)
+    heard = []
+    for tick in range(12):
+        sup.second_raw_n += 1.0
+        listening.hear(sup, 1e-6 * min(tick + 1, 4))  # type: ignore[arg-type]
+        heard.append(round(1e6 * listening.heard_m, 3))
+    assert heard == [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0, 4.0]
+
+
+def test_an_answer_is_of_after_the_question() -> None:
+    listening = Listening(EVERY, 2, 5)
+    sup = SimpleNamespace(force=SimpleNamespace(raw_n=0.0), second_raw_n=0.0)
+    listening.begin(0.0)
+    listening.ask()
+    answered = []
+    for _ in range(8):
+        sup.second_raw_n += 1.0
+        sup.force.raw_n += 1.0
+        listening.hear(sup, 0.0)  # type: ignore[arg-type]
+        answered.append(listening.answered)
+    assert answered == [False] * 5 + [True] * 3
 
 
 @pytest.mark.parametrize(
@@ -195,7 +231,7 @@ def test_a_channel_that_does_not_speak_after_the_touch_ends_the_run() -> None:
 
 def test_going_back_a_little_gives_no_new_way() -> None:
     """A touch of noise, a gap that does not open the contact, and the same again."""
-    listening = Listening(EVERY)
+    listening = Listening(EVERY, 0, 0)
     sup = SimpleNamespace(force=SimpleNamespace(raw_n=0.0), second_raw_n=0.0)
     listening.begin(0.0)
     listening.hear(sup, 1e-5)  # type: ignore[arg-type]

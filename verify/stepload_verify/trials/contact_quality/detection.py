@@ -133,7 +133,7 @@ def steps_of(limits: RunLimits) -> tuple[Step, ...]:
         Step("share, nine tenths", "", straight, pressed(low_n, 0.9 * share)),
         Step("whole force, 3 % above", "R12", pressed(little_n), pressed(little_n, edge)),
         Step("whole force, a third above", "R12", pressed(much_n), pressed(much_n, edge)),
-        Step("a force's rating, 5 % above", "R13", straight, (*pulled[:3], 0.0, 0.0, 0.0)),
+        Step("a force's rating, 5 % above", "R13", straight, pulled),
         Step("a torque's rating, 5 % above", "R13", straight, turned),
         Step("beside, a third above", "R14", straight, pressed(low_n, 0.0, 4.0 * off_m / 3.0)),
         Step("beside, nine tenths", "", straight, pressed(low_n, 0.0, 0.9 * off_m)),
