@@ -5,8 +5,8 @@ from __future__ import annotations
 import logging
 from contextlib import suppress
 
-NO_ADAPTERS = ("virtual", "udp_multicast", "serial")
-"""Not plugged in, or any serial port."""
+NO_ADAPTERS = ("virtual", "udp_multicast", "serial", "socketcand")
+"""Not plugged in, or any serial port; the last one listens to the network for four seconds."""
 
 
 def serial_ports() -> list[str]:
@@ -22,11 +22,11 @@ def can_adapters() -> list[str]:
     import can
 
     logging.getLogger("can").setLevel(logging.CRITICAL)  # it names every library that is not there
+    asked = sorted(can.VALID_INTERFACES - set(NO_ADAPTERS))
     found: list[str] = []
     with suppress(Exception):  # an adapter's library that is half installed fails in its own way
         found += [
             f"{seen['interface']} {seen['channel']}"
-            for seen in can.detect_available_configs()
-            if seen["interface"] not in NO_ADAPTERS
+            for seen in can.detect_available_configs(interfaces=asked)
         ]
     return found
