@@ -58,6 +58,7 @@ class Approach:
         self._deaf_s = math.nan
         self._felt = TouchTest(course.limits.touch_force_n)
         self._ring = RingTest(course.limits.noise_n)
+        self._rung_out_s, self._dwelt = 0.0, 0
 
     def begin(self, now_s: float, purpose: str, touches: int, then: Then) -> None:
         """Touch `touches` times, `then` go on in contact; `purpose` goes into the record."""
@@ -236,7 +237,9 @@ class Approach:
         course.surface_m = position_m
         course.target_m = min(course.target_m, position_m)
         self._ring = RingTest(limits.noise_n)
-        self._ring.begin(now_s + 2.0 * limits.reaction_s, sup.force_n)
+        self._rung_out_s = now_s + 2.0 * limits.reaction_s
+        self._ring.begin(self._rung_out_s, sup.force_n)
+        course.dwelt_n, self._dwelt = sup.force_n, 0
         self._listening.ask()
         course.enter(Phase.DWELL, now_s, self._dwell)
         return True
@@ -247,7 +250,11 @@ class Approach:
         A touch may be one of noise: nothing is pressed on what a channel told before it.
         """
         course, ring, listening = self._course, self._ring, self._listening
-        ring.add(now_s, course.sup.force_n)
+        force_n = course.sup.force_n
+        ring.add(now_s, force_n)
+        if now_s >= self._rung_out_s:
+            self._dwelt += 1
+            course.dwelt_n += (force_n - course.dwelt_n) / self._dwelt
         listening.hear(course.sup, course.target_m)
         dwelt_s = now_s - course.since_s
         if not ring.quiet and dwelt_s < RING_TIMEOUT_S:

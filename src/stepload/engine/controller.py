@@ -3,27 +3,27 @@
 λ = 0.25/T with the loop delay T keeps the loop free of overshoot as long as c is not above the true
 tangent compliance; c is a lower confidence bound of it. F_level rises along a ramp of the plan's
 load rate, so that what is measured on the way is close to static. The leash bounds the target by
-what the force has *proved* so far: even if every link died now, the arm would go to the last target
-and the force would stay below F_lim. Nor does the target run so far ahead of an arm that does not
-follow that a sudden step of the arm there would bring the true force above F_c.
+what the force has *proved* so far (`engine.anchor`): even if every link died now, the arm would go
+to the last target and the force would stay below F_lim. Nor does the target run so far ahead of an
+arm that does not follow that a sudden step of the arm there would bring the true force above F_c.
 """
 
 from __future__ import annotations
 
 import math
 
+from stepload.engine.anchor import Anchor
 from stepload.engine.compliance import TangentCompliance
 from stepload.engine.follow import Lead
 from stepload.envelope.catch_up import sudden_step
-from stepload.envelope.leash import PAIR_FILTER_S
 from stepload.envelope.limits import RunLimits
+from stepload.envelope.press import NOISE_MULTIPLE
 from stepload.envelope.pressing import LONGEST_STALL_S
 
 STIFFENING = 0.75
 """(n − 1)/n for the largest exponent that is looked ahead for, n = 4."""
 LOOK_AHEAD = 0.3
 """Share of the remaining error that the look-ahead covers."""
-ANCHOR_SIGMAS = 6.0
 
 
 class StepController:
@@ -35,21 +35,19 @@ class StepController:
     """
 
     __slots__ = (
-        "_anchor_m", "_anchor_n", "_anchor_rise_n", "_band_n", "_change_n", "_compliance",
-        "_delay", "_delay_at", "_lead", "_leash_sigmas", "_level_n", "_limits", "_pair_alpha",
-        "_pair_m", "_pair_n", "_ramp_n", "_sign", "_start_n", "_started", "_taut", "_taut_m",
-        "_taut_n", "_trusted", "c_m_per_n", "reached", "speed_m_s",
+        "_anchor", "_band_n", "_change_n", "_compliance", "_delay", "_delay_at", "_lead",
+        "_leash_sigmas", "_level_n", "_limits", "_ramp_n", "_sign", "_start_n", "_started",
+        "_trusted", "c_m_per_n", "reached", "speed_m_s",
     )  # fmt: skip
 
-    def __init__(self, limits: RunLimits, leash_sigmas: float = ANCHOR_SIGMAS) -> None:
+    def __init__(self, limits: RunLimits, leash_sigmas: float = NOISE_MULTIPLE) -> None:
         self._limits = limits
         self._leash_sigmas = leash_sigmas
         self._compliance = TangentCompliance(
             limits.stiffness_n_per_m, limits.noise_n, limits.position_resolution_m
         )
-        self._pair_alpha = alpha = min(1.0, limits.period_s / PAIR_FILTER_S)
-        self._anchor_rise_n = ANCHOR_SIGMAS * limits.noise_n * math.sqrt(alpha / 2.0)
-        self._change_n = max(self._anchor_rise_n, 0.5 * limits.band_n)
+        self._anchor = Anchor(limits)
+        self._change_n = max(self._anchor.rise_n, 0.5 * limits.band_n)
         self._band_n = limits.band_n
         self._delay = [0.0] * (
             1 + round((limits.force_delay_s + limits.period_s) / limits.period_s)
@@ -57,9 +55,6 @@ class StepController:
         self._delay_at = 0
         self._level_n = self._start_n = self._ramp_n = 0.0
         self._sign = 1.0
-        self._pair_m = self._pair_n = self._anchor_m = self._anchor_n = 0.0
-        self._taut = 0
-        self._taut_n = self._taut_m = 0.0
         self._lead = Lead(limits.period_s)
         self._trusted = self._started = False
         self.c_m_per_n = 1.0 / limits.stiffness_n_per_m
@@ -68,12 +63,12 @@ class StepController:
 
     def begin(
         self, level_n: float, force_n: float, position_m: float, sign: float, same_contact: bool,
-        rested_n: float = -math.inf,
+        rested_n: float = math.nan,
     ) -> None:  # fmt: skip
         """Aim at `level_n` from rest at this settled force and position; `sign` −1 unloads.
 
-        `rested_n` is the mean force of the rest before, where there is one: the noise of `force_n`
-        must not be taken for an answer of the payload, which would be a leash more.
+        `rested_n` is the mean force of the rest, where it is known: the force that made a touch is
+        one of the higher ones that noise gives, and a soft payload would have to rise above it.
 
         A change of direction or a new contact forgets the measured compliance. Where the last level
         was given up its leash goes on: the force has proved nothing since.
@@ -84,10 +79,8 @@ class StepController:
             self._compliance.restart()
         self._level_n, self._sign = level_n, sign
         self._start_n = self._ramp_n = force_n
-        self._pair_m, self._pair_n = position_m, force_n
-        if not given_up:
-            self._anchor_m, self._anchor_n = position_m, max(force_n, rested_n)
-        self._taut = 0
+        proved_n = rested_n if rested_n == rested_n else force_n
+        self._anchor.begin(position_m, proved_n, same=given_up)
         self._started = False
         self._delay = [position_m] * len(self._delay)
         self.c_m_per_n = 1.0 / self._limits.stiffness_n_per_m
@@ -127,7 +120,7 @@ class StepController:
             if sign > 0.0:
                 payload *= (present_n / (present_n + LOOK_AHEAD * error_n)) ** STIFFENING
             c += payload
-        elif sign * (self._pair_n - self._start_n) > self._change_n:
+        elif sign * (self._anchor.mean_n - self._start_n) > self._change_n:
             self._trusted = True
         self.c_m_per_n = c
 
@@ -155,17 +148,22 @@ class StepController:
             speed = fastest
         target = target_m + sign * speed * step_s
 
-        alpha = self._pair_alpha
-        self._pair_n = pair_n = self._pair_n + alpha * (force_n - self._pair_n)
-        self._pair_m = pair_m = self._pair_m + alpha * (then_m - self._pair_m)
+        anchor = self._anchor
+        anchor.add(then_m, force_n)
         if sign > 0.0:
-            if pair_n > self._anchor_n + self._anchor_rise_n:
-                self._anchor_n, self._anchor_m = pair_n, pair_m
-                self._taut = 0
-            room_n = limits.force_limit_n - self._anchor_n - self._leash_sigmas * limits.noise_n
-            end_m = self._anchor_m + (room_n * floor if room_n > 0.0 else 0.0)
+            noise_n = self._leash_sigmas * limits.noise_n
+            room_n = limits.force_limit_n - anchor.proved_n - noise_n
+            end_m = anchor.proved_m + (
+                limits.leash_proved * room_n * floor if room_n > 0.0 else 0.0
+            )
+            room_n = limits.force_limit_n - anchor.answer_n - noise_n
+            last_m = anchor.answer_m + (
+                limits.leash_share * room_n * floor if room_n > 0.0 else 0.0
+            )
+            if last_m < end_m:
+                end_m = last_m
             if target > end_m:
-                self._pull(force_n, then_m)
+                anchor.pull(then_m, force_n)
                 target = end_m if end_m > target_m else target_m
                 speed = (target - target_m) / step_s
             if not self._started:
@@ -177,13 +175,3 @@ class StepController:
                 speed = 0.0
         self.speed_m_s = sign * speed
         return target
-
-    def _pull(self, force_n: float, position_m: float) -> None:
-        """At the end of the leash a soft payload shows its answer only in the mean over a while."""
-        self._taut = n = self._taut + 1
-        self._taut_n += (force_n - self._taut_n) / n
-        self._taut_m += (position_m - self._taut_m) / n
-        rise_n = ANCHOR_SIGMAS * self._limits.noise_n / math.sqrt(n)
-        if self._taut_n > self._anchor_n + rise_n:
-            self._anchor_n, self._anchor_m = self._taut_n, self._taut_m
-            self._taut = 0

@@ -38,9 +38,9 @@ class Course:
     `act` is done in each tick, `target_m` is what is asked of the arm (NaN until it has said where
     it is), `held_m` where its controller said before that it holds it (NaN: it did not), `shift_m`
     what is asked of it across its approach, `speed_m_s` the speed of the target, `goal_m` where
-    `move` and `rest_at_goal` go to. `surface_m` is the position of the last touch, NaN before.
-    `failure` is set when the run cannot go on, `done` when it has come to its end, `interrupted`
-    when the operator ended it.
+    `move` and `rest_at_goal` go to. `surface_m` is the position of the last touch, NaN before, and
+    `dwelt_n` the mean force in contact after it. `failure` is set when the run cannot go on, `done`
+    when it has come to its end, `interrupted` when the operator ended it.
     """
 
     def __init__(
@@ -68,6 +68,7 @@ class Course:
         self.speed_m_s = 0.0
         self.goal_m = math.nan
         self._rest_from_s = math.nan
+        self.dwelt_n = 0.0
         self.surface_m = math.nan
         self.done = False
         self.interrupted = False

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from stepload.engine.motion import SEARCHING
-from stepload.engine.supervisor import ACROSS_SIGMAS, LEASH_SHARE, Supervisor
+from stepload.engine.supervisor import ACROSS_SIGMAS, TAUT_SHARE, Supervisor
 from stepload.envelope.limits import RunLimits
 from stepload.record.rows import Phase
 
@@ -105,7 +105,7 @@ def margins(
         room_n = limit_n - sup.smooth_n - 6.0 * limits.noise_n
         cap_n = 1.25 * room_n + 2.0 * limits.noise_n
         found["CAP"] = _share(motion.speed_m_s * limits.contact_n_s_per_m, cap_n)
-        leash_n = LEASH_SHARE * (limit_n - sup.answer_n - 6.0 * limits.noise_n)
+        leash_n = TAUT_SHARE * limits.leash_proved * (limit_n - sup.answer_n - 6.0 * limits.noise_n)
         found["R6"] = _share(sup.travel_m * limits.stiffness_n_per_m, leash_n)
     return found
 

@@ -51,6 +51,11 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
         # Records from before a zero was taken anew in an approach; no rule asks for these.
         data.setdefault("moved_zero_n", data["touch_force_n"])
         data.setdefault("shown_noise_n", data["noise_n"])
+        # Records from before R6 knew how often the sensor reads.
+        data.setdefault("reading_s", data["period_s"])
+        # Records from before an answer had to be proved by the next one: R6 waited for longer.
+        data.setdefault("leash_share", 1.0)
+        data.setdefault("leash_proved", 2.0)
         limits = RunLimits(**data)
         _check_kept(limits)
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError, DomainError) as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 from stepload.engine.controller import StepController
@@ -72,10 +71,11 @@ class LoadSteps:
         course, sup = self._course, self._course.sup
         course.step_number, course.level_n = number, level_n
         self._then = then
-        rested_n = self.held_mean[0] if self._same_contact and self._ticks else -math.inf
+        held = self._same_contact and self._ticks
+        rested_n = self.held_mean[0] if held else course.dwelt_n
         self.controller.begin(
             level_n, sup.smooth_n, sup.arm.position_m, sign, self._same_contact, rested_n
-        )  # fmt: skip
+        )
         self._same_contact = True
         self._hold_phase = Phase.HOLD if sign > 0.0 else Phase.UNLOAD_HOLD
         course.enter(Phase.LOAD if sign > 0.0 else Phase.UNLOAD, now_s, self._go)

@@ -28,12 +28,18 @@ from stepload.engine.overload import OverloadWatch
 from stepload.engine.watch import ArmWatch, Breach, ForceWatch, Found
 from stepload.engine.wrench import WrenchRules
 from stepload.envelope.arm_side import arm_error_n
+from stepload.envelope.leash import ANSWER_SIGMAS
 from stepload.envelope.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample
 
-LEASH_SHARE = 0.9
+TAUT_SHARE = 0.45
+"""Of the leash: from there on R6 waits for an answer."""
+MOST_SHARE = 1.1
+"""Of the leash: beyond it R6 waits whether the arm stands or not."""
+STANDS_SHARE = 0.1
+"""Of the leash: an arm that was moved on by less since its last answer stands."""
 WRONG_WAY_SAMPLES = 2
 """Fresh samples in a row that pull in an approach before R11 trips; as many make a touch."""
 ACROSS_SIGMAS = 8.0
@@ -42,7 +48,7 @@ ANSWER_FILTER_S = 0.3
 """Time constant of the force that R6 looks for an answer in."""
 
 _LOAD, _HOLD = _PRESSING = int(Phase.LOAD), int(Phase.HOLD)
-_RETRACT = int(Phase.RETRACT)
+_RETRACT, _DWELL = int(Phase.RETRACT), int(Phase.DWELL)
 
 
 class Supervisor:
@@ -62,14 +68,13 @@ class Supervisor:
     """
 
     __slots__ = (
-        "_answer_alpha", "_answer_m", "_answer_n", "_answer_rise_n", "_averages",
-        "_cross", "_cross_s",
-        "_found", "_last_n", "_limits", "_mean_n", "_second_is_arm", "_second_wrong_way",
-        "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound", "_standing", "_tared",
-        "_taut_s", "_wrong_way", "arm", "arm_across_n", "arm_wrench", "cause", "force", "force_n",
-        "motion", "overload", "predicted_n", "second", "second_n", "second_overload",
-        "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n", "smooth_tau_s", "wrench",
-        "zero_n",
+        "_answer_alpha", "_answer_m", "_answer_n", "_answer_rise_n", "_averages", "_cross",
+        "_cross_s", "_found", "_last_n", "_limits", "_mean_n", "_risen_m", "_risen_n",
+        "_second_is_arm", "_second_wrong_way", "_slope_noise_n_per_s", "_slope_span_s", "_slow_n",
+        "_sound", "_standing", "_tared", "_taut_s", "_wrong_way", "arm",
+        "arm_across_n", "arm_wrench", "cause", "force", "force_n", "motion", "overload",
+        "predicted_n", "second", "second_n", "second_overload", "second_zero_n", "slope_n_per_s",
+        "smooth_alpha", "smooth_n", "smooth_tau_s", "wrench", "zero_n",
     )  # fmt: skip
 
     def __init__(
@@ -121,6 +126,7 @@ class Supervisor:
         self._standing = Standing(period_s, limits.channel_skew_s, limits.cross_filter_s)
         self._cross_s = self._taut_s = 0.0
         self._answer_n = self._answer_m = self._last_n = self._slow_n = 0.0
+        self._risen_n = self._risen_m = 0.0
         self._answer_alpha = min(1.0, period_s / ANSWER_FILTER_S)
         self._mean_n = 0.0
         self._averages = False
@@ -139,8 +145,9 @@ class Supervisor:
         self.wrench.adopt(limits)
         self.arm_wrench.adopt(limits)
         slope_noise_n = 1.5 * noise_n * math.sqrt(self.smooth_alpha)
+        answer_share = min(1.0, 0.5 * limits.reading_s / ANSWER_FILTER_S)
         self._slope_noise_n_per_s = slope_noise_n / self._slope_span_s
-        self._answer_rise_n = 6.0 * noise_n * math.sqrt(0.5 * self._answer_alpha)
+        self._answer_rise_n = ANSWER_SIGMAS * noise_n * math.sqrt(answer_share)
         self.force.identical_counts = limits.identical_counts
 
     @property
@@ -162,12 +169,12 @@ class Supervisor:
 
     @property
     def answer_n(self) -> float:
-        """The force that R6 waits to see grow."""
+        """The force that R6 has seen grow; what grew since may be noise."""
         return self._answer_n
 
     @property
     def travel_m(self) -> float:
-        """Travel that was commanded since it last grew."""
+        """Travel that was commanded since then."""
         return self.motion.target_m - self._answer_m
 
     @property
@@ -309,10 +316,12 @@ class Supervisor:
         if phase == _LOAD:
             breach = breach or self._judge_load(target_m, smooth_n, speed)
         else:
-            weight = self._answer_alpha if phase == _HOLD and self._averages else 1.0
+            rests = phase == _DWELL or (phase == _HOLD and self._averages)
+            weight = self._answer_alpha if rests else 1.0
             self._mean_n += weight * (smooth_n - self._mean_n)
-            self._answer_n = self._mean_n
-            self._answer_m, self._taut_s = target_m, 0.0
+            self._answer_n = self._risen_n = self._mean_n
+            self._answer_m = self._risen_m = target_m
+            self._taut_s = 0.0
         self._averages = phase in _PRESSING
         return breach
 
@@ -457,7 +466,11 @@ class Supervisor:
         )  # fmt: skip
 
     def _judge_load(self, target_m: float, smooth_n: float, speed: float) -> Breach | None:
-        """R6 and the in-contact speed cap."""
+        """R6 and the in-contact speed cap.
+
+        Travel counts from the answer before the last: the last may be one of noise. While the arm
+        stands there is one answer and no more: noise would give another, sooner or later.
+        """
         limits = self._limits
         noise_n = limits.noise_n
         room_n = limits.force_limit_n - smooth_n - 6.0 * noise_n
@@ -468,18 +481,22 @@ class Supervisor:
                 "faster in contact than a hidden hard stop would allow",
             )  # fmt: skip
         self._mean_n = mean_n = self._mean_n + self._answer_alpha * (smooth_n - self._mean_n)
-        if mean_n > self._answer_n + self._answer_rise_n:
-            self._answer_n, self._answer_m, self._taut_s = mean_n, target_m, 0.0
-            return None
+        leash_n = limits.leash_proved * (limits.force_limit_n - self._answer_n - 6.0 * noise_n)
+        if mean_n > self._risen_n + self._answer_rise_n:
+            last_n, self._risen_n = self._risen_n, mean_n
+            if (target_m - self._risen_m) * limits.stiffness_n_per_m > STANDS_SHARE * leash_n:
+                self._answer_n, self._answer_m = last_n, self._risen_m
+                self._risen_m, self._taut_s = target_m, 0.0
+                return None
         travel_m = target_m - self._answer_m
-        leash_n = limits.force_limit_n - self._answer_n - 6.0 * noise_n
-        if travel_m * limits.stiffness_n_per_m < LEASH_SHARE * leash_n:
+        travel_n = travel_m * limits.stiffness_n_per_m
+        if travel_n < TAUT_SHARE * leash_n or (speed > 0.0 and travel_n < MOST_SHARE * leash_n):
             return None
         self._taut_s += limits.period_s
         if self._taut_s <= limits.leash_time_s:
             return None
         return self._found(
-            "R6", travel_m, LEASH_SHARE * leash_n / limits.stiffness_n_per_m, "m",
+            "R6", travel_m, TAUT_SHARE * leash_n / limits.stiffness_n_per_m, "m",
             f"{travel_m * 1e6:.1f} um of travel and no answer in force",
         )  # fmt: skip
 

@@ -16,6 +16,7 @@ from itertools import pairwise
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.bounds import step_patience_s
 from stepload.envelope.catch_up import sudden_step
+from stepload.envelope.leash import lead_m
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.press import NOISE_MULTIPLE
 from stepload.envelope.pressing import LONGEST_STALL_S
@@ -25,9 +26,7 @@ BEGIN_TIME_CONSTANTS = 2.0
 """Time constants 1/λ by which a step is late: it begins as if the surface were rigid, and the force
 follows its ramp one time constant behind."""
 LEASH_PULL_S = 0.1
-"""Time to prove one length of the leash by force; 0.06 s to 0.09 s in simulated runs."""
-LEAD_SIGMAS = 1.5
-"""On the smooth error of the position: where it just fits, 1 in 30 simulated runs stood still."""
+"""Time to prove what the leash leaves for one answer; 0.06 s to 0.09 s in simulated runs."""
 SURE_SIGMAS = 2.0
 """The same where a force is chosen that every run shall reach."""
 PARTS = 24
@@ -42,8 +41,8 @@ class Climbs:
         up_s: (L,) from the level below, or the touch, until each level is reached.
         down_s: (L − 1,) from each level above the lowest down to the next.
         missed_n: the lowest level that may not be reached; 0 N where there is none.
-        lead_m, leash_m: how far the target may lead the measured position, and how long the leash
-            is at that level, or else at the top.
+        lead_m, leash_m: how far the target may lead the measured position, and how much of the
+            leash is for one answer at that level, or else at the top.
 
     All times are at most what a step may last.
     """
@@ -55,21 +54,10 @@ class Climbs:
     leash_m: float
 
 
-def lead_m(rig: Rig, sigmas: float = LEAD_SIGMAS) -> float:
-    """How far in m the target may lead the measured position of an arm that rests where it should.
-
-    Half a step of the position, and the smooth error of the arm's travel, for which the misfit of
-    K_s stands where nothing better is known.
-    """
-    system = rig.system_stiffness
-    smooth_m = system.msde_m if system.smooth_error_m is None else system.smooth_error_m
-    return 0.5 * rig.arm.position_resolution_m + sigmas * smooth_m
-
-
 def largest_reached_n(rig: Rig, limits: RunLimits) -> float:
     """The largest force in N that a step surely reaches on this rig, however high F_lim may be."""
     taken_n = limits.stiffness_n_per_m * lead_m(rig, SURE_SIGMAS)
-    return limits.allowed_n - NOISE_MULTIPLE * limits.noise_n - taken_n
+    return limits.allowed_n - NOISE_MULTIPLE * limits.noise_n - taken_n / limits.leash_share
 
 
 def climbs_of(plan: Plan, limits: RunLimits, law: ContactLaw) -> Climbs:
@@ -105,9 +93,10 @@ class _Way:
     lead_n: float
 
     def leash_n(self, force_n: float) -> float:
-        """The length of the leash at a force, as the force of a rigid surface."""
+        """What the leash leaves for one answer at a force, as the force of a rigid surface."""
         limits = self.limits
-        return limits.force_limit_n - force_n - NOISE_MULTIPLE * limits.noise_n
+        room_n = limits.force_limit_n - force_n - NOISE_MULTIPLE * limits.noise_n
+        return limits.leash_share * room_n
 
     def up_s(self, low_n: float, high_n: float) -> float:
         """Time in s to press from one force to a higher one; infinite where it stands still."""

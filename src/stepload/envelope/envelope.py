@@ -192,7 +192,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         reasons += softness(plan, limits, theory)
         reasons += unseen_reasons(plan, limits)
         reasons += silent_reasons(plan, limits)
-        reasons += both_silent_reasons(plan, limits)
+        reasons += both_silent_reasons(limits)
     return Envelope(
         plan=plan,
         verdict=verdict_of(reasons),

@@ -8,20 +8,36 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.press import NOISE_MULTIPLE, series_stiffness
 from stepload.errors import RefusedError
+from stepload.plan.model import Rig
 
-PAIR_FILTER_S = 0.03
-"""Time constant over which force and position are averaged before they move the leash's anchor."""
+PLENTY = 16.0
+"""Answer of the payload over what the average can tell, from which on it proves itself on the way:
+twice what two answers of `ANCHOR_WINDOW_S` take."""
+PLAIN_ANSWER = 4.0
+"""The same, from which on half of the leash is enough for an answer to be found at once."""
+ANCHOR_WINDOW_S = 0.04
+"""The force is averaged over so long before it counts as an answer."""
+PULL_S = 0.1
+"""The same at the end of the leash, at least: the noise of an answer would hide the next one."""
+ANSWER_SIGMAS = 4.5
+"""By so many standard deviations it must rise for that, and for R6. Of noise alone few means in a
+hundred thousand rise so far."""
 ANSWER_WINDOW_S = 0.6
 """The force is averaged over so long when an answer is looked for (R6)."""
 LEAST_ANSWER = 4.0
 """Answer of the payload over what the average can tell; below it sound payloads were missed."""
-LEAST_TOP_ANSWER = 2.0
+LEAST_TOP_ANSWER = 2.5
 """The same just below a load level, where the leash is shortest; below it sound runs crept for
 minutes, gave levels up, or ended with R6."""
+LEAD_SIGMAS = 1.5
+"""On the smooth error of the position: where it just fits, 1 in 30 simulated runs stood still."""
+PLAIN_LEAD = 2.0
+"""What the leash leaves for one answer over that lead, above which it hardly slows the arm."""
 LEAST_QUANTA = 2.0
 """Travel of the leash over the position resolution, below it the arm may see no progress."""
 
@@ -38,18 +54,19 @@ def check_leash(
     law: ContactLaw,
     *,
     touch_force_n: float,
-    noise_n: float,
-    period_s: float,
+    told_n: float,
     position_resolution_m: float,
+    share: float,
 ) -> None:
     """Refuse a payload too soft to answer, and positions too coarse to see.
 
     Args:
         leash_m: `leash_travel`.
         law: of the payload.
-        touch_force_n, noise_n: contact threshold, noise of one force reading (sd).
-        period_s: from one force reading to the next.
+        touch_force_n: contact threshold.
+        told_n: what the average can tell.
         position_resolution_m: of the arm.
+        share: of the leash, so far the arm goes on one answer.
 
     Raises:
         RefusedError: the run would end with R6 (no answer in force) or R7 (no progress).
@@ -60,50 +77,126 @@ def check_leash(
             f" {LEAST_QUANTA:g} position resolutions of {position_resolution_m * 1e6:.3g} um",
             hint="raise the top force, or use an arm that is less stiff or finer",
         )
-    answer_n = law.force(law.deformation(touch_force_n) + leash_m) - touch_force_n
-    told_n = NOISE_MULTIPLE * noise_n * math.sqrt(period_s / ANSWER_WINDOW_S)
+    travel_m = share * leash_m
+    answer_n = law.force(law.deformation(touch_force_n) + travel_m) - touch_force_n
     if answer_n < LEAST_ANSWER * told_n:
         raise RefusedError(
-            f"the payload is too soft for this rig: {leash_m * 1e6:.3g} um, all the arm may press"
+            f"the payload is too soft for this rig: {travel_m * 1e6:.3g} um, all the arm may press"
             f" on at a time, change the force by {answer_n:.2g} N, and noise leaves"
             f" {LEAST_ANSWER * told_n:.2g} N to be told",
             hint="use a quieter force sensor, a higher top force, or an arm that is less stiff",
         )
 
 
-def check_levels(
+def lead_m(rig: Rig, sigmas: float = LEAD_SIGMAS) -> float:
+    """How far in m the target may lead the measured position of an arm that rests where it should.
+
+    Half a step of the position, and the smooth error of the arm's travel, for which the misfit of
+    K_s stands where nothing better is known.
+    """
+    system = rig.system_stiffness
+    smooth_m = system.msde_m if system.smooth_error_m is None else system.smooth_error_m
+    return 0.5 * rig.arm.position_resolution_m + sigmas * smooth_m
+
+
+class Leash(NamedTuple):
+    """How far the arm may press on, in leashes of something rigid.
+
+    Attributes:
+        share: from the last answer of the payload.
+        proved: from the answer before it, which the last one has proved.
+    """
+
+    share: float
+    proved: float
+
+
+def leash_of(
+    answers: Sequence[LevelAnswer], *, told_n: float, lead_m: float, tangent: float
+) -> Leash:
+    """How far the arm may press on the last answers of a payload.
+
+    The last answer may be one of noise, so the arm may only go as far as the one before bears. A
+    payload that answers plainly gives two on the way. For a softer one the arm stops halfway, and
+    may go further than something rigid could bear where that is not enough, or too little for an
+    arm whose position errs: as far as a payload bears that is as stiff as it is believed to be.
+
+    Args:
+        answers: of the payload at its levels to all of the leash.
+        told_n: what the mean over `ANSWER_WINDOW_S` can tell.
+        lead_m: how far the target may lead the measured position, `lead_m`.
+        tangent: largest tangent stiffness of the payload over the largest K_s.
+    """
+    plain = all(each.answer_n >= PLENTY * told_n for each in answers)
+    answer = 0.5 * PLENTY if plain else 2.0 * PLAIN_ANSWER
+    lead = PLAIN_LEAD * (1.0 if plain else 2.0)
+    needed = max(answer * told_n / each.answer_n + lead * lead_m / each.leash_m for each in answers)
+    borne = min(2.0, 1.0 + 1.0 / tangent)
+    proved = min(borne, max(1.0, needed))
+    return Leash(proved if plain else 0.5 * proved, proved)
+
+
+class LevelAnswer(NamedTuple):
+    """What a payload answers just below a load level to all of the leash, the shortest there."""
+
+    level_n: float
+    leash_m: float
+    answer_n: float
+
+
+def level_answers(
     law: ContactLaw,
     *,
     levels_n: Sequence[float],
     limit_n: float,
     band_n: float,
     noise_n: float,
-    period_s: float,
     stiffness_n_per_m: float,
-) -> None:
-    """Refuse a payload too soft to be brought to its levels: there the leash is at its shortest.
+) -> tuple[LevelAnswer, ...]:
+    """The answers of a payload near its levels.
 
     Args:
         law: of the payload.
         levels_n: the load levels; each is reached within `band_n`.
         limit_n: F_lim.
         noise_n: of one force reading (sd).
-        period_s: from one force reading to the next.
         stiffness_n_per_m: largest K_s.
+    """
+    answers = []
+    for level_n in levels_n:
+        below_n = level_n - band_n
+        leash_m = leash_travel(limit_n, below_n, noise_n, stiffness_n_per_m)
+        series = series_stiffness(stiffness_n_per_m, law.tangent(max(below_n, band_n)))
+        answers.append(LevelAnswer(level_n, leash_m, leash_m * series))
+    return tuple(answers)
+
+
+def told_force(noise_n: float, period_s: float) -> float:
+    """What the mean over `ANSWER_WINDOW_S` of readings one period apart can tell, in N."""
+    return NOISE_MULTIPLE * noise_n * math.sqrt(period_s / ANSWER_WINDOW_S)
+
+
+def check_levels(
+    answers: Sequence[LevelAnswer], *, told_n: float, share: float, limit_n: float
+) -> None:
+    """Refuse a payload too soft to be brought to its levels: there the leash is at its shortest.
+
+    Args:
+        answers: of the payload to all of the leash.
+        told_n: what the average can tell.
+        share: of the leash, so far the arm goes on one answer.
+        limit_n: F_lim.
 
     Raises:
         RefusedError: a load step would creep for minutes, or end with R6 (no answer in force).
     """
-    told_n = LEAST_TOP_ANSWER * NOISE_MULTIPLE * noise_n * math.sqrt(period_s / ANSWER_WINDOW_S)
-    for level_n in levels_n:
-        below_n = level_n - band_n
-        leash_m = leash_travel(limit_n, below_n, noise_n, stiffness_n_per_m)
-        answer_n = leash_m * series_stiffness(stiffness_n_per_m, law.tangent(max(below_n, band_n)))
-        if answer_n < told_n:
+    least_n = LEAST_TOP_ANSWER * told_n
+    for level_n, leash_m, answer_n in answers:
+        if share * answer_n < least_n:
             raise RefusedError(
                 f"the payload is too soft for this rig near {level_n:.4g} N:"
-                f" {leash_m * 1e6:.3g} um, all that F_lim of {limit_n:.4g} N lets the arm press on"
-                f" at a time there, change the force by {answer_n:.2g} N, and noise leaves"
-                f" {told_n:.2g} N to be told",
+                f" {share * leash_m * 1e6:.3g} um, all that F_lim of {limit_n:.4g} N lets the arm"
+                f" press on at a time there, change the force by {share * answer_n:.2g} N, and"
+                f" noise leaves {least_n:.2g} N to be told",
                 hint="lower the top force, use a quieter force sensor, or a less stiff arm",
             )

@@ -80,6 +80,7 @@ class RunLimits:
     stiffness_n_per_m: float = _limit("N/m", "K_s + 3 sigma, more for a guess")
     tangent_n_per_m: float = _limit("N/m", "k_t of the payload at F_lim")
     period_s: float = _limit("s", "1 / arm rate")
+    reading_s: float = _limit("s", "period of force readings, at least that of the arm")
     loop_s: float = _limit("s", "T: measured, or the sum of the delays")
     reaction_s: float = _limit("s", "T_react: the sum of the delays, at least T")
     force_delay_s: float = _limit("s", "rig: force.delay", zero=True)
@@ -114,6 +115,8 @@ class RunLimits:
     damping_n_s_per_m: float = _limit("N s/m", "C_s of the rig", zero=True)
     arm_acceleration_m_s2: float = _limit("m/s^2", "rig: arm.max_acceleration")
     leash_free_m: float = _limit("m", "(F_lim - F_th - 6 sigma) / K_s,max")
+    leash_share: float = _limit("", "of the leash, from the last answer of the payload")
+    leash_proved: float = _limit("", "the same, from the one before; above 1: a soft payload", "R6")
     step_rate_per_s: float = _limit("1/s", "lambda = 0.25 / T")
     band_n: float = _limit("N", "0.25 N, 2 sigma")
     load_rate_n_per_s: float = _limit("N/s", "plan")
@@ -302,6 +305,7 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         stiffness_n_per_m=press.stiffness_n_per_m,
         tangent_n_per_m=pressing.tangent_n_per_m,
         period_s=1.0 / arm.rate_hz,
+        reading_s=max(1.0 / arm.rate_hz, 1.0 / force.rate_hz),
         loop_s=press.loop_s,
         reaction_s=press.reaction_s,
         force_delay_s=force.delay_s,
@@ -341,6 +345,8 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         damping_n_s_per_m=press.damping_n_s_per_m,
         arm_acceleration_m_s2=press.acceleration_m_s2,
         leash_free_m=pressing.leash_free_m,
+        leash_share=pressing.leash.share,
+        leash_proved=pressing.leash.proved,
         step_rate_per_s=step_rate_per_s(press.loop_s),
         band_n=step_band_n(press.noise_n),
         load_rate_n_per_s=procedure.load_rate_n_per_s,

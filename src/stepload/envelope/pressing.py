@@ -10,7 +10,16 @@ from stepload.envelope.bounds import Measured, follow_travel, press_rig, step_ba
 from stepload.envelope.catch_up import largest_catch_up
 from stepload.envelope.dragged import counted_left
 from stepload.envelope.ladder import ForceLimits, force_limits
-from stepload.envelope.leash import check_leash, check_levels, leash_travel
+from stepload.envelope.leash import (
+    Leash,
+    check_leash,
+    check_levels,
+    lead_m,
+    leash_of,
+    leash_travel,
+    level_answers,
+    told_force,
+)
 from stepload.envelope.press import (
     IMPACT_FACTOR,
     NOISE_MULTIPLE,
@@ -40,7 +49,8 @@ class Pressing:
     """Forces and speeds of a plan.
 
     `reading_noise_n` is the noise (sd) of one reading, quantisation included; `leash_free_m` the
-    travel that a rigid surface at the contact threshold could bear; `contact_n_s_per_m` divides the
+    travel that a rigid surface at the contact threshold could bear, `leash` how far it goes
+    in a load step on the answers of the payload; `contact_n_s_per_m` divides the
     force that is left into the speed allowed in contact: it holds even if a hidden hard stop takes
     over from the payload. `ahead_m` is how far the target of a guarded approach may run ahead of an
     arm that does not follow, `follow_m` the travel it takes to see that.
@@ -51,6 +61,7 @@ class Pressing:
     tangent_n_per_m: float
     reading_noise_n: float
     leash_free_m: float
+    leash: Leash
     guarded_speed_m_s: float
     fast_speed_m_s: float
     contact_n_s_per_m: float
@@ -112,23 +123,27 @@ def pressing_for(
     leash_m = leash_travel(
         forces.limit_n, procedure.touch_force_n, reading_n, press.stiffness_n_per_m
     )
-    check_leash(
-        leash_m,
-        softest,
-        touch_force_n=procedure.touch_force_n,
-        noise_n=reading_n,
-        period_s=max(1.0 / rig.arm.rate_hz, 1.0 / rig.force.rate_hz),
-        position_resolution_m=rig.arm.position_resolution_m,
-    )
-    check_levels(
+    told_n = told_force(reading_n, max(1.0 / rig.arm.rate_hz, 1.0 / rig.force.rate_hz))
+    answers = level_answers(
         softest,
         levels_n=procedure.levels_n,
         limit_n=forces.limit_n,
         band_n=step_band_n(noise_n),
         noise_n=reading_n,
-        period_s=max(1.0 / rig.arm.rate_hz, 1.0 / rig.force.rate_hz),
         stiffness_n_per_m=press.stiffness_n_per_m,
     )
+    leash = leash_of(
+        answers, told_n=told_n, lead_m=lead_m(rig), tangent=tangent / press.stiffness_n_per_m
+    )
+    check_leash(
+        leash_m,
+        softest,
+        touch_force_n=procedure.touch_force_n,
+        told_n=told_n,
+        position_resolution_m=rig.arm.position_resolution_m,
+        share=leash.share,
+    )
+    check_levels(answers, told_n=told_n, share=leash.share, limit_n=forces.limit_n)
     room_n = forces.allowed_n - procedure.touch_force_n - NOISE_MULTIPLE * noise_n
     rigid = room_n / rigid_coefficient(press, forces.limit_n)
     guarded, fast = min(guarded, rigid), min(fast, rigid)
@@ -143,6 +158,7 @@ def pressing_for(
         tangent_n_per_m=tangent,
         reading_noise_n=reading_n,
         leash_free_m=leash_m,
+        leash=leash,
         guarded_speed_m_s=min(guarded, top_speed),
         fast_speed_m_s=min(fast, top_speed),
         contact_n_s_per_m=rigid_coefficient(press, forces.limit_n),

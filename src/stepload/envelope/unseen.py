@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from stepload.envelope.leash import PAIR_FILTER_S
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.reason import Reason, Severity
 from stepload.plan.model import Plan
@@ -145,24 +144,22 @@ def unseen_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
     )  # fmt: skip
 
 
-def both_silent_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
-    """What a load step comes to whose force channels both fall silent within a few milliseconds.
+def both_silent_reasons(limits: RunLimits) -> Iterator[Reason]:
+    """What a load step on a soft payload comes to where both force channels fall silent.
 
-    The leash is tied to means of force and position over `PAIR_FILTER_S`. When the force stands all
-    at once its mean goes on rising for as long, and takes the leash along with an arm that goes on.
+    The arm goes on by `leash_proved` of the way that something rigid could bear: a soft payload
+    needs more of it to answer, and bears that itself.
     """
-    if not limits.cross_check:
-        return
-    per_s = limits.stiffness_n_per_m / limits.contact_n_s_per_m
-    most_n = limits.force_limit_n * (1.0 + PAIR_FILTER_S * per_s)
+    most_n = limits.leash_proved * limits.force_limit_n
     limit_n = limits.counted_limit_n
-    if most_n <= limit_n:
+    if not limits.cross_check or most_n <= limit_n:
         return
     yield Reason(
         "both_silent", Severity.NOTE,
-        "where both force channels fall silent within a few milliseconds of a load step, the arm"
-        f" goes on to {format_quantity(most_n, 'N')} before it stands",
-        "two channels with supplies and links of their own, or a lower top force",
+        "where both force channels fall silent in a load step, and the payload is much stiffer than"
+        " the plan says or rests on something hard, the arm goes on to"
+        f" {format_quantity(most_n, 'N')} before it stands",
+        "two channels with supplies and links of their own, a quieter force sensor, or a finer arm",
         most_n, limit_n, "N",
     )  # fmt: skip
 

@@ -167,7 +167,7 @@ def test_what_to_buy_is_said_where_no_plan_is_good_enough(few: None, tmp_path: P
             pool=LocalPool(1),
         )
     assert "any one of these would do: " in refused.value.hint
-    assert "K_s known to 1 %, by a table (6" in refused.value.hint
+    assert "K_s known to 1 %, by a table (7" in refused.value.hint
     assert "stepload calibrate" in refused.value.hint
 
 

@@ -9,9 +9,11 @@ from typing import Any
 import pytest
 from run_plans import limits_for, stvf_plan
 
-from stepload.engine.controller import ANCHOR_SIGMAS, LOOK_AHEAD, STIFFENING, StepController
+from stepload.engine.controller import LOOK_AHEAD, STIFFENING, StepController
 from stepload.envelope.catch_up import sudden_step
+from stepload.envelope.leash import ANSWER_SIGMAS
 from stepload.envelope.limits import RunLimits
+from stepload.envelope.press import NOISE_MULTIPLE
 from stepload.envelope.pressing import LONGEST_STALL_S
 
 PLANNED = limits_for(stvf_plan())
@@ -103,7 +105,7 @@ def test_the_target_does_not_run_ahead_of_an_arm_that_does_not_follow() -> None:
     for _ in range(4000):
         target_m = controller.step(0.0, 0.0, 0.0, target_m, DT)
         assert target_m <= 1.1 * ahead_m
-    leash_m = (PLANNED.force_limit_n - ANCHOR_SIGMAS * NOISE_N) * FLOOR
+    leash_m = (PLANNED.force_limit_n - NOISE_MULTIPLE * NOISE_N) * FLOOR
     assert 0.9 * ahead_m < target_m < 0.9 * leash_m
     assert controller.speed_m_s == 0.0
 
@@ -127,46 +129,98 @@ def test_where_following_cannot_be_seen_the_target_goes_slowly() -> None:
 
 
 @pytest.mark.parametrize("force_n", [0.0, 200.0])
-@pytest.mark.parametrize("sigmas", [ANCHOR_SIGMAS, 0.0])
+@pytest.mark.parametrize("sigmas", [NOISE_MULTIPLE, 0.0])
 def test_the_leash_ends_where_a_rigid_surface_would_bring_the_force_to_its_limit(
     force_n: float, sigmas: float
 ) -> None:
-    controller, target_m = StepController(limits(), sigmas), 0.0
-    controller.begin(1e4, force_n, 0.0, 1.0, False)
-    for _ in range(3000):
-        target_m = controller.step(force_n, force_n, 0.0, target_m, DT)
-    room_n = PLANNED.force_limit_n - force_n - sigmas * NOISE_N
-    assert target_m == pytest.approx(room_n * FLOOR, rel=1e-9)
-    assert controller.speed_m_s == pytest.approx(0.0, abs=1e-12)
+    for share, proved in ((1.0, 1.0), (0.5, 1.0), (1.0, 0.7)):
+        told = limits(leash_share=share, leash_proved=proved)
+        controller, target_m = StepController(told, sigmas), 0.0
+        controller.begin(1e4, force_n, 0.0, 1.0, False)
+        for _ in range(3000):
+            target_m = controller.step(force_n, force_n, 0.0, target_m, DT)
+        room_n = PLANNED.force_limit_n - force_n - sigmas * NOISE_N
+        assert target_m == pytest.approx(min(share, proved) * room_n * FLOOR, rel=1e-9)
+        assert controller.speed_m_s == pytest.approx(0.0, abs=1e-12)
 
 
-def test_the_leash_counts_from_what_force_and_position_have_proved() -> None:
-    """An answer of six standard deviations of the average moves its start, less does not."""
-    rise_n = ANCHOR_SIGMAS * NOISE_N * math.sqrt(DT / 0.03 / 2.0)
-    for share in (0.9, 1.5):
-        controller, target_m = begun(1e4), 0.0
+SHORT_N = NOISE_N / math.sqrt(0.04 / DT)
+"""Noise of the mean that an answer is looked for in on the way."""
+
+
+def test_an_answer_proves_the_one_before_and_not_itself() -> None:
+    """The first may be one of noise: what a dead channel shows is above no other."""
+    rise_n = math.sqrt(2.0) * ANSWER_SIGMAS * SHORT_N
+    controller, target_m = begun(1e4), 0.0
+    anchor = controller._anchor
+    for force_n, answers in ((0.9, 0), (1.1, 1), (2.0, 1), (2.3, 2)):
+        before_n, before_m = anchor.answer_n, anchor.answer_m
         for _ in range(150):
-            target_m = controller.step(share * rise_n, 0.0, 1e-5, target_m, DT)
-        answered = share > 1.0
-        assert (controller._anchor_n > 0.0) == answered
-        if answered:
-            assert rise_n < controller._anchor_n <= share * rise_n
-            assert 0.0 < controller._anchor_m <= 1e-5
+            target_m = controller.step(force_n * rise_n, 0.0, 1e-5, target_m, DT)
+        assert answers * rise_n <= anchor.answer_n <= force_n * rise_n
+        if anchor.answer_n > before_n:
+            assert (anchor.proved_n, anchor.proved_m) == (before_n, before_m)
+    assert 0.0 <= anchor.proved_m <= anchor.answer_m <= 1e-5
+
+
+def test_a_mean_is_paired_with_where_the_arm_was_before_it() -> None:
+    """1 N per um: the arm was there when the sensor read no more than the mean."""
+    controller = begun(1e4, force_delay_s=0.0)
+    anchor = controller._anchor
+    delay = len(controller._delay)
+    for tick in range(1, 400):
+        controller.step(1.0 * tick, 0.0, 1e-6 * (tick + delay), 0.0, DT)
+    assert anchor.answer_n > 300.0
+    assert 0.0 < anchor.answer_m <= 1e-6 * (anchor.answer_n - 0.5 * round(0.04 / DT))
 
 
 def test_at_the_end_of_the_leash_a_mean_over_a_while_is_an_answer() -> None:
-    """What the filtered force is too noisy for, the mean of many readings can tell."""
-    rise_n = ANCHOR_SIGMAS * NOISE_N * math.sqrt(DT / 0.03 / 2.0)
-    controller, target_m = begun(1e4), 0.0
-    for _ in range(1500):
-        target_m = controller.step(0.0, 0.0, 0.0, target_m, DT)
-    first_m = target_m
-    answer_n = 0.5 * rise_n
-    needed = round(2.0 * (ANCHOR_SIGMAS * NOISE_N / answer_n) ** 2)
-    for _ in range(3000 + needed):
-        target_m = controller.step(answer_n, 0.0, 2e-6, target_m, DT)
-    assert controller._anchor_n > 0.0
-    assert target_m > first_m
+    """What the short mean is too noisy for the mean of many readings can tell; but the short one
+    may have been the last answer, and its own noise is none."""
+    for share, answered in ((1.2, True), (0.95, False)):
+        answer_n = share * ANSWER_SIGMAS * SHORT_N
+        controller, target_m, ticks = begun(1e4), 0.0, 0
+        anchor = controller._anchor
+        for _ in range(1500):
+            target_m = controller.step(0.0, 0.0, 0.0, target_m, DT)
+        while not anchor.answer_n and ticks < 30_000:
+            target_m = controller.step(answer_n, 0.0, 2e-6, target_m, DT)
+            ticks += 1
+        assert (anchor.answer_n > 0.0) == answered
+        assert ticks > 0.04 / DT / (1.2**2 - 1.0)
+
+
+def test_the_noise_of_an_answer_is_no_answer() -> None:
+    """An answer takes a while at least, and the next one must rise above its noise."""
+    anchor = begun(1e4)._anchor
+    answer_n, ticks = 3.5 * NOISE_N, 0
+    while not anchor.answer_n:
+        anchor.pull(1e-6, answer_n)
+        ticks += 1
+    assert ticks == round(0.1 / DT)
+    noise_n = math.hypot(SHORT_N, NOISE_N / math.sqrt(ticks))
+    for share, answered in ((0.99, False), (1.01, True)):
+        for _ in range(2 * round(0.04 / DT)):
+            anchor.add(1e-6, answer_n + share * ANSWER_SIGMAS * noise_n)
+        assert (anchor.answer_n > answer_n) == answered
+
+
+def test_the_leash_is_tied_to_the_mean_force_of_the_rest_before() -> None:
+    """And to the force itself where there was none."""
+    for rested_n, from_n in ((2.0, 2.0), (math.nan, 3.0)):
+        controller = StepController(limits())
+        controller.begin(200.0, 3.0, 1e-6, 1.0, False, rested_n)
+        anchor = controller._anchor
+        assert (anchor.answer_n, anchor.proved_n, anchor.mean_n) == (from_n, from_n, from_n)
+        assert anchor.answer_m == anchor.proved_m == 1e-6
+
+
+def test_an_arm_that_stops_for_a_soft_payload_takes_no_answer_on_its_way() -> None:
+    for share, answered in ((1.0, True), (0.5, False)):
+        anchor = begun(1e4, leash_share=share, leash_proved=1.0)._anchor
+        for _ in range(200):
+            anchor.add(0.0, 100.0 * NOISE_N)
+        assert (anchor.answer_n > 0.0) == answered
 
 
 def test_force_and_position_are_paired_with_the_sensors_delay() -> None:
@@ -209,7 +263,7 @@ def test_a_measured_compliance_is_used_once_the_force_has_moved() -> None:
     for _ in range(300):
         controller.step(100.0 + 1.3 * controller._change_n, 100.0, 0.0, 0.0, DT)
     assert controller.c_m_per_n > 2.0 * FLOOR
-    rise_n = ANCHOR_SIGMAS * NOISE_N * math.sqrt(DT / 0.03 / 2.0)
+    rise_n = math.sqrt(2.0) * ANSWER_SIGMAS * SHORT_N
     assert controller._change_n == max(rise_n, 0.5 * PLANNED.band_n)
 
 

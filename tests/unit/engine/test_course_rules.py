@@ -182,6 +182,17 @@ def test_the_dwell_lasts_until_ringing_has_died_out_or_its_time_is_over() -> Non
     assert ringing.then[0] - begin_s == pytest.approx(RING_TIMEOUT_S, abs=2.0 * PERIOD_S)
 
 
+def test_the_mean_force_of_a_dwell_leaves_out_what_made_the_touch() -> None:
+    stage = touched(1)
+    touch_n, rings = 1.5 * PLANNED.touch_force_n, math.floor(2.0 * PLANNED.reaction_s / PERIOD_S)
+    assert stage.course.dwelt_n == touch_n
+    stage.ticks(rings, 3.0 * touch_n)
+    stage.ticks(10, 0.2 * touch_n)
+    assert stage.course.dwelt_n == pytest.approx(0.2 * touch_n)
+    stage.ticks(10, 0.4 * touch_n)
+    assert stage.course.dwelt_n == pytest.approx(0.3 * touch_n, rel=0.05)
+
+
 def test_it_touches_as_often_as_it_was_asked_to() -> None:
     stage = touched(2)
     course = stage.course
@@ -410,10 +421,11 @@ def test_phases_and_signs_of_loading_and_unloading(sign: float) -> None:
     stage, part, controller = steps()
     begin = part.load if sign > 0.0 else part.unload
     stage.sup.smooth_n, stage.sup.arm.position_m = 12.0, 3e-6
+    stage.course.dwelt_n = 11.0
     begin(stage.now_s, 4, 50.0, stage.then.append)
     assert stage.course.phase == (Phase.LOAD if sign > 0.0 else Phase.UNLOAD)
     assert (stage.course.step_number, stage.course.level_n) == (4, 50.0)
-    assert controller.begun == [(50.0, 12.0, 3e-6, sign, False, -math.inf)]
+    assert controller.begun == [(50.0, 12.0, 3e-6, sign, False, 11.0)]
     controller.reached = True
     stage.ticks()
     assert stage.course.phase == (Phase.HOLD if sign > 0.0 else Phase.UNLOAD_HOLD)
@@ -423,7 +435,7 @@ def test_phases_and_signs_of_loading_and_unloading(sign: float) -> None:
     assert controller.begun[-1][-2:] == (True, 14.0)
     part.new_contact()
     begin(stage.now_s, 6, 70.0, stage.then.append)
-    assert controller.begun[-1][-2:] == (False, -math.inf)
+    assert controller.begun[-1][-2:] == (False, 11.0)
 
 
 def hold(forces: Any, **procedure: Any) -> tuple[float, dict[str, Any]]:

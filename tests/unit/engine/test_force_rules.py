@@ -7,7 +7,7 @@ import math
 import pytest
 from rule_feed import PERIOD_S, PLANNED, Feed, arm_sample, force_sample
 
-from stepload.engine.supervisor import LEASH_SHARE, Supervisor
+from stepload.engine.supervisor import TAUT_SHARE, Supervisor
 from stepload.engine.watch import Breach
 from stepload.record.rows import Phase
 
@@ -277,14 +277,14 @@ def test_the_speed_cap_is_one_of_loading_only() -> None:
         assert feed.supervisor.cause is None
 
 
-LEASH_N = LIMIT_N - 6.0 * NOISE_N
+LEASH_N = PLANNED.leash_proved * (LIMIT_N - 6.0 * NOISE_N)
 
 
 def test_r6_trips_after_its_time_at_the_end_of_the_leash_and_not_short_of_it() -> None:
     for share, found in ((0.99, False), (1.01, True)):
         feed = Feed(**CALM)
         feed.tick()
-        travel_m = share * LEASH_SHARE * LEASH_N / K
+        travel_m = share * TAUT_SHARE * LEASH_N / K
         feed.moving(1000, travel_m / 1.0, 0.0, phase=Phase.LOAD)
         assert feed.supervisor.cause is None
         if not found:
@@ -297,7 +297,7 @@ def test_r6_trips_after_its_time_at_the_end_of_the_leash_and_not_short_of_it() -
         assert cause is not None
         assert cause.unit == "m"
         assert cause.value == pytest.approx(travel_m, rel=2e-3)
-        assert cause.limit == pytest.approx(LEASH_SHARE * LEASH_N / K, rel=2e-3)
+        assert cause.limit == pytest.approx(TAUT_SHARE * LEASH_N / K, rel=2e-3)
 
 
 def test_r6_an_answer_in_force_starts_the_leash_anew() -> None:
@@ -318,11 +318,20 @@ def test_r6_an_answer_in_force_starts_the_leash_anew() -> None:
 def test_r6_the_leash_is_shorter_by_what_is_pressed_already(share: float, found: bool) -> None:
     feed = Feed(**CALM, at_n=100.0)
     feed.tick(100.0)
-    room_n = LIMIT_N - 100.0 - 6.0 * NOISE_N
-    feed.moving(1000, share * LEASH_SHARE * room_n / K, 100.0, phase=Phase.LOAD)
+    room_n = PLANNED.leash_proved * (LIMIT_N - 100.0 - 6.0 * NOISE_N)
+    feed.moving(1000, share * TAUT_SHARE * room_n / K, 100.0, phase=Phase.LOAD)
     cause = feed.ticks(1600, 100.0, phase=Phase.LOAD)
     assert (cause is not None) == found
     assert cause is None or cause.rule == "R6"
+
+
+def test_r6_waits_longer_where_a_soft_payload_gets_more_of_the_leash() -> None:
+    for share, found in ((0.99, False), (1.01, True)):
+        feed = Feed(**CALM, leash_proved=1.6)
+        feed.tick()
+        feed.moving(1000, share * TAUT_SHARE * 1.6 * LEASH_N / K, phase=Phase.LOAD)
+        cause = feed.ticks(1600, phase=Phase.LOAD)
+        assert (cause is not None) == found
 
 
 def test_r6_begins_from_the_mean_of_the_hold_and_not_from_its_last_sample() -> None:
@@ -347,21 +356,69 @@ def test_r6_waits_its_whole_time_after_an_answer() -> None:
 
 
 def test_r6_noise_is_no_answer() -> None:
-    """Six standard deviations of the average, and no less, are an answer."""
-    rise_n = 6.0 * NOISE_N * math.sqrt(0.5 * PERIOD_S / 0.3)
+    """Four and a half standard deviations of the average, and no less, are an answer."""
+    rise_n = 4.5 * NOISE_N * math.sqrt(0.5 * PERIOD_S / 0.3)
     assert Feed().supervisor._answer_rise_n == pytest.approx(rise_n)
+    slow = Feed(reading_s=4.0 * PERIOD_S).supervisor
+    assert slow._answer_rise_n == pytest.approx(2.0 * rise_n)
     for share, answered in ((0.9, False), (1.5, True)):
         feed = Feed(**CALM)
-        feed.tick()
-        feed.moving(1000, LEASH_N / K, share * rise_n, phase=Phase.LOAD)
-        feed.ticks(1600, share * rise_n, phase=Phase.LOAD)
+        feed.ticks(3000, phase=Phase.LOAD)
+        feed.ticks(1000, phase=Phase.HOLD)
+        feed.moving(1000, 0.5 * LEASH_N / K, phase=Phase.LOAD)
+        feed.ticks(600, phase=Phase.LOAD)
+        assert feed.supervisor.cause is None
+        feed.ticks(1000, share * rise_n, phase=Phase.LOAD)
         assert (feed.supervisor.cause is None) == answered
+
+
+def test_r6_begins_from_the_mean_of_the_dwell_after_a_touch() -> None:
+    """The reading that made a touch is one of the higher ones."""
+    feed = Feed(**CALM, at_n=10.0)
+    feed.ticks(1000, 10.0, phase=Phase.GUARDED_APPROACH)
+    feed.ticks(60, 10.0 + 6.0 * NOISE_N, phase=Phase.DWELL)
+    assert 10.0 < feed.supervisor.answer_n < 10.0 + 2.0 * NOISE_N
+
+
+def test_r6_waits_where_the_arm_stands_and_beyond_a_leash() -> None:
+    """Time on the way is none; more way than the leash allows is not waited for."""
+    for share, found in ((0.95, False), (1.5, True)):
+        feed = Feed(**CALM)
+        feed.tick()
+        feed.moving(9000, share * LEASH_N / K / 9.0, phase=Phase.LOAD)
+        assert (feed.supervisor.cause is not None) == found
+        if not found:
+            feed.until("R6", 2.0, phase=Phase.LOAD)
+
+
+def test_r6_while_the_arm_stands_there_is_one_answer_and_no_more() -> None:
+    """Noise gives another one, sooner or later."""
+    feed = Feed(**CALM)
+    feed.ticks(100)
+    feed.moving(500, LEASH_N / K, phase=Phase.LOAD)
+    rise_n = 1.5 * feed.supervisor._answer_rise_n
+    for answers in range(1, 5):
+        if feed.supervisor.cause is None:
+            feed.ticks(700, answers * rise_n, phase=Phase.LOAD)
+    assert feed.supervisor.cause is not None
+    assert feed.supervisor.cause.rule == "R6"
+
+
+def test_r6_counts_from_the_answer_before_the_last() -> None:
+    """The last may be one of noise, while the arm stands and waits for one."""
+    feed = Feed(**CALM)
+    feed.ticks(100, phase=Phase.DWELL)
+    sup = feed.supervisor
+    rise_n = 1.5 * sup._answer_rise_n
+    feed.moving(500, LEASH_N / K, phase=Phase.LOAD)
+    feed.ticks(200, rise_n, phase=Phase.LOAD)
+    feed.until("R6", 3.0, rise_n, phase=Phase.LOAD)
 
 
 def test_r6_begins_anew_where_loading_does() -> None:
     feed = Feed(**CALM)
     for _ in range(3):
-        feed.moving(500, 4.0 * LEASH_SHARE * LEASH_N / K, phase=Phase.LOAD)
+        feed.moving(500, 4.0 * TAUT_SHARE * LEASH_N / K, phase=Phase.LOAD)
         feed.ticks(1000, phase=Phase.LOAD)
         feed.tick(phase=Phase.HOLD)
     assert feed.supervisor.cause is None

@@ -20,7 +20,7 @@ def limits(**other: Any) -> Any:
         "second_noise_n": 0.5, "model_tolerance_m": 1e-4, "model_lag_s": 0.0, "search_end_m": 0.01,
         "touch_force_n": 3.0, "noise_n": 0.5, "force_limit_n": 375.0, "cross_check": "",
         "cross_tolerance_n": 0.0, "cross_relative": 0.0, "contact_n_s_per_m": 1e4,
-        "stiffness_n_per_m": 3e6, "lateral_share": 0.3, "eccentricity_m": 0.01,
+        "stiffness_n_per_m": 3e6, "lateral_share": 0.3, "eccentricity_m": 0.01, "leash_proved": 1.0,
         "overload_named": True,
     }  # fmt: skip
     return SimpleNamespace(**{**told, **other})

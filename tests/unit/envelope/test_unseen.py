@@ -162,17 +162,16 @@ def test_a_channel_that_an_approach_cannot_wait_for_is_named() -> None:
     assert "the other" not in reason.message
 
 
-def test_both_channels_silent_at_once_are_named_where_that_passes_f_c() -> None:
-    """The mean goes on for 30 ms, and the arm by as much: F_lim (1 + 0.03 s K_s/C)."""
-    per_s = LIMITS.stiffness_n_per_m / LIMITS.contact_n_s_per_m
-    most_n = LIMITS.force_limit_n * (1.0 + 0.03 * per_s)
-    assert most_n > 1.01 * LIMITS.force_limit_n
-    [reason] = both_silent_reasons(PLAN, replace(LIMITS, counted_limit_n=0.999 * most_n))
+def test_two_silent_channels_are_named_where_a_soft_payload_gets_more_of_the_leash() -> None:
+    """As far as it bears itself is more than something rigid does."""
+    soft = replace(LIMITS, leash_proved=1.6)
+    most_n = 1.6 * LIMITS.force_limit_n
+    [reason] = both_silent_reasons(replace(soft, counted_limit_n=0.999 * most_n))
     assert reason.value == pytest.approx(most_n)
     assert reason.severity is Severity.NOTE
-    assert not list(both_silent_reasons(PLAN, replace(LIMITS, counted_limit_n=1.001 * most_n)))
-    alone = replace(LIMITS, cross_check="", counted_limit_n=0.5 * most_n)
-    assert not list(both_silent_reasons(PLAN, alone))
+    assert not list(both_silent_reasons(replace(soft, counted_limit_n=1.001 * most_n)))
+    assert not list(both_silent_reasons(replace(LIMITS, leash_proved=1.0)))
+    assert not list(both_silent_reasons(replace(soft, cross_check="", counted_limit_n=1.0)))
 
 
 def test_the_envelope_hands_down_whom_an_approach_listens_to() -> None:

@@ -9,11 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from stepload.engine.controller import ANCHOR_SIGMAS, StepController
+from stepload.engine.controller import StepController
 from stepload.engine.operator import StopLevel
 from stepload.engine.tick import Engine
 from stepload.engine.watch import Breach
 from stepload.envelope.limits import RunLimits
+from stepload.envelope.press import NOISE_MULTIPLE
 from stepload.errors import BadInputError
 
 RULES = tuple(f"R{number}" for number in range(1, 15))
@@ -99,7 +100,7 @@ class Ablation:
         """A step controller without the layer; handed to the engine in place of the product's."""
         if self.name in ("cap", "all-but-R1"):
             limits = replace(limits, contact_n_s_per_m=1e-6)
-        sigmas = _NEVER if self.name in ("leash", "all-but-R1") else ANCHOR_SIGMAS
+        sigmas = _NEVER if self.name in ("leash", "all-but-R1") else NOISE_MULTIPLE
         return StepController(limits, leash_sigmas=sigmas)
 
 

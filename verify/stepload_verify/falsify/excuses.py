@@ -24,11 +24,11 @@ PLATE, HELD_BACK, HEAVY, LATE, TILTED, SILENT, BOTH_SILENT = (
 LINK_FAULTS = ("command_latency", "command_jitter")
 """Faults in which a link holds commands back and delivers them together."""
 
-FREEZES = ("force_freeze", "second_freeze", "arm_force_freeze")
-"""Faults in which a force channel repeats itself."""
 MAIN_SILENT = ("force_freeze", "force_stuck_mean")
 SECOND_SILENT = ("second_freeze", "second_stuck_mean", "arm_force_freeze", "arm_force_deaf")
 """Faults in which a channel tells nothing of the force any more."""
+FREEZES = ("force_freeze", "second_freeze", "arm_force_freeze")
+"""Faults in which a force channel repeats itself."""
 
 
 def excuses(scenario: Scenario, peak_n: float) -> Iterator[tuple[str, Scenario]]:

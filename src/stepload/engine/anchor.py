@@ -1,0 +1,98 @@
+"""What force and position have proved of the contact so far: where the leash is tied to.
+
+A channel that dies while the force rises still shows its last rise in every mean that reaches back
+to it, and noise may show it once more. So a mean of the force is paired with a position from before
+it, and such an answer proves not itself but the one before: a dead channel does not rise above it.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stepload.envelope.leash import ANCHOR_WINDOW_S, ANSWER_SIGMAS, PULL_S
+from stepload.envelope.limits import RunLimits
+
+
+class Anchor:
+    """The last answer of the payload, and the last one that a later answer has proved.
+
+    `answer_n` and `answer_m` are force and position of the former, `proved_n` and `proved_m` of the
+    latter; `mean_n` is the mean force over `ANCHOR_WINDOW_S`, `rise_n` how far it must rise to be
+    an answer.
+    """
+
+    __slots__ = (
+        "_alpha", "_at", "_before_m", "_forces_n", "_limits", "_next_n", "_positions_m",
+        "_pull_ticks", "_pulled", "_pulled_m", "_pulled_n", "_short", "_stops", "_sum_n",
+        "_variance", "answer_m", "answer_n", "mean_n", "proved_m", "proved_n", "rise_n",
+    )  # fmt: skip
+
+    def __init__(self, limits: RunLimits) -> None:
+        count = max(1, round(ANCHOR_WINDOW_S / limits.period_s))
+        self._limits = limits
+        self._alpha = min(1.0, 2.0 * limits.period_s / ANCHOR_WINDOW_S)
+        self._forces_n, self._positions_m = [0.0] * count, [0.0] * count
+        self._short = self._variance = self._variance_of(count)
+        self._pull_ticks = round(PULL_S / limits.period_s)
+        self._stops = limits.leash_share < limits.leash_proved
+        self.rise_n = self._next_n = self._told_n(2.0 * self._short)
+        self._sum_n = self.mean_n = self.answer_n = self.proved_n = 0.0
+        self._before_m = self.answer_m = self.proved_m = 0.0
+        self._at = self._pulled = 0
+        self._pulled_n = self._pulled_m = 0.0
+
+    def begin(self, position_m: float, force_n: float, *, same: bool) -> None:
+        """At rest; `same` where nothing was proved since the last time."""
+        if not same:
+            self._answer(force_n, position_m, self._short)
+            self.proved_n, self.proved_m = force_n, position_m
+        count = len(self._forces_n)
+        self._forces_n, self._positions_m = [force_n] * count, [position_m] * count
+        self.mean_n, self._sum_n = force_n, force_n * count
+        self._before_m = position_m
+        self._at = self._pulled = 0
+
+    def add(self, position_m: float, force_n: float) -> None:
+        """Take in a pair of the same moment.
+
+        Where the arm stops for a payload that answers little, no answer is taken on the way: its
+        noise would have the next one take longer.
+        """
+        forces_n, positions_m, at = self._forces_n, self._positions_m, self._at
+        self._sum_n = sum_n = self._sum_n + force_n - forces_n[at]
+        self._before_m = before_m = self._before_m + self._alpha * (
+            positions_m[at] - self._before_m
+        )
+        forces_n[at], positions_m[at] = force_n, position_m
+        self._at = at + 1 if at + 1 < len(forces_n) else 0
+        self.mean_n = mean_n = sum_n / len(forces_n)
+        if mean_n > self._next_n:
+            self._answer(mean_n, before_m, self._short)
+
+    def pull(self, position_m: float, force_n: float) -> None:
+        """At the end of the leash a soft payload shows its answer only in the mean over a while."""
+        self._pulled = n = self._pulled + 1
+        self._pulled_n += (force_n - self._pulled_n) / n
+        self._pulled_m += (position_m - self._pulled_m) / n
+        if n < self._pull_ticks:
+            return
+        variance = self._variance_of(n)
+        told_n = self._told_n(variance + max(variance, self._variance))
+        if self._pulled_n > self.answer_n + told_n:
+            self._answer(self._pulled_n, self._pulled_m, variance)
+
+    def _answer(self, force_n: float, position_m: float, variance: float) -> None:
+        """Take this for an answer; the last one is proved."""
+        self.proved_n, self.proved_m = self.answer_n, self.answer_m
+        self.answer_n, self.answer_m, self._variance = force_n, position_m, variance
+        self._next_n = force_n + (math.inf if self._stops else self._told_n(self._short + variance))
+        self._pulled = 0
+
+    def _told_n(self, variance: float) -> float:
+        """A difference of means that noise does not make; its variance is that of one reading."""
+        return ANSWER_SIGMAS * self._limits.noise_n * math.sqrt(variance)
+
+    def _variance_of(self, ticks: int) -> float:
+        """Of the mean over so many ticks, as a share of that of one reading."""
+        limits = self._limits
+        return min(1.0, limits.reading_s / (ticks * limits.period_s))
