@@ -145,21 +145,23 @@ def unseen_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
 
 
 def both_silent_reasons(limits: RunLimits) -> Iterator[Reason]:
-    """What a load step on a soft payload comes to where both force channels fall silent.
+    """What a load step on a soft payload comes to where every force channel falls silent.
 
-    The arm goes on by `leash_proved` of the way that something rigid could bear: a soft payload
-    needs more of it to answer, and bears that itself.
+    The arm goes on by `leash_proved` of the way that something rigid could bear: a soft payload, or
+    an arm whose position errs, needs more of it, and the payload bears that itself.
     """
     most_n = limits.leash_proved * limits.force_limit_n
     limit_n = limits.counted_limit_n
-    if not limits.cross_check or most_n <= limit_n:
+    if most_n <= limit_n:
         return
+    silent = "both force channels fall" if limits.cross_check else "the force channel falls"
     yield Reason(
-        "both_silent", Severity.NOTE,
-        "where both force channels fall silent in a load step, and the payload is much stiffer than"
-        " the plan says or rests on something hard, the arm goes on to"
-        f" {format_quantity(most_n, 'N')} before it stands",
-        "two channels with supplies and links of their own, a quieter force sensor, or a finer arm",
+        "both_silent", Severity.WARN,
+        f"where {silent} silent in a load step, and the payload is much stiffer than the plan says"
+        f" or rests on something hard, the arm goes on to {format_quantity(most_n, 'N')} before it"
+        " stands",
+        "channels with supplies and links of their own; a calibration that states the smooth error"
+        " of the arm's position, and a finer arm",
         most_n, limit_n, "N",
     )  # fmt: skip
 

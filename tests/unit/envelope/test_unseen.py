@@ -168,10 +168,12 @@ def test_two_silent_channels_are_named_where_a_soft_payload_gets_more_of_the_lea
     most_n = 1.6 * LIMITS.force_limit_n
     [reason] = both_silent_reasons(replace(soft, counted_limit_n=0.999 * most_n))
     assert reason.value == pytest.approx(most_n)
-    assert reason.severity is Severity.NOTE
+    assert reason.severity is Severity.WARN
+    assert "both force channels" in reason.message
     assert not list(both_silent_reasons(replace(soft, counted_limit_n=1.001 * most_n)))
     assert not list(both_silent_reasons(replace(LIMITS, leash_proved=1.0)))
-    assert not list(both_silent_reasons(replace(soft, cross_check="", counted_limit_n=1.0)))
+    [alone] = both_silent_reasons(replace(soft, cross_check="", counted_limit_n=1.0))
+    assert "the force channel falls" in alone.message
 
 
 def test_the_envelope_hands_down_whom_an_approach_listens_to() -> None:
