@@ -69,7 +69,7 @@ class Supervisor:
 
     __slots__ = (
         "_answer_alpha", "_answer_m", "_answer_n", "_answer_rise_n", "_averages", "_cross",
-        "_cross_s", "_found", "_last_n", "_limits", "_mean_n", "_risen_m", "_risen_n",
+        "_cross_s", "_dwelt", "_found", "_last_n", "_limits", "_mean_n", "_risen_m", "_risen_n",
         "_second_is_arm", "_second_wrong_way", "_slope_noise_n_per_s", "_slope_span_s", "_slow_n",
         "_sound", "_standing", "_tared", "_taut_s", "_wrong_way", "arm",
         "arm_across_n", "arm_wrench", "cause", "force", "force_n", "motion", "overload",
@@ -127,6 +127,7 @@ class Supervisor:
         self._cross_s = self._taut_s = 0.0
         self._answer_n = self._answer_m = self._last_n = self._slow_n = 0.0
         self._risen_n = self._risen_m = 0.0
+        self._dwelt = 0
         self._answer_alpha = min(1.0, period_s / ANSWER_FILTER_S)
         self._mean_n = 0.0
         self._averages = False
@@ -316,8 +317,9 @@ class Supervisor:
         if phase == _LOAD:
             breach = breach or self._judge_load(target_m, smooth_n, speed)
         else:
-            rests = phase == _DWELL or (phase == _HOLD and self._averages)
-            weight = self._answer_alpha if rests else 1.0
+            self._dwelt = self._dwelt + 1 if phase == _DWELL else 0
+            weight = self._answer_alpha if phase == _HOLD and self._averages else 1.0
+            weight /= max(1, self._dwelt)
             self._mean_n += weight * (smooth_n - self._mean_n)
             self._answer_n = self._risen_n = self._mean_n
             self._answer_m = self._risen_m = target_m

@@ -116,9 +116,7 @@ class RunLimits:
     arm_acceleration_m_s2: float = _limit("m/s^2", "rig: arm.max_acceleration")
     leash_free_m: float = _limit("m", "(F_lim - F_th - 6 sigma) / K_s,max")
     leash_share: float = _limit("", "of the leash, from the last answer of the payload", "R6")
-    leash_proved: float = _limit(
-        "", "the same, from the last answer but one", "R6"
-    )
+    leash_proved: float = _limit("", "the same, from the last answer but one", "R6")
     step_rate_per_s: float = _limit("1/s", "lambda = 0.25 / T")
     band_n: float = _limit("N", "0.25 N, 2 sigma")
     load_rate_n_per_s: float = _limit("N/s", "plan")

@@ -374,10 +374,14 @@ def test_r6_noise_is_no_answer() -> None:
 
 def test_r6_begins_from_the_mean_of_the_dwell_after_a_touch() -> None:
     """The reading that made a touch is one of the higher ones."""
-    feed = Feed(**CALM, at_n=10.0)
-    feed.ticks(1000, 10.0, phase=Phase.GUARDED_APPROACH)
-    feed.ticks(60, 10.0 + 6.0 * NOISE_N, phase=Phase.DWELL)
-    assert 10.0 < feed.supervisor.answer_n < 10.0 + 2.0 * NOISE_N
+    feed = Feed(**CALM)
+    feed.ticks(10, phase=Phase.GUARDED_APPROACH)
+    feed.ticks(1, 20.0 * NOISE_N, phase=Phase.DWELL)
+    feed.ticks(100, 10.0 * NOISE_N, phase=Phase.DWELL)
+    assert feed.supervisor.answer_n == pytest.approx(10.0 * NOISE_N, rel=0.1)
+    feed.ticks(1, phase=Phase.TOUCH_RETRACT)
+    feed.ticks(200, 5.0 * NOISE_N, phase=Phase.DWELL)
+    assert feed.supervisor.answer_n == pytest.approx(5.0 * NOISE_N, rel=0.1)
 
 
 def test_r6_waits_where_the_arm_stands_and_beyond_a_leash() -> None:
