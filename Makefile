@@ -7,8 +7,8 @@ KEPT   := $(VENV)/.compiled
 
 CORES := $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 
-# One test more at a time than there are cores: some of them wait. Against the clock there is no more than one a core.
-WORKERS ?= $(shell expr $(CORES) + 1)
+# Two at a time for each core: many of them wait. Against the clock there is no more than one a core.
+WORKERS ?= $(shell expr $(CORES) + $(CORES))
 BESIDE  := --dist loadfile --no-loadscope-reorder
 
 # Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.

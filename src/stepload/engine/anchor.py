@@ -66,7 +66,7 @@ class Anchor:
         forces_n[at], positions_m[at] = force_n, position_m
         self._at = at + 1 if at + 1 < len(forces_n) else 0
         self.mean_n = mean_n = sum_n / len(forces_n)
-        if mean_n > self._next_n:
+        if mean_n > self._next_n and self._worth(mean_n, before_m):
             self._answer(mean_n, before_m, self._short)
 
     def pull(self, position_m: float, force_n: float) -> None:
@@ -78,7 +78,7 @@ class Anchor:
             return
         variance = self._variance_of(n)
         told_n = self._told_n(variance + max(variance, self._variance))
-        if self._pulled_n > self.answer_n + told_n:
+        if self._pulled_n > self.answer_n + told_n and self._worth(self._pulled_n, self._pulled_m):
             self._answer(self._pulled_n, self._pulled_m, variance)
 
     def _answer(self, force_n: float, position_m: float, variance: float) -> None:
@@ -87,6 +87,11 @@ class Anchor:
         self.answer_n, self.answer_m, self._variance = force_n, position_m, variance
         self._next_n = force_n + (math.inf if self._stops else self._told_n(self._short + variance))
         self._pulled = 0
+
+    def _worth(self, force_n: float, position_m: float) -> bool:
+        """Whether the force has risen by what even the softest payload answers to the travel."""
+        least_n = self._limits.answer_n_per_m * (position_m - self.answer_m)
+        return force_n - self.answer_n > least_n
 
     def _told_n(self, variance: float) -> float:
         """A difference of means that noise does not make; its variance is that of one reading."""

@@ -35,8 +35,8 @@ class StepController:
     """
 
     __slots__ = (
-        "_anchor", "_band_n", "_change_n", "_compliance", "_delay", "_delay_at", "_lead",
-        "_leash_sigmas", "_level_n", "_limits", "_ramp_n", "_sign", "_start_n", "_started",
+        "_ahead_m", "_anchor", "_band_n", "_change_n", "_compliance", "_delay", "_delay_at",
+        "_lead", "_leash_sigmas", "_level_n", "_limits", "_ramp_n", "_sign", "_start_n", "_started",
         "_trusted", "c_m_per_n", "reached", "speed_m_s",
     )  # fmt: skip
 
@@ -57,6 +57,7 @@ class StepController:
         self._sign = 1.0
         self._lead = Lead(limits.period_s)
         self._trusted = self._started = False
+        self._ahead_m = 0.0
         self.c_m_per_n = 1.0 / limits.stiffness_n_per_m
         self.speed_m_s = 0.0
         self.reached = True
@@ -162,13 +163,16 @@ class StepController:
             )
             if last_m < end_m:
                 end_m = last_m
+            if not self._started:
+                self._started = True
+                lead_m = target_m - position_m
+                self._lead.begin(lead_m)
+                self._ahead_m = lead_m if lead_m < 0.0 else 0.0
+            end_m += self._ahead_m
             if target > end_m:
                 anchor.pull(then_m, force_n)
                 target = end_m if end_m > target_m else target_m
                 speed = (target - target_m) / step_s
-            if not self._started:
-                self._started = True
-                self._lead.begin(target_m - position_m)
             excess_m = self._lead.excess(target, position_m, ahead_m)
             if excess_m > 0.0:
                 target -= excess_m

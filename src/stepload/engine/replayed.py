@@ -56,6 +56,7 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
         # Records from before an answer had to be proved by the next one: R6 waited for longer.
         data.setdefault("leash_share", 1.0)
         data.setdefault("leash_proved", 2.0)
+        data.setdefault("answer_n_per_m", 1.0)
         limits = RunLimits(**data)
         _check_kept(limits)
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError, DomainError) as error:

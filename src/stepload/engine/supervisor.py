@@ -69,10 +69,10 @@ class Supervisor:
 
     __slots__ = (
         "_answer_alpha", "_answer_m", "_answer_n", "_answer_rise_n", "_averages", "_cross",
-        "_cross_s", "_dwelt", "_found", "_last_n", "_limits", "_mean_n", "_risen_m", "_risen_n",
-        "_second_is_arm", "_second_wrong_way", "_slope_noise_n_per_s", "_slope_span_s", "_slow_n",
-        "_sound", "_standing", "_tared", "_taut_s", "_wrong_way", "arm",
-        "arm_across_n", "arm_wrench", "cause", "force", "force_n", "motion", "overload",
+        "_cross_s", "_dwelt", "_found", "_last_n", "_limits", "_mean_m", "_mean_n", "_risen_m",
+        "_risen_n", "_second_is_arm", "_second_wrong_way", "_slope_noise_n_per_s",
+        "_slope_span_s", "_slow_n", "_sound", "_standing", "_tared", "_taut_s", "_wrong_way",
+        "arm", "arm_across_n", "arm_wrench", "cause", "force", "force_n", "motion", "overload",
         "predicted_n", "second", "second_n", "second_overload", "second_zero_n", "slope_n_per_s",
         "smooth_alpha", "smooth_n", "smooth_tau_s", "wrench", "zero_n",
     )  # fmt: skip
@@ -126,7 +126,7 @@ class Supervisor:
         self._standing = Standing(period_s, limits.channel_skew_s, limits.cross_filter_s)
         self._cross_s = self._taut_s = 0.0
         self._answer_n = self._answer_m = self._last_n = self._slow_n = 0.0
-        self._risen_n = self._risen_m = 0.0
+        self._risen_n = self._risen_m = self._mean_m = 0.0
         self._dwelt = 0
         self._answer_alpha = min(1.0, period_s / ANSWER_FILTER_S)
         self._mean_n = 0.0
@@ -322,7 +322,7 @@ class Supervisor:
             weight /= max(1, self._dwelt)
             self._mean_n += weight * (smooth_n - self._mean_n)
             self._answer_n = self._risen_n = self._mean_n
-            self._answer_m = self._risen_m = target_m
+            self._answer_m = self._risen_m = self._mean_m = target_m
             self._taut_s = 0.0
         self._averages = phase in _PRESSING
         return breach
@@ -483,12 +483,15 @@ class Supervisor:
                 "faster in contact than a hidden hard stop would allow",
             )  # fmt: skip
         self._mean_n = mean_n = self._mean_n + self._answer_alpha * (smooth_n - self._mean_n)
+        self._mean_m = mean_m = self._mean_m + self._answer_alpha * (target_m - self._mean_m)
         leash_n = limits.leash_proved * (limits.force_limit_n - self._answer_n - 6.0 * noise_n)
-        if mean_n > self._risen_n + self._answer_rise_n:
+        gone_m = mean_m - self._risen_m
+        least_n = max(self._answer_rise_n, limits.answer_n_per_m * gone_m)
+        if mean_n > self._risen_n + least_n:
             last_n, self._risen_n = self._risen_n, mean_n
-            if (target_m - self._risen_m) * limits.stiffness_n_per_m > STANDS_SHARE * leash_n:
+            if gone_m * limits.stiffness_n_per_m > STANDS_SHARE * leash_n:
                 self._answer_n, self._answer_m = last_n, self._risen_m
-                self._risen_m, self._taut_s = target_m, 0.0
+                self._risen_m, self._taut_s = mean_m, 0.0
                 return None
         travel_m = target_m - self._answer_m
         travel_n = travel_m * limits.stiffness_n_per_m

@@ -117,6 +117,9 @@ class RunLimits:
     leash_free_m: float = _limit("m", "(F_lim - F_th - 6 sigma) / K_s,max")
     leash_share: float = _limit("", "of the leash, from the last answer of the payload", "R6")
     leash_proved: float = _limit("", "the same, from the last answer but one", "R6")
+    answer_n_per_m: float = _limit(
+        "N/m", "0.03 of what the softest payload answers at the touch", "R6"
+    )
     step_rate_per_s: float = _limit("1/s", "lambda = 0.25 / T")
     band_n: float = _limit("N", "0.25 N, 2 sigma")
     load_rate_n_per_s: float = _limit("N/s", "plan")
@@ -347,6 +350,7 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         leash_free_m=pressing.leash_free_m,
         leash_share=pressing.leash.share,
         leash_proved=pressing.leash.proved,
+        answer_n_per_m=pressing.answer_n_per_m,
         step_rate_per_s=step_rate_per_s(press.loop_s),
         band_n=step_band_n(press.noise_n),
         load_rate_n_per_s=procedure.load_rate_n_per_s,

@@ -11,6 +11,7 @@ from stepload.envelope.catch_up import largest_catch_up
 from stepload.envelope.dragged import counted_left
 from stepload.envelope.ladder import ForceLimits, force_limits
 from stepload.envelope.leash import (
+    ANSWER_SHARE,
     Leash,
     check_leash,
     check_levels,
@@ -27,6 +28,7 @@ from stepload.envelope.press import (
     Term,
     force_budget,
     largest_speed,
+    series_stiffness,
 )
 from stepload.errors import RefusedError
 from stepload.plan.checks_between import LEAST_TOUCH_SIGMAS, least_touch_force
@@ -49,11 +51,12 @@ class Pressing:
     """Forces and speeds of a plan.
 
     `reading_noise_n` is the noise (sd) of one reading, quantisation included; `leash_free_m` the
-    travel that a rigid surface at the contact threshold could bear, `leash` how far it goes
-    in a load step on the answers of the payload; `contact_n_s_per_m` divides the
-    force that is left into the speed allowed in contact: it holds even if a hidden hard stop takes
-    over from the payload. `ahead_m` is how far the target of a guarded approach may run ahead of an
-    arm that does not follow, `follow_m` the travel it takes to see that.
+    travel that a rigid surface at the contact threshold could bear, `leash` how far it goes in a
+    load step on the answers of the payload, and `answer_n_per_m` what is one for its travel;
+    `contact_n_s_per_m` divides the force that is left into the speed allowed in contact: it holds
+    even if a hidden hard stop takes over from the payload. `ahead_m` is how far the target of a
+    guarded approach may run ahead of an arm that does not follow, `follow_m` the travel it takes to
+    see that.
     """
 
     rig: PressRig
@@ -62,6 +65,7 @@ class Pressing:
     reading_noise_n: float
     leash_free_m: float
     leash: Leash
+    answer_n_per_m: float
     guarded_speed_m_s: float
     fast_speed_m_s: float
     contact_n_s_per_m: float
@@ -159,6 +163,8 @@ def pressing_for(
         reading_noise_n=reading_n,
         leash_free_m=leash_m,
         leash=leash,
+        answer_n_per_m=ANSWER_SHARE
+        * series_stiffness(press.stiffness_n_per_m, softest.tangent(procedure.touch_force_n)),
         guarded_speed_m_s=min(guarded, top_speed),
         fast_speed_m_s=min(fast, top_speed),
         contact_n_s_per_m=rigid_coefficient(press, forces.limit_n),

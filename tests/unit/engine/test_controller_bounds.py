@@ -23,6 +23,7 @@ NOISE_N = PLANNED.noise_n
 FREE: dict[str, Any] = {
     "contact_n_s_per_m": 1.0, "acceleration_m_s2": 1e9, "follow_m": 1e-12,
     "arm_acceleration_m_s2": 1e9, "damping_n_s_per_m": 0.0, "arm_lag_s": 0.0, "allowed_n": 1e9,
+    "answer_n_per_m": 1.0,
 }  # fmt: skip
 """Limits under which nothing but the ramp and the leash bounds the target."""
 
@@ -203,6 +204,28 @@ def test_the_noise_of_an_answer_is_no_answer() -> None:
         for _ in range(2 * round(0.04 / DT)):
             anchor.add(1e-6, answer_n + share * ANSWER_SIGMAS * noise_n)
         assert (anchor.answer_n > answer_n) == answered
+
+
+def test_an_answer_is_worth_the_travel_since_the_last_one() -> None:
+    """Less than a share of what the softest payload answers is a drift of the sensor."""
+    for share, answered in ((0.9, False), (1.1, True)):
+        anchor = begun(1e4, answer_n_per_m=1e5)._anchor
+        for _ in range(400):
+            anchor.pull(1e-4, share * 10.0)
+        assert (anchor.answer_n > 0.0) == answered
+
+
+def test_positions_that_are_ahead_of_the_target_take_nothing_from_the_leash() -> None:
+    """The leash is reckoned from measured positions, and the target is a commanded one."""
+    ends = []
+    for ahead_m in (0.0, 5e-6, -5e-6):
+        controller, target_m = StepController(limits()), 0.0
+        controller.begin(1e4, 100.0, ahead_m, 1.0, False)
+        for _ in range(3000):
+            target_m = controller.step(100.0, 100.0, ahead_m, target_m, DT)
+        ends.append(target_m)
+    assert ends[1] == pytest.approx(ends[0], rel=1e-6)
+    assert ends[2] == pytest.approx(ends[0] - 5e-6, rel=1e-6)
 
 
 def test_the_leash_is_tied_to_the_mean_force_of_the_rest_before() -> None:

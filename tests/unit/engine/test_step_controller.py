@@ -14,8 +14,9 @@ from stepload.engine.controller import StepController
 from stepload.envelope.limits import RunLimits
 
 LIMITS = {
-    "stvf": limits_for(stvf_plan(), 727.0),
-    "ur": limits_for(ur_plan(), 727.0),
+    # Payloads of four decades on the limits of one: what is no answer of that one is not asked.
+    name: replace(limits_for(plan, 727.0), answer_n_per_m=1.0)
+    for name, plan in (("stvf", stvf_plan()), ("ur", ur_plan()))
 }
 
 
@@ -187,6 +188,20 @@ def test_channels_that_die_at_any_moment_leave_the_force_below_its_limit(
         limits = replace(LIMITS[arm], leash_share=share, leash_proved=1.0)
         reached = [dead_n(limits, payload, seed, frozen=frozen) for seed in range(12)]
         assert max(reached) < 1.0
+
+
+@pytest.mark.parametrize(("answer", "held"), [(0.0, False), (0.03, True)])
+def test_a_dead_channel_that_drifts_is_no_payload_that_answers(answer: float, held: bool) -> None:
+    """50 mN/s for two minutes: the mean of a while sees it, and the travel is to be worth it."""
+    limits = replace(LIMITS["ur"], leash_proved=1.0)
+    limits = replace(limits, answer_n_per_m=max(1.0, answer * limits.stiffness_n_per_m))
+    controller, target_m, chance = StepController(limits), 0.0, random.Random(5)
+    controller.begin(300.0, 50.0, 0.0, 1.0, False)
+    for tick in range(60_000):
+        force_n = 50.0 + 0.05 * tick * limits.period_s + chance.gauss(0.0, limits.noise_n)
+        target_m = controller.step(force_n, 50.0, target_m, target_m, limits.period_s)
+    reached_n = 50.0 + limits.stiffness_n_per_m * target_m
+    assert (reached_n < limits.force_limit_n) == held
 
 
 @pytest.mark.parametrize("every", [10, 20])
