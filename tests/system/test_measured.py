@@ -28,9 +28,11 @@ def _measured(*command: str) -> list[dict[str, Any]]:
 
 def _check_kills(kills: list[dict[str, Any]]) -> None:
     assert {kill["target"] for kill in kills} == {"runner", "group"}
+    # One that is killed 60 ms after its first sample may have nothing on the disk yet.
+    assert any(kill["durable"] > 0 for kill in kills)
     for kill in kills:
         assert kill["state"] in ("repaired", "whole"), kill
-        assert kill["kept"] >= kill["durable"] > 0, kill
+        assert kill["kept"] >= kill["durable"], kill
         if kill["target"] == "runner":  # the writer lives on: not one sample is lost
             assert kill["kept"] >= kill["pushed"], kill
             assert kill["lost_ms"] == 0.0, kill
