@@ -7,8 +7,10 @@ KEPT   := $(VENV)/.compiled
 
 CORES := $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 
-# Two at a time for each core: many of them wait. Against the clock there is no more than one a core.
-WORKERS ?= $(shell expr $(CORES) + $(CORES))
+# One test more at a time than there are cores, of whole runs and commands two for each: many of them wait.
+# Against the clock there is no more than one a core.
+WORKERS ?= $(shell expr $(CORES) + 1)
+WAITING ?= $(shell expr $(CORES) + $(CORES))
 BESIDE  := --dist loadfile --no-loadscope-reorder
 
 # Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.
@@ -74,7 +76,7 @@ source: $(KEPT) ## Those of parts, on Python's source
 
 made: compiled $(KEPT) ## Those of whole runs and commands, on compiled modules
 	STEPLOAD_PURE= $(BIN)/pytest $(MADE) --ignore=tests/system/test_breakage.py \
-	  -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
+	  -m 'not realtime and not long' -n $(WAITING) $(BESIDE)
 
 realtime: compiled $(KEPT) ## The tests against the wall clock, under a meter of the host's stalls
 	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'patient and not long' -n $(CORES) $(BESIDE)
