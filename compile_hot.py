@@ -21,8 +21,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent
 HOT = {
     "src/stepload/engine": (
-        "anchor", "cadence", "controller", "course", "cross_check", "follow", "motion", "settle",
-        "steps", "supervisor", "tare", "tick", "watch", "wrench",
+        "anchor", "answers", "cadence", "controller", "course", "cross_check", "follow", "motion",
+        "settle", "steps", "supervisor", "tare", "tick", "watch", "wrench",
     ),
     "src/stepload/record": ("ring",),
     "drivers/stepload_drivers/sim": (

@@ -4,8 +4,9 @@
 tangent compliance; c is a lower confidence bound of it. F_level rises along a ramp of the plan's
 load rate, so that what is measured on the way is close to static. The leash bounds the target by
 what the force has *proved* so far (`engine.anchor`): even if every link died now, the arm would go
-to the last target and the force would stay below F_lim. Nor does the target run so far ahead of an
-arm that does not follow that a sudden step of the arm there would bring the true force above F_c.
+to the last target and the force would stay below F_lim, on a payload no stiffer than it is believed
+to be, and on a rigid one below `leash_proved` times that. Nor does the target run so far ahead of
+an arm that does not follow that a sudden step of it would bring the true force above F_c.
 """
 
 from __future__ import annotations
@@ -152,15 +153,8 @@ class StepController:
         anchor = self._anchor
         anchor.add(then_m, force_n)
         if sign > 0.0:
-            noise_n = self._leash_sigmas * limits.noise_n
-            room_n = limits.force_limit_n - anchor.proved_n - noise_n
-            end_m = anchor.proved_m + (
-                limits.leash_proved * room_n * floor if room_n > 0.0 else 0.0
-            )
-            room_n = limits.force_limit_n - anchor.answer_n - noise_n
-            last_m = anchor.answer_m + (
-                limits.leash_share * room_n * floor if room_n > 0.0 else 0.0
-            )
+            end_m = self._end_m(anchor.proved_m, anchor.proved_n, limits.leash_proved)
+            last_m = self._end_m(anchor.answer_m, anchor.answer_n, limits.leash_share)
             if last_m < end_m:
                 end_m = last_m
             if not self._started:
@@ -179,3 +173,9 @@ class StepController:
                 speed = 0.0
         self.speed_m_s = sign * speed
         return target
+
+    def _end_m(self, from_m: float, from_n: float, share: float) -> float:
+        """The end of so much of the leash, tied to where this force was."""
+        limits = self._limits
+        room_n = limits.force_limit_n - from_n - self._leash_sigmas * limits.noise_n
+        return from_m + (share * room_n / limits.stiffness_n_per_m if room_n > 0.0 else 0.0)

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import math
 
+from stepload.engine.answers import TAUT_SHARE
 from stepload.engine.motion import SEARCHING
-from stepload.engine.supervisor import ACROSS_SIGMAS, TAUT_SHARE, Supervisor
+from stepload.engine.supervisor import ACROSS_SIGMAS, Supervisor
 from stepload.envelope.limits import RunLimits
 from stepload.record.rows import Phase
 

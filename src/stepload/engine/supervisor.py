@@ -22,33 +22,24 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from stepload.engine.answers import AnswerWatch
 from stepload.engine.cross_check import CrossCheck, Standing
 from stepload.engine.motion import SEARCHING, MotionWatch
 from stepload.engine.overload import OverloadWatch
 from stepload.engine.watch import ArmWatch, Breach, ForceWatch, Found
 from stepload.engine.wrench import WrenchRules
 from stepload.envelope.arm_side import arm_error_n
-from stepload.envelope.leash import ANSWER_SIGMAS
 from stepload.envelope.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample
 
-TAUT_SHARE = 0.45
-"""Of the leash: from there on R6 waits for an answer."""
-MOST_SHARE = 1.1
-"""Of the leash: beyond it R6 waits whether the arm stands or not."""
-STANDS_SHARE = 0.1
-"""Of the leash: an arm that was moved on by less since its last answer stands."""
 WRONG_WAY_SAMPLES = 2
 """Fresh samples in a row that pull in an approach before R11 trips; as many make a touch."""
 ACROSS_SIGMAS = 8.0
 """Two noisy components, less the zero of each."""
-ANSWER_FILTER_S = 0.3
-"""Time constant of the force that R6 looks for an answer in."""
 
-_LOAD, _HOLD = _PRESSING = int(Phase.LOAD), int(Phase.HOLD)
-_RETRACT, _DWELL = int(Phase.RETRACT), int(Phase.DWELL)
+_LOAD, _RETRACT = int(Phase.LOAD), int(Phase.RETRACT)
 
 
 class Supervisor:
@@ -68,13 +59,12 @@ class Supervisor:
     """
 
     __slots__ = (
-        "_answer_alpha", "_answer_m", "_answer_n", "_answer_rise_n", "_averages", "_cross",
-        "_cross_s", "_dwelt", "_found", "_last_n", "_limits", "_mean_m", "_mean_n", "_risen_m",
-        "_risen_n", "_second_is_arm", "_second_wrong_way", "_slope_noise_n_per_s",
-        "_slope_span_s", "_slow_n", "_sound", "_standing", "_tared", "_taut_s", "_wrong_way",
-        "arm", "arm_across_n", "arm_wrench", "cause", "force", "force_n", "motion", "overload",
-        "predicted_n", "second", "second_n", "second_overload", "second_zero_n", "slope_n_per_s",
-        "smooth_alpha", "smooth_n", "smooth_tau_s", "wrench", "zero_n",
+        "_cross", "_cross_s", "_found", "_last_n", "_limits", "_second_is_arm",
+        "_second_wrong_way", "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound",
+        "_standing", "_tared", "_wrong_way", "answers", "arm", "arm_across_n", "arm_wrench",
+        "cause", "force", "force_n", "motion", "overload", "predicted_n", "second", "second_n",
+        "second_overload", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n",
+        "smooth_tau_s", "wrench", "zero_n",
     )  # fmt: skip
 
     def __init__(
@@ -124,13 +114,8 @@ class Supervisor:
         noises_n = limits.noise_n, limits.second_noise_n
         self._cross = CrossCheck(period_s, limits.channel_skew_s, limits.cross_filter_s, noises_n)
         self._standing = Standing(period_s, limits.channel_skew_s, limits.cross_filter_s)
-        self._cross_s = self._taut_s = 0.0
-        self._answer_n = self._answer_m = self._last_n = self._slow_n = 0.0
-        self._risen_n = self._risen_m = self._mean_m = 0.0
-        self._dwelt = 0
-        self._answer_alpha = min(1.0, period_s / ANSWER_FILTER_S)
-        self._mean_n = 0.0
-        self._averages = False
+        self.answers = AnswerWatch(limits, found)
+        self._cross_s = self._last_n = self._slow_n = 0.0
         self.zero_n = self.second_zero_n = 0.0
         self.force_n = self.smooth_n = self.slope_n_per_s = 0.0
         self.second_n = math.nan
@@ -143,12 +128,11 @@ class Supervisor:
         noise_n = limits.noise_n
         self._limits = limits
         self.motion.adopt(limits)
+        self.answers.adopt(limits)
         self.wrench.adopt(limits)
         self.arm_wrench.adopt(limits)
         slope_noise_n = 1.5 * noise_n * math.sqrt(self.smooth_alpha)
-        answer_share = min(1.0, 0.5 * limits.reading_s / ANSWER_FILTER_S)
         self._slope_noise_n_per_s = slope_noise_n / self._slope_span_s
-        self._answer_rise_n = ANSWER_SIGMAS * noise_n * math.sqrt(answer_share)
         self.force.identical_counts = limits.identical_counts
 
     @property
@@ -171,12 +155,12 @@ class Supervisor:
     @property
     def answer_n(self) -> float:
         """The force that R6 has seen grow; what grew since may be noise."""
-        return self._answer_n
+        return self.answers.answer_n
 
     @property
     def travel_m(self) -> float:
         """Travel that was commanded since then."""
-        return self.motion.target_m - self._answer_m
+        return self.motion.target_m - self.answers.answer_m
 
     @property
     def tared(self) -> bool:
@@ -317,14 +301,7 @@ class Supervisor:
         if phase == _LOAD:
             breach = breach or self._judge_load(target_m, smooth_n, speed)
         else:
-            self._dwelt = self._dwelt + 1 if phase == _DWELL else 0
-            weight = self._answer_alpha if phase == _HOLD and self._averages else 1.0
-            weight /= max(1, self._dwelt)
-            self._mean_n += weight * (smooth_n - self._mean_n)
-            self._answer_n = self._risen_n = self._mean_n
-            self._answer_m = self._risen_m = self._mean_m = target_m
-            self._taut_s = 0.0
-        self._averages = phase in _PRESSING
+            self.answers.rest(target_m, smooth_n, phase)
         return breach
 
     def _judge_side(self, force_n: float, phase: int) -> Breach | None:
@@ -468,42 +445,16 @@ class Supervisor:
         )  # fmt: skip
 
     def _judge_load(self, target_m: float, smooth_n: float, speed: float) -> Breach | None:
-        """R6 and the in-contact speed cap.
-
-        Travel counts from the answer before the last: the last may be one of noise. While the arm
-        stands there is one answer and no more: noise would give another, sooner or later.
-        """
+        """R6 and the in-contact speed cap."""
         limits = self._limits
-        noise_n = limits.noise_n
-        room_n = limits.force_limit_n - smooth_n - 6.0 * noise_n
-        cap_n = 1.25 * room_n + 2.0 * noise_n
+        room_n = limits.force_limit_n - smooth_n - 6.0 * limits.noise_n
+        cap_n = 1.25 * room_n + 2.0 * limits.noise_n
         if speed * limits.contact_n_s_per_m > cap_n and speed > 0.0:
             return self._found(
                 "CAP", speed, max(cap_n, 0.0) / limits.contact_n_s_per_m, "m/s",
                 "faster in contact than a hidden hard stop would allow",
             )  # fmt: skip
-        self._mean_n = mean_n = self._mean_n + self._answer_alpha * (smooth_n - self._mean_n)
-        self._mean_m = mean_m = self._mean_m + self._answer_alpha * (target_m - self._mean_m)
-        leash_n = limits.leash_proved * (limits.force_limit_n - self._answer_n - 6.0 * noise_n)
-        gone_m = mean_m - self._risen_m
-        least_n = max(self._answer_rise_n, limits.answer_n_per_m * gone_m)
-        if mean_n > self._risen_n + least_n:
-            last_n, self._risen_n = self._risen_n, mean_n
-            if gone_m * limits.stiffness_n_per_m > STANDS_SHARE * leash_n:
-                self._answer_n, self._answer_m = last_n, self._risen_m
-                self._risen_m, self._taut_s = mean_m, 0.0
-                return None
-        travel_m = target_m - self._answer_m
-        travel_n = travel_m * limits.stiffness_n_per_m
-        if travel_n < TAUT_SHARE * leash_n or (speed > 0.0 and travel_n < MOST_SHARE * leash_n):
-            return None
-        self._taut_s += limits.period_s
-        if self._taut_s <= limits.leash_time_s:
-            return None
-        return self._found(
-            "R6", travel_m, TAUT_SHARE * leash_n / limits.stiffness_n_per_m, "m",
-            f"{travel_m * 1e6:.1f} um of travel and no answer in force",
-        )  # fmt: skip
+        return self.answers.load(target_m, smooth_n, speed)
 
 
 def _opposite(force_n: float, second_n: float) -> str:

@@ -7,7 +7,8 @@ import math
 import pytest
 from rule_feed import PERIOD_S, PLANNED, Feed, arm_sample, force_sample
 
-from stepload.engine.supervisor import TAUT_SHARE, Supervisor
+from stepload.engine.answers import TAUT_SHARE
+from stepload.engine.supervisor import Supervisor
 from stepload.engine.watch import Breach
 from stepload.record.rows import Phase
 
@@ -358,9 +359,9 @@ def test_r6_waits_its_whole_time_after_an_answer() -> None:
 def test_r6_noise_is_no_answer() -> None:
     """Four and a half standard deviations of the average, and no less, are an answer."""
     rise_n = 4.5 * NOISE_N * math.sqrt(0.5 * PERIOD_S / 0.3)
-    assert Feed().supervisor._answer_rise_n == pytest.approx(rise_n)
+    assert Feed().supervisor.answers.rise_n == pytest.approx(rise_n)
     slow = Feed(reading_s=4.0 * PERIOD_S).supervisor
-    assert slow._answer_rise_n == pytest.approx(2.0 * rise_n)
+    assert slow.answers.rise_n == pytest.approx(2.0 * rise_n)
     for share, answered in ((0.9, False), (1.5, True)):
         feed = Feed(**CALM)
         feed.ticks(3000, phase=Phase.LOAD)
@@ -378,6 +379,7 @@ def test_r6_begins_from_the_mean_of_the_dwell_after_a_touch() -> None:
     feed.ticks(10, phase=Phase.GUARDED_APPROACH)
     feed.ticks(1, 20.0 * NOISE_N, phase=Phase.DWELL)
     feed.ticks(100, 10.0 * NOISE_N, phase=Phase.DWELL)
+    feed.ticks(1, 30.0 * NOISE_N, phase=Phase.DWELL)
     assert feed.supervisor.answer_n == pytest.approx(10.0 * NOISE_N, rel=0.1)
     feed.ticks(1, phase=Phase.TOUCH_RETRACT)
     feed.ticks(200, 5.0 * NOISE_N, phase=Phase.DWELL)
@@ -400,7 +402,7 @@ def test_r6_while_the_arm_stands_there_is_one_answer_and_no_more() -> None:
     feed = Feed(**CALM)
     feed.ticks(100)
     feed.moving(500, LEASH_N / K, phase=Phase.LOAD)
-    rise_n = 1.5 * feed.supervisor._answer_rise_n
+    rise_n = 1.5 * feed.supervisor.answers.rise_n
     for answers in range(1, 5):
         if feed.supervisor.cause is None:
             feed.ticks(700, answers * rise_n, phase=Phase.LOAD)
@@ -426,7 +428,7 @@ def test_r6_counts_from_the_answer_before_the_last() -> None:
     feed = Feed(**CALM)
     feed.ticks(100, phase=Phase.DWELL)
     sup = feed.supervisor
-    rise_n = 1.5 * sup._answer_rise_n
+    rise_n = 1.5 * sup.answers.rise_n
     feed.moving(500, LEASH_N / K, phase=Phase.LOAD)
     feed.ticks(200, rise_n, phase=Phase.LOAD)
     feed.until("R6", 3.0, rise_n, phase=Phase.LOAD)

@@ -1,0 +1,91 @@
+"""Rule R6: the arm presses on, and the force does not answer.
+
+Apart from the step controller's own leash (`engine.anchor`), with means and filters of its own.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stepload.engine.watch import Breach, Found
+from stepload.envelope.leash import ANSWER_SIGMAS
+from stepload.envelope.limits import RunLimits
+from stepload.record.rows import Phase
+
+TAUT_SHARE = 0.45
+"""Of the leash: from there on R6 waits for an answer."""
+MOST_SHARE = 1.1
+"""Of the leash: beyond it R6 waits whether the arm stands or not."""
+STANDS_SHARE = 0.1
+"""Of the leash: an arm that was moved on by less since its last answer stands."""
+ANSWER_FILTER_S = 0.3
+"""Time constant of the force that R6 looks for an answer in."""
+
+_LOAD, _HOLD, _DWELL = int(Phase.LOAD), int(Phase.HOLD), int(Phase.DWELL)
+
+
+class AnswerWatch:
+    """Travel in a load step since the force has answered.
+
+    It counts from the answer before the last, whose force and target are `answer_n` and `answer_m`:
+    the last may be one of noise. While the arm stands there is one answer and no more: noise would
+    give another, sooner or later.
+    """
+
+    __slots__ = (
+        "_alpha", "_dwelt", "_found", "_limits", "_mean_m", "_mean_n", "_pressed", "_risen_m",
+        "_risen_n", "_taut_s", "answer_m", "answer_n", "rise_n",
+    )  # fmt: skip
+
+    def __init__(self, limits: RunLimits, found: Found) -> None:
+        self._found = found
+        self._alpha = min(1.0, limits.period_s / ANSWER_FILTER_S)
+        self._mean_n = self._mean_m = self._risen_n = self._risen_m = 0.0
+        self.answer_n = self.answer_m = self._taut_s = 0.0
+        self._dwelt, self._pressed = 0, False
+        self.adopt(limits)
+
+    def adopt(self, limits: RunLimits) -> None:
+        """Judge by these thresholds from now on."""
+        self._limits = limits
+        share = min(1.0, 0.5 * limits.reading_s / ANSWER_FILTER_S)
+        self.rise_n = ANSWER_SIGMAS * limits.noise_n * math.sqrt(share)
+
+    def rest(self, target_m: float, smooth_n: float, phase: int) -> None:
+        """Follow a tick that loads nothing; a hold and a dwell are averaged."""
+        self._dwelt = self._dwelt + 1 if phase == _DWELL else 0
+        weight = self._alpha if phase == _HOLD and self._pressed else 1.0
+        weight /= max(1, self._dwelt)
+        self._mean_n += weight * (smooth_n - self._mean_n)
+        self.answer_n = self._risen_n = self._mean_n
+        self.answer_m = self._risen_m = self._mean_m = target_m
+        self._taut_s = 0.0
+        self._pressed = phase in (_LOAD, _HOLD)
+
+    def load(self, target_m: float, smooth_n: float, speed_m_s: float) -> Breach | None:
+        """Judge a tick of a load step."""
+        limits = self._limits
+        self._pressed = True
+        self._mean_n = mean_n = self._mean_n + self._alpha * (smooth_n - self._mean_n)
+        self._mean_m = mean_m = self._mean_m + self._alpha * (target_m - self._mean_m)
+        room_n = limits.force_limit_n - self.answer_n - 6.0 * limits.noise_n
+        leash_n = limits.leash_proved * room_n
+        gone_m = mean_m - self._risen_m
+        if mean_n > self._risen_n + max(self.rise_n, limits.answer_n_per_m * gone_m):
+            last_n, self._risen_n = self._risen_n, mean_n
+            if gone_m * limits.stiffness_n_per_m > STANDS_SHARE * leash_n:
+                self.answer_n, self.answer_m = last_n, self._risen_m
+                self._risen_m, self._taut_s = mean_m, 0.0
+                return None
+        travel_m = target_m - self.answer_m
+        travel_n = travel_m * limits.stiffness_n_per_m
+        moves = speed_m_s > 0.0
+        if travel_n < (MOST_SHARE if moves else TAUT_SHARE) * leash_n:
+            return None
+        self._taut_s += limits.period_s
+        if self._taut_s <= limits.leash_time_s:
+            return None
+        return self._found(
+            "R6", travel_m, TAUT_SHARE * leash_n / limits.stiffness_n_per_m, "m",
+            f"{travel_m * 1e6:.1f} um of travel and no answer in force",
+        )  # fmt: skip
