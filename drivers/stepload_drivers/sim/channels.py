@@ -17,11 +17,10 @@ from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.mechanics import Mechanics
 from stepload_drivers.sim.noise import normal_source, smooth_error
+from stepload_drivers.sim.sensor_truth import SensorTruth
 
 ARM_CLOCK_S = 5000.0
 """What the arm's own clock shows when the world begins; devices have been up for a while."""
-FORCE_CLOCK_S = 300.0
-SECOND_CLOCK_S = 350.0
 GAUGE_CLOCK_S = 400.0
 
 Wrench = tuple[float, float, float, float, float, float]
@@ -177,6 +176,7 @@ class ForceChannel(Channel):
 
     Args:
         pressed: what it feels along its axis.
+        truth: the sensor as it is.
         wrench: from that reading to the whole wrench; along the axis alone if None.
     """
 
@@ -185,34 +185,23 @@ class ForceChannel(Channel):
     def __init__(
         self,
         pressed: Pressed,
+        truth: SensorTruth,
         *,
-        rate_hz: float,
-        axis: str,
-        noise_n: float,
-        quantum_n: float,
-        delay_s: float,
-        range_n: float,
-        offset_n: float,
-        drift_n_per_s: float,
-        clock_s: float,
-        seed: int,
-        stream: int,
-        faults: Schedule,
         wrench: Callable[[float], Wrench] | None = None,
     ) -> None:
         super().__init__(
-            rate_hz=rate_hz,
-            delay_s=delay_s,
-            clock_s=clock_s,
-            noise=normal_source(seed, stream, noise_n),
-            quantum=quantum_n,
-            limit=range_n,
-            faults=faults,
+            rate_hz=truth.rate_hz,
+            delay_s=truth.delay_s,
+            clock_s=truth.clock_s,
+            noise=normal_source(truth.seed, truth.stream, truth.noise_n),
+            quantum=truth.quantum_n,
+            limit=truth.range_n,
+            faults=truth.faults,
         )
         self._pressed = pressed
-        self._offset = offset_n
-        self._drift = drift_n_per_s
-        self._wrench = wrench or WRENCHES[axis]
+        self._offset = truth.offset_n
+        self._drift = truth.drift_n_per_s
+        self._wrench = wrench or WRENCHES[truth.axis]
 
     def sample(self, time_s: float, back: float) -> None:
         pressed = self._pressed

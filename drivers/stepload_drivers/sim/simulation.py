@@ -9,20 +9,20 @@ import numpy as np
 from stepload.errors import DomainError
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.channels import (
-    FORCE_CLOCK_S,
-    SECOND_CLOCK_S,
     ArmChannel,
     Channel,
     ForceChannel,
     GaugeChannel,
+    Pressed,
 )
 from stepload_drivers.sim.contact import contact_of
 from stepload_drivers.sim.faults import Schedule, check_kinds
 from stepload_drivers.sim.inertia import carrying
 from stepload_drivers.sim.noise import normal_source
 from stepload_drivers.sim.sensor_errors import Bent, sideways
+from stepload_drivers.sim.sensor_truth import SensorTruth, main_sensor, second_sensor
 from stepload_drivers.sim.six_plant import SixPlant
-from stepload_drivers.sim.six_world import SixArmChannel, main_force, mechanics_of, second_force
+from stepload_drivers.sim.six_world import SixArmChannel, force_of, mechanics_of, second_force_of
 
 _EARLY_S = 1e-9
 _LONGEST_STEP_S = 1e-3
@@ -71,9 +71,9 @@ class World:
         if isinstance(self.plant, SixPlant):
             six = self.plant
             self.arm = SixArmChannel(six, spec, force_offset_n=arm_offset_n, faults=arm_faults)
-            self.force = main_force(spec, six)
+            self.force = force_of(spec, six)
             if spec.second_force_rate_hz > 0.0:
-                self.second_force = second_force(spec, six, second_offset_n)
+                self.second_force = second_force_of(spec, six, second_offset_n)
         else:
             self.arm, self.force, self.second_force = self._one_axis(
                 spec, arm_offset_n, second_offset_n, arm_faults
@@ -95,57 +95,27 @@ class World:
         """Arm and force sensors of a rig with the pressing axis alone."""
         arm = ArmChannel(self.plant, spec, force_offset_n=arm_offset_n, faults=arm_faults)
         bent = spec.lateral * spec.cross_talk or spec.sensor_quadratic or spec.sensor_cubic
-        force = ForceChannel(
-            carrying(
-                Bent(self.plant, spec) if bent else self.plant,
-                self.plant,
-                spec.force_tool_mass_kg,
-            ),
-            rate_hz=spec.force_rate_hz,
-            axis=spec.force_axis,
-            noise_n=spec.force_noise_n,
-            quantum_n=spec.force_quantum_n,
-            delay_s=spec.force_delay_s,
-            range_n=spec.force_range_n,
-            offset_n=spec.start_force_bias_n,
-            drift_n_per_s=spec.force_drift_n_per_s,
-            clock_s=FORCE_CLOCK_S,
-            seed=spec.seed,
-            stream=20,
-            faults=Schedule(spec.faults, prefix="force_"),
+        force = self._sensor(main_sensor(spec), Bent(self.plant, spec) if bent else self.plant)
+        second: Channel | None = None
+        if spec.second_force_rate_hz > 0.0:
+            second = self._sensor(second_sensor(spec, second_offset_n), self.plant)
+        return arm, force, second
+
+    def _sensor(self, truth: SensorTruth, pressed: Pressed) -> ForceChannel:
+        """A force sensor of such a rig."""
+        spec = self.spec
+        across = normal_source(truth.seed, truth.stream + 1, truth.noise_n)
+        return ForceChannel(
+            carrying(pressed, self.plant, truth.tool_mass_kg),
+            truth,
             wrench=sideways(
                 self.plant,
-                spec.force_axis,
+                truth.axis,
                 share=spec.lateral,
-                noise=normal_source(spec.seed, 21, spec.force_noise_n),
+                noise=across,
                 six=spec.six_components,
             ),
         )
-        second: Channel | None = None
-        if spec.second_force_rate_hz > 0.0:
-            second = ForceChannel(
-                carrying(self.plant, self.plant, spec.second_tool_mass_kg),
-                rate_hz=spec.second_force_rate_hz,
-                axis=spec.second_force_axis,
-                noise_n=spec.second_force_noise_n,
-                quantum_n=spec.second_force_quantum_n,
-                delay_s=spec.second_force_delay_s,
-                range_n=spec.second_force_range_n,
-                offset_n=second_offset_n,
-                drift_n_per_s=0.0,
-                clock_s=SECOND_CLOCK_S,
-                seed=spec.seed,
-                stream=30,
-                faults=Schedule(spec.faults, prefix="second_"),
-                wrench=sideways(
-                    self.plant,
-                    spec.second_force_axis,
-                    share=spec.lateral,
-                    noise=normal_source(spec.seed, 31, spec.second_force_noise_n),
-                    six=spec.six_components,
-                ),
-            )
-        return arm, force, second
 
     @property
     def time_s(self) -> float:

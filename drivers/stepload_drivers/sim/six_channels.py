@@ -10,9 +10,9 @@ import numpy as np
 from stepload.rig.mount import SensorMount
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.sim.channels import Channel, Wrench
-from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.felt import Felt
 from stepload_drivers.sim.noise import noise_about, normal_source
+from stepload_drivers.sim.sensor_truth import SensorTruth
 
 _FULL_SCALE = int(Status.OVERRANGE | Status.SATURATED)
 _OVERRANGE = int(Status.OVERRANGE)
@@ -31,8 +31,9 @@ class WrenchChannel(Channel):
 
     Args:
         felt: what it feels.
-        axis: component that shows the press, which alone drifts and is bent.
-        offset_n: reading of that component in free air; those of the others are drawn below it.
+        sensor: how it sits in the rig, and what it has across its axis.
+        truth: its axis shows the press, and alone drifts and is bent; the readings of the other
+            components in free air are drawn below that of the axis.
         bend: errors at full scale that grow as F² and F³, share of full scale.
     """
 
@@ -40,46 +41,36 @@ class WrenchChannel(Channel):
         self,
         felt: Felt,
         sensor: SensorMount,
+        truth: SensorTruth,
         *,
-        rate_hz: float,
-        axis: str,
-        noise_n: float,
-        quantum_n: float,
-        delay_s: float,
-        range_n: float,
-        offset_n: float,
-        drift_n_per_s: float,
-        clock_s: float,
-        seed: int,
-        stream: int,
-        faults: Schedule,
         bend: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         super().__init__(
-            rate_hz=rate_hz,
-            delay_s=delay_s,
-            clock_s=clock_s,
-            noise=normal_source(seed, stream, noise_n),
-            quantum=quantum_n,
-            limit=range_n,
-            faults=faults,
+            rate_hz=truth.rate_hz,
+            delay_s=truth.delay_s,
+            clock_s=truth.clock_s,
+            noise=normal_source(truth.seed, truth.stream, truth.noise_n),
+            quantum=truth.quantum_n,
+            limit=truth.range_n,
+            faults=truth.faults,
         )
+        axis, range_n, offset_n = truth.axis, truth.range_n, truth.offset_n
         self._felt = felt
         self._press = "xyz".index(axis[-1])
         self._sign = -1.0 if axis[0] == "-" else 1.0
-        self._drift = self._sign * drift_n_per_s
+        self._drift = self._sign * truth.drift_n_per_s
         self._bent = bend if any(bend) else None
         forces = [sensor.lateral_range_n if sensor.lateral_range_n < math.inf else range_n] * 3
         forces[self._press] = range_n
         self._limits = (*forces, *[sensor.torque_range_nm] * 3)
         self._least_limit = min(self._limits)
-        self._quanta = quantum_n, sensor.torque_quantum_nm
-        chance = np.random.default_rng([seed, stream, 1])
+        self._quanta = truth.quantum_n, sensor.torque_quantum_nm
+        chance = np.random.default_rng([truth.seed, truth.stream, 1])
         zeros = chance.uniform(-abs(offset_n), abs(offset_n), 6)
         zeros[3:] *= _TORQUE_OFFSET_M
         zeros[self._press] = self._sign * offset_n
-        spread = [noise_n] * 3 + [sensor.torque_noise_nm] * 3
-        self._aside = noise_about(zeros, np.array(spread), [seed, stream, 2])
+        spread = [truth.noise_n] * 3 + [sensor.torque_noise_nm] * 3
+        self._aside = noise_about(zeros, np.array(spread), [truth.seed, truth.stream, 2])
         self._last_wrench: Wrench = (0.0,) * 6
         self._held_wrench: Wrench | None = None
 

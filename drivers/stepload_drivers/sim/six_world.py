@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from stepload.rig.mount import SensorMount
 from stepload.rig.samples import ArmSample
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.arm_across import ArmAcross
-from stepload_drivers.sim.channels import FORCE_CLOCK_S, SECOND_CLOCK_S, ArmChannel
+from stepload_drivers.sim.channels import ArmChannel
 from stepload_drivers.sim.contact import Contact
 from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.felt import Felt
 from stepload_drivers.sim.mechanics import Mechanics
+from stepload_drivers.sim.sensor_truth import SensorTruth, main_sensor, second_sensor
 from stepload_drivers.sim.six_channels import WrenchChannel
 from stepload_drivers.sim.six_plant import SixPlant
 from stepload_drivers.sim.slow import plant_of
@@ -22,47 +24,22 @@ def mechanics_of(spec: WorldSpec, contact: Contact, *, step_s: float) -> Mechani
     return plant_of(spec, contact, step_s=step_s)
 
 
-def main_force(spec: WorldSpec, plant: SixPlant) -> WrenchChannel:
+def force_of(spec: WorldSpec, plant: SixPlant) -> WrenchChannel:
     """The main force sensor."""
-    sensor = plant.mount.sensor
-    return WrenchChannel(
-        Felt(plant, sensor, spec.force_axis, spec.force_tool_mass_kg),
-        sensor,
-        rate_hz=spec.force_rate_hz,
-        axis=spec.force_axis,
-        noise_n=spec.force_noise_n,
-        quantum_n=spec.force_quantum_n,
-        delay_s=spec.force_delay_s,
-        range_n=spec.force_range_n,
-        offset_n=spec.start_force_bias_n,
-        drift_n_per_s=spec.force_drift_n_per_s,
-        clock_s=FORCE_CLOCK_S,
-        seed=spec.seed,
-        stream=20,
-        faults=Schedule(spec.faults, prefix="force_"),
-        bend=(spec.sensor_quadratic, spec.sensor_cubic),
-    )
+    sensor, truth = plant.mount.sensor, main_sensor(spec)
+    bend = spec.sensor_quadratic, spec.sensor_cubic
+    return WrenchChannel(felt_by(plant, sensor, truth), sensor, truth, bend=bend)
 
 
-def second_force(spec: WorldSpec, plant: SixPlant, offset_n: float) -> WrenchChannel:
+def second_force_of(spec: WorldSpec, plant: SixPlant, offset_n: float) -> WrenchChannel:
     """The second force sensor."""
-    sensor = plant.mount.second_sensor
-    return WrenchChannel(
-        Felt(plant, sensor, spec.second_force_axis, spec.second_tool_mass_kg),
-        sensor,
-        rate_hz=spec.second_force_rate_hz,
-        axis=spec.second_force_axis,
-        noise_n=spec.second_force_noise_n,
-        quantum_n=spec.second_force_quantum_n,
-        delay_s=spec.second_force_delay_s,
-        range_n=spec.second_force_range_n,
-        offset_n=offset_n,
-        drift_n_per_s=0.0,
-        clock_s=SECOND_CLOCK_S,
-        seed=spec.seed,
-        stream=30,
-        faults=Schedule(spec.faults, prefix="second_"),
-    )
+    sensor, truth = plant.mount.second_sensor, second_sensor(spec, offset_n)
+    return WrenchChannel(felt_by(plant, sensor, truth), sensor, truth)
+
+
+def felt_by(plant: SixPlant, sensor: SensorMount, truth: SensorTruth) -> Felt:
+    """What a force sensor feels where it sits."""
+    return Felt(plant, sensor, truth.axis, truth.tool_mass_kg)
 
 
 class SixArmChannel(ArmChannel):

@@ -20,10 +20,11 @@ from stepload.atlas.world import Cell
 from stepload.errors import DomainError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.smooth import smooth_lengths
+from stepload.evidence.answer import errors_of
 from stepload.evidence.chord import Chord, chord
 from stepload.evidence.drift import Drift, drift_of
 from stepload.evidence.elastic import Elastic, elastic_of
-from stepload.evidence.errors import Context, components, middle, total
+from stepload.evidence.errors import middle, total
 from stepload.evidence.lawfit import LawFit, Whitened, fit_law
 from stepload.evidence.laws import POWER, ROUGH
 from stepload.evidence.loops import Branch, loops_of
@@ -95,7 +96,7 @@ def reference(cell: Cell, course: Course) -> Reference:
     if drift is None or creep is None or rate is None:
         raise DomainError("a course of two cycles with holds has drift, creep and rate")
     lengths = smooth_lengths(run.sources.smooth_length_n, elastic.top_n)
-    covariances = [_covariance(run, first, elastic, drift, each) for each in lengths]
+    covariances = [total(errors_of(run, first, elastic, drift, each)) for each in lengths]
     here = middle(len(lengths))
     branches = branches_of(loops)
     drawn = draws(branches, elastic, run, lengths[here])
@@ -137,21 +138,6 @@ def near(shape: float) -> list[float]:
     """Powers to try about one."""
     found: list[float] = np.linspace(max(shape - _NEAR, 0.1), shape + _NEAR, _TRIES).tolist()
     return found
-
-
-def _covariance(
-    run: Pressed, first: Branch, elastic: Elastic, drift: Drift, length_n: float
-) -> FloatArray:
-    force_n = first.path.force_n
-    context = Context(
-        compliance_m_per_n=elastic.payload_compliance(force_n),
-        system_m_per_n=elastic.system_compliance(force_n),
-        system_sigma_m=run.deflection_sigma(force_n),
-        table_sigma_m=run.table_sigma(force_n),
-        expected_m=elastic.travel(force_n),
-        drift_sigma_m_per_s=drift.sigma_m_per_s,
-    )
-    return total(components(first.path, first.deformation_m, run.sources, context, length_n))
 
 
 def _believed(data: Whitened, run: Pressed) -> tuple[LawFit, list[float], LawFit]:

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from stepload.errors import BadInputError
+from stepload.cli.sheet import check_sheet, write_sheet
 from stepload.results.terminal import AsJson, Output
-
-if TYPE_CHECKING:
-    from stepload.atlas.answers import Map
-
-FILES = ("map.svg", "map.png", "map.json")
 
 
 def map_rig(
@@ -58,8 +53,7 @@ def map_rig(
         check_parquet(parquet)
         check_room("--parquet", parquet)
     if out is not None:
-        _check_out(out)
-        check_room("--out", out)
+        check_sheet(out, "map")
     with open_pool(processes, scheduler) as pool:
         found = make.make(
             rig,
@@ -92,8 +86,11 @@ def map_rig(
         f"{said['interval_true']} holds it."
     )
     if out is not None:
-        _write(found, out, said)
-        output.line(f"written: {', '.join(str(out / name) for name in FILES)}")
+        from stepload.atlas import picture
+
+        output.line(
+            write_sheet(out, "map", lambda: picture.svg(found), lambda: picture.png(found), said)
+        )
     if parquet is not None:
         cells = said["cells"]
         write_columns({name: [each[name] for each in cells] for name in cells[0]}, parquet)
@@ -107,24 +104,6 @@ def _force(text: str) -> float | None:
     if not text:
         return None
     return parse_quantity(text, "N")
-
-
-def _check_out(out: Path) -> None:
-    if out.exists() and not out.is_dir():
-        raise BadInputError(f"--out {out}: that is a file", hint="name a directory")
-    for name in FILES:
-        if (out / name).exists():
-            raise BadInputError(f"{out / name} is there already", hint="name another directory")
-
-
-def _write(found: Map, out: Path, said: dict[str, object]) -> None:
-    from stepload.atlas import picture
-    from stepload.record.plain import json_text
-
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "map.svg").write_text(picture.svg(found), encoding="utf-8")
-    (out / "map.png").write_bytes(picture.png(found))
-    (out / "map.json").write_text(json_text(said) + "\n", encoding="utf-8")
 
 
 def register(app: typer.Typer) -> None:

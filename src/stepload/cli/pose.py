@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from stepload.cli.sheet import check_sheet, write_sheet
 from stepload.errors import BadInputError
 from stepload.results.terminal import AsJson, Output
 
-if TYPE_CHECKING:
-    from stepload.posture.make import Posture
-
-FILES = ("pose.svg", "pose.png", "pose.json")
 LONGEST_M = 10.0
 SOFTEST, STIFFEST = 1.0, 1e9
 """Of a joint, as in the file of an arm."""
@@ -74,7 +71,8 @@ def pose(
     from stepload.posture.search import direction
 
     output = Output(as_json=as_json)
-    _check_out(out)
+    if out is not None:
+        check_sheet(out, "pose")
     found = make(
         rig,
         arm=arm,
@@ -92,8 +90,11 @@ def pose(
     for sentence in said["answers"]:
         output.line(sentence)
     if out is not None:
-        _write(found, out, said)
-        output.line(f"written: {', '.join(str(out / name) for name in FILES)}")
+        from stepload.posture import picture
+
+        output.line(
+            write_sheet(out, "pose", lambda: picture.svg(found), lambda: picture.png(found), said)
+        )
     output.result(said)
 
 
@@ -128,26 +129,6 @@ def _stiffnesses(text: str) -> list[float] | None:
             hint=f"{SOFTEST:g} to {STIFFEST:g} N m/rad each",
         )
     return found
-
-
-def _check_out(out: Path | None) -> None:
-    if out is None:
-        return
-    if out.exists() and not out.is_dir():
-        raise BadInputError(f"--out {out}: that is a file", hint="name a directory")
-    for name in FILES:
-        if (out / name).exists():
-            raise BadInputError(f"{out / name} is there already", hint="name another directory")
-
-
-def _write(found: Posture, out: Path, said: dict[str, object]) -> None:
-    from stepload.posture import picture
-    from stepload.record.plain import json_text
-
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "pose.svg").write_text(picture.svg(found), encoding="utf-8")
-    (out / "pose.png").write_bytes(picture.png(found))
-    (out / "pose.json").write_text(json_text(said) + "\n", encoding="utf-8")
 
 
 def register(app: typer.Typer) -> None:

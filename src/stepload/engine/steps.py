@@ -125,7 +125,8 @@ class LoadSteps:
             now_s,
             "held",
             {"level_n": course.level_n, "force_n": course.sup.smooth_n,
-             "settled": settle.settled, "held_s": held_s, "cycle": course.cycle,
-             "step": course.step_number, "loading": course.phase == Phase.HOLD},
+             "settled": settle.settled and self.controller.reached, "held_s": held_s,
+             "cycle": course.cycle, "step": course.step_number,
+             "loading": course.phase == Phase.HOLD},
         )  # fmt: skip
         self._then(now_s)

@@ -41,6 +41,7 @@ from stepload.envelope.unseen import (
     EVERY,
     Tells,
     both_silent_reasons,
+    deaf_approach_reasons,
     silent_reasons,
     tells_of,
     unseen_reasons,
@@ -192,6 +193,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         reasons += softness(plan, limits, theory)
         reasons += unseen_reasons(plan, limits)
         reasons += silent_reasons(plan, limits)
+        reasons += deaf_approach_reasons(plan, limits)
         reasons += both_silent_reasons(limits)
     return Envelope(
         plan=plan,

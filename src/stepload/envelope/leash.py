@@ -27,7 +27,7 @@ PULL_S = 0.1
 ANSWER_SIGMAS = 4.5
 """By so many standard deviations it must rise for that, and for R6. Of noise alone few means in a
 hundred thousand rise so far."""
-ANSWER_SHARE = 0.03
+ANSWER_SHARE = 0.15
 """Of what the softest payload answers at the touch to the travel since the last answer: less is a
 drift of the sensor, or noise that is not independent from reading to reading."""
 ANSWER_WINDOW_S = 0.6

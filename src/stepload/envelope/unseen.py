@@ -176,8 +176,8 @@ def silent_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
     silent = [] if tells.main else ["force"]
     if limits.cross_check and not tells.second:
         silent.append("second_force")
-    reach_n = limits.stiffness_n_per_m * plan.procedure.search_distance_m
-    most_n, limit_n = limits.cross_tolerance_n + reach_n, limits.counted_limit_n
+    most_n = limits.cross_tolerance_n + _search_n(plan, limits)
+    limit_n = limits.counted_limit_n
     if not silent or most_n <= limit_n:
         return
     beside = (
@@ -193,6 +193,28 @@ def silent_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
         "take a sensor whose resolution is finer beside its noise, or a shorter search_distance",
         most_n, limit_n, "N",
     )  # fmt: skip
+
+
+def deaf_approach_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
+    """What an approach comes to in which every force channel has died behind live noise."""
+    most_n, limit_n = _search_n(plan, limits), limits.counted_limit_n
+    if most_n <= limit_n:
+        return
+    dead = "both force channels have" if limits.cross_check else "the only force channel has"
+    yield Reason(
+        "deaf_approach", Severity.NOTE if limits.cross_check else Severity.WARN,
+        f"where {dead} died since the approach began, behind noise that goes on, nothing tells of"
+        f" the surface: the arm presses on to the end of the search, with up to"
+        f" {format_quantity(most_n, 'N')} on something rigid",
+        "a shorter search_distance, and the arm's own force limit",
+        most_n, limit_n, "N",
+    )  # fmt: skip
+
+
+def _search_n(plan: Plan, limits: RunLimits) -> float:
+    """What an arm that searches to the end comes to on something rigid at the near edge."""
+    reach_n = limits.stiffness_n_per_m * plan.procedure.search_distance_m
+    return min(reach_n, plan.rig.arm.max_push_n)
 
 
 def _after(time_s: float) -> str:

@@ -26,7 +26,7 @@ class Level:
         cycle, step: numbers from 1; `loading` tells the way up from the way down.
         level_n: the force that was aimed at.
         start_s, end_s: on the run's clock.
-        settled: whether the force came into its band in the time it had.
+        settled: whether the level was reached, and the force came to rest in the time it had.
         force_n, deformation_m: means over the hold; the deflection of the system is taken out of
             the deformation. NaN where the record has no sample of the hold.
         force_change_n, creep_m: from the first tenth of the hold to its last.

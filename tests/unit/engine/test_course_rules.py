@@ -403,6 +403,10 @@ def test_a_step_that_does_not_come_to_its_level_is_given_up_after_its_time() -> 
     assert stage.now_s - begin_s == 20.0 * 0.125
     assert stage.find("level_missed") == {"level_n": 50.0, "force_n": 20.0}
     assert stage.course.phase == Phase.HOLD
+    while not stage.then:
+        stage.ticks(1, 20.0)
+    held = stage.find("held")
+    assert (held["settled"], held["force_n"]) == (False, 20.0)  # at rest, but elsewhere
 
 
 def test_unloading_that_does_not_open_the_contact_goes_back_by_a_retract_and_no_further() -> None:

@@ -11,6 +11,7 @@ import pytest
 from run_plans import limits_for, stvf_plan, ur_plan
 
 from stepload.engine.controller import StepController
+from stepload.envelope.leash import ANSWER_SHARE
 from stepload.envelope.limits import RunLimits
 
 LIMITS = {
@@ -18,6 +19,9 @@ LIMITS = {
     name: replace(limits_for(plan, 727.0), answer_n_per_m=1.0)
     for name, plan in (("stvf", stvf_plan()), ("ur", ur_plan()))
 }
+
+PLAIN = limits_for(stvf_plan(), 727.0)
+"""Those of a plan with the answer that its payload must give."""
 
 
 class Spring:
@@ -151,9 +155,13 @@ def test_a_level_that_was_given_up_leaves_no_new_leash(
 
 
 def dead_n(
-    limits: RunLimits, payload_n_per_m: float, seed: int, *, frozen: bool, every: int = 1
-) -> float:
-    """Force at rest, as a share of F_lim, where the only channel dies while the arm loads."""
+    limits: RunLimits, payload_n_per_m: float, seed: int, *, frozen: bool, every: int = 1,
+    coloured_s: float = 0.0,
+) -> float:  # fmt: skip
+    """Force at rest, as a share of F_lim, where the only channel dies while the arm loads.
+
+    Its noise has a time constant of `coloured_s` then.
+    """
     chance, period_s = random.Random(seed), limits.period_s
     stiffness = 1.0 / (1.0 / limits.stiffness_n_per_m + 1.0 / payload_n_per_m)
     controller, start_n = StepController(limits), chance.uniform(3.0, 0.8 * limits.top_force_n)
@@ -164,14 +172,18 @@ def dead_n(
     commands = deque([x_m] * (1 + round(limits.command_delay_s / period_s)))
     readings = deque([start_n] * (1 + round(limits.force_delay_s / period_s)))
     share = 1.0 - math.exp(-period_s / limits.arm_lag_s)
-    for tick in range(round(8.0 / period_s)):
+    kept = math.exp(-period_s / coloured_s) if coloured_s else 0.0
+    noise_n = 0.0
+    for tick in range(round((60.0 if coloured_s else 8.0) / period_s)):
         commands.append(target_m)
         x_m += share * (commands.popleft() - x_m)
         dead = dead or stiffness * x_m >= dies_n
         readings.append(dies_n if dead else stiffness * x_m)
         felt_n = readings.popleft()
         if tick % every == 0 and not (dead and frozen):
-            reading_n = felt_n + chance.gauss(0.0, limits.noise_n)
+            white_n = chance.gauss(0.0, limits.noise_n)
+            noise_n = kept * noise_n + math.sqrt(1.0 - kept * kept) * white_n if dead else white_n
+            reading_n = felt_n + noise_n
         smooth_n += 0.2 * (reading_n - smooth_n)
         target_m = controller.step(reading_n, smooth_n, x_m, target_m, period_s)
     return stiffness * x_m / limits.force_limit_n
@@ -202,6 +214,16 @@ def test_a_dead_channel_that_drifts_is_no_payload_that_answers(answer: float, he
         target_m = controller.step(force_n, 50.0, target_m, target_m, limits.period_s)
     reached_n = 50.0 + limits.stiffness_n_per_m * target_m
     assert (reached_n < limits.force_limit_n) == held
+
+
+@pytest.mark.parametrize(("share", "held"), [(0.03, False), (ANSWER_SHARE, True)])
+def test_a_dead_channel_with_slow_noise_is_no_payload_that_answers(
+    share: float, held: bool
+) -> None:
+    """A filter behind what died: its means are as noisy as its readings, and one answers."""
+    limits = replace(PLAIN, answer_n_per_m=share / ANSWER_SHARE * PLAIN.answer_n_per_m)
+    reached = [dead_n(limits, 1e12, seed, frozen=False, coloured_s=0.1) for seed in (1, 2)]
+    assert (max(reached) < 1.0) == held
 
 
 @pytest.mark.parametrize("every", [10, 20])

@@ -22,6 +22,7 @@ from stepload.envelope.unseen import (
     GAINS,
     Unseen,
     both_silent_reasons,
+    deaf_approach_reasons,
     silent_reasons,
     tells_of,
     unseen,
@@ -176,10 +177,29 @@ def test_two_silent_channels_are_named_where_a_soft_payload_gets_more_of_the_lea
     assert "the force channel falls" in alone.message
 
 
+def test_an_approach_with_dead_channels_comes_to_what_the_search_allows() -> None:
+    """Or to what the arm can push; one channel that dies is enough where there is one."""
+    reach_n = LIMITS.stiffness_n_per_m * PLAN.procedure.search_distance_m
+    assert reach_n < PLAN.rig.arm.max_push_n
+    [reason] = deaf_approach_reasons(PLAN, replace(LIMITS, counted_limit_n=0.999 * reach_n))
+    assert (reason.code, reason.severity) == ("deaf_approach", Severity.NOTE)
+    assert reason.value == pytest.approx(reach_n)
+    assert "both force channels" in reason.message
+    assert not list(deaf_approach_reasons(PLAN, replace(LIMITS, counted_limit_n=1.001 * reach_n)))
+    weak_n = 0.5 * reach_n
+    weak = replace(PLAN, rig=replace(PLAN.rig, arm=replace(PLAN.rig.arm, max_push_n=weak_n)))
+    alone = replace(LIMITS, cross_check="", counted_limit_n=0.999 * weak_n)
+    [reason] = deaf_approach_reasons(weak, alone)
+    assert (reason.value, reason.severity) == (pytest.approx(weak_n), Severity.WARN)
+    assert "the only force channel" in reason.message
+
+
 def test_the_envelope_hands_down_whom_an_approach_listens_to() -> None:
     envelope = envelope_for(PLAN, COARSE_F_C_N)
     assert (envelope.tells.main, envelope.tells.second) == (True, True)
-    assert "silent_channel" not in {reason.code for reason in envelope.reasons}
+    codes = {reason.code for reason in envelope.reasons}
+    assert "silent_channel" not in codes
+    assert "deaf_approach" in codes
     sensor = PLAN.rig.second_force.sensor
     assert sensor is not None
     second = replace(PLAN.rig.second_force, noise_n=1e-4, sensor=replace(sensor, noise_n=1e-4))
