@@ -22,7 +22,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from stepload.engine.loop import run_loop
 from stepload.engine.operator import Operator
@@ -32,7 +32,7 @@ from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.plan.changed import rederived
 from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
-from stepload.rig.samples import ArmSample, ForceSample
+from stepload.rig.samples import ArmSample, ForceSample, SixFloats
 from stepload.rig.world import SimulatedRig, load_world
 from stepload_verify.campaign.incidents import NullRecorder
 from stepload_verify.trials.each import for_each
@@ -169,7 +169,7 @@ class DyingSensor:
     def _changed(self, sample: ForceSample) -> ForceSample:
         wrench = list(sample.wrench)
         wrench[self._at] = self._channel.read(wrench[self._at])
-        return sample._replace(wrench=tuple(wrench))
+        return sample._replace(wrench=cast(SixFloats, tuple(wrench)))
 
 
 class DyingArm:
@@ -236,7 +236,7 @@ def run(case: Case) -> Found:
     for device in (dies.force, dies.second_force, dies.arm):
         if device is not None:
             device.open(1.0)
-    outcome = run_loop(Engine(envelope, Operator()), dies, NullRecorder())  # type: ignore[arg-type]
+    outcome = run_loop(Engine(envelope, Operator()), dies, NullRecorder())
     peak_n, cause = rig.world.true_peak_force_n, outcome.cause
     return Found(
         case,
