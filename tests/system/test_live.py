@@ -245,6 +245,12 @@ def test_a_viewer_that_we_did_not_write_sees_the_run(cycles_run: Path, tmp_path:
     growing = Growing(cycles_run / "run.mcap", tmp_path / "run.mcap.part")
     topics: dict[int, str] = {}
     seen: set[str] = set()
+
+    def subscribe(viewer: Any) -> None:
+        """Ask for what has not come; the SDK may not know yet of what it has just advertised."""
+        ask = [{"id": each, "channelId": each} for each in topics if topics[each] not in seen]
+        viewer.send(json.dumps({"op": "subscribe", "subscriptions": ask}))
+
     with live_view(address_of("127.0.0.1:0")) as view:
         with connect(view.address.url, subprotocols=["foxglove.sdk.v1"], max_size=None) as viewer:
             view.follow(growing.path)
@@ -256,6 +262,7 @@ def test_a_viewer_that_we_did_not_write_sees_the_run(cycles_run: Path, tmp_path:
                     patience -= not going
                     assert patience, f"{wanted - seen} never came"
                     going = growing.grow(20_000)
+                    subscribe(viewer)
                     continue
                 if isinstance(message, bytes):
                     seen.add(topics[struct.unpack_from("<I", message, 1)[0]])
@@ -264,10 +271,8 @@ def test_a_viewer_that_we_did_not_write_sees_the_run(cycles_run: Path, tmp_path:
                 if told["op"] == "serverInfo":
                     assert told["capabilities"] == []  # nobody can publish, call or set
                 if told["op"] == "advertise":
-                    new = {each["id"]: each["topic"] for each in told["channels"]}
-                    topics |= new
-                    ask = [{"id": each, "channelId": each} for each in new]
-                    viewer.send(json.dumps({"op": "subscribe", "subscriptions": ask}))
+                    topics |= {each["id"]: each["topic"] for each in told["channels"]}
+                    subscribe(viewer)
         with pytest.raises(BadInputError, match="did not start"), live_view(view.address):
             pass
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from stepload.envelope.leash import ANCHOR_WINDOW_S, ANSWER_SIGMAS, PULL_S
+from stepload.envelope.leash import ANCHOR_WINDOW_S, ANSWER_SIGMAS, END_WINDOW_S
 from stepload.envelope.limits import RunLimits
 
 
@@ -22,9 +22,9 @@ class Anchor:
     """
 
     __slots__ = (
-        "_alpha", "_at", "_before_m", "_forces_n", "_limits", "_next_n", "_positions_m",
-        "_pull_ticks", "_pulled", "_pulled_m", "_pulled_n", "_short", "_stops", "_sum_n",
-        "_variance", "answer_m", "answer_n", "mean_n", "proved_m", "proved_n", "rise_n",
+        "_alpha", "_at", "_before_m", "_end_count", "_end_m", "_end_n", "_end_ticks", "_forces_n",
+        "_limits", "_next_n", "_positions_m", "_short", "_stops", "_sum_n", "_variance",
+        "answer_m", "answer_n", "mean_n", "proved_m", "proved_n", "rise_n",
     )  # fmt: skip
 
     def __init__(self, limits: RunLimits) -> None:
@@ -33,13 +33,13 @@ class Anchor:
         self._alpha = min(1.0, 2.0 * limits.period_s / ANCHOR_WINDOW_S)
         self._forces_n, self._positions_m = [0.0] * count, [0.0] * count
         self._short = self._variance = self._variance_of(count)
-        self._pull_ticks = round(PULL_S / limits.period_s)
+        self._end_ticks = round(END_WINDOW_S / limits.period_s)
         self._stops = limits.leash_share < limits.leash_proved
         self.rise_n = self._next_n = self._told_n(2.0 * self._short)
         self._sum_n = self.mean_n = self.answer_n = self.proved_n = 0.0
         self._before_m = self.answer_m = self.proved_m = 0.0
-        self._at = self._pulled = 0
-        self._pulled_n = self._pulled_m = 0.0
+        self._at = self._end_count = 0
+        self._end_n = self._end_m = 0.0
 
     def begin(self, position_m: float, force_n: float, *, same: bool) -> None:
         """At rest; `same` where nothing was proved since the last time."""
@@ -50,7 +50,7 @@ class Anchor:
         self._forces_n, self._positions_m = [force_n] * count, [position_m] * count
         self.mean_n, self._sum_n = force_n, force_n * count
         self._before_m = position_m
-        self._at = self._pulled = 0
+        self._at = self._end_count = 0
 
     def add(self, position_m: float, force_n: float) -> None:
         """Take in a pair of the same moment.
@@ -69,24 +69,24 @@ class Anchor:
         if mean_n > self._next_n and self._worth(mean_n, before_m):
             self._answer(mean_n, before_m, self._short)
 
-    def pull(self, position_m: float, force_n: float) -> None:
-        """At the end of the leash a soft payload shows its answer only in the mean over a while."""
-        self._pulled = n = self._pulled + 1
-        self._pulled_n += (force_n - self._pulled_n) / n
-        self._pulled_m += (position_m - self._pulled_m) / n
-        if n < self._pull_ticks:
+    def add_at_end(self, position_m: float, force_n: float) -> None:
+        """The same at the end of the leash, where a soft payload answers in a longer mean only."""
+        self._end_count = n = self._end_count + 1
+        self._end_n += (force_n - self._end_n) / n
+        self._end_m += (position_m - self._end_m) / n
+        if n < self._end_ticks:
             return
         variance = self._variance_of(n)
         told_n = self._told_n(variance + max(variance, self._variance))
-        if self._pulled_n > self.answer_n + told_n and self._worth(self._pulled_n, self._pulled_m):
-            self._answer(self._pulled_n, self._pulled_m, variance)
+        if self._end_n > self.answer_n + told_n and self._worth(self._end_n, self._end_m):
+            self._answer(self._end_n, self._end_m, variance)
 
     def _answer(self, force_n: float, position_m: float, variance: float) -> None:
         """Take this for an answer; the last one is proved."""
         self.proved_n, self.proved_m = self.answer_n, self.answer_m
         self.answer_n, self.answer_m, self._variance = force_n, position_m, variance
         self._next_n = force_n + (math.inf if self._stops else self._told_n(self._short + variance))
-        self._pulled = 0
+        self._end_count = 0
 
     def _worth(self, force_n: float, position_m: float) -> bool:
         """Whether the force has risen by what even the softest payload answers to the travel."""

@@ -164,7 +164,7 @@ class StepController:
                 self._ahead_m = lead_m if lead_m < 0.0 else 0.0
             end_m += self._ahead_m
             if target > end_m:
-                anchor.pull(then_m, force_n)
+                anchor.add_at_end(then_m, force_n)
                 target = end_m if end_m > target_m else target_m
                 speed = (target - target_m) / step_s
             excess_m = self._lead.excess(target, position_m, ahead_m)

@@ -16,7 +16,7 @@ from itertools import pairwise
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.bounds import step_patience_s
 from stepload.envelope.catch_up import sudden_step
-from stepload.envelope.leash import lead_m
+from stepload.envelope.leash import END_WINDOW_S, lead_m
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.press import NOISE_MULTIPLE
 from stepload.envelope.pressing import LONGEST_STALL_S
@@ -25,8 +25,6 @@ from stepload.plan.model import Plan, Rig
 BEGIN_TIME_CONSTANTS = 2.0
 """Time constants 1/λ by which a step is late: it begins as if the surface were rigid, and the force
 follows its ramp one time constant behind."""
-LEASH_PULL_S = 0.1
-"""Time to prove what the leash leaves for one answer; 0.06 s to 0.09 s in simulated runs."""
 SURE_SIGMAS = 2.0
 """The same where a force is chosen that every run shall reach."""
 PARTS = 24
@@ -140,5 +138,5 @@ class _Way:
             limits.arm_lag_s,
         )
         stalled = ahead_m / LONGEST_STALL_S if ahead_m < limits.follow_m else rigid
-        leash = (self.leash_n(force_n) - self.lead_n) / limits.stiffness_n_per_m / LEASH_PULL_S
+        leash = (self.leash_n(force_n) - self.lead_n) / limits.stiffness_n_per_m / END_WINDOW_S
         return min(rigid, stalled, leash)

@@ -22,7 +22,7 @@ PLAIN_ANSWER = 4.0
 """The same, from which on half of the leash is enough for an answer to be found at once."""
 ANCHOR_WINDOW_S = 0.04
 """The force is averaged over so long before it counts as an answer."""
-PULL_S = 0.1
+END_WINDOW_S = 0.1
 """The same at the end of the leash, at least: the noise of an answer would hide the next one."""
 ANSWER_SIGMAS = 4.5
 """By so many standard deviations it must rise for that, and for R6. Of noise alone few means in a

@@ -17,6 +17,7 @@ from stepload.envelope.bounds import (
     step_band_n,
     step_rate_per_s,
 )
+from stepload.envelope.leash import ANSWER_SHARE
 from stepload.envelope.press import Term
 from stepload.envelope.pressing import Pressing
 from stepload.envelope.sideways import OVERLOADS, SECOND_OVERLOADS, sideways_limits
@@ -118,7 +119,7 @@ class RunLimits:
     leash_share: float = _limit("", "of the leash, from the last answer of the payload", "R6")
     leash_proved: float = _limit("", "the same, from the last answer but one", "R6")
     answer_n_per_m: float = _limit(
-        "N/m", "0.03 of what the softest payload answers at the touch", "R6"
+        "N/m", f"{ANSWER_SHARE:g} of what the softest payload answers at the touch", "R6"
     )
     step_rate_per_s: float = _limit("1/s", "lambda = 0.25 / T")
     band_n: float = _limit("N", "0.25 N, 2 sigma")

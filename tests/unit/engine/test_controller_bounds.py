@@ -196,7 +196,7 @@ def test_the_noise_of_an_answer_is_no_answer() -> None:
     anchor = begun(1e4)._anchor
     answer_n, ticks = 3.5 * NOISE_N, 0
     while not anchor.answer_n:
-        anchor.pull(1e-6, answer_n)
+        anchor.add_at_end(1e-6, answer_n)
         ticks += 1
     assert ticks == round(0.1 / DT)
     noise_n = math.hypot(SHORT_N, NOISE_N / math.sqrt(ticks))
@@ -211,7 +211,7 @@ def test_an_answer_is_worth_the_travel_since_the_last_one() -> None:
     for share, answered in ((0.9, False), (1.1, True)):
         anchor = begun(1e4, answer_n_per_m=1e5)._anchor
         for _ in range(400):
-            anchor.pull(1e-4, share * 10.0)
+            anchor.add_at_end(1e-4, share * 10.0)
         assert (anchor.answer_n > 0.0) == answered
 
 
