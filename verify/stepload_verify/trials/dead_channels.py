@@ -18,7 +18,7 @@ import math
 import random
 import sys
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
@@ -32,6 +32,7 @@ from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.plan.changed import rederived
 from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
+from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample, SixFloats
 from stepload.rig.world import SimulatedRig, load_world
 from stepload_verify.campaign.incidents import NullRecorder
@@ -105,18 +106,16 @@ class Dying:
     """What one channel reads, alive and dead.
 
     Args:
-        rig: tells the true force.
-        dies_n: of the true force at which it dies.
+        dies: whether it dies now, if it has not yet.
         death: how.
         noise_n, period_s: of its readings.
         seed: of its noise.
     """
 
     def __init__(
-        self, rig: SimulatedRig, dies_n: float, death: Death, noise_n: float, period_s: float,
-        seed: int,
-    ) -> None:  # fmt: skip
-        self._world, self._dies_n, self._death = rig.world, dies_n, death
+        self, dies: Callable[[], bool], death: Death, noise_n: float, period_s: float, seed: int
+    ) -> None:
+        self._dies, self._death = dies, death
         self._noise_n, self._period_s = noise_n, period_s
         self._chance = random.Random(seed)
         self._filtered_n = self._last_n = math.nan
@@ -126,7 +125,7 @@ class Dying:
         """The reading of a sound channel in, that of this one out."""
         filtered_n = self._low_pass(live_n)
         if math.isnan(self._dead_s):
-            if self._world.true_force_n < self._dies_n:
+            if not self._dies():
                 return filtered_n
             self._dead_s, self._stood_n = 0.0, filtered_n
         death, period_s = self._death, self._period_s
@@ -219,8 +218,14 @@ def run(case: Case) -> Found:
     death = DEATHS[case.death]
     force, second = plan.rig.force, plan.rig.second_force
 
+    engine = Engine(envelope, Operator())
+
+    def dies() -> bool:
+        """In an approach it is the hazard `deaf_approach`, and no leash holds it."""
+        return engine.course.phase == Phase.LOAD and rig.world.true_force_n >= dies_n
+
     def dying(noise_n: float, rate_hz: float) -> Dying:
-        return Dying(rig, dies_n, death, noise_n, 1.0 / rate_hz, chance.randrange(2**32))
+        return Dying(dies, death, noise_n, 1.0 / rate_hz, chance.randrange(2**32))
 
     changed: dict[str, Any] = {
         "force": DyingSensor(rig.force, force.axis, dying(force.noise_n, force.rate_hz))
@@ -232,11 +237,11 @@ def run(case: Case) -> Found:
         )
     else:
         changed["arm"] = DyingArm(rig.arm, dying(second.noise_n, plan.rig.arm.rate_hz))
-    dies = _Rig(rig, changed)
-    for device in (dies.force, dies.second_force, dies.arm):
+    mute = _Rig(rig, changed)
+    for device in (mute.force, mute.second_force, mute.arm):
         if device is not None:
             device.open(1.0)
-    outcome = run_loop(Engine(envelope, Operator()), dies, NullRecorder())
+    outcome = run_loop(engine, mute, NullRecorder())
     peak_n, cause = rig.world.true_peak_force_n, outcome.cause
     return Found(
         case,
