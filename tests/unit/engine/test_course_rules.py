@@ -403,10 +403,16 @@ def test_a_step_that_does_not_come_to_its_level_is_given_up_after_its_time() -> 
     assert stage.now_s - begin_s == 20.0 * 0.125
     assert stage.find("level_missed") == {"level_n": 50.0, "force_n": 20.0}
     assert stage.course.phase == Phase.HOLD
+
+
+def test_a_level_that_was_given_up_is_not_settled_though_its_force_is_at_rest() -> None:
+    stage, part, _ = steps(settle_timeout_s=2.0)
+    part.load(stage.now_s, 1, 50.0, stage.then.append)
     while not stage.then:
         stage.ticks(1, 20.0)
     held = stage.find("held")
-    assert (held["settled"], held["force_n"]) == (False, 20.0)  # at rest, but elsewhere
+    assert held["held_s"] < PLAN.hold_s + 1.0  # it has come to rest, and need not wait
+    assert (held["settled"], held["force_n"]) == (False, 20.0)
 
 
 def test_unloading_that_does_not_open_the_contact_goes_back_by_a_retract_and_no_further() -> None:
