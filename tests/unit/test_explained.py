@@ -10,6 +10,7 @@ import pytest
 from stepload.errors import BadInputError, ExitCode
 from stepload.estimators.fit import Flag
 from stepload.explain.codes import GROUPS, explained, explanations, page
+from stepload.explain.thresholds import thresholds_called
 from stepload.results.fields import SIGNS
 from stepload.rig.faults import FaultCode
 
@@ -88,3 +89,11 @@ def test_a_key_of_a_plan_is_explained_with_the_places_where_it_may_stand() -> No
 
 def test_the_page_is_generated() -> None:
     assert (ROOT / "docs" / "codes.md").read_text() == page(), "python -m stepload.explain.codes"
+
+
+def test_a_threshold_is_explained_by_what_it_is_made_of() -> None:
+    [found] = explained("answer_n_per_m")
+    assert found.group == "threshold"
+    assert "softest payload answers" in found.means
+    assert "[N/m]; rule R6" in found.means
+    assert not thresholds_called("answer")

@@ -30,7 +30,7 @@ MOST = 3
 
 def campaign(
     plan: Annotated[Path, typer.Argument(help=ORDER, show_default=False)],
-    runs: Annotated[int, typer.Option("--runs", min=1, help="Runs on rigs with two channels.")],
+    runs: Annotated[int, typer.Option("--runs", min=1, help="On rigs with two channels.")],
     faults: Annotated[
         str, typer.Option("--faults", help="all, none, or kinds separated by commas.")
     ] = "all",

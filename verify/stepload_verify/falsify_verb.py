@@ -31,11 +31,12 @@ def falsify(
     wrong: Annotated[
         list[str] | None,
         typer.Option(
-            "--wrong", help="Only these at once, as in force_gain+second_freeze; +any: each other."
+            "--wrong",
+            help="Only runs with these faults: force_gain+second_freeze; +any: and one more.",
         ),
     ] = None,
     wider: Annotated[
-        bool, typer.Option("--wider", help="What is beyond the claim of the campaign.")
+        bool, typer.Option("--wider", help="Faults that the campaign leaves out.")
     ] = False,
     axes: Annotated[
         str, typer.Option("--axes", help="one: along the press alone; six: the whole wrench.")
@@ -51,7 +52,7 @@ def falsify(
         typer.Option("--scheduler", help="A Dask cluster instead, such as tcp://10.0.0.5:8786."),
     ] = None,
     without: Annotated[
-        str, typer.Option("--without", help="Leave out a rule or layer, as --ablate of campaign.")
+        str, typer.Option("--without", help="Leave out a rule or layer: R5, leash.")
     ] = "",
     replay: Annotated[
         Path | None, typer.Option("--replay", help="Run this scene file again.", show_default=False)

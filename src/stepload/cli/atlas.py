@@ -23,7 +23,7 @@ def map_rig(
     samples: Annotated[
         int, typer.Option("--samples", min=1, help="Simulated identifications of each cell.")
     ] = 250,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything drawn.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of all random numbers.")] = 1,
     processes: Annotated[
         int | None, typer.Option("--processes", min=1, help="Processes; all cores by default.")
     ] = None,

@@ -8,6 +8,9 @@ import typer
 
 from stepload.results.terminal import AsJson, Output
 
+OTHERS = {"key": "a key of a plan", "threshold": "a threshold of a run"}
+"""What else can be explained."""
+
 
 def codes(incomplete: str) -> list[str]:
     """Codes that begin so, for the shell's completion."""
@@ -18,11 +21,15 @@ def codes(incomplete: str) -> list[str]:
 
 def explain(
     code: Annotated[
-        str, typer.Argument(help="A code; all of them if none.", autocompletion=codes)
+        str,
+        typer.Argument(
+            help="A code (R6), a key of a plan (search_distance), a threshold; none: all.",
+            autocompletion=codes,
+        ),
     ] = "",
     as_json: AsJson = False,
 ) -> None:
-    """Say what a code of stepload, or a key of a plan, means and what to do.
+    """Say what a code, a key of a plan or a threshold of a run means, and what to do.
 
     Example: stepload explain unidentifiable
     """
@@ -34,7 +41,7 @@ def explain(
     found = explained(code) if code else explanations()
     if code:
         for each in found:
-            output.line(f"{each.code} ({GROUPS.get(each.group, 'a key of a plan')})")
+            output.line(f"{each.code} ({(GROUPS | OTHERS)[each.group]})")
             output.line(f"  {each.means}", hang="  ")
             output.line(f"  What to do: {each.do}", hang="  ")
             output.line(f"  More: docs/{each.page}")

@@ -193,7 +193,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         reasons += softness(plan, limits, theory)
         reasons += unseen_reasons(plan, limits)
         reasons += silent_reasons(plan, limits)
-        reasons += deaf_approach_reasons(plan, limits)
+        reasons += deaf_approach_reasons(plan, limits, shaken=shake is not None)
         reasons += both_silent_reasons(limits)
     return Envelope(
         plan=plan,

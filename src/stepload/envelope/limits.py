@@ -116,8 +116,10 @@ class RunLimits:
     damping_n_s_per_m: float = _limit("N s/m", "C_s of the rig", zero=True)
     arm_acceleration_m_s2: float = _limit("m/s^2", "rig: arm.max_acceleration")
     leash_free_m: float = _limit("m", "(F_lim - F_th - 6 sigma) / K_s,max")
-    leash_share: float = _limit("", "of the leash, from the last answer of the payload", "R6")
-    leash_proved: float = _limit("", "the same, from the last answer but one", "R6")
+    leash_share: float = _limit(
+        "", "of the leash, so far from the last answer of the payload", "R6"
+    )
+    leash_proved: float = _limit("", "of the leash, so far from the last answer but one", "R6")
     answer_n_per_m: float = _limit(
         "N/m", f"{ANSWER_SHARE:g} of what the softest payload answers at the touch", "R6"
     )

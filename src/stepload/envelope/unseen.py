@@ -160,8 +160,8 @@ def both_silent_reasons(limits: RunLimits) -> Iterator[Reason]:
         f"where {silent} silent in a load step, and the payload is much stiffer than the plan says"
         f" or rests on something hard, the arm goes on to {format_quantity(most_n, 'N')} before it"
         " stands",
-        "channels with supplies and links of their own; a calibration that states the smooth error"
-        " of the arm's position, and a finer arm",
+        "a lower top_force; channels with supplies and links of their own; a calibration that"
+        " states the smooth error of the arm's position, and a finer arm",
         most_n, limit_n, "N",
     )  # fmt: skip
 
@@ -195,18 +195,28 @@ def silent_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
     )  # fmt: skip
 
 
-def deaf_approach_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
-    """What an approach comes to in which every force channel has died behind live noise."""
+def deaf_approach_reasons(plan: Plan, limits: RunLimits, *, shaken: bool) -> Iterator[Reason]:
+    """What an approach comes to in which every force channel has died behind live noise.
+
+    Args:
+        plan: of the run.
+        limits: its thresholds.
+        shaken: whether a shake proves the channels just before the approach.
+    """
     most_n, limit_n = _search_n(plan, limits), limits.counted_limit_n
     if most_n <= limit_n:
         return
     dead = "both force channels have" if limits.cross_check else "the only force channel has"
+    since = "the shake before the approach" if shaken else "the last push by hand"
+    way_m = limit_n / limits.stiffness_n_per_m
+    proof = "" if shaken else "rig.force.tool_mass, for a shake that proves it before an approach; "
     yield Reason(
         "deaf_approach", Severity.NOTE if limits.cross_check else Severity.WARN,
-        f"where {dead} died since the approach began, behind noise that goes on, nothing tells of"
-        f" the surface: the arm presses on to the end of the search, with up to"
-        f" {format_quantity(most_n, 'N')} on something rigid",
-        "a shorter search_distance, and the arm's own force limit",
+        f"where {dead} died since {since}, behind noise that goes on, nothing tells of the surface:"
+        f" the arm presses on to the end of the search, with up to {format_quantity(most_n, 'N')}"
+        " on something rigid",
+        f"{proof}the arm's own force limit below {format_quantity(limit_n, 'N')}; or a surface"
+        f" known so well that search_distance may be below {format_quantity(way_m, 'm')}",
         most_n, limit_n, "N",
     )  # fmt: skip
 

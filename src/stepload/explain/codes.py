@@ -10,6 +10,7 @@ from importlib import resources
 from stepload.errors import BadInputError
 from stepload.explain.keys import keys_called
 from stepload.explain.model import Explanation
+from stepload.explain.thresholds import thresholds_called
 
 GROUPS = {
     "preflight": "reasons of a preflight",
@@ -34,7 +35,9 @@ def explanations() -> tuple[Explanation, ...]:
 
 
 def explained(code: str) -> tuple[Explanation, ...]:
-    """What a code means; more than one where groups share it. Else the keys of a plan so called.
+    """What a code means; more than one where groups share it.
+
+    Where no code is called so, the keys of a plan that are, or the threshold of a run.
 
     Raises:
         BadInputError: there is no such code; with those that are near.
@@ -42,7 +45,7 @@ def explained(code: str) -> tuple[Explanation, ...]:
     wanted = code.strip().strip("[]").lower().replace("-", "_").replace(" ", "_")
     found = tuple(each for each in explanations() if each.code.lower() == wanted)
     if not found:
-        found = keys_called(wanted)
+        found = keys_called(wanted) or thresholds_called(wanted)
     if not found:
         known = sorted({each.code for each in explanations()})
         near = difflib.get_close_matches(wanted, known, n=3, cutoff=0.5)

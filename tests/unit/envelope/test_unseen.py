@@ -181,15 +181,21 @@ def test_an_approach_with_dead_channels_comes_to_what_the_search_allows() -> Non
     """Or to what the arm can push; one channel that dies is enough where there is one."""
     reach_n = LIMITS.stiffness_n_per_m * PLAN.procedure.search_distance_m
     assert reach_n < PLAN.rig.arm.max_push_n
-    [reason] = deaf_approach_reasons(PLAN, replace(LIMITS, counted_limit_n=0.999 * reach_n))
+    below, above = (replace(LIMITS, counted_limit_n=each * reach_n) for each in (0.999, 1.001))
+    [reason] = deaf_approach_reasons(PLAN, below, shaken=False)
     assert (reason.code, reason.severity) == ("deaf_approach", Severity.NOTE)
     assert reason.value == pytest.approx(reach_n)
     assert "both force channels" in reason.message
-    assert not list(deaf_approach_reasons(PLAN, replace(LIMITS, counted_limit_n=1.001 * reach_n)))
+    assert "push by hand" in reason.message
+    assert "tool_mass" in reason.remedy
+    [reason] = deaf_approach_reasons(PLAN, below, shaken=True)
+    assert "shake" in reason.message
+    assert "tool_mass" not in reason.remedy
+    assert not list(deaf_approach_reasons(PLAN, above, shaken=False))
     weak_n = 0.5 * reach_n
     weak = replace(PLAN, rig=replace(PLAN.rig, arm=replace(PLAN.rig.arm, max_push_n=weak_n)))
     alone = replace(LIMITS, cross_check="", counted_limit_n=0.999 * weak_n)
-    [reason] = deaf_approach_reasons(weak, alone)
+    [reason] = deaf_approach_reasons(weak, alone, shaken=False)
     assert (reason.value, reason.severity) == (pytest.approx(weak_n), Severity.WARN)
     assert "the only force channel" in reason.message
 
