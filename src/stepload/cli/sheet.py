@@ -16,11 +16,11 @@ def check_sheet(out: Path, name: str) -> None:
     """
     from stepload.plan.room_to_write import check_room
 
-    if out.exists() and not out.is_dir():
+    if (out.exists() or out.is_symlink()) and not out.is_dir():
         raise BadInputError(f"--out {out}: that is a file", hint="name a directory")
     for path in _files(out, name):
-        if path.exists():
-            raise BadInputError(f"{path} is there already", hint="name another directory")
+        if path.exists() or path.is_symlink():
+            raise _there_already(path)
     check_room("--out", out)
 
 
@@ -31,15 +31,27 @@ def write_sheet(
     png: Callable[[], bytes],
     said: dict[str, object],
 ) -> str:
-    """Write the picture and the figures as `name`; the line that says so."""
+    """Write the picture and the figures as `name`; the line that says so.
+
+    Raises:
+        BadInputError: what was not there when it was checked is there now; it is left as it is.
+    """
     from stepload.record.plain import json_text
 
     out.mkdir(parents=True, exist_ok=True)
-    vector, raster, figures = files = _files(out, name)
-    vector.write_text(svg(), encoding="utf-8")
-    raster.write_bytes(png())
-    figures.write_text(json_text(said) + "\n", encoding="utf-8")
+    files = _files(out, name)
+    contents = svg().encode(), png(), f"{json_text(said)}\n".encode()
+    for path, content in zip(files, contents, strict=True):
+        try:
+            with path.open("xb") as file:
+                file.write(content)
+        except FileExistsError as error:
+            raise _there_already(path) from error
     return f"written: {', '.join(map(str, files))}"
+
+
+def _there_already(path: Path) -> BadInputError:
+    return BadInputError(f"{path} is there already", hint="name another directory")
 
 
 def _files(out: Path, name: str) -> tuple[Path, Path, Path]:

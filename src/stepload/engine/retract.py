@@ -19,8 +19,8 @@ def not_open(course: Course, limit_n: float) -> None:
         )
     course.fail(
         "not_open", left_n, limit_n, "N",
-        f"the contact did not open: {left_n:.3g} N are left after retracting by"
-        f" {course.plan.retract_m * 1e3:g} mm{drifted}",
+        f"the contact did not open, or the force sensor is dead: it reads {left_n:.3g} N after a"
+        f" retract of {course.plan.retract_m * 1e3:g} mm{drifted}",
     )  # fmt: skip
 
 

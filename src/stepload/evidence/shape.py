@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.chord import Chord
 from stepload.evidence.elastic import Elastic
@@ -121,10 +122,17 @@ def shape_of(
 
 
 def _off(fit: LawFit, main: Chord) -> float:
-    """ln(chord of a law / measured chord)."""
+    """ln(chord of a law / measured chord).
+
+    Raises:
+        DomainError: the law that fits best goes back where the force grows.
+    """
     shape = fit.best.shape
     gradient = fit.gradient(shape, main.to_n) - fit.gradient(shape, main.from_n)
-    return math.log(float(gradient @ fit.best.coefficients) / main.span_m)
+    chord = float(gradient @ fit.best.coefficients) / main.span_m
+    if not chord > 0.0:
+        raise DomainError(f"the best {fit.law.name} has no deformation along the chord")
+    return math.log(chord)
 
 
 def _against(

@@ -22,6 +22,7 @@ from stepload.envelope.unseen import (
     GAINS,
     Unseen,
     both_silent_reasons,
+    dead_drift_reasons,
     deaf_approach_reasons,
     silent_reasons,
     tells_of,
@@ -198,6 +199,18 @@ def test_an_approach_with_dead_channels_comes_to_what_the_search_allows() -> Non
     [reason] = deaf_approach_reasons(weak, alone, shaken=False)
     assert (reason.value, reason.severity) == (pytest.approx(weak_n), Severity.WARN)
     assert "the only force channel" in reason.message
+
+
+def test_the_drift_of_dead_channels_that_passes_for_an_answer_is_named() -> None:
+    """What the softest payload must answer to the leash at the top, over the time that R6 waits."""
+    [reason] = dead_drift_reasons(LIMITS)
+    room_n = LIMITS.force_limit_n - LIMITS.top_force_n - 6.0 * LIMITS.noise_n
+    worth = LIMITS.answer_n_per_m / LIMITS.stiffness_n_per_m * LIMITS.leash_proved
+    assert reason.value == pytest.approx(worth * room_n / (3.0 * LIMITS.leash_time_s))
+    assert reason.severity is Severity.NOTE
+    [alone] = dead_drift_reasons(replace(LIMITS, cross_check=""))
+    assert alone.severity is Severity.WARN
+    assert "dead_drift" in {each.code for each in envelope_for(PLAN, COARSE_F_C_N).reasons}
 
 
 def test_the_envelope_hands_down_whom_an_approach_listens_to() -> None:
