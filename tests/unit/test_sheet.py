@@ -1,0 +1,43 @@
+"""What `--out` of map and pose writes, and what it leaves alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from stepload.cli.sheet import check_sheet, write_sheet
+from stepload.errors import BadInputError
+
+
+def write(out: Path) -> str:
+    return write_sheet(out, "map", lambda: "<svg/>", lambda: b"png", {"cells": 1})
+
+
+def test_a_picture_in_two_forms_and_the_figures_are_written(tmp_path: Path) -> None:
+    out = tmp_path / "new"
+    check_sheet(out, "map")
+    said = write(out)
+    assert sorted(path.name for path in out.iterdir()) == ["map.json", "map.png", "map.svg"]
+    assert all(str(path) in said for path in out.iterdir())
+    assert (out / "map.png").read_bytes() == b"png"
+
+
+def test_what_is_there_or_comes_meanwhile_is_not_written_over(tmp_path: Path) -> None:
+    check_sheet(tmp_path, "map")
+    theirs = tmp_path / "map.json"
+    theirs.write_text("theirs")
+    with pytest.raises(BadInputError, match="there already"):
+        check_sheet(tmp_path, "map")
+    with pytest.raises(BadInputError, match="there already"):
+        write(tmp_path)
+    assert theirs.read_text() == "theirs"
+
+
+def test_links_to_nothing_are_seen_before_anything_is_computed(tmp_path: Path) -> None:
+    (tmp_path / "map.svg").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(BadInputError, match="there already"):
+        check_sheet(tmp_path, "map")
+    (tmp_path / "out").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(BadInputError, match="that is a file"):
+        check_sheet(tmp_path / "out", "map")
