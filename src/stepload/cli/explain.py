@@ -29,7 +29,7 @@ def explain(
     ] = "",
     as_json: AsJson = False,
 ) -> None:
-    """Say what a code, a key of a plan or a threshold of a run means, and what to do.
+    """Say what a code, a key of a plan or a threshold of a run means and what to do.
 
     Example: stepload explain unidentifiable
     """
