@@ -2,7 +2,9 @@
 
 A channel that dies while the force rises still shows its last rise in every mean that reaches back
 to it, and noise may show it once more. So a mean of the force is paired with a position from before
-it, and such an answer proves not itself but the one before: a dead channel does not rise above it.
+it, and such an answer proves not itself but the one before: a dead channel does not rise above it,
+unless its reading rises by itself. That passes for a payload that answers, from the drift on that
+preflight names (`dead_drift`).
 """
 
 from __future__ import annotations
