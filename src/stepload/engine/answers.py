@@ -71,7 +71,8 @@ class AnswerWatch:
         room_n = limits.force_limit_n - self.answer_n - 6.0 * limits.noise_n
         leash_n = limits.leash_proved * room_n
         gone_m = mean_m - self._risen_m
-        if mean_n > self._risen_n + max(self.rise_n, limits.answer_n_per_m * gone_m):
+        least_n = limits.answer_at(self._risen_n) * gone_m
+        if mean_n > self._risen_n + max(self.rise_n, least_n):
             last_n, self._risen_n = self._risen_n, mean_n
             if gone_m * limits.stiffness_n_per_m > STANDS_SHARE * leash_n:
                 self.answer_n, self.answer_m = last_n, self._risen_m

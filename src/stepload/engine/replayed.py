@@ -57,6 +57,7 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
         data.setdefault("leash_share", 1.0)
         data.setdefault("leash_proved", 2.0)
         data.setdefault("answer_n_per_m", 1.0)
+        data.setdefault("answer_top_n_per_m", data["answer_n_per_m"])
         limits = RunLimits(**data)
         _check_kept(limits)
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError, DomainError) as error:

@@ -27,9 +27,16 @@ END_WINDOW_S = 0.1
 ANSWER_SIGMAS = 4.5
 """By so many standard deviations it must rise for that, and for R6. Of noise alone few means in a
 hundred thousand rise so far."""
-ANSWER_SHARE = 0.15
-"""Of what the softest payload answers at the touch to the travel since the last answer: less is a
-drift of the sensor, or noise that is not independent from reading to reading."""
+ANSWER_SHARE = 0.3
+"""Of what the softest payload answers to the travel since the last answer: less is a drift of the
+sensor, noise that is not independent from reading to reading, or a sensor that lost its gain."""
+DRIFT_SHARE = 0.5
+"""Of an answer at the end of the leash: so much of it may be a drift that goes on while the arm
+stands."""
+DRIFT_SIGMAS = 1.5
+"""On that drift. A dead reading that drifts evenly passes for a payload in one stand of 700."""
+SLOW_PER_S = 0.02
+"""Of F_lim in a second: a force that rises by less may be a drift, and the arm stops to see."""
 ANSWER_WINDOW_S = 0.6
 """The force is averaged over so long when an answer is looked for (R6)."""
 LEAST_ANSWER = 4.0

@@ -49,6 +49,7 @@ _FROM = "5 N, twice the touch force, at most g(friction) F_allowed; at least 8 s
 _AGE = "the plan, or 12 ms, at least 4 periods"
 _EQUAL = "equal samples in a row; 0: off"
 _STANDS = "quanta, noise and drift of both sensors, while the second stands; 0: no second sensor"
+_ANSWER = f"{ANSWER_SHARE:g} of what the softest payload answers"
 _FOLLOW = "twice the position resolution + 4 sigma + lost motion"
 
 
@@ -120,9 +121,8 @@ class RunLimits:
         "", "of the leash, so far from the last answer of the payload", "R6"
     )
     leash_proved: float = _limit("", "of the leash, so far from the last answer but one", "R6")
-    answer_n_per_m: float = _limit(
-        "N/m", f"{ANSWER_SHARE:g} of what the softest payload answers at the touch", "R6"
-    )
+    answer_n_per_m: float = _limit("N/m", f"{_ANSWER} at the touch", "R6")
+    answer_top_n_per_m: float = _limit("N/m", f"{_ANSWER} at the top force", "R6")
     step_rate_per_s: float = _limit("1/s", "lambda = 0.25 / T")
     band_n: float = _limit("N", "0.25 N, 2 sigma")
     load_rate_n_per_s: float = _limit("N/s", "plan")
@@ -151,6 +151,17 @@ class RunLimits:
     lost_motion_m: float = _limit("m", "rig: arm.lost_motion", zero=True)
     position_resolution_m: float = _limit("m", "rig: arm.position_resolution")
     second_noise_n: float = _limit("N", "rig: second_force.noise", zero=True)
+
+    def answer_at(self, force_n: float) -> float:
+        """What is an answer to travel from this force on, in N/m: a line from touch to top force.
+
+        Where a payload stiffens with force its tangent lies above that line.
+        """
+        gone_n, way_n = force_n - self.touch_force_n, self.top_force_n - self.touch_force_n
+        if gone_n <= 0.0 or way_n <= 0.0:
+            return self.answer_n_per_m
+        share = min(1.0, gone_n / way_n)
+        return self.answer_n_per_m + share * (self.answer_top_n_per_m - self.answer_n_per_m)
 
     @property
     def second_late_s(self) -> float:
@@ -354,6 +365,7 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         leash_share=pressing.leash.share,
         leash_proved=pressing.leash.proved,
         answer_n_per_m=pressing.answer_n_per_m,
+        answer_top_n_per_m=pressing.answer_top_n_per_m,
         step_rate_per_s=step_rate_per_s(press.loop_s),
         band_n=step_band_n(press.noise_n),
         load_rate_n_per_s=procedure.load_rate_n_per_s,

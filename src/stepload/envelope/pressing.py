@@ -52,7 +52,8 @@ class Pressing:
 
     `reading_noise_n` is the noise (sd) of one reading, quantisation included; `leash_free_m` the
     travel that a rigid surface at the contact threshold could bear, `leash` how far it goes in a
-    load step on the answers of the payload, and `answer_n_per_m` what is one for its travel;
+    load step on the answers of the payload, and `answer_n_per_m` what is one for its travel at the
+    touch, `answer_top_n_per_m` at the top force;
     `contact_n_s_per_m` divides the force that is left into the speed allowed in contact: it holds
     even if a hidden hard stop takes over from the payload. `ahead_m` is how far the target of a
     guarded approach may run ahead of an arm that does not follow, `follow_m` the travel it takes to
@@ -66,6 +67,7 @@ class Pressing:
     leash_free_m: float
     leash: Leash
     answer_n_per_m: float
+    answer_top_n_per_m: float
     guarded_speed_m_s: float
     fast_speed_m_s: float
     contact_n_s_per_m: float
@@ -156,6 +158,10 @@ def pressing_for(
     if catch_up_m < follow_m:
         guarded = min(guarded, catch_up_m / LONGEST_STALL_S)
     top_speed = TOP_SPEED_SHARE * rig.arm.max_speed_m_s
+
+    def answer_at(force_n: float) -> float:
+        return ANSWER_SHARE * series_stiffness(press.stiffness_n_per_m, softest.tangent(force_n))
+
     return Pressing(
         rig=press,
         forces=forces,
@@ -163,8 +169,8 @@ def pressing_for(
         reading_noise_n=reading_n,
         leash_free_m=leash_m,
         leash=leash,
-        answer_n_per_m=ANSWER_SHARE
-        * series_stiffness(press.stiffness_n_per_m, softest.tangent(procedure.touch_force_n)),
+        answer_n_per_m=answer_at(procedure.touch_force_n),
+        answer_top_n_per_m=answer_at(procedure.top_force_n),
         guarded_speed_m_s=min(guarded, top_speed),
         fast_speed_m_s=min(fast, top_speed),
         contact_n_s_per_m=rigid_coefficient(press, forces.limit_n),

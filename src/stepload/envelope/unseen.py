@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from stepload.envelope.leash import leash_travel
+from stepload.envelope.leash import SLOW_PER_S, leash_travel
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.reason import Reason, Severity
 from stepload.plan.model import Plan
@@ -18,8 +18,6 @@ GAINS = tuple(LEAST_GAIN + 0.05 * step for step in range(15))
 """Of the main channel, up to one that is right."""
 FILTERS = 8.0
 """Time constants after which R4 has forgotten what was before the freeze (`engine.cross_check`)."""
-WAITS = 3.0
-"""Times that R6 may begin to wait anew, for channels that have died."""
 TELLS_WITHIN_S = 20.0
 """A sound channel that may repeat itself for longer is not waited for: it says something new after
 a 25th of that in the mean (`limits.FALSE_FREEZE_ODDS`)."""
@@ -225,21 +223,22 @@ def deaf_approach_reasons(plan: Plan, limits: RunLimits, *, shaken: bool) -> Ite
 
 
 def dead_drift_reasons(limits: RunLimits) -> Iterator[Reason]:
-    """The drift of a dead channel from which on it passes for a payload that answers.
+    """The rise of a dead channel that passes for a payload that answers.
 
-    While the arm stands at the end of its leash a drift adds up to an answer. R6 waits for
-    `leash_time_s`, and as it counts from the answer before the last, up to `WAITS` times as long.
+    A slower one shows where the arm stands. Jumps do not have to be even: one that comes with the
+    motion, or just after it, is an answer where it is worth one.
     """
+    drift = SLOW_PER_S * limits.force_limit_n
     leash_m = leash_travel(
         limits.force_limit_n, limits.top_force_n, limits.noise_n, limits.stiffness_n_per_m
     )
-    answer_n = limits.answer_n_per_m * limits.leash_proved * leash_m
-    drift = answer_n / (WAITS * limits.leash_time_s)
+    jump_n = limits.answer_top_n_per_m * limits.leash_proved * leash_m
     dead = "both force channels are" if limits.cross_check else "the only force channel is"
     yield Reason(
         "dead_drift", Severity.NOTE if limits.cross_check else Severity.WARN,
-        f"where {dead} dead in a load step and the reading rises on by itself, by more than about"
-        f" {drift:.2g} N/s, it passes for a payload that answers, and nothing bounds the force",
+        f"where {dead} dead in a load step and the reading rises on by itself, by more than"
+        f" {drift:.2g} N/s or in jumps of {jump_n:.2g} N, it passes for a payload that answers, and"
+        " nothing bounds the force",
         "channels with supplies and links of their own; the arm's own force limit",
         drift, 0.0, "N/s",
     )  # fmt: skip

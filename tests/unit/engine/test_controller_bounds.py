@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from run_plans import limits_for, stvf_plan
 
+from stepload.engine.anchor import SLOW_PER_S
 from stepload.engine.controller import LOOK_AHEAD, STIFFENING, StepController
 from stepload.envelope.catch_up import sudden_step
 from stepload.envelope.leash import ANSWER_SIGMAS
@@ -24,6 +25,7 @@ FREE: dict[str, Any] = {
     "contact_n_s_per_m": 1.0, "acceleration_m_s2": 1e9, "follow_m": 1e-12,
     "arm_acceleration_m_s2": 1e9, "damping_n_s_per_m": 0.0, "arm_lag_s": 0.0, "allowed_n": 1e9,
     "answer_n_per_m": 1.0,
+    "answer_top_n_per_m": 1.0,
 }  # fmt: skip
 """Limits under which nothing but the ramp and the leash bounds the target."""
 
@@ -113,7 +115,7 @@ def test_the_target_does_not_run_ahead_of_an_arm_that_does_not_follow() -> None:
 
 def test_how_far_an_arm_lags_that_follows_is_no_running_ahead() -> None:
     """What the target leads by when the step begins is that of an arm that follows."""
-    controller = begun(follow_m=1e-7, **STEP)
+    controller = begun(follow_m=1e-7, leash_proved=2.0, **STEP)
     lead_m = 3.0 * sudden(0.0)
     target_m = controller.step(0.0, 0.0, 0.0, lead_m, DT)
     assert target_m > lead_m
@@ -141,7 +143,8 @@ def test_the_leash_ends_where_a_rigid_surface_would_bring_the_force_to_its_limit
         for _ in range(3000):
             target_m = controller.step(force_n, force_n, 0.0, target_m, DT)
         room_n = PLANNED.force_limit_n - force_n - sigmas * NOISE_N
-        assert target_m == pytest.approx(min(share, proved) * room_n * FLOOR, rel=1e-9)
+        halfway = 0.5 * proved if share >= proved else share
+        assert target_m == pytest.approx(halfway * room_n * FLOOR, rel=1e-9)
         assert controller.speed_m_s == pytest.approx(0.0, abs=1e-12)
 
 
@@ -149,15 +152,15 @@ SHORT_N = NOISE_N / math.sqrt(0.04 / DT)
 """Noise of the mean that an answer is looked for in on the way."""
 
 
-def test_an_answer_proves_the_one_before_and_not_itself() -> None:
+def test_an_answer_proves_the_one_before_and_not_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first may be one of noise: what a dead channel shows is above no other."""
+    monkeypatch.setattr("stepload.engine.anchor.SLOW_PER_S", 0.0)
     rise_n = math.sqrt(2.0) * ANSWER_SIGMAS * SHORT_N
-    controller, target_m = begun(1e4), 0.0
-    anchor = controller._anchor
+    anchor = begun(1e4)._anchor
     for force_n, answers in ((0.9, 0), (1.1, 1), (2.0, 1), (2.3, 2)):
         before_n, before_m = anchor.answer_n, anchor.answer_m
         for _ in range(150):
-            target_m = controller.step(force_n * rise_n, 0.0, 1e-5, target_m, DT)
+            anchor.add(1e-5, force_n * rise_n)
         assert answers * rise_n <= anchor.answer_n <= force_n * rise_n
         if anchor.answer_n > before_n:
             assert (anchor.proved_n, anchor.proved_m) == (before_n, before_m)
@@ -191,8 +194,9 @@ def test_at_the_end_of_the_leash_a_mean_over_a_while_is_an_answer() -> None:
         assert ticks > 0.04 / DT / (1.2**2 - 1.0)
 
 
-def test_the_noise_of_an_answer_is_no_answer() -> None:
+def test_the_noise_of_an_answer_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """An answer takes a while at least, and the next one must rise above its noise."""
+    monkeypatch.setattr("stepload.engine.anchor.SLOW_PER_S", 0.0)
     anchor = begun(1e4)._anchor
     answer_n, ticks = 3.5 * NOISE_N, 0
     while not anchor.answer_n:
@@ -203,16 +207,66 @@ def test_the_noise_of_an_answer_is_no_answer() -> None:
     for share, answered in ((0.99, False), (1.01, True)):
         for _ in range(2 * round(0.04 / DT)):
             anchor.add(1e-6, answer_n + share * ANSWER_SIGMAS * noise_n)
-        assert (anchor.answer_n > answer_n) == answered
+        assert (anchor.answer_n > 1.001 * answer_n) == answered
+
+
+def test_an_answer_comes_with_the_motion_and_not_where_the_arm_stands() -> None:
+    """One that came slowly is looked at for as long as tells it from a drift."""
+    stood = []
+    for moved in (10, 2000):
+        anchor, ticks = begun(1e4, leash_share=0.5)._anchor, 0
+        for tick in range(moved):
+            anchor.add(1e-6, 2.0 * tick / moved)
+        while anchor.answer_n < 1.5:
+            anchor.add(1e-6, 2.0)
+            anchor.add_at_end(1e-6, 2.0)
+            ticks += 1
+        stood.append(ticks)
+    assert stood[0] == round(0.1 / DT) < stood[1] < 2000
+    drifting = begun(1e4, leash_share=0.5)._anchor
+    for tick in range(4000):
+        drifting.add(1e-6, 0.01 * tick)
+        drifting.add_at_end(1e-6, 0.01 * tick)
+    assert drifting.answer_n == 0.0
+
+
+def test_no_answer_is_taken_on_the_way_where_the_arm_has_stood_or_the_force_rises_slowly() -> None:
+    slow_n = SLOW_PER_S * PLANNED.force_limit_n * DT
+    for rise_n, stood, answered in ((1.5, 0, True), (0.7, 0, False), (1.5, round(0.1 / DT), False)):
+        anchor = begun(1e4)._anchor
+        for _ in range(stood):
+            anchor.add_at_end(0.0, 0.0)
+        for tick in range(400):
+            anchor.add(1e-6, rise_n * slow_n * tick)
+        assert (anchor.answer_n > 0.0) == answered
+        assert anchor.share == (0.5 if rise_n < 1.0 else 1.0) * PLANNED.leash_proved
+
+
+def test_what_a_force_rises_by_at_rest_after_a_level_was_given_up_is_no_answer() -> None:
+    for rested_n, answer_n in ((3.0, 3.0), (1.0, 2.0)):
+        anchor = begun(1e4)._anchor
+        anchor.begin(0.0, 2.0, same=False)
+        anchor.begin(0.0, rested_n, same=True)
+        assert anchor.answer_n == answer_n
 
 
 def test_an_answer_is_worth_the_travel_since_the_last_one() -> None:
     """Less than a share of what the softest payload answers is a drift of the sensor."""
     for share, answered in ((0.9, False), (1.1, True)):
-        anchor = begun(1e4, answer_n_per_m=1e5)._anchor
+        anchor = begun(1e4, answer_n_per_m=1e5, answer_top_n_per_m=1e5)._anchor
         for _ in range(400):
             anchor.add_at_end(1e-4, share * 10.0)
         assert (anchor.answer_n > 0.0) == answered
+
+
+def test_an_answer_is_worth_more_where_the_payload_is_stiffer() -> None:
+    top_n = PLANNED.top_force_n
+    for force_n, answered in ((0.0, True), (top_n, False)):
+        anchor = begun(1e4, answer_n_per_m=1e4, answer_top_n_per_m=1e5)._anchor
+        anchor.begin(0.0, force_n, same=False)
+        for _ in range(400):
+            anchor.add_at_end(1e-4, force_n + 5.0)
+        assert (anchor.answer_n > force_n) == answered
 
 
 def test_positions_that_are_ahead_of_the_target_take_nothing_from_the_leash() -> None:

@@ -14,7 +14,7 @@ from stepload.record.rows import Phase
 
 K = PLANNED.stiffness_n_per_m
 LIMIT_N, NOISE_N, REACTION_S = PLANNED.force_limit_n, PLANNED.noise_n, PLANNED.reaction_s
-CALM = {"jump_n": 1e9, "cross_tolerance_n": 1e9, "answer_n_per_m": 1.0}
+CALM = {"jump_n": 1e9, "cross_tolerance_n": 1e9, "answer_n_per_m": 1.0, "answer_top_n_per_m": 1.0}
 """Limits under which forces may jump and channels differ."""
 ALPHA, TAU_S = PERIOD_S / (0.25 * REACTION_S), 0.25 * REACTION_S
 SLOPE_NOISE = 1.5 * NOISE_N * math.sqrt(ALPHA) / (TAU_S * (1.0 - ALPHA))
@@ -413,7 +413,7 @@ def test_r6_while_the_arm_stands_there_is_one_answer_and_no_more() -> None:
 def test_r6_an_answer_is_worth_the_travel() -> None:
     """A drift of the sensor is none, however long it is averaged."""
     for share, found in ((0.5, True), (1.5, False)):
-        feed = Feed(**(CALM | {"answer_n_per_m": 1e5}))
+        feed = Feed(**(CALM | {"answer_n_per_m": 1e5, "answer_top_n_per_m": 1e5}))
         feed.ticks(100)
         force_n, step_m = 0.0, 0.5 * LEASH_N / K
         for _ in range(3):
@@ -421,6 +421,19 @@ def test_r6_an_answer_is_worth_the_travel() -> None:
             force_n += share * 1e5 * step_m
             feed.ticks(1400, force_n, phase=Phase.LOAD)
         assert (feed.supervisor.cause is not None) == found
+
+
+def test_r6_asks_for_more_of_a_payload_that_stiffens() -> None:
+    """On the line between what is an answer at the touch, and at the top force."""
+    feed = Feed(**(CALM | {"answer_top_n_per_m": 4e5, "top_force_n": 20.0}))
+    feed.ticks(100, 20.0, phase=Phase.DWELL)
+    force_n, step_m = 20.0, 0.5 * LEASH_N / K
+    for _ in range(3):
+        feed.moving(500, step_m / 0.5, force_n, phase=Phase.LOAD)
+        force_n += 1.0
+        feed.ticks(1400, force_n, phase=Phase.LOAD)
+    assert feed.supervisor.cause is not None
+    assert feed.supervisor.cause.rule == "R6"
 
 
 def test_r6_counts_from_the_answer_before_the_last() -> None:

@@ -404,6 +404,12 @@ def test_the_limits_of_a_run_are_made_of_the_plan() -> None:
     assert limits_for(with_force(noise_n=0.1)).band_n == 0.25
     assert limits.model_lag_s == MODEL_LAG_S
     assert limits.leash_time_s == LEASH_TIME_S
+    least, most = limits.answer_n_per_m, limits.answer_top_n_per_m
+    touch_n, top_n = limits.touch_force_n, limits.top_force_n
+    assert 0.0 < least < most
+    assert limits.answer_at(0.0) == limits.answer_at(touch_n) == least
+    assert limits.answer_at(0.5 * (touch_n + top_n)) == pytest.approx(0.5 * (least + most))
+    assert limits.answer_at(top_n) == limits.answer_at(2.0 * top_n) == pytest.approx(most)
     assert limits.acceleration_m_s2 == 1.0
     assert limits.arm_acceleration_m_s2 == 2.0
     assert limits.period_s == 1e-3

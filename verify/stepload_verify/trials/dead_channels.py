@@ -4,13 +4,14 @@
 
 Dry, in virtual time, all rules on. All channels of a rig die together (one supply, one hub), when
 the true force first passes a level drawn at random, behind noise that goes on: white, or coloured
-by a filter of 20 ms to 0.3 s; some drift then, some fade over seconds, some have had a filter that
-no plan states since the beginning. The payload is as planned, or a hundred times stiffer. Prints
-the largest true force of each kind as a share of the counted F_c and of F_lim, and how the runs
-ended; exit code 1 where one passed `leash_proved` times F_lim, to which the leash holds it.
-Channels that fade still answer, with too little: they err alike (`both_channels_alike`), and those
-that drift faster than preflight says pass for a payload (`dead_drift`): both are only counted. The
-rig is as stiff as the leash believes it to be at most.
+by a filter of 20 ms to 0.3 s; some drift then, sway, wander or rise in steps, some fade over
+seconds, some have had a filter that no plan states since the beginning; of some the main one still
+shows a part of what the force changes by. The payload is as planned, or a hundred times stiffer.
+Prints the largest true force of each kind as a share of the counted F_c and of F_lim, and how the
+runs ended; exit code 1 where one passed `leash_proved` times F_lim, to which the leash holds it.
+Channels that fade or lost a part of their gain still answer, with too little: those are only
+counted, and so are those that drift faster than preflight says (`dead_drift`). The rig is as stiff
+as the leash believes it to be at most.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from stepload.engine.tick import Engine
 from stepload.envelope.envelope import Envelope, envelope_of
 from stepload.plan.changed import rederived
 from stepload.plan.load import load_plan
+from stepload.plan.model import Plan
 from stepload.plan.shipped import plan_path
 from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample, SixFloats
@@ -43,9 +45,13 @@ from stepload_verify.trials.each import for_each
 MACHINES = {
     "stiff": "plastic-sphere",
     "UR, soft": "ur5e-silicone-sphere",
+    "UR, softer": "ur5e-silicone-sphere",
     "UR, hard": "ur16e-polyurethane-sphere",
 }
+SOFTER = "UR, softer"
+"""With a payload of 1 MPa that bears 60 N, pressed with 30 N."""
 STIFFER = {"as planned": 1.0, "rigid": 100.0}
+STEP_S, SWAY_S = 2.0, 10.0
 ROOM = 1.05
 """Over what the leash allows: the arm's own overshoot."""
 
@@ -56,12 +62,20 @@ class Death(NamedTuple):
     Attributes:
         coloured_s: time constant of its noise, 0 for white noise.
         drift_n_per_s: of its reading.
+        step_n, sway_n: height of its steps, one every `STEP_S`, and of its swaying, one turn in
+            `SWAY_S`.
+        walk_n: it wanders by so much in a second (sd), and by the root of the time.
+        gain: share of a change of force that the main one still shows.
         fade_s: time constant with which it loses touch, 0 at once.
         filter_s: of an undeclared low-pass filter, from the beginning.
     """
 
     coloured_s: float = 0.0
     drift_n_per_s: float = 0.0
+    step_n: float = 0.0
+    sway_n: float = 0.0
+    walk_n: float = 0.0
+    gain: float = 0.0
     fade_s: float = 0.0
     filter_s: float = 0.0
 
@@ -75,8 +89,19 @@ DEATHS = {
     "drift of 15 mN/s": Death(drift_n_per_s=0.015),
     "drift of 50 mN/s": Death(drift_n_per_s=0.05),
     "drift of 0.2 N/s": Death(drift_n_per_s=0.2),
+    "drift of 0.5 N/s": Death(drift_n_per_s=0.5),
+    "drift of 1 N/s": Death(drift_n_per_s=1.0),
     "drift of -50 mN/s": Death(drift_n_per_s=-0.05),
     "noise of 0.1 s, drift of 50 mN/s": Death(coloured_s=0.1, drift_n_per_s=0.05),
+    "steps of 0.5 N": Death(step_n=0.5),
+    "sways by 1 N": Death(sway_n=1.0),
+    "wanders by 0.1 N": Death(walk_n=0.1),
+    "wanders by 0.3 N": Death(walk_n=0.3),
+    "a twentieth of its gain": Death(gain=0.05),
+    "a tenth of its gain": Death(gain=0.1),
+    "a seventh of its gain": Death(gain=0.15),
+    "a fifth of its gain": Death(gain=0.2),
+    "a quarter of its gain": Death(gain=0.25),
     "fades in 0.3 s": Death(fade_s=0.3),
     "fades in 2 s": Death(fade_s=2.0),
     "fades in 5 s": Death(fade_s=5.0),
@@ -139,14 +164,25 @@ class Dying:
             self._dead_s, self._stood_n = 0.0, filtered_n
         death, period_s = self._death, self._period_s
         self._dead_s += period_s
-        alive = math.exp(-self._dead_s / death.fade_s) if death.fade_s else 0.0
+        alive = math.exp(-self._dead_s / death.fade_s) if death.fade_s else death.gain
         # a fading channel follows changes by ever less
-        self._stood_n += alive * (filtered_n - self._last_n) + death.drift_n_per_s * period_s
+        self._stood_n += alive * (filtered_n - self._last_n) + self._risen(period_s)
         self._last_n = filtered_n
         kept = math.exp(-period_s / death.coloured_s) if death.coloured_s else 0.0
         white_n = self._chance.gauss(0.0, self._noise_n)
         self._colour_n = kept * self._colour_n + math.sqrt(1.0 - kept * kept) * white_n
         return self._stood_n + (1.0 - alive) * self._colour_n
+
+    def _risen(self, period_s: float) -> float:
+        """By how much it rises by itself in one period, in N."""
+        death, turn = self._death, 2.0 * math.pi / SWAY_S
+        risen_n = death.drift_n_per_s * period_s
+        risen_n += death.sway_n * turn * period_s * math.cos(turn * self._dead_s)
+        if death.walk_n:
+            risen_n += self._chance.gauss(0.0, death.walk_n * math.sqrt(period_s))
+        if self._dead_s % STEP_S < period_s:
+            risen_n += death.step_n
+        return risen_n
 
     def _low_pass(self, live_n: float) -> float:
         share = 1.0
@@ -209,11 +245,27 @@ def cases(deaths: Sequence[str], seeds: int) -> Iterator[Case]:
 def believed(machine: str) -> Envelope:
     """The envelope of the plan that is run, shortened."""
     plan = load_plan(plan_path(MACHINES[machine]))
+    if machine == SOFTER:
+        plan = rederived(plan, softer(plan))
     quick = replace(
         plan.procedure, tare_s=0.5, warm_up_s=0.0, touches=1, cycles=1, unload=False, hold_s=0.3,
         settle_timeout_s=0.5, surface_distance_m=1e-3, surface_uncertainty_m=3e-4,
     )  # fmt: skip
     return envelope_of(rederived(plan, replace(plan, procedure=quick)))
+
+
+def softer(plan: Plan) -> Plan:
+    """This plan with a payload that hardly answers to what the arm may press on by."""
+    payload = plan.payload
+    return replace(
+        plan,
+        payload=replace(
+            payload,
+            material=replace(payload.material, youngs_modulus_pa=1e6),
+            declared_force_limit_n=60.0,
+        ),
+        procedure=replace(plan.procedure, top_force_n=30.0, step_n=10.0),
+    )
 
 
 def run(case: Case) -> Found:
@@ -236,19 +288,20 @@ def run(case: Case) -> Found:
         """In an approach it is the hazard `deaf_approach`, and no leash holds it."""
         return engine.course.phase == Phase.LOAD and rig.world.true_force_n >= dies_n
 
-    def dying(noise_n: float, rate_hz: float) -> Dying:
+    def dying(death: Death, noise_n: float, rate_hz: float) -> Dying:
         return Dying(dies, death, noise_n, 1.0 / rate_hz, chance.randrange(2**32))
 
     changed: dict[str, Any] = {
-        "force": DyingSensor(rig.force, force.axis, dying(force.noise_n, force.rate_hz))
+        "force": DyingSensor(rig.force, force.axis, dying(death, force.noise_n, force.rate_hz))
     }
+    beside = death._replace(gain=0.0)
     if rig.second_force is not None and second.sensor is not None:
         of = second.sensor
         changed["second_force"] = DyingSensor(
-            rig.second_force, of.axis, dying(of.noise_n, of.rate_hz)
+            rig.second_force, of.axis, dying(beside, of.noise_n, of.rate_hz)
         )
     else:
-        changed["arm"] = DyingArm(rig.arm, dying(second.noise_n, plan.rig.arm.rate_hz))
+        changed["arm"] = DyingArm(rig.arm, dying(beside, second.noise_n, plan.rig.arm.rate_hz))
     mute = _Rig(rig, changed)
     for device in (mute.force, mute.second_force, mute.arm):
         if device is not None:
@@ -260,7 +313,7 @@ def run(case: Case) -> Found:
         peak_n / limits.counted_limit_n,
         peak_n / limits.force_limit_n,
         limits.leash_proved,
-        bool(death.fade_s) or death.drift_n_per_s > named_drift(envelope),
+        bool(death.fade_s or death.gain) or death.drift_n_per_s > named_drift(envelope),
         cause.rule if cause else outcome.status.value,
     )
 
