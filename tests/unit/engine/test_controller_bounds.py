@@ -210,6 +210,18 @@ def test_the_noise_of_an_answer_is_no_answer(monkeypatch: pytest.MonkeyPatch) ->
         assert (anchor.answer_n > 1.001 * answer_n) == answered
 
 
+def test_few_readings_make_a_mean_that_is_noisier() -> None:
+    stood = []
+    for ticks_a_reading in (1, 20):
+        limits = {"leash_share": 0.5, "reading_s": ticks_a_reading * DT}
+        anchor, ticks = begun(1e4, **limits)._anchor, 0
+        while not anchor.answer_n:
+            anchor.add_at_end(1e-6, 3.5 * NOISE_N)
+            ticks += 1
+        stood.append(ticks)
+    assert stood[0] == round(0.1 / DT) < stood[1] < 4000
+
+
 def test_an_answer_comes_with_the_motion_and_not_where_the_arm_stands() -> None:
     """One that came slowly is looked at for as long as tells it from a drift."""
     stood = []
