@@ -94,6 +94,6 @@ def test_the_page_is_generated() -> None:
 def test_a_threshold_is_explained_by_what_it_is_made_of() -> None:
     [found] = explained("answer_n_per_m")
     assert found.group == "threshold"
-    assert "softest payload answers" in found.means
+    assert "softest payload" in found.means
     assert "[N/m]; rule R6" in found.means
     assert not thresholds_called("answer")

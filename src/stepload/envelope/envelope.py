@@ -196,7 +196,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         reasons += silent_reasons(plan, limits)
         reasons += deaf_approach_reasons(plan, limits, shaken=shake is not None)
         reasons += both_silent_reasons(limits)
-        reasons += dead_drift_reasons(limits)
+        reasons += dead_drift_reasons(plan, limits)
     return Envelope(
         plan=plan,
         verdict=verdict_of(reasons),

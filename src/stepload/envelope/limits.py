@@ -49,7 +49,7 @@ _FROM = "5 N, twice the touch force, at most g(friction) F_allowed; at least 8 s
 _AGE = "the plan, or 12 ms, at least 4 periods"
 _EQUAL = "equal samples in a row; 0: off"
 _STANDS = "quanta, noise and drift of both sensors, while the second stands; 0: no second sensor"
-_ANSWER = f"{ANSWER_SHARE:g} of what the softest payload answers"
+_ANSWER = f"an answer to travel: {ANSWER_SHARE:g} of the softest payload's, on the stiffest arm,"
 _FOLLOW = "twice the position resolution + 4 sigma + lost motion"
 
 
@@ -75,11 +75,15 @@ class RunLimits:
     elastic_limit_n: float = _limit("N", "F_c of the payload")
     counted_limit_n: float = _limit("N", "F_c less its uncertainty")
     force_limit_n: float = _limit("N", "F_lim, 1.25 F_top, at most F_allowed", "R1, R2")
-    allowed_n: float = _limit("N", "(counted F_c - tol_abs - drift)/(1 + tol_rel)")
+    allowed_n: float = _limit(
+        "N", "ladder of forces: F_c less what the channels and the zero may err by"
+    )
     largest_top_n: float = _limit("N", "F_allowed - headroom")
     top_force_n: float = _limit("N", "plan")
     noise_n: float = _limit("N", "noise and resolution of the force sensor")
-    stiffness_n_per_m: float = _limit("N/m", "K_s + 3 sigma, more for a guess")
+    stiffness_n_per_m: float = _limit(
+        "N/m", "K_s + 3 sigma, more for a guess, with the tip held sideways"
+    )
     tangent_n_per_m: float = _limit("N/m", "k_t of the payload at F_lim")
     period_s: float = _limit("s", "1 / arm rate")
     reading_s: float = _limit("s", "period of force readings, at least that of the arm")
@@ -105,7 +109,7 @@ class RunLimits:
     command_delay_s: float = _limit("s", "rig: arm.command_delay", zero=True)
     arm_lag_s: float = _limit("s", "rig: arm.lag", zero=True)
     search_end_m: float = _limit("m", "plan", "R8")
-    jump_n: float = _limit("N", "10 sigma + 2 quanta", "R9")
+    jump_n: float = _limit("N", "10 sigma + 2 quanta; more while the arm moves", "R9")
     clock_s: float = _limit("s", "15 ms, 5 periods or the longest age limit", "R10")
     contact_n_s_per_m: float = _limit("N s/m", "a hidden hard stop of 1e9 N/m", "speed cap")
     guarded_speed_m_s: float = _limit("m/s", "force budget")
@@ -118,9 +122,13 @@ class RunLimits:
     arm_acceleration_m_s2: float = _limit("m/s^2", "rig: arm.max_acceleration")
     leash_free_m: float = _limit("m", "(F_lim - F_th - 6 sigma) / K_s,max")
     leash_share: float = _limit(
-        "", "of the leash, so far from the last answer of the payload", "R6"
+        "", "leashes that the target may be beyond the last answer of the payload", "R6"
     )
-    leash_proved: float = _limit("", "of the leash, so far from the last answer but one", "R6")
+    leash_proved: float = _limit(
+        "",
+        "leashes that the target may be beyond the last answer but one, which the last has proved",
+        "R6",
+    )
     answer_n_per_m: float = _limit("N/m", f"{_ANSWER} at the touch", "R6")
     answer_top_n_per_m: float = _limit("N/m", f"{_ANSWER} at the top force", "R6")
     step_rate_per_s: float = _limit("1/s", "lambda = 0.25 / T")

@@ -159,8 +159,8 @@ def both_silent_reasons(limits: RunLimits) -> Iterator[Reason]:
     yield Reason(
         "both_silent", Severity.WARN,
         f"where {silent} silent in a load step, and the payload is much stiffer than the plan says"
-        f" or rests on something hard, the arm goes on to {format_quantity(most_n, 'N')} before it"
-        " stands",
+        f" or rests on something hard, the arm goes on to {format_quantity(most_n, 'N')} at most,"
+        f" {most_n / limit_n:.3g} times the counted F_c, before it stands",
         "a lower top_force; channels with supplies and links of their own; a calibration that"
         " states the smooth error of the arm's position, and a finer arm",
         most_n, limit_n, "N",
@@ -208,21 +208,21 @@ def deaf_approach_reasons(plan: Plan, limits: RunLimits, *, shaken: bool) -> Ite
     if most_n <= limit_n:
         return
     dead = "both force channels have" if limits.cross_check else "the only force channel has"
-    since = "the shake before the approach" if shaken else "the last push by hand"
+    since = "the shake before the approach" if shaken else "the last push by hand, if there was one"
     way_m = limit_n / limits.stiffness_n_per_m
     proof = "" if shaken else "rig.force.tool_mass, for a shake that proves it before an approach; "
     yield Reason(
         "deaf_approach", Severity.NOTE if limits.cross_check else Severity.WARN,
         f"where {dead} died since {since}, behind noise that goes on, nothing tells of the surface:"
         f" the arm presses on to the end of the search, with up to {format_quantity(most_n, 'N')}"
-        " on something rigid",
+        f" on something rigid (the arm's own push: {_push(plan)})",
         f"{proof}the arm's own force limit below {format_quantity(limit_n, 'N')}; or a surface"
         f" known so well that search_distance may be below {format_quantity(way_m, 'm')}",
         most_n, limit_n, "N",
     )  # fmt: skip
 
 
-def dead_drift_reasons(limits: RunLimits) -> Iterator[Reason]:
+def dead_drift_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
     """The rise of a dead channel that passes for a payload that answers.
 
     A slower one shows where the arm stands. Jumps do not have to be even: one that comes with the
@@ -234,11 +234,12 @@ def dead_drift_reasons(limits: RunLimits) -> Iterator[Reason]:
     )
     jump_n = limits.answer_top_n_per_m * limits.leash_proved * leash_m
     dead = "both force channels are" if limits.cross_check else "the only force channel is"
+    push = f"nothing bounds the force but the arm's own push of {_push(plan)}"
     yield Reason(
         "dead_drift", Severity.NOTE if limits.cross_check else Severity.WARN,
         f"where {dead} dead in a load step and the reading rises on by itself, by more than"
-        f" {drift:.2g} N/s or in jumps of {jump_n:.2g} N, it passes for a payload that answers, and"
-        " nothing bounds the force",
+        f" {drift:.2g} N/s ({SLOW_PER_S:.0%} of F_lim a second) or in jumps of {jump_n:.2g} N, it"
+        f" passes for a payload that answers: {push}",
         "channels with supplies and links of their own; the arm's own force limit",
         drift, 0.0, "N/s",
     )  # fmt: skip
@@ -248,6 +249,10 @@ def _search_n(plan: Plan, limits: RunLimits) -> float:
     """What an arm that searches to the end comes to on something rigid at the near edge."""
     reach_n = limits.stiffness_n_per_m * plan.procedure.search_distance_m
     return min(reach_n, plan.rig.arm.max_push_n)
+
+
+def _push(plan: Plan) -> str:
+    return f"{format_quantity(plan.rig.arm.max_push_n, 'N')} (rig.arm.max_push)"
 
 
 def _after(time_s: float) -> str:

@@ -21,7 +21,8 @@ def thresholds_called(name: str) -> tuple[Explanation, ...]:
             + (f" [{each.metadata['unit']}]" if each.metadata["unit"] else "")
             + (f"; rule {each.metadata['rule']} judges by it" if each.metadata["rule"] else "")
             + ".",
-            "Nothing: `stepload preflight PLAN --verbose` and limits.json say what it is in a run;"
+            "Nothing: limits.json says what it is in a run, and for the rules' own also"
+            " `stepload preflight PLAN --verbose`;"
             " `stepload replay RECORD --limit` judges a record by another.",
             "safety.md",
         )

@@ -203,13 +203,13 @@ def test_an_approach_with_dead_channels_comes_to_what_the_search_allows() -> Non
 
 def test_the_drift_of_dead_channels_that_passes_for_an_answer_is_named() -> None:
     """How fast a force is to rise that the arm does not stop for, and what an answer is worth."""
-    [reason] = dead_drift_reasons(LIMITS)
+    [reason] = dead_drift_reasons(PLAN, LIMITS)
     room_n = LIMITS.force_limit_n - LIMITS.top_force_n - 6.0 * LIMITS.noise_n
     worth = LIMITS.answer_top_n_per_m / LIMITS.stiffness_n_per_m * LIMITS.leash_proved
     assert reason.value == pytest.approx(0.02 * LIMITS.force_limit_n)
     assert f"jumps of {worth * room_n:.2g} N" in reason.message
     assert reason.severity is Severity.NOTE
-    [alone] = dead_drift_reasons(replace(LIMITS, cross_check=""))
+    [alone] = dead_drift_reasons(PLAN, replace(LIMITS, cross_check=""))
     assert alone.severity is Severity.WARN
     assert "dead_drift" in {each.code for each in envelope_for(PLAN, COARSE_F_C_N).reasons}
 
