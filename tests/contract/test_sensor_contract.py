@@ -52,6 +52,8 @@ def trial(request):
 
         def silence(fault="silent"):
             board.switch_on(fault)
+            if fault == "unplug":
+                assert emulator.unplugged.wait(60.0), "it went on to send"
 
         yield Trial(
             make,

@@ -73,7 +73,8 @@ class Emulator:
     """One device on one wire, served by one thread from `start` to `stop`.
 
     `produced` counts the samples due so far, `sent` those handed to the wire,
-    `spoiled` those that a fault touched, `overrun` those that the wire did not take.
+    `spoiled` those that a fault touched, `overrun` those that the wire did not take;
+    `unplugged` is set when its wire is gone.
     """
 
     def __init__(self, device: Emulated, wire: Wire, board: FaultBoard, seed: int = 0) -> None:
@@ -83,6 +84,7 @@ class Emulator:
         self._wire = wire
         self._random = random.Random(seed)
         self._halt = threading.Event()
+        self.unplugged = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"emulate {wire.address}")
         self._held: deque[tuple[float, bytes]] = deque()
         self._flush_s = 0.0
@@ -112,6 +114,7 @@ class Emulator:
         while not self._halt.is_set():
             if self.board.on("unplug"):
                 self._wire.close()
+                self.unplugged.set()
                 self._halt.wait()
                 return
             if self.board.on("second_client") and isinstance(self._wire, RdtWire):
