@@ -4,8 +4,8 @@ A channel that dies while the force rises still shows its last rise in every mea
 to it, and noise may show it once more. So a mean of the force is paired with a position from before
 it, and such an answer proves not itself but the one before: a dead channel does not rise above it,
 unless its reading rises by itself. A payload's answer comes with the motion; a dead reading rises
-where the arm stands as well, and what has risen no faster than there is no answer. One that rises
-fast, or in jumps, passes for a payload that answers (`dead_drift`).
+where the arm stands as well, and what has risen no faster than there is no answer. One that gives
+answers on the way, or that jumps, passes for a payload (`dead_drift`).
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from stepload.envelope.leash import (
     DRIFT_SHARE,
     DRIFT_SIGMAS,
     END_WINDOW_S,
-    SLOW_PER_S,
 )
 from stepload.envelope.limits import RunLimits
 
@@ -28,14 +27,14 @@ class Anchor:
 
     `answer_n` and `answer_m` are force and position of the former, `proved_n` and `proved_m` of the
     latter; `mean_n` is the mean force over `ANCHOR_WINDOW_S`, `rise_n` how far it must rise to be
-    an answer; `share` of the leash the arm may go on the last answer.
+    an answer.
     """
 
     __slots__ = (
         "_alpha", "_at", "_before_m", "_end_count", "_end_m", "_end_n", "_forces_n", "_half_ticks",
-        "_halves_n", "_least_n_per_m", "_limits", "_next_n", "_positions_m", "_short", "_slow_n",
-        "_stops", "_sum_n", "_ticks", "_variance", "answer_m", "answer_n", "mean_n", "proved_m",
-        "proved_n", "rise_n", "share",
+        "_halves_n", "_least_n_per_m", "_limits", "_next_n", "_positions_m", "_short", "_stops",
+        "_sum_n", "_ticks", "_variance", "answer_m", "answer_n", "mean_n", "proved_m", "proved_n",
+        "rise_n",
     )  # fmt: skip
 
     def __init__(self, limits: RunLimits) -> None:
@@ -48,8 +47,6 @@ class Anchor:
         self._halves_n: list[float] = []
         self._least_n_per_m = limits.answer_n_per_m
         self._stops = limits.leash_share < limits.leash_proved
-        self._slow_n = SLOW_PER_S * limits.force_limit_n * limits.period_s
-        self.share = limits.leash_share
         self.rise_n = self._next_n = self._told_n(2.0 * self._short)
         self._sum_n = self.mean_n = self.answer_n = self.proved_n = 0.0
         self._before_m = self.answer_m = self.proved_m = 0.0
@@ -77,8 +74,7 @@ class Anchor:
         """Take in a pair of the same moment.
 
         Where the arm stops for a payload that answers little, no answer is taken on the way: its
-        noise would have the next one take longer. Nor is one that comes slowly, or after the arm
-        has stood for a while: it stops halfway then, as one answer at the end is to leave it room.
+        noise would have the next one take longer. Nor is one where the arm has stood for a while.
         """
         self._ticks += 1
         forces_n, positions_m, at = self._forces_n, self._positions_m, self._at
@@ -89,17 +85,7 @@ class Anchor:
         forces_n[at], positions_m[at] = force_n, position_m
         self._at = at + 1 if at + 1 < len(forces_n) else 0
         self.mean_n = mean_n = sum_n / len(forces_n)
-        if self._stops:
-            return
-        limits = self._limits
-        slow = mean_n - self.answer_n < self._slow_n * self._ticks
-        self.share = 0.5 * limits.leash_proved if slow else limits.leash_share
-        if (
-            mean_n > self._next_n
-            and not slow
-            and len(self._halves_n) < 2
-            and self._worth(mean_n, before_m)
-        ):
+        if mean_n > self._next_n and len(self._halves_n) < 2 and self._worth(mean_n, before_m):
             self._answer(mean_n, before_m, self._short)
 
     def add_at_end(self, position_m: float, force_n: float) -> None:
@@ -139,7 +125,7 @@ class Anchor:
         """Take this for an answer; the last one is proved."""
         self.proved_n, self.proved_m = self.answer_n, self.answer_m
         self.answer_n, self.answer_m, self._variance = force_n, position_m, variance
-        self._next_n = force_n + self._told_n(self._short + variance)
+        self._next_n = force_n + (math.inf if self._stops else self._told_n(self._short + variance))
         self._least_n_per_m = self._limits.answer_at(force_n)
         self._ticks = 0
         self._stand()

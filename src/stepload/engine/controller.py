@@ -5,8 +5,8 @@ tangent compliance; c is a lower confidence bound of it. F_level rises along a r
 load rate, so that what is measured on the way is close to static. The leash bounds the target by
 what the force has *proved* so far (`engine.anchor`): even if every link died now, the arm would go
 to the last target and the force would stay below F_lim, on a payload no stiffer than it is believed
-to be, and on a rigid one below `leash_proved` times that; a dead reading that rises fast or in
-jumps is the exception (`dead_drift`). Nor does the target run so far ahead of
+to be, and on a rigid one below `leash_proved` times that; a dead reading that rises by itself,
+fast or in jumps, is the exception (`dead_drift`). Nor does the target run so far ahead of
 an arm that does not follow that a sudden step of it would bring the true force above F_c.
 """
 
@@ -155,7 +155,7 @@ class StepController:
         anchor.add(then_m, force_n)
         if sign > 0.0:
             end_m = self._end_m(anchor.proved_m, anchor.proved_n, limits.leash_proved)
-            last_m = self._end_m(anchor.answer_m, anchor.answer_n, anchor.share)
+            last_m = self._end_m(anchor.answer_m, anchor.answer_n, limits.leash_share)
             if last_m < end_m:
                 end_m = last_m
             if not self._started:

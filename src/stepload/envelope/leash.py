@@ -35,8 +35,6 @@ DRIFT_SHARE = 0.5
 stands."""
 DRIFT_SIGMAS = 1.5
 """On that drift. A dead reading that drifts evenly passes for a payload in one stand of 700."""
-SLOW_PER_S = 0.02
-"""Of F_lim in a second: a force that rises by less may be a drift, and the arm stops to see."""
 ANSWER_WINDOW_S = 0.6
 """The force is averaged over so long when an answer is looked for (R6)."""
 LEAST_ANSWER = 4.0

@@ -159,8 +159,10 @@ def pressing_for(
         guarded = min(guarded, catch_up_m / LONGEST_STALL_S)
     top_speed = TOP_SPEED_SHARE * rig.arm.max_speed_m_s
 
+    arm_n_per_m = rig.system_stiffness.stiffness_n_per_m
+
     def answer_at(force_n: float) -> float:
-        return ANSWER_SHARE * series_stiffness(press.stiffness_n_per_m, softest.tangent(force_n))
+        return ANSWER_SHARE * series_stiffness(arm_n_per_m, softest.tangent(force_n))
 
     return Pressing(
         rig=press,

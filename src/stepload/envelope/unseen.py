@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from stepload.envelope.leash import SLOW_PER_S, leash_travel
+from stepload.envelope.leash import leash_travel
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.reason import Reason, Severity
 from stepload.plan.model import Plan
@@ -18,6 +18,8 @@ GAINS = tuple(LEAST_GAIN + 0.05 * step for step in range(15))
 """Of the main channel, up to one that is right."""
 FILTERS = 8.0
 """Time constants after which R4 has forgotten what was before the freeze (`engine.cross_check`)."""
+WAITS = 4.0
+"""Times `leash_time_s`, in which R6 ends half a step whose only answer is a drift."""
 TELLS_WITHIN_S = 20.0
 """A sound channel that may repeat itself for longer is not waited for: it says something new after
 a 25th of that in the mean (`limits.FALSE_FREEZE_ODDS`)."""
@@ -225,21 +227,26 @@ def deaf_approach_reasons(plan: Plan, limits: RunLimits, *, shaken: bool) -> Ite
 def dead_drift_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
     """The rise of a dead channel that passes for a payload that answers.
 
-    A slower one shows where the arm stands. Jumps do not have to be even: one that comes with the
-    motion, or just after it, is an answer where it is worth one.
+    What rises while the arm stands is no answer, nor is a rise that it explains. But where answers
+    are found on the way nothing has stood yet: near a level, two answers below it, the arm takes
+    its time for a leash, and a drift that is worth an answer by then has it go on. And a level that
+    is reached before R6 has waited leaves the next one a leash of its own.
     """
-    drift = SLOW_PER_S * limits.force_limit_n
-    leash_m = leash_travel(
+    room_n = limits.stiffness_n_per_m * leash_travel(
         limits.force_limit_n, limits.top_force_n, limits.noise_n, limits.stiffness_n_per_m
     )
-    jump_n = limits.answer_top_n_per_m * limits.leash_proved * leash_m
+    leash_n = limits.leash_proved * room_n
+    answer_n = limits.answer_top_n_per_m * leash_n / limits.stiffness_n_per_m
+    drift = 0.5 * plan.procedure.step_n / (WAITS * limits.leash_time_s)
+    if limits.leash_share >= limits.leash_proved:
+        drift = min(drift, 2.0 * limits.step_rate_per_s * answer_n**2 / leash_n)
     dead = "both force channels are" if limits.cross_check else "the only force channel is"
     push = f"nothing bounds the force but the arm's own push of {_push(plan)}"
     yield Reason(
         "dead_drift", Severity.NOTE if limits.cross_check else Severity.WARN,
         f"where {dead} dead in a load step and the reading rises on by itself, by more than"
-        f" {drift:.2g} N/s ({SLOW_PER_S:.0%} of F_lim a second) or in jumps of {jump_n:.2g} N, it"
-        f" passes for a payload that answers: {push}",
+        f" about {drift:.2g} N/s or in jumps of {answer_n:.2g} N, it passes for a payload that"
+        f" answers: {push}",
         "channels with supplies and links of their own; the arm's own force limit",
         drift, 0.0, "N/s",
     )  # fmt: skip
