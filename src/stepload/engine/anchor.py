@@ -59,7 +59,9 @@ class Anchor:
         What the force has risen by at rest is no answer then.
         """
         if same:
-            self.answer_n = max(self.answer_n, force_n)
+            risen_n = max(0.0, force_n - self.answer_n)
+            self.answer_n += risen_n
+            self._next_n += risen_n
         else:
             self._answer(force_n, position_m, self._short)
             self.proved_n, self.proved_m = force_n, position_m

@@ -34,7 +34,7 @@ DRIFT_SHARE = 0.5
 """Of an answer at the end of the leash: so much of it may be a drift that goes on while the arm
 stands."""
 DRIFT_SIGMAS = 1.5
-"""On that drift. A dead reading that drifts evenly passes for a payload in one stand of 700."""
+"""On that drift: by the time a sound payload passes, one look at an even drift in 700 does."""
 ANSWER_WINDOW_S = 0.6
 """The force is averaged over so long when an answer is looked for (R6)."""
 LEAST_ANSWER = 4.0

@@ -49,7 +49,7 @@ _FROM = "5 N, twice the touch force, at most g(friction) F_allowed; at least 8 s
 _AGE = "the plan, or 12 ms, at least 4 periods"
 _EQUAL = "equal samples in a row; 0: off"
 _STANDS = "quanta, noise and drift of both sensors, while the second stands; 0: no second sensor"
-_ANSWER = f"an answer to travel: {ANSWER_SHARE:g} of the softest payload's, on the stiffest arm,"
+_ANSWER = f"an answer to travel: {ANSWER_SHARE:g} of the softest payload's, on the arm's K_s,"
 _FOLLOW = "twice the position resolution + 4 sigma + lost motion"
 
 

@@ -158,12 +158,7 @@ def pressing_for(
     if catch_up_m < follow_m:
         guarded = min(guarded, catch_up_m / LONGEST_STALL_S)
     top_speed = TOP_SPEED_SHARE * rig.arm.max_speed_m_s
-
     arm_n_per_m = rig.system_stiffness.stiffness_n_per_m
-
-    def answer_at(force_n: float) -> float:
-        return ANSWER_SHARE * series_stiffness(arm_n_per_m, softest.tangent(force_n))
-
     return Pressing(
         rig=press,
         forces=forces,
@@ -171,14 +166,22 @@ def pressing_for(
         reading_noise_n=reading_n,
         leash_free_m=leash_m,
         leash=leash,
-        answer_n_per_m=answer_at(procedure.touch_force_n),
-        answer_top_n_per_m=answer_at(procedure.top_force_n),
+        answer_n_per_m=_least_answer(arm_n_per_m, softest, procedure.touch_force_n),
+        answer_top_n_per_m=_least_answer(arm_n_per_m, softest, procedure.top_force_n),
         guarded_speed_m_s=min(guarded, top_speed),
         fast_speed_m_s=min(fast, top_speed),
         contact_n_s_per_m=rigid_coefficient(press, forces.limit_n),
         ahead_m=max(catch_up_m, follow_m),
         follow_m=follow_m,
     )
+
+
+def _least_answer(arm_n_per_m: float, softest: ContactLaw, force_n: float) -> float:
+    """What is an answer to travel at this force, in N/m: less shows on no arm near the plan's K_s.
+
+    The largest K_s would ask an arm that gives way sideways for more than it can show.
+    """
+    return ANSWER_SHARE * series_stiffness(arm_n_per_m, softest.tangent(force_n))
 
 
 def _forces(

@@ -189,7 +189,7 @@ def silent_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
         else "where it is frozen"
     )
     yield Reason(
-        "silent_channel", Severity.NOTE if limits.cross_check else Severity.WARN,
+        "silent_channel", _severity(limits),
         f"in free air a sound {' or '.join(silent)} may read the same for more than"
         f" {TELLS_WITHIN_S:g} s, too long for an approach to wait for: {beside}, the arm goes to"
         f" the end of its search, and presses with up to {format_quantity(most_n, 'N')}",
@@ -214,7 +214,7 @@ def deaf_approach_reasons(plan: Plan, limits: RunLimits, *, shaken: bool) -> Ite
     way_m = limit_n / limits.stiffness_n_per_m
     proof = "" if shaken else "rig.force.tool_mass, for a shake that proves it before an approach; "
     yield Reason(
-        "deaf_approach", Severity.NOTE if limits.cross_check else Severity.WARN,
+        "deaf_approach", _severity(limits),
         f"where {dead} died since {since}, behind noise that goes on, nothing tells of the surface:"
         f" the arm presses on to the end of the search, with up to {format_quantity(most_n, 'N')}"
         f" on something rigid (the arm's own push: {_push(plan)})",
@@ -243,7 +243,7 @@ def dead_drift_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
     dead = "both force channels are" if limits.cross_check else "the only force channel is"
     push = f"nothing bounds the force but the arm's own push of {_push(plan)}"
     yield Reason(
-        "dead_drift", Severity.NOTE if limits.cross_check else Severity.WARN,
+        "dead_drift", _severity(limits),
         f"where {dead} dead in a load step and the reading rises on by itself, by more than"
         f" about {drift:.2g} N/s or in jumps of {answer_n:.2g} N, it passes for a payload that"
         f" answers: {push}",
@@ -256,6 +256,11 @@ def _search_n(plan: Plan, limits: RunLimits) -> float:
     """What an arm that searches to the end comes to on something rigid at the near edge."""
     reach_n = limits.stiffness_n_per_m * plan.procedure.search_distance_m
     return min(reach_n, plan.rig.arm.max_push_n)
+
+
+def _severity(limits: RunLimits) -> Severity:
+    """Of what takes the death of every force channel: with two of them both must die."""
+    return Severity.NOTE if limits.cross_check else Severity.WARN
 
 
 def _push(plan: Plan) -> str:

@@ -251,8 +251,10 @@ def test_no_answer_is_taken_on_the_way_where_the_arm_has_stood() -> None:
 def test_what_a_force_rises_by_at_rest_after_a_level_was_given_up_is_no_answer() -> None:
     for rested_n, answer_n in ((3.0, 3.0), (1.0, 2.0)):
         anchor = begun(1e4)._anchor
-        anchor.begin(0.0, 2.0, same=False)
+        anchor.begin(1e-6, 2.0, same=False)
         anchor.begin(0.0, rested_n, same=True)
+        assert anchor.answer_n == answer_n
+        anchor.add(0.0, rested_n + 0.01 * NOISE_N)
         assert anchor.answer_n == answer_n
 
 

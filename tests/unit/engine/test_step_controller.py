@@ -227,10 +227,15 @@ def test_a_dead_channel_that_drifts_is_no_payload_that_answers(
     assert (drifted_n(limits, drift) < limits.force_limit_n) == held
 
 
-def test_a_dead_channel_with_slow_noise_is_no_payload_that_answers() -> None:
+@pytest.mark.parametrize(("rules", "held"), [(False, False), (True, True)])
+def test_a_dead_channel_with_slow_noise_is_no_payload_that_answers(
+    rules: bool, held: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A filter behind what died: its means are as noisy as its readings, and one answers."""
-    reached = [dead_n(PLAIN, 1e12, seed, frozen=False, coloured_s=0.1) for seed in range(4)]
-    assert max(reached) < 1.0
+    limits = PLAIN if rules else replace(PLAIN, answer_n_per_m=1.0, answer_top_n_per_m=1.0)
+    monkeypatch.setattr(anchor, "DRIFT_SHARE", DRIFT_SHARE if rules else math.inf)
+    reached = [dead_n(limits, 1e12, seed, frozen=False, coloured_s=0.1) for seed in (1, 2)]
+    assert (max(reached) < 1.0) == held
 
 
 @pytest.mark.parametrize("every", [10, 20])

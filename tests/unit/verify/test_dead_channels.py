@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
+from stepload.engine import anchor
 from stepload.envelope import pressing
-from stepload.envelope.leash import ANSWER_SHARE
+from stepload.envelope.leash import ANSWER_SHARE, DRIFT_SHARE
 from stepload_verify.trials.dead_channels import Case, Death, Dying, believed, run
 
 
@@ -52,6 +55,16 @@ def test_channels_that_die_behind_slow_noise_and_drift_do_not_lead_the_arm_on() 
     assert found.allowed == 1.0
     assert found.share_of_f_lim < 1.0
     assert found.ended in ("R6", "not_open")
+
+
+@pytest.mark.parametrize(("share", "held"), [(math.inf, False), (DRIFT_SHARE, True)])
+def test_channels_that_die_and_drift_lead_no_arm_on_that_stands(
+    share: float, held: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(anchor, "DRIFT_SHARE", share)
+    found = run(Case("UR, softer", "rigid", "drift of 0.2 N/s", 0))
+    assert found.allowed == 2.0
+    assert (found.share_of_f_lim < 1.0) == held
 
 
 @pytest.mark.parametrize(("share", "held"), [(0.15, False), (ANSWER_SHARE, True)])

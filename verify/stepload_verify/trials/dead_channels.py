@@ -8,10 +8,10 @@ by a filter of 20 ms to 0.3 s; some drift then, sway, wander or rise in steps, s
 seconds, some have had a filter that no plan states since the beginning; of some the main one still
 shows a part of what the force changes by. The payload is as planned, or a hundred times stiffer.
 Prints the largest true force of each kind as a share of the counted F_c and of F_lim, and how the
-runs ended; exit code 1 where one passed `leash_proved` times F_lim, to which the leash holds it.
-Channels that fade or lost a part of their gain still answer, with too little: those are only
-counted, and so are those that drift faster than preflight says (`dead_drift`). The rig is as stiff
-as the leash believes it to be at most.
+runs ended ("nothing died" where the force never came to that level); exit code 1 where one passed
+`leash_proved` times F_lim, to which the leash holds it. Channels that fade or lost a part of their
+gain still answer, with too little: those are only counted, and so are those that drift faster than
+preflight says (`dead_drift`). The rig is as stiff as the leash believes it to be at most.
 """
 
 from __future__ import annotations
@@ -155,10 +155,15 @@ class Dying:
         self._filtered_n = self._last_n = math.nan
         self._dead_s, self._stood_n, self._colour_n = math.nan, 0.0, 0.0
 
+    @property
+    def dead(self) -> bool:
+        """Whether it has died."""
+        return not math.isnan(self._dead_s)
+
     def read(self, live_n: float) -> float:
         """The reading of a sound channel in, that of this one out."""
         filtered_n = self._low_pass(live_n)
-        if math.isnan(self._dead_s):
+        if not self.dead:
             if not self._dies():
                 return filtered_n
             self._dead_s, self._stood_n = 0.0, filtered_n
@@ -191,7 +196,7 @@ class Dying:
             self._filtered_n += share * (live_n - self._filtered_n)
         else:
             self._filtered_n = live_n
-        if math.isnan(self._dead_s):
+        if not self.dead:
             self._last_n = self._filtered_n
         return self._filtered_n
 
@@ -291,9 +296,8 @@ def run(case: Case) -> Found:
     def dying(death: Death, noise_n: float, rate_hz: float) -> Dying:
         return Dying(dies, death, noise_n, 1.0 / rate_hz, chance.randrange(2**32))
 
-    changed: dict[str, Any] = {
-        "force": DyingSensor(rig.force, force.axis, dying(death, force.noise_n, force.rate_hz))
-    }
+    main = dying(death, force.noise_n, force.rate_hz)
+    changed: dict[str, Any] = {"force": DyingSensor(rig.force, force.axis, main)}
     beside = death._replace(gain=0.0)
     if rig.second_force is not None and second.sensor is not None:
         of = second.sensor
@@ -314,7 +318,7 @@ def run(case: Case) -> Found:
         peak_n / limits.force_limit_n,
         limits.leash_proved,
         bool(death.fade_s or death.gain) or death.drift_n_per_s > named_drift(envelope),
-        cause.rule if cause else outcome.status.value,
+        (cause.rule if cause else outcome.status.value) if main.dead else "nothing died",
     )
 
 
