@@ -24,6 +24,11 @@ ANSWER_FILTER_S = 0.3
 _LOAD, _HOLD, _DWELL = int(Phase.LOAD), int(Phase.HOLD), int(Phase.DWELL)
 
 
+def waits_from(moves: bool) -> float:
+    """Share of the leash from which on R6 waits for an answer."""
+    return MOST_SHARE if moves else TAUT_SHARE
+
+
 class AnswerWatch:
     """Travel in a load step since the force has answered.
 
@@ -62,14 +67,19 @@ class AnswerWatch:
         self._taut_s = 0.0
         self._pressed = phase in (_LOAD, _HOLD)
 
+    def leash_n(self) -> float:
+        """What all of the leash from the answer comes to on something rigid, in N."""
+        limits = self._limits
+        room_n = limits.force_limit_n - self.answer_n - 6.0 * limits.noise_n
+        return limits.leash_proved * room_n
+
     def load(self, target_m: float, smooth_n: float, speed_m_s: float) -> Breach | None:
         """Judge a tick of a load step."""
         limits = self._limits
         self._pressed = True
         self._mean_n = mean_n = self._mean_n + self._alpha * (smooth_n - self._mean_n)
         self._mean_m = mean_m = self._mean_m + self._alpha * (target_m - self._mean_m)
-        room_n = limits.force_limit_n - self.answer_n - 6.0 * limits.noise_n
-        leash_n = limits.leash_proved * room_n
+        leash_n = self.leash_n()
         gone_m = mean_m - self._risen_m
         least_n = limits.answer_at(self._risen_n) * gone_m
         if mean_n > self._risen_n + max(self.rise_n, least_n):
@@ -80,13 +90,13 @@ class AnswerWatch:
                 return None
         travel_m = target_m - self.answer_m
         travel_n = travel_m * limits.stiffness_n_per_m
-        moves = speed_m_s > 0.0
-        if travel_n < (MOST_SHARE if moves else TAUT_SHARE) * leash_n:
+        from_n = waits_from(speed_m_s > 0.0) * leash_n
+        if travel_n < from_n:
             return None
         self._taut_s += limits.period_s
         if self._taut_s <= limits.leash_time_s:
             return None
         return self._found(
-            "R6", travel_m, TAUT_SHARE * leash_n / limits.stiffness_n_per_m, "m",
+            "R6", travel_m, from_n / limits.stiffness_n_per_m, "m",
             f"{travel_m * 1e6:.1f} um of travel and no answer in force",
         )  # fmt: skip

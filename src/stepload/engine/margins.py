@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from stepload.engine.answers import TAUT_SHARE
+from stepload.engine.answers import waits_from
 from stepload.engine.motion import SEARCHING
 from stepload.engine.supervisor import ACROSS_SIGMAS, Supervisor
 from stepload.envelope.limits import RunLimits
@@ -106,8 +106,8 @@ def margins(
         room_n = limit_n - sup.smooth_n - 6.0 * limits.noise_n
         cap_n = 1.25 * room_n + 2.0 * limits.noise_n
         found["CAP"] = _share(motion.speed_m_s * limits.contact_n_s_per_m, cap_n)
-        leash_n = TAUT_SHARE * limits.leash_proved * (limit_n - sup.answer_n - 6.0 * limits.noise_n)
-        found["R6"] = _share(sup.travel_m * limits.stiffness_n_per_m, leash_n)
+        from_n = waits_from(motion.speed_m_s > 0.0) * sup.answers.leash_n()
+        found["R6"] = _share(sup.travel_m * limits.stiffness_n_per_m, from_n)
     return found
 
 

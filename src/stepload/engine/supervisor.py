@@ -153,13 +153,8 @@ class Supervisor:
         return self._standing.moved_n
 
     @property
-    def answer_n(self) -> float:
-        """The force that R6 has seen grow; what grew since may be noise."""
-        return self.answers.answer_n
-
-    @property
     def travel_m(self) -> float:
-        """Travel that was commanded since then."""
+        """Travel that was commanded since the answer that R6 counts from."""
         return self.motion.target_m - self.answers.answer_m
 
     @property

@@ -340,12 +340,12 @@ def test_r6_begins_from_the_mean_of_the_hold_and_not_from_its_last_sample() -> N
     feed = Feed(**CALM, at_n=100.0)
     feed.ticks(1000, 100.0)
     feed.tick(100.0 + 6.0 * NOISE_N)
-    assert feed.supervisor.answer_n == pytest.approx(100.0, abs=0.1 * NOISE_N)
+    assert feed.supervisor.answers.answer_n == pytest.approx(100.0, abs=0.1 * NOISE_N)
     feed.tick(50.0, phase=Phase.UNLOAD)  # what is no hold is followed at once
     feed.tick(50.0, phase=Phase.UNLOAD)
-    first_n = feed.supervisor.answer_n
+    first_n = feed.supervisor.answers.answer_n
     feed.tick(50.0, phase=Phase.HOLD)
-    assert abs(feed.supervisor.answer_n - 50.0) < abs(first_n - 50.0)
+    assert abs(feed.supervisor.answers.answer_n - 50.0) < abs(first_n - 50.0)
 
 
 def test_r6_waits_its_whole_time_after_an_answer() -> None:
@@ -380,10 +380,10 @@ def test_r6_begins_from_the_mean_of_the_dwell_after_a_touch() -> None:
     feed.ticks(1, 20.0 * NOISE_N, phase=Phase.DWELL)
     feed.ticks(100, 10.0 * NOISE_N, phase=Phase.DWELL)
     feed.ticks(1, 30.0 * NOISE_N, phase=Phase.DWELL)
-    assert feed.supervisor.answer_n == pytest.approx(10.0 * NOISE_N, rel=0.1)
+    assert feed.supervisor.answers.answer_n == pytest.approx(10.0 * NOISE_N, rel=0.1)
     feed.ticks(1, phase=Phase.TOUCH_RETRACT)
     feed.ticks(200, 5.0 * NOISE_N, phase=Phase.DWELL)
-    assert feed.supervisor.answer_n == pytest.approx(5.0 * NOISE_N, rel=0.1)
+    assert feed.supervisor.answers.answer_n == pytest.approx(5.0 * NOISE_N, rel=0.1)
 
 
 def test_r6_waits_where_the_arm_stands_and_beyond_a_leash() -> None:

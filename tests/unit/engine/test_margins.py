@@ -43,7 +43,7 @@ def supervisor(**other: Any) -> Any:
     told = {
         "force": stream(), "arm": stream(), "second": None, "tared": True, "force_n": 100.0,
         "second_n": math.nan, "smooth_n": 100.0, "predicted_n": 110.0, "difference_n": 0.0,
-        "standing_n": 0.0, "answer_n": 0.0, "travel_m": 0.0,
+        "standing_n": 0.0, "travel_m": 0.0, "answers": SimpleNamespace(leash_n=lambda: 300.0),
         "motion": motion(),
         "wrench": SimpleNamespace(share=0.0, off_m=0.0), "arm_across_n": 0.0,
         "arm_wrench": SimpleNamespace(share=0.0),
@@ -54,10 +54,11 @@ def supervisor(**other: Any) -> Any:
 
 def test_a_rule_without_room_is_all_used() -> None:
     moving = motion(recent_m_s=1e-3, speed_m_s=1e-3)
-    near = supervisor(smooth_n=374.0, answer_n=374.0, travel_m=1e-7, motion=moving)
+    spent = SimpleNamespace(leash_n=lambda: -1.0)
+    near = supervisor(smooth_n=374.0, answers=spent, travel_m=1e-7, motion=moving)
     found = margins(near, limits(), 1.0, Phase.LOAD)
     assert found["CAP"] == found["R6"] == 1.0
-    still = margins(supervisor(smooth_n=374.0, answer_n=374.0), limits(), 1.0, Phase.LOAD)
+    still = margins(supervisor(smooth_n=374.0, answers=spent), limits(), 1.0, Phase.LOAD)
     assert still["CAP"] == still["R6"] == 0.0
 
 
@@ -90,6 +91,13 @@ def test_sideways_noise_counts_by_the_limit_that_stops_for_it() -> None:
     noisy = supervisor(force=stream(smooth_across_n=6.0), force_n=0.0)
     found = margins(noisy, limits(noise_n=1.0), 1.0, Phase.GUARDED_APPROACH)
     assert found["R11"] == pytest.approx(6.0 / 8.0)
+
+
+def test_an_arm_on_its_way_has_more_room_without_an_answer() -> None:
+    """As R6 judges: it waits from 1.1 leashes on while the arm moves, from 0.45 while it stands."""
+    for speed_m_s, share in ((1e-3, 0.5 / 1.1), (0.0, 0.5 / 0.45)):
+        halfway = supervisor(travel_m=150.0 / 3e6, motion=motion(speed_m_s=speed_m_s))
+        assert margins(halfway, limits(), 1.0, Phase.LOAD)["R6"] == pytest.approx(share)
 
 
 def test_a_predicted_peak_counts_with_the_force_across() -> None:
