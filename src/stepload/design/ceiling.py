@@ -23,6 +23,8 @@ TRIES = 3
 rises with it: asked so often it is exact to a millionth."""
 BELOW = 0.95
 """A plan of this share of the largest safe force is never refused for its force."""
+LOOKS = 3
+"""So often the force that the steps reach is looked for."""
 ANY_N = 1e6
 """More than any rig can push."""
 
@@ -94,15 +96,24 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
 
 
 def _reached(rig: str, payload: Path, top_n: float, order: Order) -> float:
-    """The force that the steps of a plan surely reach; infinite where no plan tells it."""
-    try:
-        envelope = derive(plan_of(rig, payload, BELOW * top_n, order))
-    except (BadInputError, RefusedError, DomainError):
-        return math.inf
-    if envelope.limits is None:
-        return math.inf
-    reached_n = largest_reached_n(envelope.plan.rig, envelope.limits)
-    return reached_n if reached_n > 0.0 else math.inf
+    """The force that the steps of a plan surely reach; infinite where no plan tells it.
+
+    Looked for again from there: the leash of a plan with less force may be another.
+    """
+    looked_n, reached_n = BELOW * top_n, math.inf
+    for _ in range(LOOKS):
+        try:
+            plan = plan_of(rig, payload, looked_n, order)
+            envelope = derive(plan)
+        except (BadInputError, RefusedError, DomainError):
+            break
+        if envelope.limits is None:
+            break
+        found_n = largest_reached_n(plan.rig, envelope.limits)
+        if not 0.0 < found_n < min(reached_n, top_n):
+            break
+        looked_n = reached_n = found_n
+    return reached_n
 
 
 def _no_force(envelope: Envelope) -> RefusedError:

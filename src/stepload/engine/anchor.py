@@ -90,17 +90,20 @@ class Anchor:
         if mean_n > self._next_n and len(self._halves_n) < 2 and self._worth(mean_n, before_m):
             self._answer(mean_n, before_m, self._short)
 
-    def add_at_end(self, position_m: float, force_n: float) -> None:
-        """The same at the end of the leash, where a soft payload answers in a longer mean only."""
+    def add_at_end(self, position_m: float, force_n: float) -> bool:
+        """The same at the end of the leash, where a soft payload answers in a longer mean only.
+
+        True where the arm has stood for long enough that it was looked for.
+        """
         self._end_count = n = self._end_count + 1
         self._end_n += force_n
         self._end_m += position_m
         if n % self._half_ticks:
-            return
+            return False
         self._halves_n.append(self._end_n)
         half, odd = divmod(len(self._halves_n), 2)
         if odd:
-            return
+            return False
         mean_n, mean_m = self._end_n / n, self._end_m / n
         variance = self._variance_of(n)
         told_n = self._told_n(variance + max(variance, self._variance))
@@ -111,6 +114,7 @@ class Anchor:
             and self._worth(mean_n, mean_m)
         ):
             self._answer(mean_n, mean_m, variance)
+        return True
 
     def _drifted(self, risen_n: float, ticks: int) -> float:
         """What the force may have drifted by since the last answer, in N.

@@ -162,10 +162,11 @@ class StepController:
                 self._started = True
                 lead_m = target_m - position_m
                 self._lead.begin(lead_m)
-                self._ahead_m = lead_m if lead_m < 0.0 else 0.0
+                self._ahead_m = min(lead_m, limits.lead_m)
             end_m += self._ahead_m
             if target > end_m:
-                anchor.add_at_end(then_m, force_n)
+                if anchor.add_at_end(then_m, force_n):
+                    self._ahead_m = min(target_m - then_m, limits.lead_m)
                 target = end_m if end_m > target_m else target_m
                 speed = (target - target_m) / step_s
             excess_m = self._lead.excess(target, position_m, ahead_m)

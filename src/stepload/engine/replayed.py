@@ -55,6 +55,7 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
         data.setdefault("reading_s", data["period_s"])
         # Records from before an answer had to be proved by the next one: R6 waited for longer.
         data.setdefault("leash_share", 1.0)
+        data.setdefault("lead_m", 0.0)
         data.setdefault("leash_proved", 2.0)
         data.setdefault("answer_n_per_m", 1.0)
         data.setdefault("answer_top_n_per_m", data["answer_n_per_m"])

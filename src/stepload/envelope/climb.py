@@ -3,20 +3,20 @@
 A step is asked for at the plan's load rate. The arm may be slower: near F_lim little force is left,
 and the speed there must be bearable to a hidden hard stop and to a link that stalls; and the leash
 is short there. The leash is reckoned from the *measured* position. A target leads it by the error
-of that measurement, which no pressing takes away: where the leash is shorter than this lead, the
-target stands still and the level is never reached.
+of that measurement, which is counted where the arm rests, but no more of it than is likely: a
+target farther ahead may lead an arm that is held back. Where the leash is shorter than what is left
+of the error, the target may stand still and the level is never reached.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.bounds import step_patience_s
 from stepload.envelope.catch_up import sudden_step
-from stepload.envelope.leash import END_WINDOW_S, lead_m
+from stepload.envelope.leash import END_WINDOW_S, uncounted_lead_m
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.press import NOISE_MULTIPLE
 from stepload.envelope.pressing import LONGEST_STALL_S
@@ -25,8 +25,6 @@ from stepload.plan.model import Plan, Rig
 BEGIN_TIME_CONSTANTS = 2.0
 """Time constants 1/λ by which a step is late: it begins as if the surface were rigid, and the force
 follows its ramp one time constant behind."""
-SURE_SIGMAS = 2.0
-"""The same where a force is chosen that every run shall reach."""
 PARTS = 24
 """A step is reckoned in so many parts."""
 
@@ -39,8 +37,8 @@ class Climbs:
         up_s: (L,) from the level below, or the touch, until each level is reached.
         down_s: (L − 1,) from each level above the lowest down to the next.
         missed_n: the lowest level that may not be reached; 0 N where there is none.
-        lead_m, leash_m: how far the target may lead the measured position, and how much of the
-            leash is for one answer at that level, or else at the top.
+        lead_m, leash_m: what may not be counted of how far the target leads the position, and how
+            much of the leash is for one answer at that level, or else at the top.
 
     All times are at most what a step may last.
     """
@@ -54,7 +52,7 @@ class Climbs:
 
 def largest_reached_n(rig: Rig, limits: RunLimits) -> float:
     """The largest force in N that a step surely reaches on this rig, however high F_lim may be."""
-    taken_n = limits.stiffness_n_per_m * lead_m(rig, SURE_SIGMAS)
+    taken_n = limits.stiffness_n_per_m * uncounted_lead_m(rig)
     return limits.allowed_n - NOISE_MULTIPLE * limits.noise_n - taken_n / limits.leash_share
 
 
@@ -63,12 +61,10 @@ def climbs_of(plan: Plan, limits: RunLimits, law: ContactLaw) -> Climbs:
     rig, procedure = plan.rig, plan.procedure
     levels = procedure.levels_n
     stiffness = limits.stiffness_n_per_m
-    likely_n, feared_n = (
-        stiffness * each for each in (0.5 * rig.arm.position_resolution_m, lead_m(rig))
-    )
-    own = _Way(limits, law, rig.system_stiffness.stiffness_n_per_m, likely_n)
+    lead_m = uncounted_lead_m(rig)
+    own = _Way(limits, law, rig.system_stiffness.stiffness_n_per_m)
     longest_s = step_patience_s(procedure)
-    missed_n = next((each for each in levels if own.leash_n(each) <= feared_n), 0.0)
+    missed_n = next((each for each in levels if own.leash_n(each) <= stiffness * lead_m), 0.0)
     below = (procedure.touch_force_n, *levels[:-1])
     up = (own.up_s(low, high) for low, high in zip(below, levels, strict=True))
     down = (own.down_s(high, low) for low, high in pairwise(levels))
@@ -76,7 +72,7 @@ def climbs_of(plan: Plan, limits: RunLimits, law: ContactLaw) -> Climbs:
         tuple(min(each, longest_s) for each in up),
         tuple(min(each, longest_s) for each in down),
         missed_n,
-        feared_n / stiffness,
+        lead_m,
         own.leash_n(missed_n or levels[-1]) / stiffness,
     )
 
@@ -88,7 +84,6 @@ class _Way:
     limits: RunLimits
     law: ContactLaw
     system_n_per_m: float
-    lead_n: float
 
     def leash_n(self, force_n: float) -> float:
         """What the leash leaves for one answer at a force, as the force of a rigid surface."""
@@ -97,10 +92,8 @@ class _Way:
         return limits.leash_share * room_n
 
     def up_s(self, low_n: float, high_n: float) -> float:
-        """Time in s to press from one force to a higher one; infinite where it stands still."""
+        """Time in s to press from one force to a higher one."""
         limits = self.limits
-        if self.leash_n(high_n) <= self.lead_n:
-            return math.inf
         part_n = max(high_n - limits.band_n - low_n, 0.0) / PARTS
         total_s = BEGIN_TIME_CONSTANTS / limits.step_rate_per_s
         for i in range(PARTS):
@@ -138,5 +131,5 @@ class _Way:
             limits.arm_lag_s,
         )
         stalled = ahead_m / LONGEST_STALL_S if ahead_m < limits.follow_m else rigid
-        leash = (self.leash_n(force_n) - self.lead_n) / limits.stiffness_n_per_m / END_WINDOW_S
+        leash = self.leash_n(force_n) / limits.stiffness_n_per_m / END_WINDOW_S
         return min(rigid, stalled, leash)

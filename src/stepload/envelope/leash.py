@@ -42,10 +42,14 @@ LEAST_ANSWER = 4.0
 LEAST_TOP_ANSWER = 2.5
 """The same just below a load level, where the leash is shortest; below it sound runs crept for
 minutes, gave levels up, or ended with R6."""
-LEAD_SIGMAS = 1.5
-"""On the smooth error of the position: where it just fits, 1 in 30 simulated runs stood still."""
-PLAIN_LEAD = 2.0
-"""What the leash leaves for one answer over that lead, above which it hardly slows the arm."""
+LEAD_SIGMAS = 2.0
+"""On the smooth error of the position: a target that leads it by more than that may be ahead of an
+arm that is held back."""
+SURE_SIGMAS = 3.0
+"""The same, where every run shall go on."""
+PLAIN_STEPS = 2.0
+"""What the leash leaves for one answer over half a step of the position, above which that hardly
+slows the arm."""
 LEAST_QUANTA = 2.0
 """Travel of the leash over the position resolution, below it the arm may see no progress."""
 
@@ -100,11 +104,16 @@ def lead_m(rig: Rig, sigmas: float = LEAD_SIGMAS) -> float:
     """How far in m the target may lead the measured position of an arm that rests where it should.
 
     Half a step of the position, and the smooth error of the arm's travel, for which the misfit of
-    K_s stands where nothing better is known.
+    K_s stands where nothing better is known. So much of the lead at rest is taken for an error.
     """
     system = rig.system_stiffness
     smooth_m = system.msde_m if system.smooth_error_m is None else system.smooth_error_m
     return 0.5 * rig.arm.position_resolution_m + sigmas * smooth_m
+
+
+def uncounted_lead_m(rig: Rig) -> float:
+    """What such a lead may be in m beyond what is counted, where every run shall go on."""
+    return lead_m(rig, SURE_SIGMAS) - lead_m(rig)
 
 
 class Leash(NamedTuple):
@@ -120,25 +129,27 @@ class Leash(NamedTuple):
 
 
 def leash_of(
-    answers: Sequence[LevelAnswer], *, told_n: float, lead_m: float, tangent: float
+    answers: Sequence[LevelAnswer], *, told_n: float, half_step_m: float, tangent: float
 ) -> Leash:
     """How far the arm may press on the last answers of a payload.
 
     The last answer may be one of noise, so the arm may only go as far as the one before bears. A
     payload that answers plainly gives two on the way. For a softer one the arm stops halfway, and
     may go further than something rigid could bear where that is not enough, or too little for an
-    arm whose position errs: as far as a payload bears that is as stiff as it is believed to be.
+    arm with coarse positions: as far as a payload bears that is as stiff as it is believed to be.
 
     Args:
         answers: of the payload at its levels to all of the leash.
         told_n: what the mean over `ANSWER_WINDOW_S` can tell.
-        lead_m: how far the target may lead the measured position, `lead_m`.
+        half_step_m: half a resolution of the arm's position.
         tangent: largest tangent stiffness of the payload over the largest K_s.
     """
     plain = all(each.answer_n >= PLENTY * told_n for each in answers)
     answer = 0.5 * PLENTY if plain else 2.0 * PLAIN_ANSWER
-    lead = PLAIN_LEAD * (1.0 if plain else 2.0)
-    needed = max(answer * told_n / each.answer_n + lead * lead_m / each.leash_m for each in answers)
+    steps = PLAIN_STEPS * (1.0 if plain else 2.0)
+    needed = max(
+        answer * told_n / each.answer_n + steps * half_step_m / each.leash_m for each in answers
+    )
     borne = min(2.0, 1.0 + 1.0 / tangent)
     proved = min(borne, max(1.0, needed))
     return Leash(proved if plain else 0.5 * proved, proved)

@@ -17,7 +17,7 @@ from stepload.envelope.bounds import (
     step_band_n,
     step_rate_per_s,
 )
-from stepload.envelope.leash import ANSWER_SHARE
+from stepload.envelope.leash import ANSWER_SHARE, lead_m
 from stepload.envelope.press import Term
 from stepload.envelope.pressing import Pressing
 from stepload.envelope.sideways import OVERLOADS, SECOND_OVERLOADS, sideways_limits
@@ -121,6 +121,7 @@ class RunLimits:
     damping_n_s_per_m: float = _limit("N s/m", "C_s of the rig", zero=True)
     arm_acceleration_m_s2: float = _limit("m/s^2", "rig: arm.max_acceleration")
     leash_free_m: float = _limit("m", "(F_lim - F_th - 6 sigma) / K_s,max")
+    lead_m: float = _limit("m", "half a position resolution + 2 smooth errors", zero=True)
     leash_share: float = _limit(
         "", "leashes that the target may be beyond the last answer of the payload", "R6"
     )
@@ -370,6 +371,7 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         damping_n_s_per_m=press.damping_n_s_per_m,
         arm_acceleration_m_s2=press.acceleration_m_s2,
         leash_free_m=pressing.leash_free_m,
+        lead_m=lead_m(rig),
         leash_share=pressing.leash.share,
         leash_proved=pressing.leash.proved,
         answer_n_per_m=pressing.answer_n_per_m,

@@ -15,7 +15,6 @@ from stepload.envelope.leash import (
     Leash,
     check_leash,
     check_levels,
-    lead_m,
     leash_of,
     leash_travel,
     level_answers,
@@ -139,7 +138,10 @@ def pressing_for(
         stiffness_n_per_m=press.stiffness_n_per_m,
     )
     leash = leash_of(
-        answers, told_n=told_n, lead_m=lead_m(rig), tangent=tangent / press.stiffness_n_per_m
+        answers,
+        told_n=told_n,
+        half_step_m=0.5 * rig.arm.position_resolution_m,
+        tangent=tangent / press.stiffness_n_per_m,
     )
     check_leash(
         leash_m,

@@ -12,6 +12,7 @@ from dataclasses import replace
 from stepload.contact.elastic import law_for
 from stepload.envelope.bounds import step_patience_s
 from stepload.envelope.climb import climbs_of
+from stepload.envelope.leash import SURE_SIGMAS, lead_m
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.pressing import pressing_for
 from stepload.envelope.reason import Reason, Severity
@@ -27,7 +28,7 @@ SOFTER = 3.0
 
 
 def softness(plan: Plan, limits: RunLimits, theory: Theory) -> Iterator[Reason]:
-    """Warnings about R6 (no answer in force), R8 (search) and steps that are given up."""
+    """Warnings about R6 (no answer), R7 (no progress), R8 (search) and steps that are given up."""
     law = theory.softest
     arm, procedure = plan.rig.arm, plan.procedure
     touch_n = procedure.touch_force_n
@@ -43,6 +44,18 @@ def softness(plan: Plan, limits: RunLimits, theory: Theory) -> Iterator[Reason]:
             "",
             needed_m, procedure.search_distance_m, "m",
         )  # fmt: skip
+    lag_m = limits.guarded_speed_m_s * (arm.command_delay_s + arm.lag_s)
+    ahead_m = lead_m(plan.rig, SURE_SIGMAS) + arm.lost_motion_m + lag_m
+    if ahead_m > limits.leash_free_m:
+        yield Reason(
+            "approach_stalls", Severity.WARN,
+            f"in the approach the target may go {format_quantity(limits.leash_free_m, 'm')} ahead"
+            f" of the measured position, and a sound arm may be {format_quantity(ahead_m, 'm')}"
+            " behind it, by its lag and the error of that position: it may stand still there,"
+            " which ends the run (R7)",
+            "",
+            ahead_m, limits.leash_free_m, "m",
+        )  # fmt: skip
     patience_s = step_patience_s(procedure)
     climbs = climbs_of(plan, limits, law)
     step_s = max(climbs.up_s)
@@ -50,9 +63,10 @@ def softness(plan: Plan, limits: RunLimits, theory: Theory) -> Iterator[Reason]:
         yield Reason(
             "level_out_of_reach", Severity.WARN,
             f"near {format_quantity(climbs.missed_n, 'N')} the arm may press on by"
-            f" {format_quantity(climbs.leash_m, 'm')} at a time, and the error of its measured"
-            f" position may be {format_quantity(climbs.lead_m, 'm')}: it may stand still below"
-            f" this level, which is given up after {format_quantity(patience_s, 's')}",
+            f" {format_quantity(climbs.leash_m, 'm')} at a time, and its measured position may"
+            f" be {format_quantity(climbs.lead_m, 'm')} farther behind its target than is counted:"
+            " it may stand still below this level, which is given up after"
+            f" {format_quantity(patience_s, 's')}",
             "",
             climbs.lead_m, climbs.leash_m, "m",
         )  # fmt: skip

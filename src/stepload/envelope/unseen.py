@@ -20,6 +20,9 @@ FILTERS = 8.0
 """Time constants after which R4 has forgotten what was before the freeze (`engine.cross_check`)."""
 WAITS = 4.0
 """Times `leash_time_s`, in which R6 ends half a step whose only answer is a drift."""
+LEADS_SHARE = 0.3
+"""Of the drift that this is reckoned from: the least that led an arm on where the worst was looked
+for, with small load steps."""
 TELLS_WITHIN_S = 20.0
 """A sound channel that may repeat itself for longer is not waited for: it says something new after
 a 25th of that in the mean (`limits.FALSE_FREEZE_ODDS`)."""
@@ -151,7 +154,7 @@ def both_silent_reasons(limits: RunLimits) -> Iterator[Reason]:
     """What a load step on a soft payload comes to where every force channel falls silent.
 
     The arm goes on by `leash_proved` of the way that something rigid could bear: a soft payload, or
-    an arm whose position errs, needs more of it, and the payload bears that itself.
+    an arm with coarse positions, needs more of it, and the payload bears that itself.
     """
     most_n = limits.leash_proved * limits.force_limit_n
     limit_n = limits.counted_limit_n
@@ -163,8 +166,8 @@ def both_silent_reasons(limits: RunLimits) -> Iterator[Reason]:
         f"where {silent} silent in a load step, and the payload is much stiffer than the plan says"
         f" or rests on something hard, the arm goes on to {format_quantity(most_n, 'N')} at most,"
         f" {most_n / limit_n:.3g} times the counted F_c, before it stands",
-        "a lower top_force; channels with supplies and links of their own; a calibration that"
-        " states the smooth error of the arm's position, and a finer arm",
+        "a lower top_force; channels with supplies and links of their own; an arm with finer"
+        " positions",
         most_n, limit_n, "N",
     )  # fmt: skip
 
@@ -245,10 +248,10 @@ def dead_drift_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
     yield Reason(
         "dead_drift", _severity(limits),
         f"where {dead} dead in a load step and the reading rises on by itself, by more than"
-        f" about {drift:.2g} N/s or in jumps of {answer_n:.2g} N, it passes for a payload that"
-        f" answers: {push}",
+        f" about {LEADS_SHARE * drift:.2g} N/s or in jumps of {answer_n:.2g} N, it passes for a"
+        f" payload that answers: {push}",
         "channels with supplies and links of their own; the arm's own force limit",
-        drift, 0.0, "N/s",
+        LEADS_SHARE * drift, 0.0, "N/s",
     )  # fmt: skip
 
 

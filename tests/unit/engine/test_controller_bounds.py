@@ -24,7 +24,7 @@ FREE: dict[str, Any] = {
     "contact_n_s_per_m": 1.0, "acceleration_m_s2": 1e9, "follow_m": 1e-12,
     "arm_acceleration_m_s2": 1e9, "damping_n_s_per_m": 0.0, "arm_lag_s": 0.0, "allowed_n": 1e9,
     "answer_n_per_m": 1.0,
-    "answer_top_n_per_m": 1.0,
+    "answer_top_n_per_m": 1.0, "lead_m": 0.0,
 }  # fmt: skip
 """Limits under which nothing but the ramp and the leash bounds the target."""
 
@@ -277,17 +277,28 @@ def test_an_answer_is_worth_more_where_the_payload_is_stiffer() -> None:
         assert (anchor.answer_n > force_n) == answered
 
 
-def test_positions_that_are_ahead_of_the_target_take_nothing_from_the_leash() -> None:
-    """The leash is reckoned from measured positions, and the target is a commanded one."""
-    ends = []
-    for ahead_m in (0.0, 5e-6, -5e-6):
-        controller, target_m = StepController(limits()), 0.0
-        controller.begin(1e4, 100.0, ahead_m, 1.0, False)
+@pytest.mark.parametrize("ahead_m", [3e-6, -3e-6, -5e-6])
+def test_the_error_of_a_measured_position_takes_nothing_from_the_leash(ahead_m: float) -> None:
+    """The leash is reckoned from measured positions, and the target is a commanded one. But a
+    target that leads the arm by more than such an error may lead one that is held back."""
+    controller, target_m = StepController(limits(lead_m=4e-6)), 0.0
+    controller.begin(1e4, 100.0, ahead_m, 1.0, False)
+    for _ in range(3000):
+        target_m = controller.step(100.0, 100.0, target_m + ahead_m, target_m, DT)
+    beyond_m = min(0.0, 4e-6 + ahead_m)
+    room_n = PLANNED.force_limit_n - 100.0 - NOISE_MULTIPLE * NOISE_N
+    assert target_m == pytest.approx(room_n * FLOOR + beyond_m, rel=1e-6)
+
+
+def test_an_error_that_comes_with_the_motion_is_counted_where_the_arm_stands() -> None:
+    """An arm that stands, measured where it was: it may have gone, or be held back."""
+    for lead_m in (0.0, 4e-6):
+        controller, target_m = StepController(limits(lead_m=lead_m)), 0.0
+        controller.begin(1e4, 100.0, 0.0, 1.0, False)
         for _ in range(3000):
-            target_m = controller.step(100.0, 100.0, ahead_m, target_m, DT)
-        ends.append(target_m)
-    assert ends[1] == pytest.approx(ends[0], rel=1e-6)
-    assert ends[2] == pytest.approx(ends[0] - 5e-6, rel=1e-6)
+            target_m = controller.step(100.0, 100.0, 0.0, target_m, DT)
+        room_n = PLANNED.force_limit_n - 100.0 - NOISE_MULTIPLE * NOISE_N
+        assert target_m == pytest.approx(room_n * FLOOR + lead_m, rel=1e-6)
 
 
 def test_the_leash_is_tied_to_the_mean_force_of_the_rest_before() -> None:

@@ -20,6 +20,7 @@ from stepload.envelope.leash import (
     leash_travel,
     level_answers,
     told_force,
+    uncounted_lead_m,
 )
 from stepload.errors import RefusedError
 from stepload.plan.load import load_plan
@@ -96,7 +97,7 @@ def test_the_leash_is_one_of_something_rigid_and_more_where_a_soft_payload_needs
     """On a payload as stiff as `tangent` it comes to no more than a leash on a rigid one. Without
     a stop where the payload answers plainly, and in halves where it does not."""
     answers = (LevelAnswer(20.0, 1e-3, 500.0), LevelAnswer(50.0, 1e-5, answer_n))
-    got = leash_of(answers, told_n=1.0, lead_m=lead * 1e-5, tangent=tangent)
+    got = leash_of(answers, told_n=1.0, half_step_m=lead * 1e-5, tangent=tangent)
     assert got == pytest.approx(leash)
     assert got.proved <= 1.0001 or got.proved * tangent / (1.0 + tangent) <= 1.0
 
@@ -106,8 +107,9 @@ def test_the_lead_of_a_target_is_half_a_step_and_the_smooth_error_of_the_positio
     system = replace(rig.system_stiffness, smooth_error_m=2e-6)
     rig = replace(rig, system_stiffness=system)
     half_m = 0.5 * rig.arm.position_resolution_m
-    assert lead_m(rig) == pytest.approx(half_m + 3e-6)
-    assert lead_m(rig, 2.0) == pytest.approx(half_m + 4e-6)
+    assert lead_m(rig) == pytest.approx(half_m + 4e-6)
+    assert lead_m(rig, 3.0) == pytest.approx(half_m + 6e-6)
+    assert uncounted_lead_m(rig) == pytest.approx(2e-6)
 
 
 def test_preflight_of_a_plan_asks_at_its_levels() -> None:

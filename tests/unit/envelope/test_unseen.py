@@ -202,22 +202,23 @@ def test_an_approach_with_dead_channels_comes_to_what_the_search_allows() -> Non
 
 
 def test_the_drift_of_dead_channels_that_passes_for_an_answer_is_named() -> None:
-    """An answer in the time that a leash takes near a level, or a step before R6 has waited."""
+    """An answer in the time that a leash takes near a level, or a step before R6 has waited, and
+    less than a third of that for what small steps came to."""
     [reason] = dead_drift_reasons(PLAN, LIMITS)
     room_n = LIMITS.force_limit_n - LIMITS.top_force_n - 6.0 * LIMITS.noise_n
     leash_n = LIMITS.leash_proved * room_n
     answer_n = LIMITS.answer_top_n_per_m * leash_n / LIMITS.stiffness_n_per_m
     a_leash = 2.0 * LIMITS.step_rate_per_s * answer_n**2 / leash_n
     a_step = 0.5 * PLAN.procedure.step_n / 6.0
-    assert reason.value == pytest.approx(min(a_leash, a_step))
+    assert reason.value == pytest.approx(0.3 * min(a_leash, a_step))
     assert f"jumps of {answer_n:.2g} N" in reason.message
     assert reason.severity is Severity.NOTE
     small = replace(PLAN, procedure=replace(PLAN.procedure, step_n=1e-3))
     [reason] = dead_drift_reasons(small, LIMITS)
-    assert reason.value == pytest.approx(0.5e-3 / 6.0)
+    assert reason.value == pytest.approx(0.3 * 0.5e-3 / 6.0)
     stops = replace(LIMITS, leash_share=0.5, leash_proved=1.0, answer_top_n_per_m=1e-3)
     [reason] = dead_drift_reasons(PLAN, stops)
-    assert reason.value == pytest.approx(a_step)
+    assert reason.value == pytest.approx(0.3 * a_step)
     [alone] = dead_drift_reasons(PLAN, replace(LIMITS, cross_check=""))
     assert alone.severity is Severity.WARN
     assert "dead_drift" in {each.code for each in envelope_for(PLAN, COARSE_F_C_N).reasons}
