@@ -135,7 +135,11 @@ def _report(results: Sequence[Result], elapsed_s: float, output: Output) -> None
         table("What was wrong (one run may stand in several rows)", FAULT, by_fault(rows)),
     )
     data = dict(summary(results))
-    for title, name in (("above F_c", "violations"), ("false trips", "false_trip_runs")):
+    for title, name in (
+        ("above F_c", "violations"),
+        ("false trips", "false_trip_runs"),
+        ("levels given up", "level_missed_runs"),
+    ):
         if data[name]:
             output.line(f"{title}, for --replay: {', '.join(data[name][:20])}")
     output.line(

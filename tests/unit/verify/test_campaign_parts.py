@@ -227,7 +227,10 @@ def test_the_summary_counts_what_is_claimed_and_the_rest_apart() -> None:
     rows = [
         result(index=0), result(index=1, peak_n=120.0),
         result(index=2, healthy=True, wrong=(), rule="R6"),
-        result(index=3, healthy=True, wrong=(), rule="", status="completed", peak_n=80.0),
+        result(
+            index=3, healthy=True, wrong=(), rule="", status="completed", peak_n=80.0,
+            levels_missed=2,
+        ),
         result(index=4, peak_n=300.0, hazard="both_channels_alike"),
         result(index=0, series="one", peak_n=200.0),
     ]  # fmt: skip
@@ -236,6 +239,7 @@ def test_the_summary_counts_what_is_claimed_and_the_rest_apart() -> None:
     assert found["max_peak_ratio"] == pytest.approx(1.2)
     assert found["false_trip_rate"] == pytest.approx(0.5)
     assert (found["violations"], found["false_trip_runs"]) == (["two-1"], ["two-2"])
+    assert (groups(rows)[0].missed, found["level_missed_runs"]) == (1, ["two-3"])
     apart = {g.name: g.above_elastic_limit for g in groups(rows) if g.name.startswith("apart")}
     assert apart == {"apart: both channels lie": 1, "apart: one force channel": 1}
 
@@ -298,3 +302,15 @@ def test_a_replay_is_the_run_itself(tmp_path: Path) -> None:
     json.loads(row.to_line())
     with pytest.raises(BadInputError):
         replay(work, "three-1")
+
+
+def test_a_level_that_is_given_up_is_counted_where_the_run_completes() -> None:
+    scenario = healthy()
+    procedure = replace(scenario.plan.procedure, settle_timeout_s=1e-3)
+    plan = replace(scenario.plan, procedure=procedure)
+    hasty = replace(scenario, envelope=replace(scenario.envelope, plan=plan))
+    for each, missed in ((scenario, False), (hasty, True)):
+        found, outcome = run_scenario(each)
+        assert found.status == "completed"
+        assert outcome is not None
+        assert (found.levels_missed > 0) == missed

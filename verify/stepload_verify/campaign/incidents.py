@@ -23,7 +23,7 @@ def _nothing(_sample: object) -> None:
 
 
 class NullRecorder:
-    """A recorder that keeps nothing, and whose disk can be full."""
+    """A recorder that keeps nothing but how many levels were given up; its disk can be full."""
 
     def __init__(self, on_tick: Callable[[TickRow], None] = _nothing) -> None:
         self.force: Callable[[ForceSample], None] = _nothing
@@ -32,9 +32,11 @@ class NullRecorder:
         self.displacement: Callable[[DisplacementSample], None] = _nothing
         self.tick = on_tick
         self.full = False
+        self.levels_missed = 0
 
     def event(self, time_s: float, kind: str, data: Mapping[str, object]) -> None:
         """Recorded nowhere."""
+        self.levels_missed += kind == "level_missed"
 
     def problem(self) -> str:
         return "no space left on device" if self.full else ""

@@ -18,7 +18,7 @@ class Result:
     were wrong, or nothing. `phase` is where the run was when it stopped. `hazard` names why the
     run is outside the claim. `peak_n` is what counts against F_c: the largest contact force, with
     six axes the largest |f|/g(t) of a share t across the axis, and `resultant_n` is then the
-    largest |f|.
+    largest |f|. `levels_missed` counts the levels that were given up below their force.
     """
 
     series: str
@@ -37,6 +37,7 @@ class Result:
     peak_n: float
     elastic_limit_n: float
     resultant_n: float | None = None
+    levels_missed: int = 0
 
     @property
     def peak_ratio(self) -> float:

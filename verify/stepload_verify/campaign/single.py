@@ -54,8 +54,10 @@ def run_scenario(
     clock.sleep_until(clock.now_s() + (KILLED_AFTERWARDS_S if killed else AFTERWARDS_S))
     phase = Phase(course.phase).name
     if killed:
-        return _result(scenario, rig, None, KILLED, "", phase), outcome
-    return _result(scenario, rig, outcome, "", "", phase), outcome
+        found = _result(scenario, rig, None, KILLED, "", phase)
+    else:
+        found = _result(scenario, rig, outcome, "", "", phase)
+    return replace(found, levels_missed=recorder.levels_missed), outcome
 
 
 def _engine(

@@ -40,6 +40,8 @@ class Group:
     p999_peak_ratio: float
     false_trips: int
     false_trip_rate: float
+    missed: int
+    """Healthy runs that were completed, with a level given up below its force."""
     rate_bound: float
     """Upper 95 % bound of the share of runs above F_c."""
 
@@ -82,6 +84,7 @@ GROUP: tuple[Field[Group], ...] = (
         lambda row: f"{row.false_trips} ({row.false_trip_rate:.2%})" if row.healthy else None,
         label="false",
     ),
+    Field(lambda row: row.missed if row.healthy else None, label="gave a level up"),
 )
 RULE: tuple[Field[RuleRow], ...] = (
     named("rule", "by"),
@@ -157,6 +160,7 @@ def group(name: str, results: Iterable[Result]) -> Group:
         p999_peak_ratio=quantile(ratios, 0.999),
         false_trips=false,
         false_trip_rate=false / len(healthy) if healthy else math.nan,
+        missed=sum(row.levels_missed > 0 and not row.false_trip for row in healthy),
         rate_bound=rate_bound(above, len(rows)),
     )
 
@@ -242,6 +246,7 @@ def summary(results: Sequence[Result]) -> Mapping[str, Any]:
         "false_trips": dict(Counter(row.rule or row.status for row in rows if row.false_trip)),
         "violations": [_name(row) for row in rows if row.peak_ratio > 1.0],
         "false_trip_runs": [_name(row) for row in rows if row.false_trip],
+        "level_missed_runs": [_name(row) for row in rows if row.healthy and row.levels_missed],
         "worst": [{"run": _name(row), "peak_ratio": row.peak_ratio} for row in worst],
     }
 
