@@ -43,7 +43,6 @@ VERDICTS: dict[str, tuple[str, set[str]]] = {
         {
             "stiffness_indicative",
             "friction_unknown",
-            "both_silent",
             "clings_on_the_way_back",
             "plate_tilted",
         },
@@ -54,7 +53,6 @@ VERDICTS: dict[str, tuple[str, set[str]]] = {
             "stiffness_indicative",
             "friction_unknown",
             "both_silent",
-            "level_out_of_reach",
             "clings_on_the_way_back",
             "plate_tilted",
         },

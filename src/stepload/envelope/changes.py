@@ -292,6 +292,7 @@ FAMILIES: dict[str, tuple[Family, ...]] = {
     "approach_stalls": (higher_top, finer_arm, softer_arm),
     "slow_steps": (more_patience,),
     "level_out_of_reach": (lower_top, higher_top),
+    "both_silent": (finer_arm, quieter_sensor, lower_top, higher_top),
     "barely_answers": (quieter_sensor, higher_top, softer_arm),
     "one_force_channel": (second_channel,),
 }  # fmt: skip

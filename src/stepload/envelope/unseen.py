@@ -166,8 +166,7 @@ def both_silent_reasons(limits: RunLimits) -> Iterator[Reason]:
         f"where {silent} silent in a load step, and the payload is much stiffer than the plan says"
         f" or rests on something hard, the arm goes on to {format_quantity(most_n, 'N')} at most,"
         f" {most_n / limit_n:.3g} times the counted F_c, before it stands",
-        "a lower top_force; channels with supplies and links of their own; an arm with finer"
-        " positions",
+        "",
         most_n, limit_n, "N",
     )  # fmt: skip
 
