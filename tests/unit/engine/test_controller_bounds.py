@@ -290,6 +290,19 @@ def test_the_error_of_a_measured_position_takes_nothing_from_the_leash(ahead_m: 
     assert target_m == pytest.approx(room_n * FLOOR + beyond_m, rel=1e-6)
 
 
+def test_an_error_that_was_there_before_does_not_make_the_arm_stop_for_it() -> None:
+    took = []
+    for ahead_m in (0.0, -3e-6):
+        controller, target_m, ticks = StepController(limits(lead_m=4e-6)), 0.0, 0
+        controller.begin(1e4, 100.0, ahead_m, 1.0, False)
+        room_n = PLANNED.force_limit_n - 100.0 - NOISE_MULTIPLE * NOISE_N
+        while target_m < room_n * FLOOR * (1.0 - 1e-6):
+            target_m = controller.step(100.0, 100.0, target_m + ahead_m, target_m, DT)
+            ticks += 1
+        took.append(ticks)
+    assert took[0] == took[1] < 3000
+
+
 def test_an_error_that_comes_with_the_motion_is_counted_where_the_arm_stands() -> None:
     """An arm that stands, measured where it was: it may have gone, or be held back."""
     for lead_m in (0.0, 4e-6):

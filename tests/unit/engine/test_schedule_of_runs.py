@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from stepload.atlas.course import Order
 from stepload.atlas.plans import plan_of
 from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
+from stepload.envelope.climb import climbs_of
 from stepload.envelope.envelope import derive
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
@@ -96,3 +98,16 @@ def test_a_level_that_the_leash_may_not_reach_is_told_and_what_it_takes_where_it
 def test_a_shipped_plan_takes_the_time_that_preflight_prints(name: str) -> None:
     plan = load_plan(plan_path(name))
     assert pressed_s(plan)[0] == pytest.approx(derive(plan).duration_s, rel=0.1)
+
+
+def test_an_arm_that_stops_for_each_answer_takes_its_time_for_it() -> None:
+    """On a stiff arm a short leash is slower than what a hidden hard stop allows."""
+    plan = stvf_plan()
+    envelope = derive(plan)
+    limits, law = envelope.run_limits, envelope.theory.softest
+    usual, short = (
+        max(climbs_of(plan, replace(limits, leash_share=share), law).up_s) for share in (1.0, 1e-3)
+    )
+    low_n, top_n = plan.procedure.levels_n[-2:]
+    longest_n = 1e-3 * (limits.force_limit_n - low_n)
+    assert short > 0.1 * (top_n - low_n - limits.band_n) / longest_n > 3.0 * usual
