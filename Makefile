@@ -63,8 +63,9 @@ imports: $(READY)
 
 # Whole runs take the engine as `make` made it. What puts stand-ins into it needs its Python source.
 RUNS   := $(addprefix tests/unit/engine/test_, align_runs.py common_error.py material_range_runs.py \
-  proof_of_life.py run_campaign_findings.py run_rules.py schedule_of_runs.py slow_sensors.py \
-  standing.py unkind_worlds.py wrong_wiring.py) tests/unit/verify
+  moved_zero_runs.py nulling_runs.py proof_of_life.py run_campaign_findings.py run_loop.py \
+  run_rules.py schedule_of_runs.py slow_sensors.py standing.py unkind_worlds.py wrong_wiring.py) \
+  tests/unit/verify
 MADE   := $(RUNS) tests/system tests/wire
 SOURCE := tests/unit tests/contract tests/helpers tests/system/test_breakage.py
 CLOCK  := tests/wire tests/contract
@@ -99,7 +100,8 @@ wire: compiled ## Every fault of the documents under a whole run, real time
 	STEPLOAD_PURE= $(BIN)/pytest tests/wire/runs -m 'long or not long' --durations=10
 
 long: compiled ## Tests that are too long for every commit: the page's commands, memory, more plans
-	STEPLOAD_PURE= $(BIN)/pytest tests/system -m long --durations=10
+	$(BIN)/pytest tests/unit $(RUNS:%=--ignore=%) -m long -n $(CORES) $(BESIDE)
+	STEPLOAD_PURE= $(BIN)/pytest $(RUNS) tests/system -m long --durations=10
 
 campaign: compiled ## The fault campaign, 100,000 runs (hours; resumable)
 	$(BIN)/stepload campaign procedures/campaign.yaml --runs 100000 --faults all --seed 1 --out campaign

@@ -25,7 +25,7 @@ os.environ.setdefault("STEPLOAD_PURE", "1")
 
 # The same examples every time, so that a test fails because of a change and not by chance;
 # `make fuzz` looks at others.
-settings.register_profile("repeatable", derandomize=True, deadline=None)
+settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=50)
 settings.register_profile("explore", deadline=None)
 settings.load_profile("repeatable")
 

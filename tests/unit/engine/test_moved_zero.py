@@ -8,18 +8,13 @@ from typing import Any
 
 import pytest
 from course_feed import PERIOD_S, PLAN, PLANNED, Stage
-from run_bench import Bench, bench_for, run, spec_for
-from run_plans import stvf_plan
 
 from stepload.engine.approach import MEAN_S, WORTH, Approach
 from stepload.engine.course import ZERO_SHARE
 from stepload.engine.free_air import LOOK_S, FreeAir
-from stepload.engine.tick import Engine
 from stepload.envelope.unseen import Tells
-from stepload.plan.model import Plan
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
-from stepload.rig.world import WorldFault, WorldSpec
 
 MOVED_N = PLANNED.moved_zero_n
 ZERO = Tare(9.0, 0.3, 300, 0.0, 0.1, 0.0, 0.0, 0.1)
@@ -133,88 +128,3 @@ def test_on_the_way_a_little_that_goes_with_the_way_is_contact(second: bool) -> 
         stage.readings(noise_free if second else change, change if second else noise_free)
         assert stage.course.failure is None
         assert bool(stage.then) == free == (not met)
-
-
-SLOW = {
-    "touches": 1, "tare_s": 0.3, "hold_s": 0.2, "settle_timeout_s": 0.3, "retract_m": 3e-4,
-    "top_force_n": 100.0,
-}  # fmt: skip
-
-
-def long_way(**procedure: Any) -> Plan:
-    """A plan whose arm is so slow that its way to the surface takes half a minute."""
-    plan = stvf_plan(**(SLOW | procedure))
-    return replace(plan, rig=replace(plan.rig, arm=replace(plan.rig.arm, max_speed_m_s=1.5e-4)))
-
-
-def pressed(plan: Plan, spec: WorldSpec, mended: bool, until_s: float = 200.0) -> Bench:
-    """A run in such a world; `mended` False: where no zero is ever taken for a moved one."""
-    bench = bench_for(plan, 727.0, spec)
-    if not mended:
-        course = bench.engine.course
-        course.limits = replace(course.limits, moved_zero_n=1e9)
-    run(bench, until_s)
-    return bench
-
-
-def count(engine: Engine, kind: str) -> int:
-    return sum(name == kind for _, name, _ in engine.events)
-
-
-@pytest.mark.parametrize(("drift_n_per_s", "rule"), [(0.1, "R6"), (-0.1, "R11")])
-def test_a_run_with_a_moving_zero_and_a_long_way_completes(drift_n_per_s: float, rule: str) -> None:
-    plan = long_way(max_drift_n=6.0, surface_distance_m=4.5e-3, retract_m=1.5e-4)
-    spec = spec_for(plan, 4, force_drift_n_per_s=drift_n_per_s)
-    cause = pressed(plan, spec, False).engine.cause
-    assert cause is not None
-    assert cause.rule == rule
-    engine = pressed(plan, spec, True).engine
-    assert engine.cause is None
-    assert engine.course.levels_done == 2
-    assert count(engine, "tare") > 1
-    assert engine.course.touches[0].position_m == pytest.approx(spec.surface_m, abs=1e-5)
-
-
-def test_a_zero_that_moves_beyond_the_drift_allowed_still_ends_the_run() -> None:
-    plan = long_way(max_drift_n=2.0, surface_distance_m=6e-3, retract_m=1.5e-4)
-    engine = pressed(plan, spec_for(plan, 4, force_drift_n_per_s=-0.1), True).engine
-    assert engine.cause is not None
-    assert engine.cause.rule == "R11"
-    tares = engine.course.tares
-    assert 0.5 < tares[0].mean_n - tares[-1].mean_n < 2.1
-
-
-@pytest.mark.parametrize("wrong", ["soft", "wrong sign", "gain", "nearer"])
-def test_a_slow_contact_is_no_moved_zero(wrong: str) -> None:
-    """Contact that grows over seconds: the proof is made, no zero is taken, the force as before."""
-    plan = long_way(max_drift_n=3.0)
-    faults = [WorldFault("force_gain", 0.0, 600.0, 0.3)] if wrong == "gain" else []
-    spec = spec_for(plan, 4, faults)
-    spec = replace(spec, payload=replace(spec.payload, k=1e5))
-    if wrong == "wrong sign":
-        force = replace(plan.rig.force, axis="+fz")
-        plan = replace(plan, rig=replace(plan.rig, force=force))
-    peaks_n = []
-    for mended in (False, True):
-        bench = bench_for(plan, 727.0, spec)
-        engine, plant = bench.engine, bench.rig.world.plant  # type: ignore[attr-defined]
-        course, real = engine.course, engine.course.step
-        if not mended:
-            course.limits = replace(course.limits, moved_zero_n=1e9)
-
-        def step(now_s: float, step_s: float, real: Any = real, plant: Any = plant) -> float:
-            plant._surface -= 3e-5 * step_s
-            plant._contact_m = plant._surface
-            return float(real(now_s, step_s))
-
-        if wrong == "nearer":
-            course.step = step  # type: ignore[method-assign]
-        while not (course.touches or engine.cause) and engine._last_s != 60.0:
-            run(bench, 0.5)
-        assert count(engine, "tare") == 1
-        assert count(engine, "free_air") == 1 + mended
-        assert course.touches or engine.cause
-        if wrong in ("wrong sign", "gain"):
-            assert engine.cause is not None
-        peaks_n.append(bench.peak_n)
-    assert peaks_n[1] < 1.05 * peaks_n[0]

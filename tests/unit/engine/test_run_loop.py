@@ -407,25 +407,6 @@ def test_why_it_stopped_names_the_device_by_role_and_driver(
     assert bench.rig.world.true_force_n == 0.0
 
 
-def test_a_bug_in_the_tick_itself_ends_with_the_force_off(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench, tape = _bench(), Tape()
-    procedure = bench.engine.course
-    step = procedure.step
-
-    def broken(now_s: float, step_s: float) -> float:
-        if procedure.phase == Phase.HOLD:
-            raise ZeroDivisionError("a bug")
-        return step(now_s, step_s)
-
-    monkeypatch.setattr(procedure, "step", broken)
-    outcome = _go(bench, tape)
-    assert outcome.status is RunStatus.STOPPED
-    assert outcome.cause is not None
-    assert "a bug" in outcome.cause.message
-    assert bench.rig.world.true_force_n == 0.0
-    assert [action.name for action in outcome.safing][:2] == ["arm retract", "arm stop"]
-
-
 def test_a_recorder_that_fails_stops_the_run_but_not_the_retract() -> None:
     bench, tape = _bench(), Tape()
 

@@ -264,7 +264,14 @@ def test_the_budget_of_an_approach_grows_with_the_stiffness_of_what_is_met(n: fl
                 before = force_n + caught_n
 
 
-@pytest.mark.parametrize("name", ["ur16e-polyurethane-sphere", "plastic-cone", "plastic-sphere"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("ur16e-polyurethane-sphere", marks=pytest.mark.long),
+        "plastic-cone",
+        "plastic-sphere",
+    ],
+)
 def test_whatever_body_of_a_range_is_met_its_own_bounds_are_no_tighter(name: str) -> None:
     """Of drawn ranges and drawn bodies in them, on rigs and shapes that we ship."""
     drawn = random.Random(name)

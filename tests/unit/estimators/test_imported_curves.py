@@ -325,6 +325,7 @@ def test_no_pressing_at_all_is_refused(identified: Callable[..., Found]) -> None
         identified(displacement_m=np.linspace(0, 1e-5, 50), force_n=np.zeros(50))
 
 
+@pytest.mark.long
 def test_intervals_without_a_stated_smooth_error_cover(identified: Callable[..., Found]) -> None:
     """Nominal 95 %: fewer than 16 of 20 inside would happen by chance once in 400 times."""
     inside = 0
