@@ -183,6 +183,7 @@ def test_a_scene_is_not_made_simple_for_a_place_that_cannot_hold_it(tmp_path: Pa
         assert "J =" not in done.stderr + done.stdout
 
 
+@pytest.mark.long
 def test_an_order_too_long_for_a_search_is_told_as_such() -> None:
     done = in_process(
         "falsify", "procedures/plastic-sphere.yaml", "--wrong", "force_gain",

@@ -58,7 +58,12 @@ def test_a_run_is_recorded_alike(tmp_path: Path) -> None:
 
 @compiled
 @pytest.mark.parametrize(
-    ("axes", "faults", "count"), [("one", "all", 8), ("six", "all", 8), ("one", "exception", 30)]
+    ("axes", "faults", "count"),
+    [
+        ("one", "all", 8),
+        ("six", "all", 8),
+        pytest.param("one", "exception", 30, marks=pytest.mark.long),
+    ],
 )
 def test_a_campaign_comes_to_the_same_rows(
     tmp_path: Path, axes: str, faults: str, count: int

@@ -64,6 +64,7 @@ def test_dry_and_greased_tell_what_the_force_across_does(record: Path) -> None:
     assert "nothing is claimed" in made["across_told"]
 
 
+@pytest.mark.long
 def test_payloads_of_other_frictions_come_out_alike(record: Path, tmp_path: Path) -> None:
     values = {}
     for share in ("20 %", "5 %"):

@@ -35,6 +35,7 @@ def rows(monkeypatch: pytest.MonkeyPatch) -> Any:
     return _row
 
 
+@pytest.mark.long
 def test_every_figure_can_be_measured() -> None:
     done = subprocess.run(
         [sys.executable, BENCH / "table.py", "--quick"], capture_output=True, text=True, check=True

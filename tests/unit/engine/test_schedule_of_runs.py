@@ -94,7 +94,10 @@ def test_a_level_that_the_leash_may_not_reach_is_told_and_what_it_takes_where_it
     assert took_s == pytest.approx(envelope.duration_s, rel=0.1)
 
 
-@pytest.mark.parametrize("name", ["plastic-sphere", "ur5e-silicone-sphere", "campaign"])
+@pytest.mark.parametrize(
+    "name",
+    ["plastic-sphere", "campaign", pytest.param("ur5e-silicone-sphere", marks=pytest.mark.long)],
+)
 def test_a_shipped_plan_takes_the_time_that_preflight_prints(name: str) -> None:
     plan = load_plan(plan_path(name))
     assert pressed_s(plan)[0] == pytest.approx(derive(plan).duration_s, rel=0.1)

@@ -155,6 +155,7 @@ def test_a_sensor_that_dies_across_the_axis_while_it_presses_is_found() -> None:
     assert found.stop_s - dead.start_s < 0.3
 
 
+@pytest.mark.long
 def test_nobody_sees_what_a_dead_channel_does_not_tell() -> None:
     kinds = ("force_lateral_dead", "plants")
     hazards, said = set(), set()
@@ -194,6 +195,7 @@ def test_a_friction_that_the_plan_states_is_kept_on_a_steep_plate_too() -> None:
     assert stated.whole < 0.9
 
 
+@pytest.mark.long
 def test_rigs_that_are_tilted_as_far_as_their_plan_says_stay_below_the_limit() -> None:
     found = [tilted(TEMPLATE, index) for index in range(24)]
     assert max(row.peak_ratio for row in found if not row.hazard) < 1.0

@@ -28,6 +28,7 @@ def test_five_percent_are_told_apart_on_one_rig(ratio: float) -> None:
     assert found.covered >= 0.92
 
 
+@pytest.mark.long
 def test_the_smallest_detectable_difference_is_found_in_four_of_five() -> None:
     seen = tally(World("equal"), 20, seed=3).smallest
     found = tally(World("smallest", 1.0 + seen), 2 * TRIALS, seed=4)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import pytest
+
 from stepload.plan.shipped import plan_path
 from stepload_verify.trials.designs import Pressed, line, pressed, why_not
 
 
+@pytest.mark.long
 def test_a_dry_run_is_held_against_the_true_chord() -> None:
     found = pressed(1, plan_path("plastic-sphere"))
     assert found.identified

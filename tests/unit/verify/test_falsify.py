@@ -293,6 +293,7 @@ def test_a_weak_rig_is_one_that_lets_much_build_up_beside_a_frozen_channel() -> 
     assert {weakness(TEMPLATE, None, other, point) for point in points} == {NO_RIG, 0.0}
 
 
+@pytest.mark.long
 def test_rigs_are_made_weak_before_runs_are_spent() -> None:
     weigh = partial(weakness, TEMPLATE, Ablation("standing"))
     points = Hunt(SENSOR, 7, weigh).anywhere(12)
