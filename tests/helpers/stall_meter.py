@@ -6,6 +6,7 @@ the kernel, which has to wait for its turn as well: longer than any process wher
 
 from __future__ import annotations
 
+import math
 import os
 import struct
 import threading
@@ -43,9 +44,13 @@ class StallMeter:
     meter as well, and so does what stops the process. The first sleeps and sends, the second reads.
     """
 
+    _asleep = math.inf, 0.0
+    """Until when the first sleeps, and the process's CPU time before."""
+
     def __init__(self) -> None:
         self._stalls: deque[Stall] = deque()
         self._under_way: deque[tuple[float, float]] = deque()
+        self._asleep = (time.monotonic(), time.process_time())
         self._over = threading.Event()
         self._far, self._near = os.openpty()
         tty.setraw(self._near)
@@ -57,15 +62,17 @@ class StallMeter:
             thread.start()
 
     def _run(self) -> None:
-        now_s, cpu_s = time.monotonic(), time.process_time()
+        now_s, cpu_s = self._asleep
         while not self._over.is_set():
             due_s = now_s + PERIOD_S
+            self._asleep = due_s, cpu_s
             time.sleep(PERIOD_S)
             began_cpu_s, cpu_s = cpu_s, time.process_time()
             now_s = time.monotonic()
             self._note(due_s, withheld_s(now_s - due_s, cpu_s - began_cpu_s))
             self._under_way.append((now_s, cpu_s))
             os.write(self._far, SENT.pack(now_s, cpu_s))
+        self._asleep = math.inf, 0.0
         os.write(self._far, SENT.pack(LAST, LAST))
 
     def _read(self) -> None:
@@ -91,7 +98,7 @@ class StallMeter:
         Earlier ones are forgotten.
         """
         time.sleep(2.0 * PERIOD_S)  # the meter must have seen what this thread has been through
-        for sent_s, sent_cpu_s in tuple(self._under_way)[:1]:
+        for sent_s, sent_cpu_s in (self._asleep, *tuple(self._under_way)[:1]):
             late_s, cpu_s = time.monotonic() - sent_s, time.process_time() - sent_cpu_s
             self._note(sent_s, withheld_s(late_s, cpu_s))
         while self._stalls and sum(self._stalls[0]) <= begin_s:
