@@ -83,7 +83,7 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
         top_n = reached_n
         why = (
             f"above {last} the arm may stand still: the way that it may press on at a time is no "
-            f"longer than the error of its measured position; {safe} would be safe"
+            f"longer than what is not counted of its position's error; {safe} would be safe"
         )
     last_n = _covered(planned(envelope).sources)
     if last_n < top_n:

@@ -5,9 +5,10 @@ tangent compliance; c is a lower confidence bound of it. F_level rises along a r
 load rate, so that what is measured on the way is close to static. The leash bounds the target by
 what the force has *proved* so far (`engine.anchor`): even if every link died now, the arm would go
 to the last target and the force would stay below F_lim, on a payload no stiffer than it is believed
-to be, and on a rigid one below `leash_proved` times that; a dead reading that rises by itself,
-fast or in jumps, is the exception (`dead_drift`). Nor does the target run so far ahead of
-an arm that does not follow that a sudden step of it would bring the true force above F_c.
+to be, and on a rigid one below `leash_proved` times that, each but for a step of the position; a
+dead reading that rises by itself, fast or in jumps, is the exception (`dead_drift`). Nor does the
+target run so far ahead of an arm that does not follow that a sudden step of it would bring the true
+force above F_c.
 """
 
 from __future__ import annotations

@@ -154,18 +154,23 @@ def both_silent_reasons(limits: RunLimits) -> Iterator[Reason]:
     """What a load step on a soft payload comes to where every force channel falls silent.
 
     The arm goes on by `leash_proved` of the way that something rigid could bear: a soft payload, or
-    an arm with coarse positions, needs more of it, and the payload bears that itself.
+    an arm with coarse positions, needs more of it, and the payload bears that itself. A position
+    that is read in steps adds one, half of it where the leash is tied and half at its end. An arm
+    that is held back meanwhile, and springs free, adds what is taken for an error of its position.
     """
-    most_n = limits.leash_proved * limits.force_limit_n
+    stiffness = limits.stiffness_n_per_m
+    most_n = limits.leash_proved * limits.force_limit_n + stiffness * limits.position_resolution_m
+    held_n = most_n + stiffness * limits.lead_m
     limit_n = limits.counted_limit_n
-    if most_n <= limit_n:
+    if held_n <= limit_n:
         return
     silent = "both force channels fall" if limits.cross_check else "the force channel falls"
     yield Reason(
-        "both_silent", Severity.WARN,
+        "both_silent", Severity.WARN if most_n > limit_n else Severity.NOTE,
         f"where {silent} silent in a load step, and the payload is much stiffer than the plan says"
-        f" or rests on something hard, the arm goes on to {format_quantity(most_n, 'N')} at most,"
-        f" {most_n / limit_n:.3g} times the counted F_c, before it stands",
+        f" or rests on something hard, the arm goes on to {format_quantity(most_n, 'N')},"
+        f" {most_n / limit_n:.3g} times the counted F_c, before it stands; to"
+        f" {format_quantity(held_n, 'N')} where friction holds it back until then",
         "",
         most_n, limit_n, "N",
     )  # fmt: skip

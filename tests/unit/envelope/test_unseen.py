@@ -167,12 +167,17 @@ def test_a_channel_that_an_approach_cannot_wait_for_is_named() -> None:
 def test_two_silent_channels_are_named_where_a_soft_payload_gets_more_of_the_leash() -> None:
     """As far as it bears itself is more than something rigid does."""
     soft = replace(LIMITS, leash_proved=1.6)
-    most_n = 1.6 * LIMITS.force_limit_n
+    step_n = LIMITS.stiffness_n_per_m * LIMITS.position_resolution_m
+    most_n = 1.6 * LIMITS.force_limit_n + step_n
+    held_n = most_n + LIMITS.stiffness_n_per_m * LIMITS.lead_m
+    assert held_n > most_n > 1.6 * LIMITS.force_limit_n
     [reason] = both_silent_reasons(replace(soft, counted_limit_n=0.999 * most_n))
     assert reason.value == pytest.approx(most_n)
     assert reason.severity is Severity.WARN
     assert "both force channels" in reason.message
-    assert not list(both_silent_reasons(replace(soft, counted_limit_n=1.001 * most_n)))
+    [held] = both_silent_reasons(replace(soft, counted_limit_n=0.5 * (most_n + held_n)))
+    assert held.severity is Severity.NOTE
+    assert not list(both_silent_reasons(replace(soft, counted_limit_n=1.001 * held_n)))
     assert not list(both_silent_reasons(replace(LIMITS, leash_proved=1.0)))
     [alone] = both_silent_reasons(replace(soft, cross_check="", counted_limit_n=1.0))
     assert "the force channel falls" in alone.message
