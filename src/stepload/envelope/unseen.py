@@ -166,7 +166,7 @@ def both_silent_reasons(limits: RunLimits) -> Iterator[Reason]:
         return
     silent = "both force channels fall" if limits.cross_check else "the force channel falls"
     yield Reason(
-        "both_silent", Severity.WARN if most_n > limit_n else Severity.NOTE,
+        "both_silent", Severity.WARN if most_n > limit_n else _severity(limits),
         f"where {silent} silent in a load step, and the payload is much stiffer than the plan says"
         f" or rests on something hard, the arm goes on to {format_quantity(most_n, 'N')},"
         f" {most_n / limit_n:.3g} times the counted F_c, before it stands; to"

@@ -177,6 +177,8 @@ def test_two_silent_channels_are_named_where_a_soft_payload_gets_more_of_the_lea
     assert "both force channels" in reason.message
     [held] = both_silent_reasons(replace(soft, counted_limit_n=0.5 * (most_n + held_n)))
     assert held.severity is Severity.NOTE
+    one = replace(soft, cross_check="", counted_limit_n=0.5 * (most_n + held_n))
+    assert [each.severity for each in both_silent_reasons(one)] == [Severity.WARN]
     assert not list(both_silent_reasons(replace(soft, counted_limit_n=1.001 * held_n)))
     assert not list(both_silent_reasons(replace(LIMITS, leash_proved=1.0)))
     [alone] = both_silent_reasons(replace(soft, cross_check="", counted_limit_n=1.0))

@@ -31,7 +31,7 @@ def hostile(write_record: Callable[..., Path], tmp_path: Path) -> Path:
 
 
 @settings(
-    max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(
     changes=st.lists(
@@ -69,7 +69,7 @@ def test_mutated_files_are_read_or_refused(
         assert recovered.counts.get("/force", 0) >= len(got.force.sequence)
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=300, deadline=None)
 @given(st.binary(max_size=400))
 def test_chunk_content_of_any_bytes_adds_up_or_fails(raw: bytes) -> None:
     end = 0
