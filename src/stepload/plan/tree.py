@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 from ruamel.yaml import YAML
@@ -192,9 +193,18 @@ _NO_ALIAS = "plans have no anchors, aliases or merge keys: write the value where
 def parse_tree(source: Source) -> tuple[Node, list[Problem]]:
     """The tree of `source` and the problems that leave a tree (duplicate keys, tags, aliases).
 
+    The tree may be another caller's too: lay keys over a copy of a mapping, never into it.
+
     Raises:
         PlanError: not YAML, empty, more than one document, too deep or too large.
     """
+    root, problems = _parsed(source)
+    return root, [*problems]
+
+
+@lru_cache(maxsize=32)
+def _parsed(source: Source) -> tuple[Node, tuple[Problem, ...]]:
+    """The same, once a text: hundreds of plans may name one profile (`design`, `campaign`)."""
     builder = _Builder(source)
     if "\0" in source.text:
         at = source.text.index("\0")
@@ -207,7 +217,7 @@ def parse_tree(source: Source) -> tuple[Node, list[Problem]]:
         raise PlanError((*builder.problems, _syntax(source, error))) from None
     if root is None:
         raise PlanError((source.problem(1, 1, "the file is empty", "see docs/plan.md"),))
-    return root, builder.problems
+    return root, tuple(builder.problems)
 
 
 def _syntax(source: Source, error: Exception) -> Problem:

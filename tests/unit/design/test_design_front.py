@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,7 @@ from stepload.design import grid as room
 from stepload.design import make
 from stepload.design.ceiling import ceiling
 from stepload.design.front import ALIKE, Tried, choose, finalists, front
-from stepload.design.grid import grid
+from stepload.design.grid import Candidate, grid
 from stepload.design.make import AGAIN, Design, design
 from stepload.design.words import sentences
 from stepload.errors import RefusedError
@@ -24,15 +25,21 @@ from stepload.plan.shipped import payload_folder
 from stepload.runner.local import LocalPool
 
 SPHERE = payload_folder() / "plastic-sphere.yaml"
-CANDIDATE = grid("stvf", SPHERE, ceiling("stvf", SPHERE), "5 mm").candidates[-1]
+
+
+@cache
+def candidate() -> Candidate:
+    """The last plan of a grid."""
+    return grid("stvf", SPHERE, ceiling("stvf", SPHERE), "5 mm").candidates[-1]
 
 
 def tried(duration_s: float, half_width: float, right: int = 250) -> Tried:
     """A plan that was rightly IDENTIFIED in so many of 250 runs."""
     measured, all_of_them = share(right, 250), share(250, 250)
-    row = Row(CANDIDATE.job(0, CANDIDATE.conditions).point, 1.0, all_of_them, measured, measured,
+    plan = candidate()
+    row = Row(plan.job(0, plan.conditions).point, 1.0, all_of_them, measured, measured,
               all_of_them, half_width, "")  # fmt: skip
-    return Tried(replace(CANDIDATE, duration_s=duration_s), row)
+    return Tried(replace(plan, duration_s=duration_s), row)
 
 
 def test_the_front_holds_what_no_faster_plan_beats() -> None:
