@@ -41,9 +41,8 @@ procedure:
 """
 
 
-@pytest.mark.parametrize(
-    "tilt_deg", [0.5, *(pytest.param(each, marks=pytest.mark.long) for each in (0.0, 2.0))]
-)
+@pytest.mark.long  # of runs without a page: tests/unit/engine/test_align_runs.py
+@pytest.mark.parametrize("tilt_deg", [0.0, 0.5, 2.0])
 def test_the_tilt_is_told_in_record_results_and_report(tmp_path: Path, tilt_deg: float) -> None:
     path = tmp_path / "plan.yaml"
     text = PLAN.replace("payloads/", f"{ROOT}/procedures/payloads/")

@@ -21,7 +21,7 @@ LAUNCH = [
     "campaign", PLAN,
 ]  # fmt: skip
 """The command, with results in small batches: so a campaign can be cut short that is soon over."""
-RUNS = 70
+RUNS = 30
 
 
 def lines(directory: Path) -> list[str]:

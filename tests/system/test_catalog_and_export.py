@@ -222,7 +222,7 @@ def test_what_somebody_wrote_into_a_record_is_no_formula_and_no_path(
         "payload": '=HYPERLINK("http://x")',
         "rig": "a\x1b[2Jb\x00",
     }
-    told = replace(run, metadata={**run.metadata, **texts})
+    told = replace(run.between(0.0, 0.1), metadata={**run.metadata, **texts})
     [path] = write_tables(told, tmp_path / "tables", Format.XLSX)
     assert path.parent == tmp_path / "tables"
     book = openpyxl.load_workbook(path, read_only=True)  # of the sheets only the one that is asked
@@ -239,7 +239,7 @@ def test_an_export_that_breaks_off_leaves_nothing_that_looks_whole(
 ) -> None:
     pytest.importorskip("openpyxl")
     pytest.importorskip("pyarrow")
-    run = stepload.open(quick_run)
+    run = stepload.open(quick_run).between(0.0, 0.1)
     monkeypatch.setattr(Path, "rename", _full)
     with pytest.raises(BadInputError, match="No space left"):
         write_tables(run, tmp_path / "tables", format)

@@ -60,8 +60,8 @@ def test_a_run_is_recorded_alike(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("axes", "faults", "count"),
     [
-        ("one", "all", 8),
-        ("six", "all", 8),
+        ("one", "all", 4),
+        ("six", "all", 3),
         pytest.param("one", "exception", 30, marks=pytest.mark.long),
     ],
 )

@@ -25,6 +25,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(grid, "HOLDS_S", (1.0, 5.0))
 
 
+@pytest.mark.long
 def test_a_plan_is_designed_written_and_told_the_same_by_one_process_and_by_two(
     tmp_path: Path,
 ) -> None:

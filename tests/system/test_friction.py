@@ -78,6 +78,7 @@ def test_payloads_of_other_frictions_come_out_alike(record: Path, tmp_path: Path
     assert values["20 %"] == pytest.approx(values["5 %"], rel=0.03)
 
 
+@pytest.mark.long
 def test_one_number_holds_near_its_own_friction_only(record: Path, tmp_path: Path) -> None:
     one = json.loads(record.read_text()) | {"across": [], "across_sigma": []}
     (tmp_path / "one.json").write_text(json.dumps(one))

@@ -28,6 +28,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(points, "for_sale", lambda told: dict(list(sold(told).items())[:3]))
 
 
+@pytest.mark.long
 def test_a_map_is_drawn_told_and_written_the_same_by_one_process_and_by_two(
     tmp_path: Path,
 ) -> None:

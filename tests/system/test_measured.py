@@ -39,6 +39,7 @@ def _check_kills(kills: list[dict[str, Any]]) -> None:
         assert kill["kept"] <= kill["pushed"] + 1, kill
 
 
+@pytest.mark.long
 def test_killed_runs_lose_nothing_that_was_on_the_disk() -> None:
     kills = _measured("-m", "stepload_verify.trials.kill_runs", "--kills", "2", "--wire", "0")
     assert [kill["kind"] for kill in kills] == ["dry"] * 2

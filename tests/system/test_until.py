@@ -154,6 +154,7 @@ def test_a_stiff_payload_stops_as_soon_as_nothing_can_be_enough(stiff: Ran) -> N
     assert any("was out of reach" in reason for reason in data["reasons"])
 
 
+@pytest.mark.long
 def test_between_both_it_goes_to_the_top(between: Ran) -> None:
     assert between.finished.data["status"] == "completed"
     assert between.until["verdict"] == "more"

@@ -355,6 +355,7 @@ def test_one_number_does_not_hold_for_payloads_that_rub_otherwise() -> None:
     assert shares_apart([aside("unknown"), sticks]) == 0.0
 
 
+@pytest.mark.long
 def test_where_it_does_not_no_verdict_is_given(monkeypatch: pytest.MonkeyPatch) -> None:
     found = [saved(f"{name}{i}", draw=i) for name in "ab" for i in range(3)]
     assert compare(found, sizes=(3, 3)).differences[0].verdict is Agreement.AGREE

@@ -10,6 +10,7 @@ from stepload_verify.trials.coupling import compared as trial
 from stepload_verify.trials.coupling.compared import PAIRS, SETTINGS, WAYS, compared
 
 
+@pytest.mark.long
 def test_payloads_that_rub_alike_are_told_apart_as_well_as_their_shares_are_known(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

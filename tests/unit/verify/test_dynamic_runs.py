@@ -93,6 +93,7 @@ def test_creep_within_a_ramp_is_as_true_as_none_and_slower_creep_is_not() -> Non
     assert settled(SMOOTH, 1.1e6) is None
 
 
+@pytest.mark.long
 def test_a_case_is_what_the_dry_run_of_its_plan_says_and_scored(tmp_path: Path) -> None:
     outcome = judged("as-declared", 6, quick=True, keep=tmp_path)
     dry = run_plan(derive(load_plan(tmp_path / "plan.yaml")), dry_run=True, out=tmp_path / "dry")

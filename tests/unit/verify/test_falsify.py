@@ -254,6 +254,7 @@ def weak(_stratum: Stratum, point: Sequence[float]) -> float:
     return 1.0 + float(min(point[:2]) > 0.9)
 
 
+@pytest.mark.long
 def test_where_a_channel_freezes_a_search_goes_after_the_force_that_nobody_sees(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -401,6 +402,7 @@ def test_a_search_goes_on_where_it_was_left(
         falsify(what, where[:1], trials=300, seed=2, pool=LocalPool(1), directory=tmp_path)
 
 
+@pytest.mark.long
 def test_processes_change_nothing() -> None:
     what, where = Search(TEMPLATE), named("force_nan")
     with LocalPool(2) as two:

@@ -70,6 +70,7 @@ def test_only_what_is_known_to_differ_differs(computed):
     assert all(row.why for row in off)
 
 
+@pytest.mark.long
 def test_the_simulated_part_is_in_the_page(drawn):
     for section in document.sections_of(drawn):
         assert f"## {section.title}\n" in page()

@@ -59,6 +59,7 @@ def test_arms_give_way_as_the_study_has_it(name: str) -> None:
     assert np.percentile(branches(poses), pair) == pytest.approx((1.45, 3.05), rel=0.2)
 
 
+@pytest.mark.long
 def test_every_line_of_the_table_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pose_table, "DRAWN", 40)
     found = dict(rows("ur16e"))
