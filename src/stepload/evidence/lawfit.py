@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -52,9 +53,11 @@ class Whitened:
         self.y = self._inverse @ (deformation_m / self.scale_m)
         self.ones = self._inverse @ np.ones_like(self.u)
 
-    def columns(self, law: Law, shape: float) -> FloatArray:
-        """Whitened columns (B, 1 + k): the zero and the law's."""
-        return np.column_stack([self.ones, self._inverse @ law.basis(self.u, shape)])
+    def columns(self, law: Law, shapes: Sequence[float]) -> FloatArray:
+        """Whitened columns (S, B, 1 + k) of every shape parameter: the zero and the law's."""
+        own = self._inverse @ np.stack([law.basis(self.u, shape) for shape in shapes])
+        ones = np.broadcast_to(self.ones[:, None], (*own.shape[:2], 1))
+        return np.concatenate([ones, own], axis=2)
 
     def whiten(self, values: FloatArray) -> FloatArray:
         """Deformations (B, ...) in m as errors of unit variance."""
@@ -71,7 +74,7 @@ class Point:
     covariance: FloatArray
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class LawFit:
     """One law: all its points, the best first in `best`."""
 
@@ -80,7 +83,7 @@ class LawFit:
     top_n: float
     degrees: int
 
-    @property
+    @cached_property
     def best(self) -> Point:
         """The point of least χ²."""
         return min(self.points, key=lambda point: point.chi2)
@@ -119,7 +122,7 @@ def fit_law(data: Whitened, law: Law, roughness: Roughness | None = None) -> Law
     """
     if law is ROUGH and roughness is not None and roughness.length_m == 0.0:
         return None
-    points = [p for shape in law.grid.tolist() if (p := _point(data, law, shape, roughness))]
+    points = _points(data, law, law.grid.tolist(), roughness)
     if not points:
         return None
     if len(law.grid) > 2:
@@ -127,31 +130,39 @@ def fit_law(data: Whitened, law: Law, roughness: Roughness | None = None) -> Law
         low = points[max(best - 1, 0)].shape
         high = points[min(best + 1, len(points) - 1)].shape
         finer = np.linspace(low, high, 17)[1:-1].tolist()
-        points += [p for shape in finer if (p := _point(data, law, shape, roughness))]
+        points += _points(data, law, finer, roughness)
         points.sort(key=lambda point: point.shape)
     degrees = data.u.size - 1 - law.parameters
     return LawFit(law, tuple(points), data.top_n, degrees)
 
 
-def _point(data: Whitened, law: Law, shape: float, roughness: Roughness | None) -> Point | None:
-    columns = data.columns(law, shape)
-    norm = np.linalg.norm(columns, axis=0)
-    q, r = np.linalg.qr(columns / norm)
-    if np.abs(np.diag(r)).min() < 1e-9:
-        return None
-    inverse = np.linalg.inv(r) / norm[:, None]
-    projected = q.T @ data.y
-    scaled = inverse @ projected
-    if (scaled[1:] < 0.0).any() or scaled[1:].sum() <= 0.0:
-        return None
-    chi2 = float(data.y @ data.y - projected @ projected)
+def _points(
+    data: Whitened, law: Law, shapes: Sequence[float], roughness: Roughness | None
+) -> list[Point]:
+    """The law at those of the shape parameters where it can be told and gives way to a force."""
+    columns = data.columns(law, shapes)
+    norm = np.linalg.norm(columns, axis=1)
+    q, r = np.linalg.qr(columns / norm[:, None])
+    told = ~(np.abs(np.diagonal(r, axis1=1, axis2=2)).min(axis=1) < 1e-9)
+    inverse = np.linalg.inv(r[told]) / norm[told][:, :, None]
+    projected = q[told].swapaxes(1, 2) @ data.y
+    scaled = (inverse @ projected[:, :, None])[:, :, 0]
+    gives_way = ~((scaled[:, 1:] < 0.0).any(axis=1) | (scaled[:, 1:].sum(axis=1) <= 0.0))
+    chi2 = data.y @ data.y - (projected**2).sum(axis=1)
     coefficients = scaled * data.scale_m
-    if law is ROUGH and shape > ROUGHEST and (roughness is None or roughness.length_m is None):
-        return None
-    if law is ROUGH and roughness is not None and roughness.length_m:
-        length_m = shape * float(coefficients[1])
-        chi2 += (math.log(length_m / roughness.length_m) / ROUGHNESS_SIGMA) ** 2
-    return Point(shape, max(chi2, 0.0), coefficients, inverse @ inverse.T * data.scale_m**2)
+    covariance = inverse @ inverse.swapaxes(1, 2) * data.scale_m**2
+    found = np.flatnonzero(told)
+    points = []
+    for i in np.flatnonzero(gives_way).tolist():
+        shape, misfit = shapes[found[i]], float(chi2[i])
+        if law is ROUGH and (roughness is None or roughness.length_m is None):
+            if shape > ROUGHEST:
+                continue
+        elif law is ROUGH and roughness is not None and roughness.length_m:
+            length_m = shape * float(coefficients[i, 1])
+            misfit += (math.log(length_m / roughness.length_m) / ROUGHNESS_SIGMA) ** 2
+        points.append(Point(shape, max(misfit, 0.0), coefficients[i], covariance[i]))
+    return points
 
 
 def fit_laws(data: Whitened, roughness: Roughness, *, adhesive: bool) -> dict[str, LawFit]:

@@ -42,8 +42,7 @@ def rehearse_law(
     square = np.einsum("ij,ij->j", y, y)
     best = np.full(y.shape[1], math.inf)
     span = np.ones(y.shape[1])
-    for shape in shapes:
-        columns = data.columns(fit.law, shape)
+    for shape, columns in zip(shapes, data.columns(fit.law, shapes), strict=True):
         norm = np.linalg.norm(columns, axis=0)
         orthogonal, r = np.linalg.qr(columns / norm)
         if np.abs(np.diag(r)).min() < 1e-9:
