@@ -234,7 +234,7 @@ SENSORS = (
     _sensor(UART, "wrong_model", REFUSED, says="unsupported", at_start=True),
     _sensor(UART, "deaf", REFUSED, says="not_connected", at_start=True),
     _sensor(UART, "refuse", REFUSED, says="refused_command", at_start=True),
-    _sensor(CAN, "torn:0.5", says=_CORRUPT, always=True),
+    _sensor(CAN, "torn:0.5", says=_CORRUPT),
     _sensor(CAN, "torn:0.003", UNHARMED, counted="orphans"),
     _sensor(CAN, "bit_flip:0.3", says=_CORRUPT),
     _sensor(CAN, "overrange:2", says=_OVER),

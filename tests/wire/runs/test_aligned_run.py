@@ -16,7 +16,8 @@ from stepload.session.experiment import run_plan
 ALIGNMENT = Alignment(radius_m=3e-3, max_tilt_rad=math.radians(2.0))
 
 
-@pytest.mark.parametrize("tilt_deg", [pytest.param(0.5, marks=pytest.mark.long), 3.0])
+@pytest.mark.long
+@pytest.mark.parametrize("tilt_deg", [0.5, 3.0])
 def test_a_tilted_plate_is_told_on_the_wire(emulated_run, tmp_path, tilt_deg):
     c = 1.0 / 1.2e5
     run = emulated_run(
