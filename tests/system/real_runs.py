@@ -82,7 +82,7 @@ class Said(NamedTuple):
     stderr: str
 
 
-def in_process(*arguments: object, cwd: Path | None = None, drawn: bool = True) -> Said:
+def in_process(*arguments: object, cwd: Path | None = None, drawn: bool = False) -> Said:
     """One `stepload` command in this process, which is quicker where the process is not the point.
 
     Not `drawn`, the report of a run has no figures.

@@ -24,7 +24,7 @@ from stepload.session.again import results_again
 
 def test_a_record_gives_the_results_of_its_run_again(cycles_run: Path, tmp_path: Path) -> None:
     out = tmp_path / "again"
-    said = in_process("identify", cycles_run, "--out", out)
+    said = in_process("identify", cycles_run, "--out", out, drawn=True)
     assert said.returncode == 0, said.stderr
     assert f"report: {out / 'report.html'}" in said.stdout
     assert results(out) == results(cycles_run)
@@ -50,6 +50,7 @@ def test_what_is_known_better_is_in_the_results(cycles_run: Path, tmp_path: Path
     )
 
 
+@pytest.mark.long
 def test_another_payload_than_the_plans_is_told(cycles_run: Path, tmp_path: Path) -> None:
     for name, told in (("silicone-sphere", True), ("plastic-sphere", False)):
         payload = Path(__file__).parents[2] / "procedures" / "payloads" / f"{name}.yaml"
@@ -165,7 +166,7 @@ def test_a_run_with_another_payload_is_opened_with_it(quick_plan: Path, tmp_path
     shutil.copy(quick_plan, tmp_path / "plan.yaml")
     said = in_process(
         "run", tmp_path / "plan.yaml", "--dry-run", "--quiet", "--payload", other,
-        "--tag", "specimen=S7", "--tag", "polished", "--out", tmp_path / "run", drawn=False,
+        "--tag", "specimen=S7", "--tag", "polished", "--out", tmp_path / "run",
     )  # fmt: skip
     assert said.returncode == 0, said.stderr
     run = stepload.open(tmp_path / "run")

@@ -48,7 +48,7 @@ def test_no_run_comes_above_the_elastic_limit(tmp_path: Path) -> None:
 
 def test_a_campaign_with_six_axes(tmp_path: Path) -> None:
     """Its rows hold the resultant too, and the directory knows that its rigs have six axes."""
-    options = ["--runs", "6", "--seed", "5", "--processes", "1", "--out", tmp_path / "c"]
+    options = ["--runs", "3", "--seed", "5", "--processes", "1", "--out", tmp_path / "c"]
     done = in_process("campaign", PLAN, *options, "--axes", "six", "--faults", "none", "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)

@@ -67,7 +67,11 @@ def test_a_plan_is_designed_written_and_told_the_same_by_one_process_and_by_two(
     assert preflight["top_force_n"] <= preflight["largest_safe_force_n"]
 
 
-def test_a_rig_file_is_named_from_where_the_plan_lies(tmp_path: Path) -> None:
+def test_a_rig_file_is_named_from_where_the_plan_lies(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(grid, "STEPS", (4,))
+    monkeypatch.setattr(grid, "HOLDS_S", (5.0,))
     (tmp_path / "plans").mkdir()
     (tmp_path / "my rig.yaml").write_text("profile: stvf\nname: mine\n")
     said = in_process(

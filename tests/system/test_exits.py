@@ -174,7 +174,7 @@ def test_kill_9_is_repaired_at_the_next_start(stage: Stage, quick: Path, tmp_pat
     deadline = time.monotonic() + 60.0
     while _locked(first / "run.mcap.part") and time.monotonic() < deadline:
         time.sleep(0.01)
-    done = in_process("run", quick, "--dry-run", "--quiet", cwd=tmp_path, drawn=False)
+    done = in_process("run", quick, "--dry-run", "--quiet", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     told = [line for line in done.stdout.splitlines() if line.startswith("unfinished record")]
     assert len(told) == 1
@@ -294,7 +294,7 @@ def test_links_in_the_directory_are_not_followed(quick: Path, tmp_path: Path) ->
     victim.write_text("untouched")
     for name in ("results.json", "report.html", "control"):
         (out / name).symlink_to(victim)
-    done = in_process("run", quick, "--dry-run", "--quiet", "--out", out, drawn=False)
+    done = in_process("run", quick, "--dry-run", "--quiet", "--out", out)
     assert done.returncode == 0, done.stderr
     assert victim.read_text() == "untouched"
     assert results(out)["status"] == "completed"

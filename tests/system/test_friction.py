@@ -54,6 +54,7 @@ def fired(result: Any) -> set[str]:
     return {gate["name"] for gate in result["gates"] if gate["fires"]}
 
 
+@pytest.mark.long
 def test_dry_and_greased_tell_what_the_force_across_does(record: Path) -> None:
     made = json.loads(record.read_text())
     c = [float(text.removesuffix(" m/N")) for text in made["across"]]

@@ -11,7 +11,6 @@ from __future__ import annotations
 import json
 import tempfile
 from fnmatch import fnmatch
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -69,7 +68,7 @@ def objects(directory: Path) -> dict[str, Any]:
         (directory / name).write_text(text)
 
     def verb(name: str, *words: object) -> None:
-        say = stepload if name in AS_A_PROCESS else partial(in_process, drawn=False)
+        say = stepload if name in AS_A_PROCESS else in_process
         done = say(*words, "--json", cwd=directory)
         assert done.stdout.count("\n") == 1, done.stderr
         made[name] = masked(name, json.loads(done.stdout))
@@ -89,7 +88,7 @@ def objects(directory: Path) -> dict[str, Any]:
     verb("run_system", "run", "flat.yaml", *dry, 3, "--out", "flat-again")
     verb("doctor", "doctor", "two.yaml", "--dry-run", "--seconds", 1)
     verb(
-        "campaign", "campaign", ROOT / "procedures" / "campaign.yaml", "--runs", 12,
+        "campaign", "campaign", ROOT / "procedures" / "campaign.yaml", "--runs", 6,
         "--seed", 20, "--processes", 1,
     )  # fmt: skip
     verb("pose", "pose", "ur5e", "--radius", "300 mm to 360 mm", "--height", "0 mm")
@@ -101,7 +100,7 @@ def objects(directory: Path) -> dict[str, Any]:
         seed = ("--seed", 3, "--processes", 1)
         verb("map", "map", "stvf", "--payload", SPHERE, "--samples", 12, *seed)
         few.setattr(grid, "STEPS", (4,))
-        few.setattr(grid, "HOLDS_S", (1.0, 5.0))
+        few.setattr(grid, "HOLDS_S", (5.0,))
         verb("design", "design", SPHERE, "stvf", "--samples", 60, *seed)
     verb("bad_input", "identify", "nothing.csv")
     return made

@@ -301,9 +301,7 @@ def test_a_run_goes_on_when_its_viewers_process_dies(
 
     monkeypatch.setattr(subprocess, "Popen", Dying)
     out = tmp_path / "run"
-    done = in_process(
-        "run", quick_plan, "--dry-run", "--quiet", "--live", "--out", out, drawn=False
-    )
+    done = in_process("run", quick_plan, "--dry-run", "--quiet", "--live", "--out", out)
     monkeypatch.setattr(subprocess, "Popen", started)
     assert done.returncode == 0, done.stderr
     assert not read_recording(out / "run.mcap").partial

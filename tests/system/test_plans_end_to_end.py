@@ -60,7 +60,7 @@ VERDICTS: dict[str, tuple[str, set[str]]] = {
 }
 """Verdict, and the codes of the reasons that refuse or warn."""
 RUNNING = [name for name, (verdict, _) in VERDICTS.items() if verdict != "refused"]
-LONG = {"run-in", "ur16e-polyurethane-sphere", "ur5e-silicone-sphere"}
+LONG = {"demo-wire", "run-in", "ur16e-polyurethane-sphere", "ur5e-silicone-sphere"}
 """As the others in all but their length; `make long`."""
 REFUSED = [name for name, (verdict, _) in VERDICTS.items() if verdict == "refused"]
 

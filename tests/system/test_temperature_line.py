@@ -36,7 +36,7 @@ def test_a_plan_says_how_well_the_temperature_is_known(tmp_path: Path) -> None:
     text = QUICK.replace(named, PAYLOAD).replace("  profile: stvf", RIG)
     plan.write_text(text + "identify: {temperature_uncertainty: 0.5 K}\n")
     out = tmp_path / "run"
-    done = in_process("run", plan, "--dry-run", "--quiet", "--out", out, drawn=False)
+    done = in_process("run", plan, "--dry-run", "--quiet", "--out", out)
     assert done.returncode == 0, done.stderr
     line = _temperature(results(tmp_path / "run"))
     assert line["size"] == "0.5 K"

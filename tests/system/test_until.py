@@ -163,7 +163,7 @@ def test_between_both_it_goes_to_the_top(between: Ran) -> None:
     assert any("no level showed enough" in r for r in between.finished.data["reasons"])
 
 
-@pytest.mark.parametrize("name", ["soft", "stiff", "between"])
+@pytest.mark.parametrize("name", ["soft", "stiff", pytest.param("between", marks=pytest.mark.long)])
 def test_results_are_of_their_schema_and_the_report_says_it(
     name: str, request: pytest.FixtureRequest
 ) -> None:

@@ -68,6 +68,7 @@ def test_a_run_depends_on_seed_series_and_index_alone() -> None:
     assert first == again
 
 
+@pytest.mark.long
 def test_every_kind_of_mishap_and_every_anomaly_is_drawn() -> None:
     assert set(ALL) == {*load_world().faults, *INCIDENTS, PLANTS} - {*WIDER_FAULTS, *SIX_FAULTS}
     seen: set[str] = set()

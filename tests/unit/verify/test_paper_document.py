@@ -80,6 +80,7 @@ def test_the_simulated_part_is_in_the_page(drawn):
             assert (DOCS / "paper" / name).exists()
 
 
+@pytest.mark.long
 def test_kinds_of_evidence_are_counted_apart_and_never_added(computed, drawn):
     rows = [line for line in document.summary((*computed, *drawn)) if line.startswith("| ")]
     counted = {line.split(" | ")[0][2:]: line.split(" | ")[1:3] for line in rows[1:]}
@@ -93,6 +94,7 @@ def test_kinds_of_evidence_are_counted_apart_and_never_added(computed, drawn):
         assert f" {sum(numbers)} " not in line
 
 
+@pytest.mark.long
 def test_the_counts_of_the_page_are_those_of_its_tables(drawn):
     for kind, sections in kinds(drawn).items():
         found = tally([band for section in sections for band in section.bands])
@@ -104,6 +106,7 @@ def test_the_counts_of_the_page_are_those_of_its_tables(drawn):
         assert kind in (Kind.TIPS, Kind.SPHERES)
 
 
+@pytest.mark.long
 def test_what_is_put_in_is_not_counted(computed, drawn):
     """The system stiffness that a simulation was given is no number compared with the paper's."""
     chain = drawn[-1].sections
