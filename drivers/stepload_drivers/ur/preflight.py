@@ -6,7 +6,6 @@ they rely on is asked first, with time-outs of our own.
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 from stepload.errors import DeviceError
@@ -144,12 +143,3 @@ def not_remote(host: str) -> DeviceError:
         code=FaultCode.NOT_REMOTE,
         hint="switch the pendant to remote control (Settings, System, Remote Control first)",
     )
-
-
-def in_remote_control(host: str, timeout_s: float) -> bool | None:
-    """Whether scripts are taken; None when the controller cannot or does not say."""
-    try:
-        reply = dashboard(host, ["is in remote control"], time.monotonic() + timeout_s)[0].lower()
-    except DeviceError:
-        return None
-    return REMOTE.get(reply)

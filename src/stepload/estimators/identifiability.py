@@ -80,26 +80,6 @@ def identifiability(
     return Identifiability(k_max, k_r, s * k_s / t, limit_system, binding)
 
 
-def largest_k(
-    n: float,
-    top_force_n: float,
-    resolution_m: float,
-    system_stiffness_n_per_m: float,
-    *,
-    p: float = 2.0,
-    s: float = 20.0,
-    t: float = 5.0,
-) -> float:
-    """Largest K in N/m^n that satisfies (32) at exponent `n`."""
-    _positive(n=n, top_force_n=top_force_n, resolution_m=resolution_m)
-    _positive(system_stiffness_n_per_m=system_stiffness_n_per_m, p=p, s=s, t=t)
-    deformation_m = max(
-        2.0 * p * t * resolution_m,
-        p * t * resolution_m + t * top_force_n / (s * system_stiffness_n_per_m),
-    )
-    return float(top_force_n / deformation_m**n)
-
-
 def gauge_resolution_for(
     secant_n_per_m: float, top_force_n: float, *, p: float = 2.0, t: float = 5.0
 ) -> float:

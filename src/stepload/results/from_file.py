@@ -101,11 +101,6 @@ def _cycles(run: SavedRun, found: Identification) -> RunIn | None:
     )  # fmt: skip
 
 
-def system_of_file(path: Path) -> SystemStiffnessFit:
-    """System stiffness from a record or a curve; raises as `system_results_of_file`."""
-    return system_results_of_file(path)[0]
-
-
 def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
     """System stiffness from a record or a CSV curve with positions; whether it was simulated.
 

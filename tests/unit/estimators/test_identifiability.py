@@ -13,7 +13,6 @@ from stepload.estimators.identifiability import (
     Binding,
     gauge_resolution_for,
     identifiability,
-    largest_k,
 )
 
 forces = st.floats(1.0, 1e4)
@@ -52,13 +51,6 @@ def test_limit_cases(force: float, k_s: float) -> None:
     assert fine.k_max_n_per_m == pytest.approx(fine.limit_stiff_resolution_n_per_m, rel=1e-6)
     coarse = identifiability(force, force / (k_s * 1e-6), k_s)
     assert coarse.k_max_n_per_m == pytest.approx(coarse.limit_stiff_system_n_per_m)
-
-
-@given(forces, resolutions, stiffnesses, st.floats(1.0, 3.0))
-def test_largest_k_has_the_secant_k_max(force: float, step: float, k_s: float, n: float) -> None:
-    k = largest_k(n, force, step, k_s)
-    secant = (force ** (n - 1.0) * k) ** (1.0 / n)
-    assert secant == pytest.approx(identifiability(force, step, k_s).k_max_n_per_m, rel=1e-9)
 
 
 @given(forces, stiffnesses)

@@ -21,7 +21,7 @@ from stepload.estimators.identifiability import identifiability
 from stepload.evidence.identification import Identification
 from stepload.record.curves import Curve
 from stepload.results.from_curve import PreparedCurve, deformation_curve, prepare
-from stepload.results.from_file import identify_file, system_of_file
+from stepload.results.from_file import identify_file, system_results_of_file
 from stepload.results.wishes import Wishes, wishes_of_payload
 
 K, N, KS = 6.57e8, 1.5, 3.49e6
@@ -191,7 +191,7 @@ def test_a_glitch_in_the_run_of_a_system(tmp_path: Path) -> None:
     path = tmp_path / "curve.csv"
     table = np.column_stack([np.arange(force.size) * 0.01, position, noisy])
     np.savetxt(path, table, "%.10g", ",", header="time_s,position_m,force_n", comments="")
-    assert system_of_file(path).stiffness_n_per_m == pytest.approx(KS, rel=0.01)
+    assert system_results_of_file(path)[0].stiffness_n_per_m == pytest.approx(KS, rel=0.01)
 
 
 def flags(found: Identification) -> set[Flag]:
@@ -608,7 +608,7 @@ def test_a_system_of_other_signs_and_zeros(tmp_path: Path, signs: tuple[int, int
     columns = np.arange(force.size) / 100, signs[0] * flat, signs[1] * pressed - 20.0
     header = "time_s,position_m,force_n"
     np.savetxt(path, np.column_stack(columns), "%.8g", ",", header=header, comments="")
-    assert system_of_file(path).stiffness_n_per_m == pytest.approx(KS, rel=0.01)
+    assert system_results_of_file(path)[0].stiffness_n_per_m == pytest.approx(KS, rel=0.01)
 
 
 def test_a_curve_to_compare_with_gets_the_same_care() -> None:

@@ -9,7 +9,7 @@ from stepload.errors import DeviceError
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur import preflight as preflight_module
-from stepload_drivers.ur.preflight import in_remote_control, preflight
+from stepload_drivers.ur.preflight import preflight
 from stepload_drivers.ur.settings import settings_from
 from stepload_drivers.ur.state import PLAYING, ROBOT_RUNNING, UrState
 
@@ -132,13 +132,3 @@ def test_another_controller_is_refused(controller, reply):
     with pytest.raises(DeviceError) as caught:
         look(serial_number="2024001")
     assert caught.value.code == FaultCode.WRONG_DEVICE
-
-
-@pytest.mark.parametrize(
-    ("reply", "remote"), [("true", True), ("False", False), ("could not understand", None)]
-)
-def test_remote_control_is_known_or_not(controller, reply, remote):
-    controller.replies["is in remote control"] = reply
-    assert in_remote_control("h", 1.0) is remote
-    controller.silent = True
-    assert in_remote_control("h", 1.0) is None
