@@ -202,7 +202,7 @@ def parse_tree(source: Source) -> tuple[Node, list[Problem]]:
     return root, [*problems]
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=16)
 def _parsed(source: Source) -> tuple[Node, tuple[Problem, ...]]:
     """The same, once a text: hundreds of plans may name one profile (`design`, `campaign`)."""
     builder = _Builder(source)

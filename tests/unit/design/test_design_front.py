@@ -122,7 +122,6 @@ def as_asked(found: Design) -> tuple[int, float, float]:
 
 
 @pytest.mark.usefixtures("few")
-@pytest.mark.long
 def test_the_best_are_judged_again_by_more_runs_of_other_draws() -> None:
     found = designed(150.0, 60)
     assert as_asked(found) == (4, 1.0, 2.0)
@@ -148,7 +147,6 @@ def test_what_is_said_of_a_design_bears_its_figures() -> None:
 
 
 @pytest.mark.usefixtures("few")
-@pytest.mark.long
 def test_no_time_no_runs_and_no_rig_are_each_refused_with_a_reason() -> None:
     with pytest.raises(RefusedError, match="takes only 60 s: the fastest") as short:
         designed(60.0, 60)
@@ -158,7 +156,6 @@ def test_no_time_no_runs_and_no_rig_are_each_refused_with_a_reason() -> None:
     assert "more --samples would tell" in unsure.value.hint
 
 
-@pytest.mark.long
 def test_what_to_buy_is_said_where_no_plan_is_good_enough(few: None, tmp_path: Path) -> None:
     rig = tmp_path / "ur5e.yaml"
     rig.write_text(

@@ -58,7 +58,13 @@ def test_the_rig_ends_it_where_the_payload_bears_more(tmp_path: Path) -> None:
     assert found.why.endswith("leaves too little room below what STVF can press with")
 
 
-@pytest.mark.long
+@pytest.fixture
+def one_hold(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A grid of a fifth of the orders."""
+    monkeypatch.setattr(room, "HOLDS_S", (1.0,))
+
+
+@pytest.mark.usefixtures("one_hold")
 def test_all_orders_of_the_largest_top_force_may_run_where_the_elastic_limit_ends_it(
     tmp_path: Path,
 ) -> None:
@@ -138,7 +144,7 @@ def test_what_preflight_refuses_is_no_candidate_and_its_reason_is_kept() -> None
     assert "not identifiable on this rig" in found.because
 
 
-@pytest.mark.long
+@pytest.mark.usefixtures("one_hold")
 def test_a_force_beyond_the_limit_is_refused_by_preflight_whatever_the_ceiling_says() -> None:
     payload = PAYLOADS / "plastic-sphere.yaml"
     honest = ceiling("stvf", payload)
@@ -191,7 +197,7 @@ def test_a_plan_whose_levels_may_be_missed_is_left_out_and_others_take_their_tim
         assert each.order.up_s[-1] > each.order.ramp_s
 
 
-@pytest.mark.long
+@pytest.mark.usefixtures("one_hold")
 def test_where_a_material_is_known_as_a_range_the_stiffest_is_designed_for(tmp_path: Path) -> None:
     payload = tmp_path / "range.yaml"
     text = SPHERE.read_text().replace("  yield_strength: 70 MPa\n", "")
