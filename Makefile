@@ -30,6 +30,7 @@ $(READY): pyproject.toml verify/pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "stepload needs Python 3.11 or newer; say which with: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
+	@# Bytecode is written of what is imported, when it is: of all that is installed it takes a minute.
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[dev]' -e verify
 	@touch $@
 

@@ -102,3 +102,14 @@ def test_depth_and_number_of_values_are_bounded(monkeypatch: pytest.MonkeyPatch)
     many = tree.MAX_NODES - 1
     assert problems("[" + "1," * many + "]") == []
     assert "more than 200 values" in problems("[" + "1," * (many + 1) + "]")[0].message
+
+
+def test_a_text_read_before_is_told_again_and_another_of_that_name_is_another() -> None:
+    def read(text: str) -> tuple[tree.Node, list[Problem]]:
+        return parse_tree(Source("f.yaml", Path("f.yaml"), text, text.encode()))
+
+    root, problems = read("a: 1\na: 2\n")
+    [told] = problems
+    problems.clear()
+    assert read("a: 1\na: 2\n") == (root, [told])
+    assert read("a: 1\n") != (root, [])
