@@ -297,6 +297,18 @@ def test_a_zero_of_force_that_moves_is_in_the_budget_and_one_that_is_not_known_i
     assert not any("looked at twice in free air" in note for note in still.notes)
 
 
+def test_a_loading_that_may_have_ended_for_what_it_showed_counts_as_two_looks() -> None:
+    run = press(World())
+    once, twice = (weigh(replace(run, looked=looked)) for looked in (False, True))
+    for kind in ("chord", "secant_from_touch", "tangent"):
+        (low, high), (lower, higher) = (
+            found.quantities[kind].interval_n_per_m for found in (once, twice)
+        )
+        assert math.log(higher / lower) == pytest.approx(
+            math.log(high / low) * 2.2414 / 1.95996, rel=0.02
+        )
+
+
 def test_a_run_without_holds_says_what_it_cannot_show() -> None:
     run = press(World())
     bare = [
