@@ -130,7 +130,13 @@ def test_the_best_are_judged_again_by_more_runs() -> None:
     assert found.chosen in found.again
     again = designed(150.0, 60)
     assert [each.row for each in again.again] == [each.row for each in found.again]
-    assert as_asked(designed(100.0, 60)) == (4, 1.0, 2.0)
+
+
+@pytest.mark.usefixtures("few")
+def test_a_plan_that_takes_longer_than_the_time_given_is_named_and_not_chosen() -> None:
+    with pytest.raises(RefusedError, match="that takes 80 s or less was shown") as refused:
+        designed(80.0, 60)
+    assert "give it more --time: 300 N in 4 steps of 75 N" in refused.value.hint
 
 
 @pytest.mark.usefixtures("few")
@@ -180,6 +186,7 @@ def test_what_to_buy_is_said_where_no_plan_is_good_enough(few: None, tmp_path: P
             pool=LocalPool(1),
         )
     assert "any one of these would do: " in refused.value.hint
+    assert "position of" not in refused.value.hint  # helps, but not enough
     assert "K_s known to 1 %, by a table (7" in refused.value.hint
     assert "stepload calibrate" in refused.value.hint
 
