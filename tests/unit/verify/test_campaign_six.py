@@ -32,6 +32,7 @@ from stepload_verify.campaign.scenario import (
     Scenario,
     draw,
     expected_times,
+    hazard_of,
     kinds_from,
 )
 from stepload_verify.campaign.single import run_scenario
@@ -155,11 +156,10 @@ def test_a_sensor_that_dies_across_the_axis_while_it_presses_is_found() -> None:
     assert found.stop_s - dead.start_s < 0.3
 
 
-@pytest.mark.long
 def test_nobody_sees_what_a_dead_channel_does_not_tell() -> None:
     kinds = ("force_lateral_dead", "plants")
     hazards, said = set(), set()
-    for index in range(300):
+    for index in range(100):
         scenario = draw(TEMPLATE, 1, "two", index, kinds, "six")
         names = {anomaly.kind for anomaly in scenario.anomalies}
         always = any(fault.start_s == 0.0 for fault in scenario.faults)
@@ -171,6 +171,12 @@ def test_nobody_sees_what_a_dead_channel_does_not_tell() -> None:
         said.add((bool(tilts), scenario.plan.rig.plate_tilt_rad))
     assert hazards == {TILTED, SIDEWAYS_UNSEEN, ""}
     assert said == {(True, None), (True, STEEPEST_RAD), (False, None), (False, STEEPEST_RAD)}
+
+
+def test_a_plate_as_steep_as_the_plan_says_is_no_hazard() -> None:
+    stated_rad = believed_tilt_rad(TEMPLATE)
+    for share, hazard in ((0.9, ""), (1.1, TILTED)):
+        assert hazard_of((), TEMPLATE, (Anomaly("plate tilted", share * stated_rad),)) == hazard
 
 
 def test_what_only_six_axes_have_is_refused_of_one() -> None:
