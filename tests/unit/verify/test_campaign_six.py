@@ -30,9 +30,9 @@ from stepload_verify.campaign.scenario import (
     SIDEWAYS_UNSEEN,
     TILTED,
     Scenario,
+    _tilted,
     draw,
     expected_times,
-    hazard_of,
     kinds_from,
 )
 from stepload_verify.campaign.single import run_scenario
@@ -176,7 +176,7 @@ def test_nobody_sees_what_a_dead_channel_does_not_tell() -> None:
 def test_a_plate_as_steep_as_the_plan_says_is_no_hazard() -> None:
     stated_rad = believed_tilt_rad(TEMPLATE)
     for share, hazard in ((0.9, ""), (1.1, TILTED)):
-        assert hazard_of((), TEMPLATE, (Anomaly("plate tilted", share * stated_rad),)) == hazard
+        assert _tilted(TEMPLATE, (Anomaly("plate tilted", share * stated_rad),)) == hazard
 
 
 def test_what_only_six_axes_have_is_refused_of_one() -> None:
