@@ -7,8 +7,8 @@ KEPT   := $(VENV)/.compiled
 
 CORES := $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 
-# Of whole runs and commands one more at a time than there are cores: many of them wait. More than
-# that only take each other's cache: twice as many as cores took a fifth more of the processors' time.
+# One test at a time on each core; of whole runs and commands one more, for many of them wait. Twice
+# as many as cores took a fifth more of the processors' time.
 WORKERS ?= $(CORES)
 WAITING ?= $(shell expr $(CORES) + 1)
 BESIDE  := --dist loadfile --no-loadscope-reorder

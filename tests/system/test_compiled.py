@@ -62,6 +62,8 @@ def test_a_run_is_recorded_alike(tmp_path: Path) -> None:
     [
         ("one", "all", 4),
         ("six", "all", 3),
+        pytest.param("one", "all", 8, marks=pytest.mark.long),
+        pytest.param("six", "all", 8, marks=pytest.mark.long),
         pytest.param("one", "exception", 30, marks=pytest.mark.long),
     ],
 )

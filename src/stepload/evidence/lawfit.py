@@ -143,7 +143,9 @@ def _points(
     columns = data.columns(law, shapes)
     norm = np.linalg.norm(columns, axis=1)
     q, r = np.linalg.qr(columns / norm[:, None])
-    told = ~(np.abs(np.diagonal(r, axis1=1, axis2=2)).min(axis=1) < 1e-9)
+    told = np.flatnonzero(~(np.abs(np.diagonal(r, axis1=1, axis2=2)).min(axis=1) < 1e-9))
+    if not told.size:
+        return []
     inverse = np.linalg.inv(r[told]) / norm[told][:, :, None]
     projected = q[told].swapaxes(1, 2) @ data.y
     scaled = (inverse @ projected[:, :, None])[:, :, 0]
@@ -151,16 +153,15 @@ def _points(
     chi2 = data.y @ data.y - (projected**2).sum(axis=1)
     coefficients = scaled * data.scale_m
     covariance = inverse @ inverse.swapaxes(1, 2) * data.scale_m**2
-    found = np.flatnonzero(told)
+    stated_m = None if roughness is None else roughness.length_m
     points = []
     for i in np.flatnonzero(gives_way).tolist():
-        shape, misfit = shapes[found[i]], float(chi2[i])
-        if law is ROUGH and (roughness is None or roughness.length_m is None):
-            if shape > ROUGHEST:
-                continue
-        elif law is ROUGH and roughness is not None and roughness.length_m:
+        shape, misfit = shapes[told[i]], float(chi2[i])
+        if law is ROUGH and stated_m is None and shape > ROUGHEST:
+            continue
+        if law is ROUGH and stated_m:
             length_m = shape * float(coefficients[i, 1])
-            misfit += (math.log(length_m / roughness.length_m) / ROUGHNESS_SIGMA) ** 2
+            misfit += (math.log(length_m / stated_m) / ROUGHNESS_SIGMA) ** 2
         points.append(Point(shape, max(misfit, 0.0), coefficients[i], covariance[i]))
     return points
 

@@ -13,7 +13,8 @@ from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray
 from stepload.evidence import contact_gates
 from stepload.evidence.answer import Evidence, weigh
-from stepload.evidence.lawfit import Roughness
+from stepload.evidence.lawfit import Roughness, Whitened, fit_law
+from stepload.evidence.laws import BILINEAR, HERTZ_LINEAR, POWER
 from stepload.evidence.loops import Hold
 from stepload.evidence.path import Track
 
@@ -281,6 +282,11 @@ def test_creep_at_the_pace_of_the_holds_is_what_the_chord_is_off(
     excess_m = np.diff(at_n)[0] / found.headline.value_n_per_m - np.diff(world.law(at_n))[0]
     assert gate.value == pytest.approx(excess_m, abs=0.1 * excess_m + 0.4e-6)
     assert holds(found.headline.interval_n_per_m, chord_of(world, found))
+
+
+def test_points_that_tell_no_shape_of_a_law_leave_it_out() -> None:
+    twice = Whitened(np.array([10.0, 10.0]), np.array([1e-6, 2e-6]), 1e-14 * np.eye(2))
+    assert all(fit_law(twice, law) is None for law in (POWER, HERTZ_LINEAR, BILINEAR))
 
 
 def test_short_holds_exclude_less_creep() -> None:
