@@ -16,7 +16,7 @@ os.environ["OMP_NUM_THREADS"] = "1"
 import statistics
 import time
 
-from stepload.atlas import make
+from stepload.design import atlas
 from stepload.runner.local import LocalPool
 
 SERIES = "payloads"
@@ -26,17 +26,17 @@ ROUNDS = 3
 
 def identified_per_s(samples: int, *, checks: bool) -> float:
     """Identifications in a CPU second of this process."""
-    every, make.CHECK_EVERY = make.CHECK_EVERY, make.CHECK_EVERY if checks else 0
+    every, atlas.CHECK_EVERY = atlas.CHECK_EVERY, atlas.CHECK_EVERY if checks else 0
     cells: list[int] = []
     try:
         begin_s = time.process_time()
-        make.make(
-            "stvf", make.shipped_payloads(), samples=samples, seed=1, pool=LocalPool(1),
+        atlas.make(
+            "stvf", atlas.shipped_payloads(), samples=samples, seed=1, pool=LocalPool(1),
             on_start=cells.append, only=(SERIES,),
         )  # fmt: skip
         return cells[0] * samples / (time.process_time() - begin_s)
     finally:
-        make.CHECK_EVERY = every
+        atlas.CHECK_EVERY = every
 
 
 def main() -> None:

@@ -15,15 +15,15 @@ compiled_modules = use(Path(__file__).parents[2])
 """How many modules run as machine code here; 0 where all run as Python."""
 
 _FROM = {
-    "Identified": "stepload.data.calls",
+    "Identified": "stepload.calls",
     "Run": "stepload.data.opened",
     "Table": "stepload.data.table",
     "catalog": "stepload.data.catalog",
-    "identify": "stepload.data.calls",
+    "identify": "stepload.calls",
     "load_plan": "stepload.plan.load",
     "open": "stepload.data.opened",
-    "preflight": "stepload.data.calls",
-    "run": "stepload.data.calls",
+    "preflight": "stepload.calls",
+    "run": "stepload.calls",
     "windows": "stepload.data.windows",
 }
 _NAMED_OTHERWISE = {"open": "open_run"}

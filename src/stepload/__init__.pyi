@@ -1,7 +1,7 @@
-from stepload.data.calls import Identified as Identified
-from stepload.data.calls import identify as identify
-from stepload.data.calls import preflight as preflight
-from stepload.data.calls import run as run
+from stepload.calls import Identified as Identified
+from stepload.calls import identify as identify
+from stepload.calls import preflight as preflight
+from stepload.calls import run as run
 from stepload.data.catalog import catalog as catalog
 from stepload.data.opened import Run as Run
 from stepload.data.opened import open_run as open

@@ -10,7 +10,9 @@ from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
 
+from stepload.envelope.envelope import Envelope
 from stepload.errors import DeviceError
+from stepload.record.outcome import RunOutcome
 from stepload.rig.device import ArmConfiguration, Identity
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.setup.answers import Answers
@@ -154,6 +156,11 @@ class Hands:
         return None
 
 
+def press_nothing(envelope: Envelope, out: Path) -> RunOutcome:
+    """In place of a session, where no plan may be pressed."""
+    raise AssertionError(f"{envelope.plan.name} was pressed")
+
+
 def setup_of(rig: Rig, person: Hands | None = None, second: str = "arm", **answers: str) -> Setup:
     """A set-up whose arm and sensor have answered."""
     values = {"force.driver": Value("fake", ""), "second_force.source": Value(second, ""),
@@ -162,4 +169,4 @@ def setup_of(rig: Rig, person: Hands | None = None, second: str = "arm", **answe
         values["second_force.sensor.driver"] = Value("fake", "")
     state = State(done={"sensor": Done(DAY.isoformat(), Found(values))})
     told = Answers(answers, person or Hands(rig), yes=True)
-    return Setup(Path("rig.yaml"), state, told, opener(rig), DAY)
+    return Setup(Path("rig.yaml"), state, told, opener(rig), press_nothing, DAY)

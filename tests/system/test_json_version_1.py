@@ -18,8 +18,7 @@ import jsonschema
 import pytest
 from real_runs import QUICK, ROOT, in_process, stepload
 
-from stepload.atlas import make, points
-from stepload.design import grid
+from stepload.design import atlas, grid, points
 
 EXPECTED = Path(__file__).parent / "json_version_1"
 PAYLOADS = ROOT / "procedures" / "payloads"
@@ -96,7 +95,7 @@ def objects(directory: Path) -> dict[str, Any]:
         few.setattr(points, "PANELS", ("exponent",))
         few.setattr(points, "EXPONENTS", (1.5,))
         few.setattr(points, "COLUMNS", 2)
-        few.setattr(make, "shipped_payloads", lambda: [PAYLOADS / "plastic-cone.yaml"])
+        few.setattr(atlas, "shipped_payloads", lambda: [PAYLOADS / "plastic-cone.yaml"])
         seed = ("--seed", 3, "--processes", 1)
         verb("map", "map", "stvf", "--payload", SPHERE, "--samples", 12, *seed)
         few.setattr(grid, "STEPS", (4,))

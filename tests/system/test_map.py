@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from real_runs import ROOT, in_process
 
-from stepload.atlas import make, points
 from stepload.data import columns
+from stepload.design import atlas, points
 from stepload.plan import room_to_write
 
 SMALL = ("map", "stvf", "--samples", 12, "--seed", 3)
@@ -20,7 +20,7 @@ SMALL = ("map", "stvf", "--samples", 12, "--seed", 3)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """A map of few cells."""
     payloads = [ROOT / "procedures" / "payloads" / f"plastic-{n}.yaml" for n in ("sphere", "cone")]
-    monkeypatch.setattr(make, "shipped_payloads", lambda: payloads)
+    monkeypatch.setattr(atlas, "shipped_payloads", lambda: payloads)
     monkeypatch.setattr(points, "PANELS", ("exponent",))
     monkeypatch.setattr(points, "EXPONENTS", (1.5,))
     monkeypatch.setattr(points, "COLUMNS", 2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from bench_fakes import DAY, Hands, Rig, opener
+from bench_fakes import DAY, Hands, Rig, opener, press_nothing
 from typer.testing import CliRunner
 
 from stepload.cli.main import app
@@ -37,7 +37,7 @@ def stepload(*words):
 def rig_file(tmp_path):
     rig = Rig()
     path = tmp_path / "rig.yaml"
-    set_up(path, Answers(ARM, Hands(rig), yes=True), until="way", today=DAY,
+    set_up(path, Answers(ARM, Hands(rig), yes=True), press=press_nothing, until="way", today=DAY,
            open_devices=opener(rig))  # fmt: skip
     return path
 

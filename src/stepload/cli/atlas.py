@@ -43,8 +43,9 @@ def map_rig(
 
     Example: stepload map stvf --payload procedures/payloads/plastic-sphere.yaml --out map
     """
-    from stepload.atlas import make, tables
     from stepload.data.columns import check_parquet, write_columns
+    from stepload.design import atlas
+    from stepload.design import atlas_tables as tables
     from stepload.plan.room_to_write import check_room
     from stepload.runner.choose import open_pool
 
@@ -55,10 +56,10 @@ def map_rig(
     if out is not None:
         check_sheet(out, "map")
     with open_pool(processes, scheduler) as pool:
-        found = make.make(
+        found = atlas.make(
             rig,
             payload or [],
-            shipped=make.shipped_payloads(),
+            shipped=atlas.shipped_payloads(),
             top_n=_force(top_force),
             samples=samples,
             seed=seed,
@@ -86,7 +87,7 @@ def map_rig(
         f"{said['interval_true']} holds it."
     )
     if out is not None:
-        from stepload.atlas import picture
+        from stepload.design import atlas_picture as picture
 
         output.line(
             write_sheet(out, "map", lambda: picture.svg(found), lambda: picture.png(found), said)

@@ -40,12 +40,12 @@ def doctor(
 
     Example: stepload doctor procedures/plastic-sphere.yaml --dry-run
     """
-    from stepload.doctor.checkup import examine
     from stepload.engine.operator import Operator
     from stepload.envelope.envelope import envelope_of
+    from stepload.plan.hazards import refuse_unread
     from stepload.plan.load import load_plan
-    from stepload.session.hazards import refuse_unread
     from stepload.session.ready import refuse_simulated
+    from stepload.setup.checkup import examine
 
     out = Output(as_json=as_json)
     operator = Operator()

@@ -25,7 +25,7 @@ def refuse_unread_driver(driver: str, read_now: bool) -> None:
         RefusedError: nobody confirms to have read the hazards.
     """
     from stepload.errors import RefusedError
-    from stepload.session.hazards import PAGE
+    from stepload.plan.hazards import PAGE
 
     if read_now or (_at_a_terminal() and _name(f"Before the arm of the driver {driver!r} moves:")):
         return
@@ -37,7 +37,7 @@ def refuse_unread_driver(driver: str, read_now: bool) -> None:
 
 def _name(before: str) -> str:
     """Who has read the hazards, which are said first; empty: nobody."""
-    from stepload.session.hazards import HAZARDS, PAGE
+    from stepload.plan.hazards import HAZARDS, PAGE
 
     _say(before)
     for hazard in HAZARDS:

@@ -75,10 +75,12 @@ def setup(
 
     Example: stepload setup rig.yaml
     """
+    from stepload.session.experiment import press
     from stepload.setup.story import STEPS, set_up
 
     out = Output(as_json=as_json)
-    left = set_up(rig, _answers(answers, context.args, yes, out), redo=redo, until=until)
+    given = _answers(answers, context.args, yes, out)
+    left = set_up(rig, given, press=press, redo=redo, until=until)
     out.line(f"\nwritten: {rig}" + (f"; to come: {', '.join(left)}" if left else ""))
     if not left:
         out.line(

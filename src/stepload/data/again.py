@@ -16,7 +16,7 @@ from stepload.results.wishes import Wishes
 from stepload.runner.digest import code_digest
 from stepload.runner.jobs import Pool, run_in_order
 
-DECIDING = ("contact", "estimators", "evidence", "plan", "record", "results")
+DECIDING = ("contact", "envelope", "estimators", "evidence", "plan", "record", "results")
 """Rooms whose code decides what a record says."""
 AT_ONCE = 4
 """Records in a batch: each takes about a second."""

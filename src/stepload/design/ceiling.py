@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from stepload.atlas.course import DEFAULT, Order
-from stepload.atlas.plans import plan_of
-from stepload.atlas.rigs import most_push
+from stepload.envelope.benches import most_push
 from stepload.envelope.climb import largest_reached_n
 from stepload.envelope.envelope import Envelope, derive
+from stepload.envelope.order import DEFAULT, Order
 from stepload.envelope.pressing import largest_top_force
+from stepload.envelope.unwritten import plan_of
 from stepload.errors import BadInputError, DomainError, RefusedError
 from stepload.estimators.sources import Sources
 from stepload.plan.model import Plan

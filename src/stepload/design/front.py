@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stepload.atlas.answers import Can, can
-from stepload.atlas.work import Row
+from stepload.design.answers import Can, can
 from stepload.design.grid import Candidate
+from stepload.design.work import Row
 
 ALIKE = 1.02
 """Intervals that differ by less than this factor are alike: the faster plan is the better one."""

@@ -7,16 +7,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from stepload.atlas.course import CYCLES, Order
-from stepload.atlas.law import Payload
-from stepload.atlas.plans import plan_of
-from stepload.atlas.points import Point
-from stepload.atlas.rigs import Specimen
-from stepload.atlas.work import Job
-from stepload.atlas.world import Cell
 from stepload.design.ceiling import Ceiling, rounded_down
+from stepload.design.law import Payload
+from stepload.design.points import Point
+from stepload.design.work import Job
+from stepload.design.world import Cell
+from stepload.envelope.benches import Specimen
 from stepload.envelope.envelope import Envelope, derive
+from stepload.envelope.order import CYCLES, Order
 from stepload.envelope.reason import PlanVerdict, Severity
+from stepload.envelope.unwritten import plan_of
 from stepload.errors import BadInputError, DomainError, RefusedError
 from stepload.estimators.conditions import Conditions
 from stepload.plan.problems import PlanError

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
-from stepload.atlas.answers import REQUIRED, Can, gain
-from stepload.atlas.changes import AS_IT_IS, BY_A_TABLE, for_sale
-from stepload.atlas.course import Order
-from stepload.atlas.make import CHECK_EVERY
-from stepload.atlas.work import Row, Work, run_all
+from stepload.design.answers import REQUIRED, Can, gain
+from stepload.design.atlas import CHECK_EVERY
 from stepload.design.ceiling import Ceiling, ceiling
+from stepload.design.changes import AS_IT_IS, BY_A_TABLE, for_sale
 from stepload.design.front import Tried, choose, finalists, front
 from stepload.design.grid import HOLDS_S, SHARES, STEPS, Candidate, Grid, grid
+from stepload.design.work import Row, Work, run_all
+from stepload.envelope.order import Order
 from stepload.errors import RefusedError
 from stepload.runner.jobs import Pool
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stepload.atlas.answers import Can
+from stepload.design.answers import Can
 from stepload.design.front import Tried
 from stepload.design.grid import SHARES
 from stepload.design.make import Design

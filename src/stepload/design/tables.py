@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from stepload.atlas.answers import REQUIRED
-from stepload.atlas.binomial import CONFIDENCE, Share
-from stepload.atlas.course import CYCLES
-from stepload.atlas.tables import LEFT_OUT
-from stepload.atlas.world import DRAWN, NOT_DRAWN
+from stepload.design.answers import REQUIRED
+from stepload.design.atlas_tables import LEFT_OUT
+from stepload.design.binomial import CONFIDENCE, Share
 from stepload.design.front import Tried
 from stepload.design.make import Design
 from stepload.design.words import sentences, shown
+from stepload.design.world import DRAWN, NOT_DRAWN
+from stepload.envelope.order import CYCLES
 from stepload.results.model import Table
 from stepload.units import format_quantity
 

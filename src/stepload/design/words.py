@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from stepload.atlas.answers import Can
+from stepload.design.answers import Can
 from stepload.design.front import ALIKE, Tried, choose
 from stepload.design.grid import SHARES
 from stepload.design.make import LONGER, Design

@@ -7,10 +7,10 @@ import os
 from pathlib import Path
 
 from stepload import __version__
-from stepload.atlas.course import CYCLES
 from stepload.design.make import Design
 from stepload.design.words import sentences
 from stepload.envelope.envelope import envelope_of, refusal_of
+from stepload.envelope.order import CYCLES
 from stepload.envelope.reason import PlanVerdict
 from stepload.plan.load import load_plan
 from stepload.plan.problems import printable

@@ -14,8 +14,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from stepload.contact.deflection import table_problem
 from stepload.errors import DomainError
+from stepload.estimators.deflection_rows import table_problem
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.monotone import rising_curve
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from stepload.contact.across import across_problem
-from stepload.contact.deflection import table_problem
+from stepload.estimators.deflection_rows import table_problem
 from stepload.plan.draft import UnknownError, whole
 from stepload.plan.leaves import (
     Angle,

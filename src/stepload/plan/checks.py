@@ -12,12 +12,12 @@ from itertools import pairwise
 from typing import cast
 
 from stepload.contact.across import across_problem
-from stepload.contact.deflection import table_problem
 from stepload.contact.elastic import law_for
 from stepload.contact.limit import no_limit_reason
 from stepload.contact.materials import Material, Sphere
 from stepload.contact.unknown import is_range
 from stepload.errors import DomainError
+from stepload.estimators.deflection_rows import table_problem
 from stepload.plan.derived import MAX_LEVELS
 from stepload.plan.draft import drafts_in, kind_of, left_out, whole, written
 from stepload.plan.impossible import Check, Impossibility, metre, newton, run_checks

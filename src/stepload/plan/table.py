@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stepload.contact.deflection import upper_stiffness_n_per_m
+from stepload.estimators.deflection_rows import upper_stiffness_n_per_m
 from stepload.units import format_quantity
 
 TABLE_AGREES = 0.1

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from stepload.atlas.plans import plan_of
-from stepload.atlas.rigs import PROBE_N
+from stepload.envelope.benches import PROBE_N
+from stepload.envelope.unwritten import plan_of
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.calibration import read_calibration
 from stepload.plan.kinematics import JOINTS, ArmKinematics, arms, read_arm

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import asdict, replace
 from typing import Any
 
-from stepload.contact.deflection import table_problem
 from stepload.contact.law_names import LAW_NAMES
 from stepload.envelope.bounds import ARM_STUCK_RATIO
 from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD, UNKNOWN_OFFSET_M, conditions_of
@@ -17,6 +16,7 @@ from stepload.errors import BadInputError
 from stepload.estimators.across import Across
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.deflection import least_sigma
+from stepload.estimators.deflection_rows import table_problem
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY
 from stepload.estimators.sources import Sources
 from stepload.results.press_data import PressData

@@ -13,10 +13,10 @@ from stepload.estimators.conditions import Conditions
 from stepload.estimators.curve_parts import is_exact, quantum
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY
-from stepload.estimators.plausibility import plausibility
 from stepload.estimators.sampling import uniform_in_force
 from stepload.estimators.selection import Selected, select
 from stepload.estimators.sources import Sources
+from stepload.evidence.plausibility import plausibility
 from stepload.record.curves import Curve
 from stepload.results.curve_doubts import (
     NO_FREE_AIR,

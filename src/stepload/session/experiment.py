@@ -25,6 +25,7 @@ from stepload.envelope.envelope import Envelope, envelope_of, refusal_of
 from stepload.envelope.pose import plan_where_it_stands
 from stepload.envelope.reason import PlanVerdict
 from stepload.errors import LeftEarlyError, RefusedError
+from stepload.plan.hazards import refuse_unread
 from stepload.record.outcome import RunOutcome
 from stepload.record.plain import plain
 from stepload.record.reader import read_recording
@@ -38,7 +39,7 @@ from stepload.results.provenance import with_record
 from stepload.results.run_document import run_document
 from stepload.rig import pose
 from stepload.rig.device import ArmConfiguration
-from stepload.session import control, files, hazards
+from stepload.session import control, files
 from stepload.session.ready import refuse_simulated, refuse_unproven
 from stepload.session.resume import Resumed, resumable
 
@@ -181,6 +182,17 @@ def _engine(envelope: Envelope, operator: Operator, resumed: Resumed | None) -> 
     )
 
 
+def press(envelope: Envelope, out: Path) -> RunOutcome:
+    """Run a plan on its own devices with Ctrl+C heard, keep everything in `out`: how it ended.
+
+    Raises:
+        SteploadError: as `run_plan`.
+    """
+    operator = Operator()
+    with operator.listening():
+        return run_plan(envelope, dry_run=False, out=out, operator=operator).outcome
+
+
 def refuse_what_may_not_run(envelope: Envelope, dry_run: bool, hazards_read_now: bool) -> None:
     """All that speaks against a run and is known before a device is opened.
 
@@ -197,7 +209,7 @@ def refuse_what_may_not_run(envelope: Envelope, dry_run: bool, hazards_read_now:
         )
     if not dry_run:
         refuse_simulated(envelope.plan)
-        hazards.refuse_unread(envelope.plan, hazards_read_now)
+        refuse_unread(envelope.plan, hazards_read_now)
         refuse_unproven(envelope)
 
 

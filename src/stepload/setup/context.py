@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 
-from stepload.session.hazards import HAZARDS, PAGE
+from stepload.envelope.envelope import Envelope
+from stepload.plan.hazards import HAZARDS, PAGE
+from stepload.record.outcome import RunOutcome
 from stepload.setup.answers import Answers
 from stepload.setup.bench import Opener
 from stepload.setup.flat import Value, quoted
 from stepload.setup.state import State
+
+Press = Callable[[Envelope, Path], RunOutcome]
+"""Presses a plan with its devices and keeps everything in a directory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +27,7 @@ class Setup:
         rig: path of the rig file.
         state: what earlier steps have found.
         opened: opens the devices that the rig's values name.
+        press: presses the plan of the first touch.
         today: the day that measurements are dated with.
     """
 
@@ -28,6 +35,7 @@ class Setup:
     state: State
     answers: Answers
     opened: Opener
+    press: Press
     today: date
 
     def tell(self, line: str) -> None:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stepload.doctor import checkup
-from stepload.doctor.line import Mark
-from stepload.engine.operator import Operator
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.reason import Severity
 from stepload.errors import RefusedError
 from stepload.plan.load import load_plan
 from stepload.record.outcome import RunStatus
-from stepload.session import experiment
+from stepload.setup import checkup
 from stepload.setup.context import Setup
 from stepload.setup.first_plan import first_plan, touch_plan, write_plan
 from stepload.setup.flat import Value
+from stepload.setup.line import Mark
 from stepload.setup.state import Found
 from stepload.setup.way import stands_at_start
 from stepload.units import format_quantity
@@ -79,14 +77,11 @@ def touch(setup: Setup) -> Found:
     number = 1
     while (directory := runs.with_name(f"{runs.name}-{number}")).exists():
         number += 1
-    operator = Operator()
-    with operator.listening():
-        finished = experiment.run_plan(envelope, dry_run=False, out=directory, operator=operator)
-    outcome = finished.outcome
+    outcome = setup.press(envelope, directory)
     if outcome.status is not RunStatus.COMPLETED:
         raise RefusedError(
             f"the touch was not completed: {outcome.why}",
-            hint=f"its record and report: {finished.directory}",
+            hint=f"its record and report: {directory}",
         )
     at = ", ".join(format_quantity(found.position_m, "m") for found in outcome.touches)
     peak = format_quantity(outcome.peak_force_n, "N")

@@ -10,7 +10,7 @@ from stepload.errors import BadInputError, RefusedError, SteploadError
 from stepload.setup import devices, hand, proof, way
 from stepload.setup.answers import Answers, DeclinedError
 from stepload.setup.bench import Opener, opened
-from stepload.setup.context import Setup
+from stepload.setup.context import Press, Setup
 from stepload.setup.questions import ASKED_IN, QUESTIONS, STEP_OF
 from stepload.setup.state import (
     CALIBRATION,
@@ -44,6 +44,7 @@ def set_up(
     rig: Path,
     answers: Answers,
     *,
+    press: Press,
     redo: str = "",
     until: str = "",
     today: date | None = None,
@@ -54,6 +55,7 @@ def set_up(
     Args:
         rig: the rig file, written anew after each step.
         answers: what is answered beforehand, and who is asked for the rest.
+        press: presses the plan of the first touch: `stepload.session.experiment.press`.
         redo: a step to be done again; those after it as well, unless it finds what it found.
         until: the last step of this start.
         today: the day that measurements are dated with; None: today.
@@ -78,7 +80,7 @@ def set_up(
     before = dict(state.answers)
     answers.kept, answers.doubted = state.answers, state.doubted
     _refuse_too_late(state, answers.given)
-    setup = Setup(rig, state, answers, open_devices, today or date.today())
+    setup = Setup(rig, state, answers, open_devices, press, today or date.today())
     if state.done or state.answers:
         done = ", ".join(f"{name} ({step.on})" for name, step in state.done.items()) or "no step"
         setup.tell(

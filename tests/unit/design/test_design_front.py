@@ -9,17 +9,18 @@ from pathlib import Path
 
 import pytest
 
-from stepload.atlas.answers import Can
-from stepload.atlas.binomial import share
-from stepload.atlas.course import RATE_HZ, Order, course
-from stepload.atlas.work import Row
 from stepload.design import grid as room
 from stepload.design import make
+from stepload.design.answers import Can
+from stepload.design.binomial import share
 from stepload.design.ceiling import ceiling
+from stepload.design.course import RATE_HZ, course
 from stepload.design.front import ALIKE, Tried, choose, finalists, front
 from stepload.design.grid import Candidate, grid
 from stepload.design.make import AGAIN, Design, design
 from stepload.design.words import sentences
+from stepload.design.work import Row
+from stepload.envelope.order import Order
 from stepload.errors import RefusedError
 from stepload.plan.shipped import payload_folder
 from stepload.runner.local import LocalPool

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from stepload.atlas.course import Order
-from stepload.atlas.plans import plan_of
 from stepload.design import grid as room
 from stepload.design.ceiling import Ceiling, ceiling, rounded_down
 from stepload.design.grid import grid
 from stepload.envelope.envelope import envelope_of
+from stepload.envelope.order import Order
 from stepload.envelope.reason import PlanVerdict
+from stepload.envelope.unwritten import plan_of
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.shipped import payload_folder
 

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from stepload.atlas.binomial import share
-from stepload.atlas.work import Row
+from stepload.design.binomial import share
 from stepload.design.ceiling import ceiling
 from stepload.design.front import Tried
 from stepload.design.grid import grid
 from stepload.design.make import Design
+from stepload.design.work import Row
 from stepload.design.written import text_of, write
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.load import load_plan

@@ -10,12 +10,12 @@ import pytest
 from run_bench import Bench, bench_for, run, spec_for
 from run_plans import envelope_for, stvf_plan
 
-from stepload.atlas.course import Order
-from stepload.atlas.plans import plan_of
 from stepload.engine.operator import Operator
 from stepload.engine.tick import Engine
 from stepload.envelope.climb import climbs_of
 from stepload.envelope.envelope import derive
+from stepload.envelope.order import Order
+from stepload.envelope.unwritten import plan_of
 from stepload.plan.load import load_plan
 from stepload.plan.model import Plan
 from stepload.plan.shipped import payload_folder, plan_path

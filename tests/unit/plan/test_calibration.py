@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload.contact.deflection import upper_stiffness_n_per_m
+from stepload.estimators.deflection_rows import upper_stiffness_n_per_m
 from stepload.plan.calibration import CalibrationRecord, read_calibration, write_calibration
 from stepload.plan.leaves import Choice, Day, Number, Quantity, Switch, Text
 from stepload.plan.load import load_plan

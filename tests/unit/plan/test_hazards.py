@@ -12,9 +12,8 @@ import pytest
 
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan import hazards
-from stepload.plan.hazards import hazards_read, keep
+from stepload.plan.hazards import HAZARDS, hazards_read, keep, refuse_unread
 from stepload.plan.load import load_plan
-from stepload.session.hazards import HAZARDS, refuse_unread
 
 ROOT = Path(__file__).parents[3]
 DAY = date(2026, 3, 1)

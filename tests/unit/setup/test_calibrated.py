@@ -6,7 +6,7 @@ from dataclasses import replace
 from datetime import date
 
 import pytest
-from bench_fakes import DAY, Hands, Rig, opener
+from bench_fakes import DAY, Hands, Rig, opener, press_nothing
 
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.calibration import CalibrationRecord, write_calibration
@@ -31,7 +31,7 @@ RECORD = CalibrationRecord(
 
 def go(path, rig, given, **how):
     answers = Answers(given, Hands(rig), yes=True)
-    return set_up(path, answers, today=DAY, open_devices=opener(rig), **how)
+    return set_up(path, answers, press=press_nothing, today=DAY, open_devices=opener(rig), **how)
 
 
 @pytest.fixture

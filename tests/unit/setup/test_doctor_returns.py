@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import pytest
 from bench_fakes import FakeArm, Rig, VirtualClock
 
-from stepload.doctor import checkup, motion
-from stepload.doctor.line import Line, Mark
+from stepload.setup import checkup, motion
+from stepload.setup.line import Line, Mark
 
 
 def test_the_arm_is_brought_back_to_where_the_examination_began(monkeypatch):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import date
 
 import pytest
-from bench_fakes import DAY, Hands, Rig, failing, opener
+from bench_fakes import DAY, Hands, Rig, failing, opener, press_nothing
 
 from stepload.errors import BadInputError, DeviceError, RefusedError
 from stepload.setup.answers import Answers
@@ -48,7 +48,8 @@ def rig_file(tmp_path, rig):
 def go(path, rig, given=GIVEN, yes=True, person=None, today=DAY, open_devices=None, **how):
     answers = Answers(given, person or Hands(rig), yes=yes)
     how = {"until": "way", **how}
-    return set_up(path, answers, today=today, open_devices=open_devices or opener(rig), **how)
+    return set_up(path, answers, today=today, press=press_nothing,
+                  open_devices=open_devices or opener(rig), **how)  # fmt: skip
 
 
 def test_a_push_that_finds_the_same_leaves_the_later_steps_done(rig_file, rig):

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
-from bench_fakes import DAY, Hands, Rig, failing, opener
+from bench_fakes import DAY, Hands, Rig, failing, opener, press_nothing
 
 from stepload.errors import BadInputError, DeviceError, RefusedError
 from stepload.plan.load import load_plan
+from stepload.record.outcome import RunStatus, Touch
+from stepload.setup import proof
 from stepload.setup.answers import Answers
+from stepload.setup.checkup import Checkup
+from stepload.setup.context import Press
 from stepload.setup.state import read_state, state_path
 from stepload.setup.story import STEPS, set_up
 
@@ -23,9 +28,10 @@ GIVEN = {
 }  # fmt: skip
 
 
-def go(path: Path, rig: Rig, open_devices=None, given=GIVEN, **how):
+def go(path: Path, rig: Rig, open_devices=None, given=GIVEN, press=press_nothing, **how):
     answers = Answers(given, Hands(rig), yes=True)
-    left = set_up(path, answers, today=DAY, open_devices=open_devices or opener(rig), **how)
+    left = set_up(path, answers, today=DAY, press=press,
+                  open_devices=open_devices or opener(rig), **how)  # fmt: skip
     return left, answers.person.said
 
 
@@ -77,7 +83,7 @@ def test_killed_in_a_step_only_that_step_is_lost(rig_file):
 
     answers = Answers(GIVEN, Killed(rig), yes=True)
     with pytest.raises(KilledError):
-        set_up(rig_file, answers, today=DAY, open_devices=opener(rig))
+        set_up(rig_file, answers, press=press_nothing, today=DAY, open_devices=opener(rig))
     assert list(read_state(rig_file).done) == ["arm", "sensor"]
     rig.tool.hand_n = (0.0, 0.0, 0.0)
     assert go(rig_file, rig, until="push")[0][0] == "weigh"
@@ -179,3 +185,43 @@ def test_the_steps_are_in_the_order_in_which_they_rest_on_each_other():
     assert list(STEPS) == [
         "arm", "sensor", "push", "weigh", "start", "way", "plan", "doctor", "touch",
     ]  # fmt: skip
+
+
+def sound(envelope, **how):
+    """In place of the doctor, whose devices are real ones."""
+    return Checkup((), "", {})
+
+
+def ended(status: RunStatus, pressed: list) -> Press:
+    """A session that ends so."""
+
+    def press(envelope, out):
+        pressed.append((envelope.plan, out))
+        return SimpleNamespace(
+            status=status,
+            why="stopped: R3",
+            peak_force_n=4.0,
+            touches=[Touch(0.0, 3e-3, 1.0, 1e-3, 1, "")],
+        )
+
+    return press
+
+
+def test_the_first_touch_presses_the_lightest_plan_and_is_done_once_it_is_completed(
+    rig_file, monkeypatch
+):
+    monkeypatch.setattr(proof.checkup, "examine", sound)
+    pressed, rig = [], Rig()
+    with pytest.raises(RefusedError, match="the touch was not completed: stopped: R3") as refused:
+        go(rig_file, rig, press=ended(RunStatus.STOPPED, pressed))
+    assert "touch" not in read_state(rig_file).done
+    [(plan, first)] = pressed
+    assert str(first) in str(refused.value.hint)
+    whole = load_plan(rig_file.parent / "first-payload.yaml", today=DAY)
+    assert plan.procedure.top_force_n < whole.procedure.top_force_n
+    assert plan.path.name == "rig-touch.yaml"
+    first.mkdir(parents=True)  # as the session leaves it
+    left, said = go(rig_file, rig, given={}, press=ended(RunStatus.COMPLETED, pressed))
+    assert left == []
+    assert "touched with up to 4 N, the surface at 3 mm from the start pose" in said
+    assert pressed[1][1] != first

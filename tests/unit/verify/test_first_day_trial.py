@@ -32,7 +32,7 @@ def refusing(monkeypatch):
     def make(times):
         begun = []
 
-        def set_up(rig, answers, *, until=""):
+        def set_up(rig, answers, *, press, until=""):
             begun.append(rig)
             if len(begun) <= times:
                 raise RefusedError("arm: lost", hint="idle machine")

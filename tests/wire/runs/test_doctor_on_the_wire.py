@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from stepload.doctor import motion
-from stepload.doctor.checkup import examine
-from stepload.doctor.line import Mark
 from stepload.envelope.envelope import envelope_of
+from stepload.setup import motion
+from stepload.setup.checkup import examine
+from stepload.setup.line import Mark
 
 
 @pytest.mark.long

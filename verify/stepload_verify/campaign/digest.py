@@ -12,7 +12,7 @@ from stepload.runner.digest import code_digest
 
 NOT_DECIDING = ("campaign.py", "digest.py", "replay.py", "summary.py", "without.py")
 """Files of this room that only order, keep and count runs."""
-DECIDING = ("contact", "engine", "envelope", "plan", "rig")
+DECIDING = ("contact", "engine", "envelope", "estimators", "evidence", "plan", "rig")
 """Rooms of stepload whose code decides what a simulated run comes to."""
 
 

@@ -21,6 +21,7 @@ from stepload.envelope.envelope import envelope_of
 from stepload.errors import DeviceError, RefusedError, SteploadError
 from stepload.plan.load import load_plan
 from stepload.plan.shipped import plan_path
+from stepload.session.experiment import press
 from stepload.setup.answers import Answers
 from stepload.setup.questions import Question
 from stepload.setup.state import read_state
@@ -106,7 +107,7 @@ def first_day(folder: Path, rig: RigProcess, out: TextIO, until: str = "") -> li
         answers = Answers(answers_for(rig), Hands(rig, out), yes=True)
         began = rig.state()
         try:
-            return set_up(folder / "rig.yaml", answers, until=until)
+            return set_up(folder / "rig.yaml", answers, press=press, until=until)
         except (RefusedError, DeviceError) as error:
             late = lateness(began, rig.state())
             if not left or late < BUSY_SHARE:

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.atlas.binomial import share
+from stepload.design.binomial import share
 from stepload.envelope.theory import Theory, theory_of
 from stepload.envelope.until import Until, sources_only, until_of
 from stepload.estimators.smooth import NORMAL_95, smooth_lengths

@@ -21,7 +21,7 @@ from functools import partial
 
 import numpy as np
 
-from stepload.atlas.binomial import share as share_of
+from stepload.design.binomial import share as share_of
 from stepload.engine.first_loading import true_chord
 from stepload.engine.rehearse import payload_truth
 from stepload.envelope.theory import theory_of

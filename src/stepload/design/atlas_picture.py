@@ -1,0 +1,134 @@
+"""The picture of a map: a panel for everything that is varied, the payloads drawn in."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stepload.design.answers import Can, Map, Reach, can, reaches
+from stepload.design.atlas_tables import value_text
+from stepload.design.points import BUY, PANELS
+from stepload.results.figures import BLUE, GREEN, GREY, INK, ORANGE, figure_of, plain, svg_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from stepload.design.work import Row
+
+TITLES = {
+    "exponent": "exponent of the payload",
+    "system stiffness": "system stiffness K_s",
+    "sigma of K_s": "how well K_s is known (below 5 %: by a table of the pose)",
+    "position resolution": "position resolution",
+    "gauge": "gauge across the contact",
+    BUY: "what to buy",
+}
+DPI = 100
+LABEL_ROWS = 4
+
+
+def png(found: Map) -> bytes:
+    """The picture as PNG."""
+    buffer = io.BytesIO()
+    _draw(found, lambda figure: figure.savefig(buffer, format="png", dpi=DPI, facecolor="white"))
+    return buffer.getvalue()
+
+
+def svg(found: Map) -> str:
+    """The picture as SVG text."""
+    made: list[str] = []
+    _draw(found, lambda figure: made.append(svg_of(figure)))
+    return made[0]
+
+
+def _draw(found: Map, save: Callable[[Figure], None]) -> None:
+    every = reaches(found)
+    shown = [series for series in (*PANELS, BUY) if found.of(series)]
+    counts = [sum(each.series == series for each in every) for series in shown]
+    with figure_of(1.6 + 0.3 * sum(counts) + 0.32 * len(shown), len(shown)) as (figure, axes):
+        for own, series in zip(axes, shown, strict=True):
+            _panel(own, found.of(series), [e for e in every if e.series == series], TITLES[series])
+        beyond = _payloads(axes, found)
+        axes[-1].set_xlabel(
+            f"secant stiffness of the payload at {found.rig.top_n:.4g} N [N/m]{beyond}"
+        )
+        figure.suptitle(
+            f"{plain(found.rig.name)}: how often a payload is rightly IDENTIFIED "
+            f"({found.samples} runs a cell)",
+            fontsize=11,
+        )
+        _legend(figure)
+        save(figure)
+
+
+def _panel(axes: Axes, rows: Sequence[Row], every: Sequence[Reach], title: str) -> None:
+    columns = len(rows) // len(every)
+    secants = np.array([row.point.cell.payload.secant_n_per_m for row in rows[:columns]])
+    step = np.sqrt(secants[1] / secants[0])
+    edges = np.append(secants / step, secants[-1] * step)
+    values = np.array([row.measured.value for row in rows]).reshape(len(every), columns)
+    axes.pcolormesh(
+        edges, np.arange(len(every) + 1), values, cmap="Blues", vmin=0.0, vmax=1.25, rasterized=True
+    )
+    for number, each in enumerate(every):
+        axes.vlines(each.k_max_n_per_m, number, number + 1, color=INK, lw=2.2)
+        axes.vlines(each.within_n_per_m * step, number, number + 1, color=ORANGE, lw=2.2)
+        for secant, row in zip(secants, rows[number * columns :], strict=False):
+            if can(row.measured) is Can.YES:
+                axes.plot(secant, number + 0.5, ".", color="white", ms=4)
+    axes.set_yticks(np.arange(len(every)) + 0.5, [value_text(each) for each in every])
+    axes.set(xscale="log", xlim=(edges[0], edges[-1]), ylim=(0, len(every)))
+    axes.set_title(title, loc="left", fontsize=9.5)
+    axes.grid(False)
+
+
+def _payloads(axes: Sequence[Axes], found: Map) -> str:
+    """A line for every payload at its stiffness at the map's force; what lies beyond, in words."""
+    low, high = axes[0].get_xlim()
+    specimens = found.specimens
+    inside = sorted({each.at_top_n_per_m for each in specimens if low < each.at_top_n_per_m < high})
+    for number, at in enumerate(inside):
+        here = [each for each in specimens if each.at_top_n_per_m == at]
+        pressed = any(each.top_n >= found.rig.top_n for each in here)
+        colour = GREEN if pressed else GREY
+        for own in axes:
+            own.axvline(at, color=colour, lw=1.0, ls="-" if pressed else ":")
+        axes[0].annotate(
+            plain(", ".join(each.name for each in here)), (at, 1.0), color=colour, fontsize=7.5,
+            xycoords=("data", "axes fraction"), textcoords="offset points",
+            xytext=(0, 16 + 10 * (number % LABEL_ROWS)), ha="center", annotation_clip=False,
+        )  # fmt: skip
+    softer = [each.name for each in specimens if 0.0 < each.at_top_n_per_m <= low]
+    stiffer = [each.name for each in specimens if each.at_top_n_per_m >= high]
+    told = [
+        f"\n{where} than shown: {plain(', '.join(names)).strip()}"
+        for where, names in (("softer", softer), ("stiffer", stiffer))
+        if names
+    ]
+    return "".join(told)
+
+
+def _legend(figure: Figure) -> None:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    marks = [
+        Patch(color=BLUE, label="blue: rightly IDENTIFIED, the darker the more often"),
+        Line2D(
+            [],
+            [],
+            color=GREY,
+            marker=".",
+            ls="",
+            label="dot: shown to be 90 % of the runs at least",
+        ),
+        Line2D([], [], color=INK, lw=2.2, label="guideline (34)"),
+        Line2D([], [], color=ORANGE, lw=2.2, label="headline within 1/t in 90 %, whatever is said"),
+        Line2D([], [], color=GREEN, label="payload"),
+        Line2D([], [], color=GREY, ls=":", label="payload that must not be pressed so hard"),
+    ]
+    figure.legend(handles=marks, loc="outside lower center", ncols=2, fontsize=8.5)

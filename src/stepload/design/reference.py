@@ -1,0 +1,157 @@
+"""What all runs of a cell share: weights of the signs, thresholds, the fixed lines of the budget.
+
+They are those of a run that has no error but the noise of its force, which decides where stretches
+end, made by the functions that make them of a measured run. One run differs from the next in its
+noise, little in where its stretches lie.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepload.design.course import Course
+from stepload.design.whole import pressed_of
+from stepload.design.world import Cell
+from stepload.errors import DomainError
+from stepload.estimators.conditions import Conditions
+from stepload.estimators.smooth import smooth_lengths
+from stepload.evidence.answer import errors_of
+from stepload.evidence.chord import Chord, chord
+from stepload.evidence.drift import Drift, drift_of
+from stepload.evidence.elastic import Elastic, elastic_of
+from stepload.evidence.errors import middle, total
+from stepload.evidence.lawfit import LawFit, Whitened, fit_law
+from stepload.evidence.laws import POWER, ROUGH
+from stepload.evidence.loops import Branch, loops_of
+from stepload.evidence.pressed import Pressed
+from stepload.evidence.rate import rate_sign
+from stepload.evidence.rehearse import QUANTILE, creep_threshold, draws, thresholds
+from stepload.evidence.shape import LEAST_REDUCED_CHI2, rehearse_law
+from stepload.evidence.signs import HoldCreep, Sign, branches_of, hold_creep, signs_of
+
+FloatArray = NDArray[np.float64]
+_NEAR, _TRIES = 0.12, 25
+_WORSE = 9.0
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """The run without other errors than noise, and what is derived from it once.
+
+    Attributes:
+        told: what the identification knows.
+        run: as evidence takes it.
+        branches: its branches in the order of time.
+        main, elastic, drift: as in `evidence`.
+        signs: every sign by name, "rate" among them.
+        allowed_m: threshold of each.
+        creep: what its holds show; `creep_m` is the threshold of their mean.
+        hold_n: (H,) mean force of each hold, in the order of time.
+        fixed_m: uncertainty of the chord's span from the sources, the worst length's.
+        data, fit, shapes: the loading with its covariance, the law that is believed, and the shape
+            parameters to fit it with.
+        allowed_chi2: what the best law may leave.
+    """
+
+    told: Conditions
+    run: Pressed
+    branches: Sequence[Branch]
+    main: Chord
+    elastic: Elastic
+    drift: Drift
+    signs: dict[str, Sign]
+    allowed_m: dict[str, float]
+    creep: HoldCreep
+    creep_m: float
+    fixed_m: float
+    data: Whitened
+    fit: LawFit
+    shapes: list[float]
+    power: float
+    allowed_chi2: float
+
+
+def reference(cell: Cell, course: Course) -> Reference:
+    """The reference of a cell.
+
+    Raises:
+        DomainError: no run of this payload on this rig has a stiffness.
+    """
+    told = cell.conditions
+    law = cell.payload.deformation_m(course.force_n, np.array([told.rough_length_m or 0.0]))[0]
+    noise_n = told.sources.force_noise_n * np.random.default_rng(12345).standard_normal(law.size)
+    run = pressed_of(told, course, course.force_n + noise_n, law + told.bend(course.force_n), 0.0)
+    loops = loops_of(run.tracks, run.deflection, run.sources.force_noise_n)
+    first = loops[0].loading
+    main = chord(first)
+    elastic = elastic_of(first, main, run.deflection)
+    drift = drift_of(loops, elastic.at, run.sources)
+    creep = hold_creep(loops, main.from_n, elastic.payload_at, elastic.deformation)
+    rate = rate_sign(loops, elastic)
+    if drift is None or creep is None or rate is None:
+        raise DomainError("a course of two cycles with holds has drift, creep and rate")
+    lengths = smooth_lengths(run.sources.smooth_length_n, elastic.top_n)
+    covariances = [total(errors_of(run, first, elastic, drift, each)) for each in lengths]
+    here = middle(len(lengths))
+    branches = branches_of(loops)
+    drawn = draws(branches, elastic, run, lengths[here])
+    signs = {sign.name: sign for sign in signs_of(loops, elastic.at)}
+    bent = [
+        travel - elastic.travel(branch.path.force_n)[:, None]
+        for branch, travel in zip(branches, drawn, strict=True)
+    ]
+    allowed = thresholds(list(signs.values()), branches, drawn)
+    allowed |= thresholds([rate], branches, bent)
+    holds = [hold for loop in loops for hold in loop.loading.holds]
+    whole = math.sqrt(sum(elastic.at(hold.force_n) ** 2 for hold in holds) / len(holds))
+    samples = min(hold.samples for hold in holds)
+    data = Whitened(first.path.force_n, first.deformation_m, covariances[here])
+    fit, shapes, power = _believed(data, run)
+    deformation = drawn[0] - elastic.deflection(first.path.force_n)[:, None]
+    left = rehearse_law(data, power, near(power.best.shape), deformation, main).chi2
+    return Reference(
+        told=told,
+        run=run,
+        branches=branches,
+        main=main,
+        elastic=elastic,
+        drift=drift,
+        signs=signs | {"rate": rate},
+        allowed_m=allowed,
+        creep=creep,
+        creep_m=creep_threshold(samples, creep.holds, run.sources, whole),
+        fixed_m=math.sqrt(max(float(main.weights @ each @ main.weights) for each in covariances)),
+        data=data,
+        fit=fit,
+        shapes=shapes,
+        power=power.best.shape,
+        allowed_chi2=max(float(np.quantile(left, QUANTILE)), LEAST_REDUCED_CHI2 * power.degrees),
+    )
+
+
+def near(shape: float) -> list[float]:
+    """Powers to try about one."""
+    found: list[float] = np.linspace(max(shape - _NEAR, 0.1), shape + _NEAR, _TRIES).tolist()
+    return found
+
+
+def _believed(data: Whitened, run: Pressed) -> tuple[LawFit, list[float], LawFit]:
+    """The law that figures are read from, its shapes, and the power law.
+
+    Raises:
+        DomainError: no power law can be fitted.
+    """
+    power = fit_law(data, POWER)
+    if power is None:
+        raise DomainError("no power law can be fitted to this payload")
+    if run.roughness.length_m:
+        rough = fit_law(data, ROUGH, run.roughness)
+        if rough is not None:
+            fair = [p.shape for p in rough.points if p.chi2 <= rough.chi2 + _WORSE]
+            return rough, fair, power
+    return power, near(power.best.shape), power

@@ -1,0 +1,179 @@
+"""Do a map: every cell is a job of its own, the same wherever and in whatever order it is done."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+import stepload
+from stepload.design.binomial import Share, share
+from stepload.design.course import course
+from stepload.design.judge import judge
+from stepload.design.points import Point
+from stepload.design.reference import reference
+from stepload.design.whole import headline
+from stepload.design.world import Cell, press
+from stepload.envelope.benches import k_max
+from stepload.errors import DomainError
+from stepload.estimators.judge import ResultVerdict
+from stepload.evidence.figures import HOPELESS
+from stepload.runner.digest import code_digest
+from stepload.runner.jobs import Pool, run_in_order
+
+AT_ONCE, MOST_SAMPLES = 250, 1_250_000
+"""Runs that are drawn and identified together, and their samples: what memory a process takes."""
+BATCH = 4
+"""Cells that a process is given at once."""
+DECIDING = ("contact", "design", "estimators", "evidence")
+"""Rooms whose code decides what comes of a cell."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One cell to be done: a series, a number in it, and what is there."""
+
+    series: str
+    index: int
+    point: Point
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What came of a cell.
+
+    Attributes:
+        point: the cell.
+        k_max_n_per_m: (34) of it.
+        within: how often the headline lies within 1/t of the truth.
+        identified: how often the run says IDENTIFIED.
+        measured: how often both.
+        covered: of the IDENTIFIED, how many intervals hold the truth.
+        half_width: median half width of the interval as a share of the headline; NaN where it is
+            wider than the headline itself.
+        veto: the gate that stopped most runs, "" where none did.
+        checked, agreed: runs that were put through the whole pipeline as well, and those of them
+            with the same verdict.
+        value_off: how far apart their headlines are where both are IDENTIFIED, as a share.
+        problem: why no run of this cell has a stiffness, "" where they have.
+    """
+
+    point: Point
+    k_max_n_per_m: float
+    within: Share
+    identified: Share
+    measured: Share
+    covered: Share
+    half_width: float
+    veto: str
+    checked: int = 0
+    agreed: int = 0
+    value_off: float = 0.0
+    problem: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """What all jobs of a map share.
+
+    Attributes:
+        seed: of everything that is drawn.
+        samples: runs of each cell.
+        check_every: of every so many cells one run goes through the whole pipeline too; 0: none.
+    """
+
+    seed: int
+    samples: int
+    check_every: int = 0
+
+    @property
+    def digest(self) -> str:
+        """Digest of the code that decides what comes of a cell."""
+        return _digest()
+
+    def run(self, job: Job, /) -> Row:
+        """Do one cell."""
+        cell, told = job.point.cell, job.point.cell.conditions
+        limit = k_max(told, cell.top_n)
+        rng = np.random.default_rng([self.seed, _own(cell)])
+        plan = course(cell.top_n, cell.touch_n, cell.order)
+        at_once = min(AT_ONCE, max(1, MOST_SAMPLES // plan.force_n.size))
+        try:
+            own = reference(cell, plan)
+        except (DomainError, np.linalg.LinAlgError) as error:
+            none = share(0, self.samples)
+            return Row(
+                job.point, limit, none, none, none, share(0, 0), math.nan, "", problem=str(error)
+            )
+        within, identified, covered = (np.zeros(self.samples, dtype=bool) for _ in range(3))
+        half = np.empty(self.samples)
+        vetoes: dict[str, int] = {}
+        checked = agreed = 0
+        value_off = 0.0
+        for start in range(0, self.samples, at_once):
+            part = slice(start, min(start + at_once, self.samples))
+            runs = press(cell, plan, part.stop - part.start, rng)
+            found = judge(cell.payload, plan, runs, own)
+            ratio = found.value_n_per_m / found.truth_n_per_m
+            within[part] = np.abs(ratio - 1.0) <= 1.0 / told.t
+            identified[part] = found.identified
+            with np.errstate(divide="ignore"):
+                covered[part] = np.abs(np.log(ratio)) <= np.arcsinh(found.half_width)
+            half[part] = found.half_width
+            for name, count in found.vetoed.items():
+                vetoes[name] = vetoes.get(name, 0) + count
+            if not start and self.check_every and job.index % self.check_every == 0:
+                checked, whole = 1, headline(told, plan, runs, 0)
+                said = whole is not None and whole.verdict is ResultVerdict.IDENTIFIED
+                agreed = int(said == bool(found.identified[0]))
+                if whole is not None and said and agreed:
+                    value_off = abs(float(found.value_n_per_m[0]) / whole.value_n_per_m - 1.0)
+        return Row(
+            job.point,
+            limit,
+            share(int(within.sum()), self.samples),
+            share(int(identified.sum()), self.samples),
+            share(int((identified & within).sum()), self.samples),
+            share(int((identified & covered).sum()), int(identified.sum())),
+            _median(half),
+            max(vetoes, key=lambda name: vetoes[name]) if vetoes else "",
+            checked,
+            agreed,
+            value_off,
+        )
+
+
+def _own(cell: Cell) -> int:
+    """A number of the payload alone: rigs are compared on the same draws."""
+    body = cell.payload
+    text = f"{body.secant_n_per_m:.9e} {body.exponent:.9e} {cell.top_n:.9e}"
+    return zlib.crc32(text.encode())
+
+
+def _median(half: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
+    middle = float(np.median(half))
+    return middle if middle <= HOPELESS else math.nan
+
+
+def run_all(
+    work: Work, jobs: Sequence[Job], pool: Pool, on_row: Callable[[Row], None] | None = None
+) -> list[Row]:
+    """Do all jobs; the rows are in the order of the jobs, whoever does them."""
+    found: list[Row] = []
+    for rows in run_in_order(work, jobs, pool, BATCH):
+        for row in rows:
+            found.append(row)
+            if on_row is not None:
+                on_row(row)
+    return found
+
+
+@cache
+def _digest() -> str:
+    product = Path(stepload.__file__).parent
+    return code_digest(product / name for name in DECIDING)

@@ -1,0 +1,255 @@
+"""The whole examination of a rig, and the figures it offers for the rig file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from stepload.engine.open_rig import OpenRig, opened
+from stepload.engine.operator import Operator
+from stepload.engine.undisturbed import undisturbed
+from stepload.envelope.envelope import Envelope
+from stepload.errors import DeviceError
+from stepload.plan.model import ArmSpec, DisplacementSpec, DriverChoice, ForceSpec, Plan
+from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
+from stepload.setup import host, motion, spring, streams
+from stepload.setup.alive import check_alive
+from stepload.setup.line import Line, Mark, graded, skipped
+from stepload.setup.watch import Watched, devices, watch
+from stepload.units import format_quantity
+
+Tell = Callable[[Line], None]
+SAFE_S = 3.0
+NEEDED_TO_MOVE = (
+    "arm: data", "arm: longest age", "arm: held", "arm: stop", "arm: watchdog",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Checkup:
+    """All lines, and the measured figures as YAML for the rig file ("" without any).
+
+    `figures` are the same by key of the rig: value in SI, its unit, and how it was measured.
+    """
+
+    lines: tuple[Line, ...]
+    snippet: str
+    figures: Mapping[tuple[str, ...], tuple[float, str, str]]
+
+    @property
+    def failed(self) -> bool:
+        """Whether a line failed."""
+        return any(line.mark is Mark.FAIL for line in self.lines)
+
+
+class _Examination:
+    def __init__(self, envelope: Envelope, tell: Tell) -> None:
+        self.envelope = envelope
+        self.plan = envelope.plan
+        self.lines: list[Line] = []
+        self.figures: dict[tuple[str, ...], tuple[float, str, str]] = {}
+        self._tell = tell
+
+    def add(self, *lines: Line) -> None:
+        for line in lines:
+            self.lines.append(line)
+            self._tell(line)
+
+    def failed(self, *names: str) -> bool:
+        """Whether one of these lines has failed, or any line at all."""
+        return any(
+            line.mark is Mark.FAIL and (not names or line.name in names) for line in self.lines
+        )
+
+    def offer(self, *path: str, value: float, unit: str, remark: str) -> None:
+        """A measured figure at a key of the rig; 0 is none (a resolution hides it)."""
+        if value > 0.0:
+            self.figures[path] = (value, unit, remark)
+
+    def snippet(self) -> str:
+        """YAML below `rig:`; parts of a section stand together."""
+        if not self.figures:
+            return ""
+        rows = ["rig:"]
+        open_path: tuple[str, ...] = ()
+        for path, (value, unit, remark) in sorted(self.figures.items()):
+            for depth, key in enumerate(path[:-1]):
+                if open_path[: depth + 1] != path[: depth + 1]:
+                    rows.append(f"{'  ' * (depth + 1)}{key}:")
+            open_path = path[:-1]
+            shown = format_quantity(value, unit)
+            rows.append(f"{'  ' * len(path)}{path[-1]}: {shown}  # {remark}")
+        return "\n".join(rows) + "\n"
+
+
+def _latency_lines(plan: Plan) -> list[Line]:
+    rig = plan.rig
+    chosen: dict[str, DriverChoice] = {"arm": rig.arm.driver, "force": rig.force.driver}
+    if rig.displacement is not None:
+        chosen["displacement"] = rig.displacement.driver
+    if rig.second_force.sensor is not None:
+        chosen["second_force.sensor"] = rig.second_force.sensor.driver
+    lines = []
+    for name, choice in chosen.items():
+        for value in choice.options.values():
+            ms = latency_timer_ms(value) if isinstance(value, str) else None
+            if ms is not None:
+                most_s = MAX_LATENCY_MS * 1e-3
+                file = USB_SERIAL / Path(str(value)).resolve().name / "latency_timer"
+                line = graded(
+                    f"{name}: latency timer", ms * 1e-3, "s", warn=most_s, fail=most_s,
+                    message=f"of the USB adapter of {value}", remedy=f"echo 1 | sudo tee {file}",
+                )  # fmt: skip
+                lines.append(line)
+    return lines
+
+
+def _data(exam: _Examination, seen: Watched, seconds: float) -> None:
+    """What watching at rest has told."""
+    plan, rig = exam.plan, exam.plan.rig
+    specs: dict[str, ForceSpec | ArmSpec | DisplacementSpec | None] = {
+        "force": rig.force, "arm": rig.arm, "second_force.sensor": rig.second_force.sensor,
+        "displacement": rig.displacement,
+    }  # fmt: skip
+    for name, spec in specs.items():
+        if spec is None or name not in seen.samples:
+            continue
+        exam.add(*streams.check_stream(name, spec, seen, seconds))
+        exam.add(*(dead := list(check_alive(name, spec, seen, rig))))
+        if dead or len(seen.samples[name]) < 3:
+            continue  # what noise it shows is none of a live sensor
+        if name == "arm":
+            lines, found = streams.check_arm(plan, seen)
+            exam.add(*lines)
+            exam.offer("arm", "position_noise", value=found["position_noise"], unit="m",
+                       remark="at rest")  # fmt: skip
+            if "second_noise" in found:
+                exam.offer("second_force", "noise", value=found["second_noise"], unit="N",
+                           remark="at rest")  # fmt: skip
+        elif name == "force" or name == "second_force.sensor":
+            force = rig.force if name == "force" else rig.second_force.sensor
+            assert force is not None
+            lines, rest = streams.check_force(plan, force, name, seen)
+            exam.add(*lines)
+            path = name.split(".")
+            exam.offer(*path, "noise", value=rest.noise, unit="N", remark="at rest")
+            drift = abs(rest.slope) + 2.0 * rest.slope_sigma
+            exam.offer(*path, "drift", value=drift, unit="N/s",
+                       remark=f"upper bound from {seconds:g} s")  # fmt: skip
+
+
+def _at_rest(exam: _Examination, rig: OpenRig, seconds: float) -> None:
+    seen = watch(rig, seconds)
+    if not rig.clock.virtual:
+        exam.add(*host.check_lateness(seen.late_s, rig.arm.period_s))
+        exam.add(host.check_wall_clock(seen.wall_step_s))
+    _data(exam, seen, seconds)
+
+
+def _spring(exam: _Examination, rig: OpenRig, operator: Operator) -> None:
+    if exam.failed():
+        exam.add(skipped("loop delay against a spring", "not pressed: something failed before"))
+        return
+    line, loop_s = spring.check_spring(exam.envelope, rig, operator)
+    exam.add(line)
+    if loop_s is not None:
+        exam.offer("loop_delay", value=loop_s, unit="s", remark="against a spring")
+
+
+def _motion(exam: _Examination, rig: OpenRig) -> None:
+    """Each motion only if what it rests on has proven sound."""
+    plan = exam.plan
+    try:
+        start_m = motion.position_now(rig)
+        exam.add(motion.check_held(plan, rig))
+        for check in (motion.check_stop, motion.check_watchdog):
+            if exam.failed(*NEEDED_TO_MOVE):
+                exam.add(skipped("arm: motion", "not moved: the arm failed before"))
+                return
+            exam.add(check(rig))
+            if not exam.failed(*NEEDED_TO_MOVE):
+                motion.return_to(rig, start_m)
+        if exam.failed(*NEEDED_TO_MOVE):
+            return
+        line, response_s = motion.check_response(plan, rig)
+        motion.return_to(rig, start_m)
+    except DeviceError as error:
+        exam.add(_no("arm: motion", error))
+        return
+    exam.add(line)
+    if response_s is None:
+        return
+    force, arm = plan.rig.force, plan.rig.arm
+    loop_s = response_s + force.delay_s + 1.0 / force.rate_hz + 2.0 / arm.rate_hz
+    limit_s = exam.envelope.bounds.loop_s + motion.backlash_s(arm)
+    line = graded(
+        "loop delay T", loop_s, "s", warn=limit_s, fail=1.3 * limit_s,
+        message="measured response in free air, the plan's force delay, one force period, two "
+        "ticks; measure it --against-spring once",
+        remedy="state it as rig.loop_delay",
+    )  # fmt: skip
+    exam.add(line)
+    exam.offer("loop_delay", value=loop_s, unit="s", remark="free air, with the plan's force delay")
+
+
+def _no(name: str, error: DeviceError) -> Line:
+    nan = float("nan")
+    return Line(name, Mark.FAIL, nan, nan, "", error.message, error.hint)
+
+
+def _faults(rig: OpenRig) -> list[Line]:
+    found = []
+    for name, device in devices(rig).items():
+        if fault := device.fault():
+            nan = float("nan")
+            message = f"{fault.code.value}: {fault.message}"
+            found.append(Line(f"{name}: fault", Mark.FAIL, nan, nan, "", message, fault.hint))
+    return found
+
+
+def examine(
+    envelope: Envelope,
+    *,
+    dry_run: bool,
+    seconds: float,
+    still: bool,
+    against_spring: bool,
+    tell: Tell,
+    operator: Operator | None = None,
+) -> Checkup:
+    """Look at everything; a device that does not open ends it there.
+
+    Args:
+        dry_run: the simulated rig in virtual time instead of the plan's devices.
+        seconds: how long the data are watched at rest.
+        still: nothing is moved.
+        against_spring: T is measured in contact, by the plan's own run with small steps.
+        tell: is given every line as soon as it is known.
+        operator: where stop requests come in, for `against_spring`.
+    """
+    plan = envelope.plan
+    exam = _Examination(envelope, tell)
+    stage = "open"
+    exam.add(*host.check_disk(plan), host.check_priority(), *_latency_lines(plan))
+    try:
+        with opened(envelope, dry_run=dry_run) as rig:
+            for role, identity in rig.identities.items():
+                nan = float("nan")
+                exam.add(Line(f"{role.replace('_', ' ')}: open", Mark.OK, nan, nan, "",
+                              f"{identity.driver}: {identity.model} {identity.serial_number}, "
+                              f"firmware {identity.firmware}"))  # fmt: skip
+            stage = "examination"
+            try:
+                with undisturbed(rig.clock.virtual):
+                    _at_rest(exam, rig, seconds)
+                    if not still:
+                        _motion(exam, rig)
+                if against_spring:
+                    _spring(exam, rig, operator or Operator())
+            finally:
+                rig.arm.safe(SAFE_S)
+            exam.add(*_faults(rig))
+    except DeviceError as error:
+        exam.add(_no(stage, error))
+    return Checkup(tuple(exam.lines), exam.snippet(), exam.figures)

@@ -1,0 +1,182 @@
+"""Are the data that come in what the plan says: rate, losses, age, clock, noise, drift."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stepload.engine.watch import wrench_axis
+from stepload.envelope.bounds import age_limit_s
+from stepload.errors import DomainError
+from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan, SecondForceSource
+from stepload.rig.clockmap import fit_clock
+from stepload.setup.line import Line, Mark, graded
+from stepload.setup.watch import Watched
+
+FloatArray = NDArray[np.float64]
+
+RATE_WARN, RATE_FAIL = 0.02, 0.1
+LOST_WARN, LOST_FAIL = 5e-3, 0.02
+CLOCK_STEP_WARN_S, CLOCK_STEP_FAIL_S = 2e-3, 15e-3
+NOISE_WARN, NOISE_FAIL = 1.2, 3.0
+"""Times the plan's noise; a run refuses above the second."""
+
+
+def _to_ns(time_s: float) -> float:
+    """Without the rounding errors of a difference of clocks."""
+    return round(float(time_s), 9)
+
+
+class AtRest(NamedTuple):
+    """Mean, standard deviation about a straight line, slope and its standard error."""
+
+    mean: float
+    noise: float
+    slope: float
+    slope_sigma: float
+
+
+def at_rest(time_s: FloatArray, values: FloatArray) -> AtRest:
+    """Noise and drift of a reading that should stand still; times in s, shape (N,), N > 2."""
+    t = time_s - time_s.mean()
+    slope = float(t @ values / (t @ t))
+    mean = float(values.mean())
+    rest = values - mean - slope * t
+    noise = math.sqrt(float(rest @ rest) / (len(t) - 2))
+    return AtRest(mean, noise, slope, noise / math.sqrt(float(t @ t)))
+
+
+def check_stream(
+    name: str, spec: ForceSpec | ArmSpec | DisplacementSpec, seen: Watched, seconds: float
+) -> Iterator[Line]:
+    """Rate, losses, age and clock of one stream."""
+    samples = seen.samples[name]
+    if len(samples) < 3:
+        yield Line(f"{name}: data", Mark.FAIL, len(samples), 3.0, "",
+                   f"only {len(samples)} samples in {seconds:g} s",
+                   "check power and cable")  # fmt: skip
+        return
+    receive_s = np.array([sample.receive_time_s for sample in samples])
+    rate_hz = (len(samples) - 1 + seen.lost[name]) / float(receive_s[-1] - receive_s[0])
+    off = abs(rate_hz / spec.rate_hz - 1.0)
+    yield graded(
+        f"{name}: rate", off, "%", warn=RATE_WARN, fail=RATE_FAIL,
+        message=f"{rate_hz:.1f} Hz; the plan says {spec.rate_hz:g} Hz",
+        remedy=f"set the device's rate, or rig.{name}.rate",
+    )  # fmt: skip
+    lost = seen.lost[name]
+    share = lost / (len(samples) + lost)
+    host_late, remedy = _host(seen, share > LOST_WARN, "cable, bit rate and network")
+    yield graded(
+        f"{name}: lost", share, "%", warn=LOST_WARN, fail=LOST_FAIL,
+        message=f"{lost} of {len(samples) + lost} samples never arrived{host_late}",
+        remedy=remedy,
+    )  # fmt: skip
+    ages_s = np.array(seen.ages_s[name])
+    limit_s = math.inf if isinstance(spec, DisplacementSpec) else age_limit_s(spec)
+    p99_s = float(np.percentile(ages_s, 99))
+    aged = float(ages_s.max()) > 0.5 * limit_s
+    host_late, remedy = _host(seen, aged, "network and USB latency timer")
+    yield graded(
+        f"{name}: longest age", _to_ns(ages_s.max()), "s", warn=0.5 * limit_s, fail=limit_s,
+        message=f"of the newest sample at a tick, 99 % below {p99_s * 1e3:.2f} ms; a run stops "
+        f"above {limit_s * 1e3:g} ms (R3){host_late}",
+        remedy=remedy,
+    )  # fmt: skip
+    yield from _check_clock(name, samples, receive_s)
+    counted = {key: count for key, count in seen.errors[name].items() if count}
+    counted.pop("gaps", None)  # the line on losses tells
+    if counted:
+        listed = ", ".join(f"{key} {count}" for key, count in counted.items())
+        yield Line(f"{name}: driver's counters", Mark.WARN, float(sum(counted.values())), 0.0, "",
+                   listed, "see the device's page in docs/devices")  # fmt: skip
+
+
+def _host(seen: Watched, wrong: bool, device: str) -> tuple[str, str]:
+    """What this computer's own lateness says of a stream that is `wrong`, and where to look first.
+
+    A reader that gets its turn late finds several samples at once, and may find the newest only.
+    """
+    if not (wrong and seen.late_ticks):
+        return "", f"check {device}: this computer began every tick in time meanwhile"
+    return (
+        f"; this computer itself was late by a period in {seen.late_ticks} of"
+        f" {len(seen.late_s)} ticks meanwhile",
+        "this computer first: let nothing else work on it, give the loop real-time priority, and"
+        f" look again; then check {device}",
+    )
+
+
+def _check_clock(name: str, samples: list[Any], receive_s: FloatArray) -> Iterator[Line]:
+    device_s = np.array([sample.device_time_s for sample in samples])
+    try:
+        fit = fit_clock(device_s, receive_s)
+    except DomainError:
+        yield Line(f"{name}: device clock", Mark.OK, math.nan, math.nan, "",
+                   "none: samples are timed by their arrival")  # fmt: skip
+        return
+    yield Line(
+        f"{name}: transport", Mark.OK, _to_ns(fit.residual_p99_us * 1e-6), math.nan, "s",
+        f"latency beyond the smallest: half below {fit.residual_median_us:.0f} µs, 99 % below "
+        f"{fit.residual_p99_us:.0f} µs; skew {fit.skew * 1e6:+.1f} ppm",
+    )  # fmt: skip
+    late_s = receive_s - fit.to_host(device_s)
+    edges = np.searchsorted(receive_s, np.arange(receive_s[0], receive_s[-1], 1.0))
+    least_s = [float(part.min()) for part in np.split(late_s, edges[1:]) if len(part) > 3]
+    step_s = max((abs(b - a) for a, b in pairwise(least_s)), default=0.0)
+    yield graded(
+        f"{name}: clock steps", _to_ns(step_s), "s", warn=CLOCK_STEP_WARN_S, fail=CLOCK_STEP_FAIL_S,
+        message="largest jump of the device's clock against the host's from second to second",
+        remedy="is the host a virtual machine, or the device restarted by its supply?",
+    )  # fmt: skip
+
+
+def check_force(plan: Plan, spec: ForceSpec, name: str, seen: Watched) -> tuple[list[Line], AtRest]:
+    """Noise and drift of a force sensor at rest, with what was measured."""
+    index, sign = wrench_axis(spec.axis)
+    samples = seen.samples[name]
+    time_s = np.array([sample.receive_time_s for sample in samples])
+    rest = at_rest(time_s, sign * np.array([sample.wrench[index] for sample in samples]))
+    lines = [
+        _noise(name, "noise", rest.noise, math.hypot(spec.noise_n, spec.resolution_n / 3.46)),
+    ]
+    tare_s = plan.procedure.tare_s
+    drift_n = max(0.0, abs(rest.slope) - 2.0 * rest.slope_sigma) * tare_s
+    lines.append(
+        graded(
+            f"{name}: drift at rest", drift_n, "N", warn=0.5 * plan.procedure.max_drift_n,
+            fail=plan.procedure.max_drift_n,
+            message=f"{rest.slope * 1e3:+.2f} ± {rest.slope_sigma * 1e3:.2f} mN/s at "
+            f"{rest.mean:+.2f} N, over a tare of {tare_s:g} s",
+            remedy="let the sensor warm up, keep draughts and hands away",
+        )
+    )  # fmt: skip
+    return lines, rest
+
+
+def _noise(name: str, what: str, value: float, planned: float, unit: str = "N") -> Line:
+    return graded(
+        f"{name}: {what}", value, unit, warn=NOISE_WARN * planned, fail=NOISE_FAIL * planned,
+        message="standard deviation at rest against the plan's figure with its resolution",
+        remedy=f"look for vibration and loose cables, or state the noise in rig.{name}",
+    )  # fmt: skip
+
+
+def check_arm(plan: Plan, seen: Watched) -> tuple[list[Line], dict[str, float]]:
+    """Position noise at rest, and the arm's own force channel; what was measured by key."""
+    samples, rig = seen.samples["arm"], plan.rig
+    time_s = np.array([sample.receive_time_s for sample in samples])
+    position = at_rest(time_s, np.array([sample.position_m for sample in samples]))
+    planned_m = math.hypot(rig.arm.position_noise_m, rig.arm.position_resolution_m / 3.46)
+    lines = [_noise("arm", "position noise", position.noise, planned_m, "m")]
+    measured = {"position_noise": position.noise}
+    if rig.second_force.source is SecondForceSource.ARM:
+        force = at_rest(time_s, np.array([sample.force_n for sample in samples]))
+        lines.append(_noise("second_force", "noise", force.noise, rig.second_force.noise_n))
+        measured["second_noise"] = force.noise
+    return lines, measured
