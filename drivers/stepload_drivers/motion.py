@@ -35,6 +35,8 @@ def require_shift(shift_m: Shift, from_m: Shift, lead_m: float) -> None:
     Raises:
         DeviceError: not finite, beyond `LARGEST_SHIFT_M`, or too far ahead.
     """
+    if shift_m == from_m == NO_SHIFT:
+        return
     x_m, y_m = shift_m
     if not (math.isfinite(x_m) and math.isfinite(y_m)):
         raise DeviceError(f"shift {shift_m} m is not finite", code=FaultCode.NOT_FINITE)
