@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from typing import NamedTuple, cast
@@ -58,12 +58,7 @@ class Heard(NamedTuple):
         samples = self.force[name]
         if len(samples) < 3:
             raise _silent(f"rig.{name}")
-        if any(sample.status for sample in samples):
-            raise DeviceError(
-                f"rig.{name}: the sensor itself calls its readings bad (status bits"
-                f" {max(sample.status for sample in samples)})",
-                code=FaultCode.DEVICE_REPORTS, hint="is it overloaded? docs/devices has its page",
-            )  # fmt: skip
+        refuse_flagged(name, samples)
         return np.array([sample.wrench[:3] for sample in samples])
 
     def arm_force_n(self) -> FloatArray:
@@ -79,6 +74,20 @@ class Heard(NamedTuple):
 
 def _silent(name: str) -> DeviceError:
     return DeviceError(f"{name}: no data come in", code=FaultCode.STALE, hint="power and cable?")
+
+
+def refuse_flagged(name: str, samples: Sequence[ForceSample]) -> None:
+    """Refuse readings of a sensor that it flags.
+
+    Raises:
+        DeviceError: the sensor itself calls one of them bad.
+    """
+    if any(sample.status for sample in samples):
+        raise DeviceError(
+            f"rig.{name}: the sensor itself calls its readings bad (status bits"
+            f" {max(sample.status for sample in samples)})",
+            code=FaultCode.DEVICE_REPORTS, hint="is it overloaded? docs/devices has its page",
+        )  # fmt: skip
 
 
 def listen(bench: Bench, seconds: float) -> Heard:

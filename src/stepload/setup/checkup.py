@@ -22,7 +22,7 @@ from stepload.units import format_quantity
 Tell = Callable[[Line], None]
 SAFE_S = 3.0
 NEEDED_TO_MOVE = (
-    "arm: data", "arm: longest age", "arm: held", "arm: stop", "arm: watchdog",
+    "arm: data", "arm: status", "arm: longest age", "arm: held", "arm: stop", "arm: watchdog",
 )  # fmt: skip
 
 

@@ -144,7 +144,16 @@ def off_the_tool_rad(pose: SixFloats, approach: Sequence[float]) -> float:
     """Angle between the approach direction, base frame, and the z axis of the tool."""
     direction = np.array(approach, dtype=float)
     cosine = float(rotation(pose)[:, 2] @ direction / np.linalg.norm(direction))
-    return math.acos(max(-1.0, min(1.0, cosine)))
+    return math.acos(float(np.clip(cosine, -1.0, 1.0)))
+
+
+def turned_rad(one: SixFloats, other: SixFloats) -> float:
+    """Angle of the rotation from one pose to another, however their rotation vectors are written.
+
+    One that turns by half a circle is written in two ways.
+    """
+    cosine = 0.5 * (float(np.sum(rotation(one) * rotation(other))) - 1.0)
+    return math.acos(float(np.clip(cosine, -1.0, 1.0)))
 
 
 @dataclass(frozen=True, slots=True)

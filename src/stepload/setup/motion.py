@@ -15,6 +15,7 @@ from stepload.plan.model import ArmSpec, Plan
 from stepload.record.lag import Lag, measure_lag
 from stepload.rig.samples import ArmSample
 from stepload.setup.line import Line, Mark, graded, skipped
+from stepload.setup.streams import at_rest
 
 FloatArray = NDArray[np.float64]
 
@@ -25,6 +26,7 @@ SWING_S = 1.3
 SWINGS = 6
 LOOK_S = 0.5
 STILL_M = 2e-5
+LEAST_SEEN = 6
 STOP_TRAVEL_M = 5e-4
 STOP_WARN_S, STOP_FAIL_S = 0.5, 2.0
 STOP_TIMEOUT_S = 3.0
@@ -121,23 +123,24 @@ def check_stop(rig: OpenRig) -> Line:
     while clock.now_s() < sent_s + took_s + LOOK_S:
         seen += [sample.position_m for sample in rig.arm.drain()]
         clock.sleep_until(clock.now_s() + rig.arm.period_s)
-    if not seen:
+    if len(seen) < LEAST_SEEN:
         return Line("arm: stop", Mark.FAIL, math.nan, STOP_TRAVEL_M, "m",
-                    "no positions after the stop", "do not run")  # fmt: skip
-    late = seen[len(seen) // 2 :]
+                    "too few positions after the stop", "do not run")  # fmt: skip
+    late = np.array(seen[len(seen) // 2 :])
+    noise_m = at_rest(np.arange(float(len(late))), late).noise
     travel_m = abs(seen[-1] - before_m)
     message = (
         f"stopped at {SPEED_M_S * 1e3:g} mm/s in free air: confirmed after {took_s * 1e3:.0f} ms"
     )
-    if max(late) - min(late) > STILL_M + 6.0 * float(np.std(late)):
+    if late.max() - late.min() > STILL_M + 6.0 * noise_m:
         return Line("arm: stop", Mark.FAIL, travel_m, STOP_TRAVEL_M, "m",
                     f"{message}, and still moving", "do not run")  # fmt: skip
     line = graded(
         "arm: stop", travel_m, "m", warn=STOP_TRAVEL_M, fail=4.0 * STOP_TRAVEL_M,
         message=f"{message}; travelled on", remedy="lower the speeds, or the servo's look-ahead",
     )  # fmt: skip
-    if line.mark is Mark.OK and took_s > STOP_WARN_S:
-        mark = Mark.WARN if took_s <= STOP_FAIL_S else Mark.FAIL
+    if took_s > STOP_FAIL_S or (took_s > STOP_WARN_S and line.mark is Mark.OK):
+        mark = Mark.FAIL if took_s > STOP_FAIL_S else Mark.WARN
         return Line("arm: stop", mark, took_s, STOP_WARN_S, "s", message, "check the network")
     return line
 

@@ -117,6 +117,10 @@ def _check_clock(name: str, samples: list[Any], receive_s: FloatArray) -> Iterat
     try:
         fit = fit_clock(device_s, receive_s)
     except DomainError:
+        back_s = -float(np.diff(device_s[np.isfinite(device_s)]).min(initial=0.0))
+        if back_s > 0.0:
+            yield _clock_steps(name, back_s)
+            return
         yield Line(f"{name}: device clock", Mark.OK, math.nan, math.nan, "",
                    "none: samples are timed by their arrival")  # fmt: skip
         return
@@ -129,7 +133,11 @@ def _check_clock(name: str, samples: list[Any], receive_s: FloatArray) -> Iterat
     edges = np.searchsorted(receive_s, np.arange(receive_s[0], receive_s[-1], 1.0))
     least_s = [float(part.min()) for part in np.split(late_s, edges[1:]) if len(part) > 3]
     step_s = max((abs(b - a) for a, b in pairwise(least_s)), default=0.0)
-    yield graded(
+    yield _clock_steps(name, step_s)
+
+
+def _clock_steps(name: str, step_s: float) -> Line:
+    return graded(
         f"{name}: clock steps", _to_ns(step_s), "s", warn=CLOCK_STEP_WARN_S, fail=CLOCK_STEP_FAIL_S,
         message="largest jump of the device's clock against the host's from second to second",
         remedy="is the host a virtual machine, or the device restarted by its supply?",

@@ -8,10 +8,10 @@ import numpy as np
 
 from stepload.errors import RefusedError
 from stepload.plan.tree import resolve
-from stepload.setup.bench import FORCE, Bench, listen, refuse_faults
+from stepload.setup.bench import FORCE, Bench, listen, refuse_faults, refuse_flagged
 from stepload.setup.context import Setup, say_hazards
 from stepload.setup.flat import Value, quoted
-from stepload.setup.judge import off_the_tool_rad, rotation
+from stepload.setup.judge import off_the_tool_rad, rotation, turned_rad
 from stepload.setup.state import Found
 
 OFF_THE_TOOL_RAD = math.radians(5.0)
@@ -45,7 +45,7 @@ def start(setup: Setup) -> Found:
     tool = rotation(pose)[:, 2]
     if approach is None:
         setup.tell("this driver has no approach direction to compare with the tool")
-    elif (off_rad := off_the_tool_rad(pose, approach)) > OFF_THE_TOOL_RAD:
+    elif not (off_rad := off_the_tool_rad(pose, approach)) <= OFF_THE_TOOL_RAD:
         shown = ", ".join(f"{part:.3f}" for part in tool)
         raise RefusedError(
             f"the approach direction is {math.degrees(off_rad):.0f} degrees off the z axis of the"
@@ -71,14 +71,15 @@ def stands_at_start(setup: Setup) -> None:
     Raises:
         RefusedError: it stands elsewhere.
     """
-    led = [float(part) for part in setup.state.done["start"].found.facts[POSE].split()]
+    x, y, z, rx, ry, rz = map(float, setup.state.done["start"].found.facts[POSE].split())
+    led = (x, y, z, rx, ry, rz)
     with setup.opened(setup.state.values, False) as bench:
         pose = listen(bench, AT_REST_S).arm[-1].pose
     off_m = math.dist(pose[:3], led[:3])
-    turned_rad = math.dist(pose[3:], led[3:])
-    if off_m > AT_START_M or turned_rad > AT_START_RAD:
+    off_rad = turned_rad(pose, led)
+    if not (off_m <= AT_START_M and off_rad <= AT_START_RAD):
         raise RefusedError(
-            f"the arm stands {1e3 * off_m:.2f} mm and {math.degrees(turned_rad):.1f} degrees from"
+            f"the arm stands {1e3 * off_m:.2f} mm and {math.degrees(off_rad):.1f} degrees from"
             f" the start pose it was led to, at most {1e3 * AT_START_M:g} mm and"
             f" {math.degrees(AT_START_RAD):.0f} degrees are taken",
             hint="--redo start, with the arm led to its start pose",
@@ -143,8 +144,10 @@ def back_and_forth(bench: Bench, back_m: float) -> float:
         clock.sleep_until(clock.now_s() + bench.arm.period_s)
         for sample in bench.arm.drain():
             position_m = sample.position_m
-        felt = [sample.wrench[:3] for sample in bench.sensors[FORCE].drain()]
+        samples = bench.sensors[FORCE].drain()
         refuse_faults(bench)
+        refuse_flagged(FORCE, samples)
+        felt = [sample.wrench[:3] for sample in samples]
         if felt:
             largest_n = max(largest_n, float(np.abs(np.mean(felt, axis=0) - mean_n).max()))
         late_m = abs(position_m - (start_m - away_m))

@@ -67,6 +67,8 @@ def test_flags_take_both_forms_and_many_words():
         (["--shape", "cube"], "--shape: 'cube' is no answer"),
         (["--keys", "a"], "'a' is no KEY=VALUE"),
         (["--host", ""], "an empty answer"),
+        (["--back", "0 mm"], "--back: '0 mm' is not above 0"),
+        (["--surface-distance", "nan m"], "--surface-distance"),
     ],
 )
 def test_bad_flags_are_named(words, what):
@@ -128,3 +130,12 @@ def test_texts_are_read_back_as_they_were():
     again = written(found)
     assert [flat(Source("y", None, again, again.encode()), "here")[f"k{n}"].text
             for n in range(len(texts))] == [quoted(text) for text in texts]  # fmt: skip
+
+
+def test_what_moves_the_arm_or_lets_a_hand_near_it_is_a_consent_each_time():
+    consents = {name for name, question in QUESTIONS.items() if question.consent}
+    assert consents == {
+        "limits_set", "may_push", "led_down", "led_aside", "led_to_start", "towards_plate",
+        "may_back", "may_move", "may_touch",
+    }  # fmt: skip
+    assert all(QUESTIONS[name].default is None for name in consents)

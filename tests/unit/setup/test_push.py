@@ -102,6 +102,14 @@ def test_a_hand_that_does_not_let_go_is_waited_for_in_vain():
         hand.push(setup_of(rig, Holding(rig)))
 
 
+def test_jerks_are_no_push():
+    rig = Rig()
+    rig.tool.mass_kg = 0.0
+    rig.feel = lambda f: f if rig.clock.now_s() % 1.0 < 0.7 else (0.0, 0.0, 0.0)
+    with pytest.raises(RefusedError, match="no push was seen"):
+        hand.push(setup_of(rig, second="none"))
+
+
 def weighing(rig, axis='"-fz"', person=None, **answers):
     setup = setup_of(rig, person, **answers)
     pushed = Found({f"{FORCE}.axis": Value(axis, "")})
@@ -139,3 +147,10 @@ def test_a_light_tool_has_no_mass_that_could_be_told():
 def test_a_mass_may_be_stated_or_left_out():
     assert texts(hand.weigh(weighing(Rig(), tool_mass="1.2 kg"))) == {"force.tool_mass": "1.2 kg"}
     assert hand.weigh(weighing(Rig(), tool_mass="none")).values == {}
+
+
+def test_a_sensor_that_wanders_weighs_no_light_tool():
+    rig = Rig()
+    rig.tool.mass_kg = 0.01
+    rig.feel = lambda f: (f[0], f[1], f[2] + 0.3 * rig.clock.now_s())
+    assert hand.weigh(weighing(rig)).values == {}

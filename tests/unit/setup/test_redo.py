@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from datetime import date
 
 import pytest
@@ -62,6 +63,42 @@ def test_a_push_that_finds_the_same_leaves_the_later_steps_done(rig_file, rig):
 def test_a_push_that_finds_another_axis_does_not(rig_file, rig):
     rig.feel = lambda f: (f[0], f[1], -f[2])
     assert go(rig_file, rig, {}, redo="push", today=LATER, until="push")[0] == "weigh"
+
+
+class Elsewhere(Hands):
+    """Leads the arm to another start pose, a degree off the first."""
+
+    def tell(self, line):
+        super().tell(line)
+        if "start pose: above" in line:
+            self.rig.tool.turned = (0.0, math.pi - 0.02, 0.0)
+
+
+def test_another_start_pose_is_another_way(rig_file, rig):
+    assert go(rig_file, rig, {}, redo="start", until="start")[0] == "plan"
+    left = go(rig_file, rig, {}, person=Elsewhere(rig), redo="start", until="start")
+    assert left[0] == "way"
+
+
+def test_a_calibration_holds_in_its_own_pose_only(rig_file, rig):
+    with_a_calibration(rig_file)
+    go(rig_file, rig, {}, redo="start", until="start")
+    assert "k.json" in rig_file.read_text()
+    go(rig_file, rig, {}, person=Elsewhere(rig), redo="start", until="start")
+    assert "k.json" not in rig_file.read_text()
+
+
+def test_a_step_after_one_that_found_something_else_brings_nothing_back(rig_file, rig):
+    left = go(rig_file, rig, {"host": "127.0.0.2"}, redo="arm", until="sensor")
+    assert left[0] == "push"
+
+
+def test_a_later_redo_does_not_outrun_one_that_is_still_to_come(rig_file, rig):
+    with pytest.raises(DeviceError):
+        go(rig_file, rig, {}, redo="push", open_devices=failing)
+    rig.feel = lambda f: (f[0], f[1], -f[2])
+    assert go(rig_file, rig, {}, redo="start", today=LATER, until="push")[0] == "weigh"
+    assert 'axis: "+fz"' in rig_file.read_text()
 
 
 def below_the_head(path):
@@ -129,6 +166,21 @@ def test_what_somebody_writes_during_a_step_is_not_lost(rig_file, rig, what, mon
     with pytest.raises(BadInputError, match="somebody else"):
         go(rig_file, rig, {}, until="plan")
     assert ("# mine" if what == "edit" else "k.json") in rig_file.read_text()
+
+
+def test_an_answer_that_somebody_gives_during_a_step_is_not_lost(rig_file, rig, monkeypatch):
+    """The rig file does not tell of it."""
+
+    def meanwhile(setup):
+        state = read_state(rig_file)
+        state.answers["radius"] = "25 mm"
+        write_state(rig_file, state, [step for step in STEPS if step not in state.done])
+        return Found()
+
+    monkeypatch.setitem(STEPS, "plan", ("the plan", meanwhile))
+    with pytest.raises(BadInputError, match="somebody else meanwhile"):
+        go(rig_file, rig, {}, until="plan")
+    assert read_state(rig_file).answers["radius"] == "25 mm"
 
 
 def test_a_rig_file_behind_a_link_is_written_in_its_place(rig_file, rig, tmp_path):

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from bench_fakes import DAY, Hands, Rig, failing, opener, press_nothing
+from bench_fakes import DAY, FakeArm, Hands, Rig, failing, opener, press_nothing
 
 from stepload.errors import BadInputError, DeviceError, RefusedError
 from stepload.plan.load import load_plan
@@ -149,6 +149,25 @@ def test_somebody_elses_rig_file_is_not_overwritten(rig_file):
 def test_an_arm_of_another_rate_than_its_profile_is_refused(rig_file):
     with pytest.raises(RefusedError, match="at 500 Hz, this one runs at 125 Hz"):
         go(rig_file, Rig(rate_hz=125.0))
+    with pytest.raises(RefusedError, match="this one runs at 450 Hz"):
+        go(rig_file, Rig(rate_hz=450.0), until="arm")
+    go(rig_file, Rig(rate_hz=490.0), until="arm")
+
+
+def test_an_arm_without_a_force_of_its_own_checks_no_sensor(rig_file, monkeypatch):
+    monkeypatch.setattr(FakeArm, "has_force", False)
+    with pytest.raises(RefusedError, match="no force of its own that could check the sensor"):
+        go(rig_file, Rig(), until="sensor")
+
+
+def test_a_state_of_another_version_is_not_gone_on_from(rig_file):
+    go(rig_file, Rig(), until="arm")
+    path = state_path(rig_file)
+    path.write_text(path.read_text().replace('"stepload_setup": 1', '"stepload_setup": 2'))
+    before = path.read_text()
+    with pytest.raises(BadInputError, match="version 2, this stepload knows 1"):
+        go(rig_file, Rig())
+    assert path.read_text() == before
 
 
 def test_a_plan_that_is_there_is_kept(rig_file):

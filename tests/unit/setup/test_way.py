@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from itertools import pairwise
 
 import pytest
-from bench_fakes import FakeArm, Hands, Rig, setup_of
+from bench_fakes import FakeArm, FakeSensor, Hands, Rig, setup_of
 
-from stepload.errors import RefusedError
+from stepload.errors import DeviceError, RefusedError
+from stepload.rig.faults import Fault, FaultCode
 from stepload.setup import way
+from stepload.setup.bench import FORCE, Bench
 from stepload.setup.flat import Value
 from stepload.setup.proof import _free
 from stepload.setup.state import Done, Found
@@ -120,3 +123,119 @@ def test_the_plan_of_a_touch_writes_over_nothing(tmp_path):
     assert _free(named, "mine") == named
     (tmp_path / "rig-touch-2.yaml").write_text("mine too")
     assert _free(named, "new") == tmp_path / "rig-touch-3.yaml"
+
+
+@pytest.mark.parametrize(("tilt_deg", "taken"), [(4.0, True), (6.0, False)])
+def test_the_approach_is_the_tools_within_five_degrees(tilt_deg, taken):
+    tilt_rad = math.radians(tilt_deg)
+    setup = ready(Rig(), approach=f"[{math.sin(tilt_rad):.6f}, 0, {-math.cos(tilt_rad):.6f}]")
+    if taken:
+        way.start(setup)
+    else:
+        with pytest.raises(RefusedError, match="6 degrees off"):
+            way.start(setup)
+
+
+def test_an_approach_away_from_the_plate_is_refused():
+    with pytest.raises(RefusedError, match="180 degrees off"):
+        way.start(ready(Rig(), approach="[0, 0, 1]"))
+
+
+def test_the_start_is_read_once_the_arm_is_led_there():
+    rig = Rig()
+    with pytest.raises(RefusedError, match="The answer was no"):
+        way.start(ready(rig, led_to_start="no"))
+    assert not rig.openings
+
+
+class LedArm(FakeArm):
+    """An arm that stands off its start pose."""
+
+    off = (0.0,) * 6
+
+    def drain(self):
+        return [
+            sample._replace(pose=tuple(a + b for a, b in zip(sample.pose, self.off, strict=True)))
+            for sample in super().drain()
+        ]
+
+
+@pytest.mark.parametrize(
+    ("off", "stands"),
+    [
+        ((3e-4, 0.0, -3e-4, 0.0, 0.0, 0.0), True),
+        ((0.0, 6e-4, 0.0, 0.0, 0.0, 0.0), False),
+        ((0.0, 0.0, 0.0, 0.0, math.radians(-0.8), 0.0), True),
+        ((0.0, 0.0, 0.0, 0.0, math.radians(-2.0), 0.0), False),
+        ((0.0, 0.0, 0.0, 0.0, -2.0 * math.pi + 1e-3, 0.0), True),  # written the other way round
+        ((math.nan, 0.0, 0.0, 0.0, 0.0, 0.0), False),
+        ((0.0, 0.0, 0.0, 0.0, math.nan, 0.0), False),
+    ],
+)
+def test_the_start_pose_is_where_a_touch_begins(monkeypatch, off, stands):
+    setup = ready(Rig())
+    setup.state.done["start"] = Done("2026-11-22", way.start(setup))
+    monkeypatch.setattr(LedArm, "off", off)
+    monkeypatch.setattr("bench_fakes.FakeArm", LedArm)
+    if stands:
+        way.stands_at_start(setup)
+    else:
+        with pytest.raises(RefusedError, match="from the start pose it was led to"):
+            way.stands_at_start(setup)
+
+
+def test_the_first_motion_is_slow():
+    rig = Rig()
+    way.way(ready(rig, hazards_read_by="A. Tester", back="4 mm"))
+    steps = [abs(b - a) for a, b in pairwise(rig.targets)]
+    assert max(steps) * rig.rate_hz == pytest.approx(4e-3, rel=0.01)
+
+
+@pytest.mark.parametrize("across_n", [8.0, -8.0])
+def test_the_arm_stops_at_a_small_force_either_way(across_n):
+    rig = Rig()
+    rig.feel = lambda f: (f[0] + (across_n if rig.position_m < -1e-3 else 0.0), f[1], f[2])
+    with pytest.raises(RefusedError, match=r"the force changed by [78]\.\d N \(limit 5\.0 N\)"):
+        way.way(ready(rig, hazards_read_by="A. Tester"))
+    assert rig.safe_calls == 1
+
+
+def test_in_noise_the_arm_stops_at_ten_deviations():
+    rig = Rig(noise_n=1.0, obstacle_m=1e-3)
+    with pytest.raises(RefusedError, match=r"\(limit (9|10|11)\.\d N\)"):
+        way.way(ready(rig, hazards_read_by="A. Tester"))
+
+
+def test_an_arm_that_does_not_come_back_is_found():
+    rig = Rig()
+
+    class Short(FakeArm):
+        def command(self, position_m):
+            super().command(min(position_m, -1e-3) if len(rig.targets) > 900 else position_m)
+
+    bench = Bench(Short(rig), {FORCE: FakeSensor(rig, rig.feel)}, rig.clock, {})
+    with pytest.raises(RefusedError, match=r"-1\.00 mm from its start"):
+        way.back_and_forth(bench, 4e-3)
+
+
+def test_a_sensor_that_fails_on_the_way_ends_it(monkeypatch):
+    rig = Rig()
+    fault = Fault(FaultCode.STALE, "the sensor is silent", "cable", 0.0)
+    monkeypatch.setattr(FakeSensor, "fault", lambda _: fault if len(rig.targets) > 50 else None)
+    with pytest.raises(DeviceError, match="the sensor is silent"):
+        way.way(ready(rig, hazards_read_by="A. Tester"))
+    assert len(rig.targets) == 51
+
+
+def test_readings_that_the_sensor_flags_on_the_way_end_it(monkeypatch):
+    rig = Rig()
+    whole = FakeSensor.drain
+
+    def flagged(sensor):
+        status = 8 if len(rig.targets) > 50 else 0
+        return [sample._replace(status=status) for sample in whole(sensor)]
+
+    monkeypatch.setattr(FakeSensor, "drain", flagged)
+    with pytest.raises(DeviceError, match="calls its readings bad"):
+        way.way(ready(rig, hazards_read_by="A. Tester"))
+    assert len(rig.targets) == 51
