@@ -45,16 +45,16 @@ class State:
 
     `doubted` names the answers of a step that failed: a person is asked for them again.
     `rig_sha256` are of the rig file as it was written last and before: whoever is killed between
-    the two files of a step leaves the older one. `redoing` is a step that somebody wanted done
-    again and that has not been since: what it found before is doubtful. `read` is the file of the
-    state as it was read or written last.
+    the two files of a step leaves the older one. `redoing` are the steps that somebody wanted
+    done again and that have not been since: what they found before is doubtful. `read` is the file
+    of the state as it was read or written last.
     """
 
     answers: dict[str, str] = field(default_factory=dict)
     done: dict[str, Done] = field(default_factory=dict)
     rig_sha256: list[str] = field(default_factory=list)
     doubted: set[str] = field(default_factory=set)
-    redoing: str = ""
+    redoing: set[str] = field(default_factory=set)
     read: bytes | None = None
 
     @property
@@ -137,7 +137,7 @@ def _write(rig: Path, state: State, left: Sequence[str]) -> None:
     state.rig_sha256 = [*state.rig_sha256[-1:], _sha256(text)]
     data = {
         "stepload_setup": VERSION, "answers": state.answers, "rig_sha256": state.rig_sha256,
-        "doubted": sorted(state.doubted), "redoing": state.redoing,
+        "doubted": sorted(state.doubted), "redoing": sorted(state.redoing),
         "done": {name: _done_data(step) for name, step in state.done.items()},
     }  # fmt: skip
     kept = json.dumps(data, indent=1, ensure_ascii=False).encode()
@@ -153,7 +153,8 @@ def _write(rig: Path, state: State, left: Sequence[str]) -> None:
 def _head(state: State, left: Sequence[str]) -> tuple[str, ...]:
     rest = f"UNFINISHED, to come: {', '.join(left)}" if left else "finished"
     if state.redoing:
-        rest = f"UNFINISHED, to be done again: {state.redoing}; what it found before is below"
+        again = ", ".join(sorted(state.redoing))
+        rest = f"UNFINISHED, to be done again: {again}; what it found before is below"
     notes = [
         f"{name}, {step.on}: {note}" for name, step in state.done.items()
         for note in step.found.notes
@@ -171,6 +172,7 @@ def _done_data(step: Done) -> dict[str, Any]:
 
 
 def _from_data(data: Any) -> State:
+    redoing = data.get("redoing", ())
     if data["stepload_setup"] != VERSION:
         raise ValueError(f"version {data['stepload_setup']}, this stepload knows {VERSION}")
     done = {
@@ -180,5 +182,5 @@ def _from_data(data: Any) -> State:
     }  # fmt: skip
     return State(
         dict(data["answers"]), done, list(data["rig_sha256"]), set(data.get("doubted", ())),
-        str(data.get("redoing", "")),
+        set(redoing.split() if isinstance(redoing, str) else map(str, redoing)),
     )  # fmt: skip

@@ -71,12 +71,10 @@ def set_up(
         if name and name not in STEPS:
             raise BadInputError(f"{name!r} is no step", hint=f"one of {', '.join(names)}")
     state = read_state(rig)
-    redo = min((name for name in (redo, state.redoing) if name), key=names.index, default="")
-    if redo in state.done and redo != state.redoing:
-        state.redoing = redo
+    if redo in state.done and redo not in state.redoing:
+        state.redoing.add(redo)
         write_state(rig, state, _left(state.done))
-    again = names[names.index(redo) :] if redo in state.done else ()
-    former = {name: state.done.pop(name) for name in again if name in state.done}
+    former = _again(state)
     before = dict(state.answers)
     answers.kept, answers.doubted = state.answers, state.doubted
     _refuse_too_late(state, answers.given)
@@ -89,7 +87,8 @@ def set_up(
         )
     if former:
         setup.tell(
-            f"{redo} is done again; until it is, the rig file says what it found before: do not run"
+            f"{next(iter(former))} is done again; until it is, the rig file says what it found"
+            " before: do not run"
         )
     for number, (name, (about, step)) in enumerate(STEPS.items(), start=1):
         if name in state.done:
@@ -110,26 +109,41 @@ def set_up(
             write_state(rig, state, _left(state.done))
             raise
         state.done[name] = Done(setup.today.isoformat(), found)
-        state.redoing = "" if name == state.redoing else state.redoing
+        state.redoing.discard(name)
         for asked in ASKED_IN[name]:
             if asked in answers.given and not QUESTIONS[asked].consent:
                 state.answers[asked] = answers.given[asked]
         state.doubted -= set(ASKED_IN[name])
         if former:
-            if _alike(former.pop(name).found, found):
-                setup.tell(f"{name} found what it had found before: the later steps stay done")
+            alike = _alike(former.pop(name).found, found)
+            if alike:
                 state.done |= former
+                former = _again(state)
+                before_that = f" before {next(iter(former))}" if former else ""
+                setup.tell(
+                    f"{name} found what it had found before: the later steps{before_that} stay done"
+                )
             elif name in CALIBRATED_WITH and CALIBRATION in state.done:
                 del state.done[CALIBRATION]
                 setup.tell(
                     "the system stiffness was measured before that: the rig file no more names its"
                     " record; calibrate again"
                 )
-            former = {}
+            former = former if alike else {}
         write_state(rig, state, _left(state.done))
         if name == until:
             break
     return _left(state.done)
+
+
+def _again(state: State) -> dict[str, Done]:
+    """Take the first step that is to be done again, and all after it, out of what is done."""
+    first = next((name for name in STEPS if name in state.redoing & state.done.keys()), None)
+    if first is None:
+        return {}
+    names = list(STEPS)
+    again = names[names.index(first) :]
+    return {name: state.done.pop(name) for name in again if name in state.done}
 
 
 def _refuse_too_late(state: State, given: Mapping[str, str]) -> None:

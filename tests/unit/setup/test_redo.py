@@ -101,6 +101,20 @@ def test_a_later_redo_does_not_outrun_one_that_is_still_to_come(rig_file, rig):
     assert 'axis: "+fz"' in rig_file.read_text()
 
 
+@pytest.mark.parametrize(("first", "second"), [("push", "start"), ("start", "push")])
+def test_both_steps_that_somebody_wants_done_again_are(rig_file, rig, first, second):
+    with pytest.raises(DeviceError):
+        go(rig_file, rig, {}, redo=first, open_devices=failing)
+    assert f"to be done again: {first};" in rig_file.read_text()
+    go(rig_file, rig, {}, redo=second, today=LATER)
+    state = read_state(rig_file)
+    days = {name: step.on for name, step in state.done.items()}
+    assert {name for name, day in days.items() if day == LATER.isoformat()} == {"push", "start"}
+    assert list(days) == ["arm", "sensor", "push", "weigh", "start", "way"]
+    assert not state.redoing
+    assert "to be done again" not in rig_file.read_text()
+
+
 def below_the_head(path):
     return path.read_text().split("\n", 1)[1]
 
