@@ -30,7 +30,8 @@ SHORTEST_S, LONGEST_S = 0.02, 0.25
 @contextlib.contextmanager
 def busy(_: int) -> Iterator[None]:
     """Endless loops beside the command."""
-    loops = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(LOOPS)]
+    loop = [sys.executable, "-c", f"import os\nwhile os.getppid() == {os.getpid()}: pass"]
+    loops = [subprocess.Popen(loop) for _ in range(LOOPS)]
     try:
         yield
     finally:

@@ -3,11 +3,11 @@
 import json
 import signal
 import subprocess
-import sys
 import time
 from dataclasses import replace
 
 import pytest
+from processes import python
 from typer.testing import CliRunner
 
 from stepload.errors import BadInputError
@@ -23,12 +23,7 @@ PROGRAM = "import sys; from stepload_verify.emulators.command import app; app(sy
 
 
 def emulate(*arguments):
-    return subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, *arguments],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
+    return python(PROGRAM, *arguments, stdin=subprocess.PIPE)
 
 
 def test_prints_the_drivers_options_takes_faults_and_quits():

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
 import time
 
 import pytest
+from processes import python
 
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ur.process import ChildProcess
@@ -53,14 +52,10 @@ def stopped_by_watchdog(emulator):
 @pytest.fixture
 def run(start_emulator):
     emulator = start_emulator()
-    process = subprocess.Popen(
-        [sys.executable, "-c", RUN, emulator.host], stdout=subprocess.PIPE, text=True
-    )
-    child = int(process.stdout.readline())
-    wait_for(lambda: emulator.state()["position_m"] > 5e-5)
-    yield emulator, process, child
-    process.kill()
-    process.communicate()
+    with python(RUN, emulator.host) as process:
+        child = int(process.stdout.readline())
+        wait_for(lambda: emulator.state()["position_m"] > 5e-5)
+        yield emulator, process, child
 
 
 def test_kill_of_the_run_ends_child_and_motion(run):
@@ -78,9 +73,7 @@ def test_kill_of_the_run_under_load_unloads(start_emulator):
     world = {"surface_m": 2e-4, "system_stiffness_n_per_m": 1e5, "effective_mass_kg": 5.0,
              "system_damping_n_s_per_m": 1.5e3, "arm_force_noise_n": 0.1}  # fmt: skip
     emulator = start_emulator(world=world)
-    with subprocess.Popen(
-        [sys.executable, "-c", RUN, emulator.host], stdout=subprocess.PIPE, text=True
-    ) as process:
+    with python(RUN, emulator.host) as process:
         child = int(process.stdout.readline())
         wait_for(lambda: emulator.state()["force_n"] > 10.0)
         process.send_signal(signal.SIGKILL)

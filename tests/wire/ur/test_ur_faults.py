@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import time
 
 import pytest
+from processes import python
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
@@ -99,16 +98,11 @@ def test_fault_is_told_apart_and_the_arm_stops(
 @pytest.mark.parametrize("command", ["drop", "drop rst"])
 def test_ur_rtde_has_no_means_to_reconnect(start_emulator, command):
     emulator = start_emulator()
-    with subprocess.Popen(
-        [sys.executable, "-c", UR_RTDE_ALONE, emulator.host], stdout=subprocess.PIPE, text=True
-    ) as process:
+    with python(UR_RTDE_ALONE, emulator.host) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "connected\n"
         emulator.command(command)
-        try:
-            said, _ = process.communicate(timeout=GIVE_UP_S)
-        finally:
-            process.kill()
+        said, _ = process.communicate(timeout=GIVE_UP_S)
     assert said.splitlines()[-1] == "False"
     assert emulator.state()["uploads"] == 1
 
