@@ -92,6 +92,7 @@ mutants: $(READY) ## Changes the product on purpose, place by place; a test must
 	$(BIN)/python tests/mutants/run.py
 
 mutants-generated: $(READY) ## The same with every operator of mutmut on the safety rooms (long)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[mutants]'
 	$(BIN)/mutmut run --max-children 1 | tail -n 1
 	$(BIN)/mutmut results
 
