@@ -17,6 +17,11 @@ def not_open(course: Course, limit_n: float) -> None:
             f"; the second channel reads {second_n:.3g} N, so it may be open and the force sensor's"
             " zero may have moved since the tare"
         )
+    elif not course.limits.cross_check and left_n < -limit_n:
+        drifted = (
+            "; no contact pulls like that: the sensor's zero has moved since the tare, and the"
+            f" force may have been up to {-left_n:.3g} N more than it read"
+        )
     course.fail(
         "not_open", left_n, limit_n, "N",
         f"the contact did not open, or the force sensor is dead: it reads {left_n:.3g} N after a"

@@ -10,14 +10,13 @@ from stepload.engine.free_air import ALLOWED_SHARE, FreeAir
 from stepload.engine.tare import TareWindow
 from stepload.envelope.bounds import Measured
 from stepload.envelope.schedule import BETWEEN_CYCLES_TARE_S
+from stepload.envelope.zero_drift import under_load_s
 from stepload.errors import DomainError, RefusedError
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
 
 DRIFT_CHECK_S = 0.5
 NOISE_FACTOR = 3.0
-STEP_RATES = 5.0
-"""Time constants 1/λ that a load step takes, in the estimate of the time to the next zero."""
 
 Adopt = Callable[[Measured], RefusedError | DomainError | None]
 """Goes on with thresholds for this noise and drift; why the plan does not fit them, or None."""
@@ -133,11 +132,7 @@ class Zeroing:
         """Whether the plan leaves room with the noise and drift that there really are."""
         course, plan, limits = self._course, self._course.plan, self._course.limits
         noise_n = tare.noise_n if tare.sure_noise_n > limits.shown_noise_n else 0.0
-        steps = len(plan.levels_n) * (2 if plan.unload else 1)
-        steps *= 1 if plan.lift_off else plan.cycles
-        step_s = plan.step_n / plan.load_rate_n_per_s + plan.hold_s
-        under_load_s = steps * (step_s + STEP_RATES / limits.step_rate_per_s)
-        drift_n = tare.sure_slope_n_per_s * under_load_s
+        drift_n = tare.sure_slope_n_per_s * under_load_s(plan, limits.loop_s)
         # A sensor of which a force never changes may see nothing of a payload that is dragged.
         blind = tare.live < 3 and 0.0 < limits.dragged_left < 1.0
         if noise_n == 0.0 and drift_n <= plan.max_drift_n and not blind:

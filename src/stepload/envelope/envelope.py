@@ -49,6 +49,7 @@ from stepload.envelope.unseen import (
 )
 from stepload.envelope.until import Until, until_of, until_reasons
 from stepload.envelope.way_back import way_back_reasons
+from stepload.envelope.zero_drift import zero_drift_reasons
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability, identifiability
 from stepload.plan.model import Plan
@@ -159,7 +160,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
 
     What each level needs for `procedure.until` is left out: such a run goes up to the top force.
     """
-    theory = theory_of(plan.payload)
+    theory, bounds = theory_of(plan.payload), press_rig(plan.rig, plan.rig.force.noise_n)
     safe_n = largest_top_force(plan, theory.counted.lower_n)
     pressing, limits, refusal = _pressed(plan, theory, safe_n, measured)
     shake = shake_for(plan, limits) if limits is not None and measured is None else None
@@ -175,6 +176,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         *domain_reasons(plan, theory),
         *rig_reasons(plan),
         *one_channel_reasons(plan),
+        *zero_drift_reasons(plan, bounds.loop_s),
         *age_reasons(plan),
         *cycle_reasons(plan),
         *stiffness_reasons(plan),
@@ -202,7 +204,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         verdict=verdict_of(reasons),
         reasons=tuple(reasons),
         theory=theory,
-        bounds=press_rig(plan.rig, plan.rig.force.noise_n),
+        bounds=bounds,
         limits=limits,
         refusal=refusal,
         largest_safe_force_n=safe_n,

@@ -10,8 +10,9 @@ from course_feed import PERIOD_S, PLAN, PLANNED, Stage, swing
 from stepload.engine.free_air import FREE_SIGMAS, LOOK_S, FreeAir
 from stepload.engine.operator import StopLevel
 from stepload.engine.tare import TareWindow
-from stepload.engine.zeroing import DRIFT_CHECK_S, NOISE_FACTOR, STEP_RATES, Zeroing
+from stepload.engine.zeroing import DRIFT_CHECK_S, NOISE_FACTOR, Zeroing
 from stepload.envelope.bounds import Measured
+from stepload.envelope.zero_drift import STEP_RATES
 from stepload.errors import RefusedError
 from stepload.record.rows import Phase
 

@@ -1,0 +1,72 @@
+"""How far the zero of the force may move between two looks at it, and which drift no tare shows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from stepload.envelope.bounds import step_rate_per_s
+from stepload.envelope.reason import Reason, Severity
+from stepload.plan.model import Plan, Procedure, SecondForceSource
+from stepload.record.outcome import SURE_SIGMAS
+from stepload.units import format_quantity
+
+STEP_RATES = 5.0
+"""Time constants of the step controller that a level takes beside its ramp and hold."""
+
+
+def steps_under_load(procedure: Procedure) -> int:
+    """Number of levels from one zero of the force to the next look at it."""
+    steps = len(procedure.levels_n) * (2 if procedure.unload else 1)
+    return steps * (1 if procedure.lift_off else procedure.cycles)
+
+
+def under_load_s(procedure: Procedure, loop_s: float) -> float:
+    """Planned time in s from one zero of the force to the next look at it."""
+    step_s = procedure.step_n / procedure.load_rate_n_per_s + procedure.hold_s
+    return steps_under_load(procedure) * (step_s + STEP_RATES / step_rate_per_s(loop_s))
+
+
+def longest_under_load_s(procedure: Procedure, loop_s: float) -> float:
+    """The same in s where no level settles before its time is up."""
+    waits_s = steps_under_load(procedure) * procedure.settle_timeout_s
+    return under_load_s(procedure, loop_s) + waits_s
+
+
+def moved_zero_n(plan: Plan, loop_s: float) -> float:
+    """Largest shift of the zero in N that is counted on while the payload is pressed.
+
+    More than `procedure.max_drift` is found at the next look at the zero. That is too late for what
+    was pressed until then, unless a second force channel disagrees before. With one channel the
+    stated drift over the longest time under load is counted where it is larger.
+    """
+    allowed_n = plan.procedure.max_drift_n
+    if plan.rig.second_force.source is not SecondForceSource.NONE:
+        return allowed_n
+    drift_n_per_s = plan.rig.force.drift_n_per_s
+    return max(allowed_n, drift_n_per_s * longest_under_load_s(plan.procedure, loop_s))
+
+
+def zero_drift_reasons(plan: Plan, loop_s: float) -> Iterator[Reason]:
+    """Whether the tare is too short to show a drift that matters by the next look at the zero."""
+    force, procedure = plan.rig.force, plan.procedure
+    if plan.rig.second_force.source is not SecondForceSource.NONE:
+        return
+    noise_n = math.hypot(force.noise_n, force.resolution_n / math.sqrt(12.0))
+    samples = force.rate_hz * procedure.tare_s
+    hidden_n_per_s = SURE_SIGMAS * noise_n * math.sqrt(12.0 / samples) / procedure.tare_s
+    moved_n = hidden_n_per_s * longest_under_load_s(procedure, loop_s)
+    counted_n = moved_zero_n(plan, loop_s)
+    if moved_n <= counted_n:
+        return
+    needed_s = procedure.tare_s * (moved_n / counted_n) ** (2.0 / 3.0)
+    yield Reason(
+        "short_tare", Severity.WARN,
+        f"a tare of {format_quantity(procedure.tare_s, 's')} shows no drift of the zero below"
+        f" {format_quantity(hidden_n_per_s, 'N/s')}, and nothing else checks the only force"
+        " channel: by the end of the longest time under load the zero may have moved by"
+        f" {format_quantity(moved_n, 'N')}; {format_quantity(counted_n, 'N')} are counted on",
+        f"tare for {math.ceil(needed_s)} s (procedure.tare), lift off between cycles, hold for"
+        " less, or declare a second force channel",
+        moved_n, counted_n, "N",
+    )  # fmt: skip

@@ -1,0 +1,86 @@
+"""A zero that moves during a press: the stated drift counts, and a short tare is named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from run_plans import envelope_for, stvf_plan
+
+from stepload.envelope.reason import Severity
+from stepload.envelope.zero_drift import (
+    longest_under_load_s,
+    moved_zero_n,
+    under_load_s,
+    zero_drift_reasons,
+)
+from stepload.plan.model import Plan, SecondForceSource
+
+LOOP_S = 0.02
+
+
+def one_channel(drift_n_per_s: float = 0.0, noise_n: float = 0.5, **procedure: Any) -> Plan:
+    plan = stvf_plan(**procedure)
+    second = replace(plan.rig.second_force, source=SecondForceSource.NONE)
+    force = replace(plan.rig.force, drift_n_per_s=drift_n_per_s, noise_n=noise_n)
+    return replace(plan, rig=replace(plan.rig, second_force=second, force=force))
+
+
+def test_the_stated_drift_counts_over_the_longest_time_under_load() -> None:
+    plan = one_channel(cycles=3, lift_off=False)
+    allowed_n = plan.procedure.max_drift_n
+    longest_s = longest_under_load_s(plan.procedure, LOOP_S)
+    steps = 3 * 2 * len(plan.procedure.levels_n)
+    waits_s = longest_s - under_load_s(plan.procedure, LOOP_S)
+    assert waits_s == pytest.approx(steps * plan.procedure.settle_timeout_s)
+    assert moved_zero_n(plan, LOOP_S) == allowed_n
+    for share in (0.9, 1.1, 3.0):
+        drifting = one_channel(share * allowed_n / longest_s, cycles=3, lift_off=False)
+        assert moved_zero_n(drifting, LOOP_S) == pytest.approx(max(1.0, share) * allowed_n)
+
+
+def test_a_second_channel_disagrees_before_the_zero_has_moved_so_far() -> None:
+    alone = one_channel(1.0)
+    second = replace(alone.rig.second_force, source=SecondForceSource.ARM)
+    plan = replace(alone, rig=replace(alone.rig, second_force=second))
+    assert moved_zero_n(plan, LOOP_S) == plan.procedure.max_drift_n < moved_zero_n(alone, LOOP_S)
+    assert list(zero_drift_reasons(one_channel(tare_s=0.5), LOOP_S))
+    short = replace(plan, procedure=replace(plan.procedure, tare_s=0.5))
+    assert not list(zero_drift_reasons(short, LOOP_S))
+
+
+def test_what_the_zero_may_move_is_taken_off_the_force_that_is_allowed() -> None:
+    steady, drifting = envelope_for(one_channel()), envelope_for(one_channel(0.2))
+    assert steady.limits is not None
+    loop_s = steady.bounds.loop_s
+    moved_n = moved_zero_n(drifting.plan, loop_s) - steady.plan.procedure.max_drift_n
+    assert moved_n > 5.0
+    less_n = steady.largest_safe_force_n - drifting.largest_safe_force_n
+    assert 0.9 * moved_n < less_n < moved_n
+
+
+def test_a_drift_that_would_carry_the_payload_beyond_its_limit_is_refused() -> None:
+    envelope = envelope_for(one_channel(0.25, hold_s=20.0, cycles=7, lift_off=False), 450.0)
+    refusing = {r.code: r.message for r in envelope.reasons if r.severity is Severity.REFUSE}
+    assert "drift)" in refusing["top_force_above_safe_limit"]
+
+
+def test_a_tare_that_is_too_short_to_show_a_drift_is_named_with_one_that_is_not() -> None:
+    plan = one_channel(tare_s=0.5)
+    [reason] = zero_drift_reasons(plan, LOOP_S)
+    assert reason.code == "short_tare"
+    assert reason.severity is Severity.WARN
+    assert reason.value > reason.limit == plan.procedure.max_drift_n
+    tare_s = float(reason.remedy.split(" s (procedure.tare)")[0].split()[-1])
+    assert not list(zero_drift_reasons(one_channel(tare_s=tare_s), LOOP_S))
+    assert list(zero_drift_reasons(one_channel(tare_s=tare_s - 1.5), LOOP_S))
+
+
+def test_a_drift_may_hide_behind_the_resolution() -> None:
+    plan = one_channel(noise_n=1e-3, tare_s=0.5)
+    coarse = replace(plan.rig.force, resolution_n=2.0)
+    [reason] = zero_drift_reasons(replace(plan, rig=replace(plan.rig, force=coarse)), LOOP_S)
+    fine = replace(plan.rig.force, resolution_n=1e-3)
+    assert not list(zero_drift_reasons(replace(plan, rig=replace(plan.rig, force=fine)), LOOP_S))
+    assert reason.value > plan.procedure.max_drift_n
