@@ -1,4 +1,4 @@
-"""Before anything is loaded: touches on a circle, the tilt of the plate, and whether to go on."""
+"""Alignment check before loading: touches on a circle give the tilt of the plate."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ CENTRE: Point = (0.0, 0.0)
 class Alignment:
     """Touches in the middle and on a circle, and judges the tilt.
 
-    These touches belong to no cycle. The arm is not turned: where it must be, the run ends and says
-    by how much.
+    These touches belong to no cycle. The arm is never turned: where the tilt is too large the run
+    ends, and its message says by how much to turn.
 
     Args:
-        course: of the run.
+        course: state of the run.
         approach: finds the surface, as before every loading.
-        aligning: how; None where the plan does not ask for it.
+        aligning: radius, limits and speeds; None where the plan asks for no alignment.
         stopped: what to do when the operator stops the run here.
     """
 
@@ -38,7 +38,7 @@ class Alignment:
         self._travel_m: list[float] = []
 
     def begin(self, now_s: float, then: Then) -> None:
-        """Touch and judge, `then` go on, back on the axis; at once where it is not asked for."""
+        """Touch, judge the tilt, and call `then` on the axis; at once where none is planned."""
         if self._aligning is None:
             then(now_s)
             return
@@ -101,10 +101,10 @@ class Alignment:
 
 
 def in_base(about_rad: Point, places: dict[Point, Place]) -> Place:
-    """A turn about axes 1 and 2 as a rotation vector in the arm's base, by where the arm went.
+    """A turn about axes 1 and 2 as a rotation vector in the arm's base, from the measured places.
 
     Args:
-        places: the TCP in the base, by shift; the middle and the points of a circle.
+        places: TCP positions in the base, keyed by shift; the middle and the points of a circle.
     """
     middle = places[CENTRE]
     points = [point for point in places if point != CENTRE]
@@ -121,7 +121,7 @@ def in_base(about_rad: Point, places: dict[Point, Place]) -> Place:
 
 
 def advice(tilt: Tilt, turn_rad: Place, limit_rad: float) -> str:
-    """By how much to turn what about which axis."""
+    """Text that says how far to turn the tool or the plate, and about which axis."""
     x, y, z = (f"{math.degrees(part):+.2f}" for part in turn_rad)
     return (
         f"the plate is tilted by {math.degrees(tilt.angle_rad):.2f} ±"

@@ -1,11 +1,11 @@
-"""What force and position have proved of the contact so far: where the leash is tied to.
+"""The force and position proved by the payload's answers so far; the leash starts from there.
 
-A channel that dies while the force rises still shows its last rise in every mean that reaches back
-to it, and noise may show it once more. So a mean of the force is paired with a position from before
-it, and such an answer proves not itself but the one before: a dead channel does not rise above it,
-unless its reading rises by itself. A payload's answer comes with the motion; a dead reading rises
-where the arm stands as well, and what has risen no faster than there is no answer. One that gives
-answers on the way, or that jumps, passes for a payload (`dead_drift`).
+An answer is a rise of the mean force above its noise. A channel that dies while the force rises
+still shows its last rise in every mean that includes it, and noise may show it once more. So a mean
+force is paired with a position from before it, and an answer proves not itself but the one before:
+a dead channel does not rise any further, unless its reading drifts. A payload answers to motion,
+while a dead reading drifts at rest as well: a rise no faster than that at rest is no answer. A dead
+reading that drifts during motion, or jumps, passes for a payload (`dead_drift`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from stepload.envelope.limits import RunLimits
 
 
 class Anchor:
-    """The last answer of the payload, and the last one that a later answer has proved.
+    """The payload's last answer, and the last answer that a later one has proved.
 
     `answer_n` and `answer_m` are force and position of the former, `proved_n` and `proved_m` of the
     latter; `mean_n` is the mean force over `ANCHOR_WINDOW_S`, `rise_n` how far it must rise to be
@@ -54,9 +54,9 @@ class Anchor:
         self._end_n = self._end_m = 0.0
 
     def begin(self, position_m: float, force_n: float, *, same: bool) -> None:
-        """At rest; `same` where nothing was proved since the last time.
+        """Begin at rest; `same` where nothing was proved since the last time.
 
-        What the force has risen by at rest is no answer then.
+        With `same` a rise of the force at rest counts as no answer.
         """
         if same:
             risen_n = max(0.0, force_n - self.answer_n)
@@ -73,10 +73,11 @@ class Anchor:
         self._stand()
 
     def add(self, position_m: float, force_n: float) -> None:
-        """Take in a pair of the same moment.
+        """Add a position and a force of the same moment.
 
-        Where the arm stops for a payload that answers little, no answer is taken on the way: its
-        noise would have the next one take longer. Nor is one where the arm has stood for a while.
+        Where the arm has to stop for each answer of a weakly answering payload, none is accepted in
+        motion: it would be noisier, and the next one would take longer. Nor is one accepted after
+        the arm has stood at the end of the leash for a while.
         """
         self._ticks += 1
         forces_n, positions_m, at = self._forces_n, self._positions_m, self._at
@@ -91,9 +92,9 @@ class Anchor:
             self._answer(mean_n, before_m, self._short)
 
     def add_at_end(self, position_m: float, force_n: float) -> bool:
-        """The same at the end of the leash, where a soft payload answers in a longer mean only.
+        """Add a pair at the end of the leash, where a soft payload shows in a longer mean only.
 
-        True where the arm has stood for long enough that it was looked for.
+        True if the pair completed a mean in which an answer was looked for.
         """
         self._end_count = n = self._end_count + 1
         self._end_n += force_n
@@ -117,18 +118,18 @@ class Anchor:
         return True
 
     def _drifted(self, risen_n: float, ticks: int) -> float:
-        """What the force may have drifted by since the last answer, in N.
+        """Upper estimate of the force's drift since the last answer, in N.
 
         Args:
-            risen_n: of the mean of a stand, over that of its first half.
-            ticks: of the stand; between the two means lies a quarter of it.
+            risen_n: mean over the time at rest less the mean over its first half.
+            ticks: length of that time; the centres of the two means are a quarter of it apart.
         """
         noise_n = self._limits.noise_n * math.sqrt(0.5 * self._variance_of(ticks // 2))
         since = self._ticks - 0.5 * ticks
         return (risen_n + DRIFT_SIGMAS * noise_n) * since / (0.25 * ticks)
 
     def _answer(self, force_n: float, position_m: float, variance: float) -> None:
-        """Take this for an answer; the last one is proved."""
+        """Store a new answer; the previous one is proved by it."""
         self.proved_n, self.proved_m = self.answer_n, self.answer_m
         self.answer_n, self.answer_m, self._variance = force_n, position_m, variance
         self._next_n = force_n + (math.inf if self._stops else self._told_n(self._short + variance))
@@ -137,20 +138,20 @@ class Anchor:
         self._stand()
 
     def _stand(self) -> None:
-        """Count the time at the end of the leash from the beginning."""
+        """Restart the count of the time at the end of the leash."""
         self._end_count = 0
         self._end_n = self._end_m = 0.0
         self._halves_n.clear()
 
     def _worth(self, force_n: float, position_m: float) -> bool:
-        """Whether the force has risen by what even the softest payload answers to the travel."""
+        """Whether the force rose by more than the softest payload's answer to the travel."""
         return force_n - self.answer_n > self._least_n_per_m * (position_m - self.answer_m)
 
     def _told_n(self, variance: float) -> float:
-        """A difference of means that noise does not make; its variance is that of one reading."""
+        """Least difference in N of two means that noise of this `variance` does not explain."""
         return ANSWER_SIGMAS * self._limits.noise_n * math.sqrt(variance)
 
     def _variance_of(self, ticks: int) -> float:
-        """Of the mean over so many ticks, as a share of that of one reading."""
+        """Variance of the mean over `ticks`, as a share of the variance of one reading."""
         limits = self._limits
         return min(1.0, limits.reading_s / (ticks * limits.period_s))

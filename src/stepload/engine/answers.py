@@ -1,6 +1,6 @@
 """Rule R6: the arm presses on, and the force does not answer.
 
-Apart from the step controller's own leash (`engine.anchor`), with means and filters of its own.
+Independent of the step controller's leash (`engine.anchor`), with its own means and filters.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from stepload.envelope.limits import RunLimits
 from stepload.record.rows import Phase
 
 TAUT_SHARE = 0.45
-"""Of the leash: from there on R6 waits for an answer."""
+"""Share of the leash beyond which R6 waits for an answer while the target stands."""
 MOST_SHARE = 1.1
-"""Of the leash: beyond it R6 waits whether the arm stands or not."""
+"""Share of the leash beyond which R6 waits for an answer while the target moves too."""
 STANDS_SHARE = 0.1
-"""Of the leash: an arm that was moved on by less since its last answer stands."""
+"""Share of the leash: an arm moved by less than this since its last answer counts as standing."""
 ANSWER_FILTER_S = 0.3
-"""Time constant of the force that R6 looks for an answer in."""
+"""Time constant of the filter on the force in which R6 looks for an answer."""
 
 _LOAD, _HOLD, _DWELL = int(Phase.LOAD), int(Phase.HOLD), int(Phase.DWELL)
 
@@ -30,11 +30,11 @@ def waits_from(moves: bool) -> float:
 
 
 class AnswerWatch:
-    """Travel in a load step since the force has answered.
+    """Tracks the travel in a load step since the force last answered.
 
-    It counts from the answer before the last, whose force and target are `answer_n` and `answer_m`:
-    the last may be one of noise. While the arm stands there is one answer and no more: noise would
-    give another, sooner or later.
+    Travel counts from the last answer but one, with force `answer_n` and target `answer_m`: the
+    last may be noise. An answer counts only if the arm has moved on since the one before: at rest,
+    noise would produce another sooner or later.
     """
 
     __slots__ = (
@@ -57,7 +57,7 @@ class AnswerWatch:
         self.rise_n = ANSWER_SIGMAS * limits.noise_n * math.sqrt(share)
 
     def rest(self, target_m: float, smooth_n: float, phase: int) -> None:
-        """Follow a tick that loads nothing; a hold and a dwell are averaged."""
+        """Update in a tick outside a load step; the force of a hold and a dwell is averaged."""
         self._dwelt = self._dwelt + 1 if phase == _DWELL else 0
         weight = self._alpha if phase == _HOLD and self._pressed else 1.0
         weight /= max(1, self._dwelt)
@@ -68,7 +68,7 @@ class AnswerWatch:
         self._pressed = phase in (_LOAD, _HOLD)
 
     def leash_n(self) -> float:
-        """What all of the leash from the answer comes to on something rigid, in N."""
+        """The force in N that travel over the whole leash would add on a rigid payload."""
         limits = self._limits
         room_n = limits.force_limit_n - self.answer_n - 6.0 * limits.noise_n
         return limits.leash_proved * room_n

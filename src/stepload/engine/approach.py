@@ -1,4 +1,4 @@
-"""Towards the surface: fast where nothing can be, guarded where it may be, and the touch itself."""
+"""Approach to the surface: fast where nothing can be, guarded where it may be, then the touch."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ RING_TIMEOUT_S = 2.0
 MEAN_S = 5.0
 """Time constant of the mean force in an approach: a zero moves slowly, a contact grows fast."""
 LISTEN_S = 0.5
-"""After so long without anything new from a force channel the approach stands, and says so."""
+"""Time in s without a new reading of a force channel after which the approach stands."""
 DEAF_SHARE = 0.9
 WORTH = 2.0
-"""Retracts of way from one zero of an approach to the next."""
+"""Least distance between two zeros taken in one approach, in retracts."""
 Zero = Callable[[float, Then, Then | None], None]
-"""Proves free air and takes the zero: (now_s, what follows, what follows where it touches)."""
+"""Proves free air and takes the zero: (now_s, what follows, what follows on contact)."""
 CIRCLE = "circle"
-"""Purpose of a touch beside the axis: it tells of the plate, and is none of those of a cycle."""
+"""Purpose of a touch beside the axis: it measures the plate, and belongs to no cycle."""
 
 
 class Approach:
     """Finds the surface, as often as it is asked to, and stays in touch with it.
 
     Args:
-        course: of the run.
+        course: state of the run.
         stopped: what to do when the operator stops the search.
         zero: proves free air, takes the zero anew, and goes on; see `Zeroing.take`.
-        tells: the force channels that must tell something new for the approach to go on.
+        tells: the force channels that must give new readings for the approach to go on.
     """
 
     def __init__(self, course: Course, stopped: Then, zero: Zero, tells: Tells) -> None:
@@ -61,7 +61,7 @@ class Approach:
         self._rung_out_s, self._dwelt = 0.0, 0
 
     def begin(self, now_s: float, purpose: str, touches: int, then: Then) -> None:
-        """Touch `touches` times, `then` go on in contact; `purpose` goes into the record."""
+        """Touch `touches` times, then call `then` in contact; `purpose` goes into the record."""
         self._purpose, self._left, self._then = purpose, touches, then
         self._zeroed = False
         self._mean_n, self._renews = 0.0, True
@@ -70,7 +70,7 @@ class Approach:
         self._fast_to_guarded(now_s)
 
     def beside(self, now_s: float, early_m: float, then: Then) -> None:
-        """Touch once to see how the plate lies, slow from `early_m` before the surface on."""
+        """Touch once beside the axis to measure the plate; slow for the last `early_m`."""
         self._purpose, self._left, self._then = CIRCLE, 1, then
         self._zeroed, self._renews = False, False
         self._early_m = early_m
@@ -123,9 +123,10 @@ class Approach:
         course.target_m -= self._lead.excess(course.target_m, position_m, limits.ahead_m)
 
     def _leash(self, now_s: float, resume: Then) -> None:
-        """In free air the target stays within reach of what a surface just ahead could bear.
+        """Limit how far the target runs ahead in free air; listen if a channel stays silent.
 
-        Ahead of where the arm is, and ahead of where the force channels have told something new.
+        The limit counts from the arm's position, and from the target up to which the force channels
+        have given new readings.
         """
         course = self._course
         leash_m = course.limits.leash_free_m
@@ -145,21 +146,21 @@ class Approach:
 
     @property
     def _deaf(self) -> bool:
-        """Whether next to nothing is left of the way that the force channels allow."""
+        """Whether the travel that the force channels allow is almost used up."""
         course = self._course
         return course.target_m > self._listening.heard_m + DEAF_SHARE * course.limits.leash_free_m
 
     def _stopping_m_s(self) -> float:
-        """The speed from which the target can stop where the force channels hold it up."""
+        """The highest speed from which the target can stop within what the force channels allow."""
         course, limits = self._course, self._course.limits
         room_m = self._listening.heard_m + limits.leash_free_m - course.target_m
         return math.sqrt(2.0 * limits.acceleration_m_s2 * max(0.0, room_m))
 
     def _listen(self, now_s: float, _step_s: float) -> None:
-        """Stand until the force channels have told something new; R4 may find one frozen before.
+        """Stand until every force channel has given a new reading.
 
-        It finds a sensor whose whole reading stands. One that is dead along the pressing axis alone
-        is found here.
+        R4 finds a sensor whose whole reading is frozen. One that is dead along the pressing axis
+        alone is found here.
         """
         if self._held_up(now_s):
             return
@@ -170,7 +171,7 @@ class Approach:
         self._end_if_silent(now_s - self._deaf_s)
 
     def _end_if_silent(self, silent_s: float) -> None:
-        """End the run where a channel has been silent for longer than a sound one is."""
+        """End the run where a channel has given nothing new for longer than a sound one would."""
         patience_s = LISTEN_S + self._listening.tells.patience_s
         if silent_s > patience_s:
             self._course.fail(
@@ -181,7 +182,7 @@ class Approach:
             )  # fmt: skip
 
     def _held_up(self, now_s: float) -> bool:
-        """Whether the approach does not go on in this tick, or not at all."""
+        """Whether the approach pauses in this tick, or has come to its end."""
         self._listening.hear(self._course.sup, self._course.target_m)
         return (
             self._touched(now_s)
@@ -191,9 +192,9 @@ class Approach:
         )
 
     def _zero_moved(self, now_s: float) -> bool:
-        """Go back and take the zero again where it has moved on a long way to the surface.
+        """Back off and take the zero again where it has drifted on a long approach.
 
-        Not before the way gained is worth what is lost by backing off: the zero moves meanwhile.
+        Only after more distance was gained than backing off costs: the zero drifts on meanwhile.
         """
         course, limits = self._course, self._course.limits
         self._mean_n += self._mean_share * (course.sup.smooth_n - self._mean_n)
@@ -207,7 +208,7 @@ class Approach:
         return True
 
     def _meet(self, now_s: float) -> None:
-        """Go for what was felt, with the zero as it is; it is left to the touch and to R11."""
+        """Approach what was felt, without a new zero; the touch test and R11 judge what it is."""
         self._renews = False
         self._begin_guarded(now_s)
 
@@ -245,9 +246,9 @@ class Approach:
         return True
 
     def _dwell(self, now_s: float, _step_s: float) -> None:
-        """Wait until the touch has rung out, and every force channel has shown that it lives.
+        """Wait until the touch has rung out and every force channel has given a new reading.
 
-        A touch may be one of noise: nothing is pressed on what a channel told before it.
+        A touch may be noise: no load is applied on the strength of readings from before it.
         """
         course, ring, listening = self._course, self._ring, self._listening
         force_n = course.sup.force_n
@@ -277,9 +278,9 @@ class Approach:
     def _part(self, now_s: float, step_s: float) -> None:
         """Back off by as many gaps as it takes until the force is gone, then touch again.
 
-        Force that is left there may be a zero that has moved on the long way to the surface. Once,
-        and within the drift that the limits allow for, it is proved to be no contact and taken as
-        the new zero.
+        Force that is left after a full retract may be a zero that drifted during the approach.
+        Once, and within the drift that the limits allow for, free air is proved and the zero taken
+        anew.
         """
         course = self._course
         if not course.rest_at_goal(now_s, step_s, REST_S):

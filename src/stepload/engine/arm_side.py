@@ -1,4 +1,4 @@
-"""What the arm's own wrench tells of force across the press."""
+"""Lateral force as measured by the arm's own force/torque estimate."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from stepload.rig.samples import SixFloats
 
 
 class ArmSide:
-    """Follows the two components across the press; `told` once the arm has told any.
+    """Filters the two lateral components; `told` is true once the arm has reported any.
 
     Args:
         alpha: share of a new reading in the smoothed force.
@@ -22,7 +22,7 @@ class ArmSide:
         self._x_n = self._y_n = self._zero_x_n = self._zero_y_n = 0.0
 
     def take(self, wrench: SixFloats) -> bool:
-        """Smooth the newest wrench; False where it is no number, although it has been one."""
+        """Filter the newest wrench; False if it is not finite although an earlier one was."""
         x_n, y_n = wrench[0], wrench[1]
         if not (x_n - x_n == 0.0 and y_n - y_n == 0.0):
             return not self.told
@@ -33,10 +33,10 @@ class ArmSide:
         return True
 
     def tare(self) -> None:
-        """Take what is smoothed now for zero."""
+        """Use the present filtered force as zero."""
         self._zero_x_n, self._zero_y_n = self._x_n, self._y_n
 
     @property
     def across_n(self) -> float:
-        """Smoothed force across the press since `tare`."""
+        """Magnitude in N of the filtered lateral force less its zero."""
         return math.hypot(self._x_n - self._zero_x_n, self._y_n - self._zero_y_n)

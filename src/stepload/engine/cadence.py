@@ -72,7 +72,7 @@ class Cadence:
             if late_s:
                 self._count(late_s, period_s)
             force, arm, displacement, second = read(begin_s)
-            now_s = now()  # after what was drained: no honest sample is later than its tick
+            now_s = now()  # taken after the drain: no valid sample is later than its tick
             target_m, done = tick(now_s, force, arm, displacement, second)
             if target_m == target_m:
                 self.busy = "the arm's command"
@@ -135,7 +135,7 @@ class Cadence:
         return force, arm, displacement, second
 
     def _ask_held(self, now_s: float) -> None:
-        """Before anything is commanded: where the arm's controller holds it."""
+        """Before the first command: ask the arm where its controller holds it."""
         self.busy = "arm"
         try:
             self._engine.course.held_m = held_m = self._rig.arm.held_m()

@@ -1,4 +1,4 @@
-"""A cautious figure for how far the arm must go for one more newton."""
+"""A cautious estimate, from below, of the tangent compliance dx/dF."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 CONFIDENCE = 3.0
 FORGET_SHARE = 0.2
-"""Data are forgotten over this share of the present force, as travel."""
+"""Data are forgotten over the travel in which the force changes by this share of itself."""
 POINTS_PER_MEMORY = 20.0
 LEAST_MEMORY_QUANTA = 8.0
 

@@ -5,9 +5,9 @@ tangent compliance; c is a lower confidence bound of it. F_level rises along a r
 load rate, so that what is measured on the way is close to static. The leash bounds the target by
 what the force has *proved* so far (`engine.anchor`): even if every link died now, the arm would go
 to the last target and the force would stay below F_lim, on a payload no stiffer than it is believed
-to be, and on a rigid one below `leash_proved` times that, each but for a step of the position; a
-dead reading that rises by itself, fast or in jumps, is the exception (`dead_drift`). Nor does the
-target run so far ahead of an arm that does not follow that a sudden step of it would bring the true
+to be, and on a rigid one below `leash_proved` times that, each apart from a step of the position.
+The exception is a dead channel whose reading drifts fast or jumps (`dead_drift`). Nor may the
+target run so far ahead of an arm that does not follow that a sudden catch-up would bring the true
 force above F_c.
 """
 
@@ -24,7 +24,7 @@ from stepload.envelope.press import NOISE_MULTIPLE
 from stepload.envelope.pressing import LONGEST_STALL_S
 
 STIFFENING = 0.75
-"""(n − 1)/n for the largest exponent that is looked ahead for, n = 4."""
+"""(n − 1)/n for the largest exponent that the look-ahead covers, n = 4."""
 LOOK_AHEAD = 0.3
 """Share of the remaining error that the look-ahead covers."""
 
@@ -71,11 +71,11 @@ class StepController:
     ) -> None:  # fmt: skip
         """Aim at `level_n` from rest at this settled force and position; `sign` −1 unloads.
 
-        `rested_n` is the mean force of the rest, where it is known: the force that made a touch is
-        one of the higher ones that noise gives, and a soft payload would have to rise above it.
+        `rested_n` is the mean force at rest, NaN where it is unknown: the force that triggered a
+        touch is biased upwards by noise, and a soft payload would have to rise above it.
 
-        A change of direction or a new contact forgets the measured compliance. Where the last level
-        was given up its leash goes on: the force has proved nothing since.
+        A change of direction or a new contact discards the measured compliance. After a level that
+        was given up the leash continues where it was: the force has proved nothing since.
         """
         given_up = same_contact and not self.reached and sign == self._sign > 0.0
         self._trusted = self._trusted and sign == self._sign > 0.0 and same_contact
@@ -178,7 +178,7 @@ class StepController:
         return target
 
     def _end_m(self, from_m: float, from_n: float, share: float) -> float:
-        """The end of so much of the leash, tied to where this force was."""
+        """End in m of this share of the leash, from position `from_m` with force `from_n`."""
         limits = self._limits
         room_n = limits.force_limit_n - from_n - self._leash_sigmas * limits.noise_n
         return from_m + (share * room_n / limits.stiffness_n_per_m if room_n > 0.0 else 0.0)

@@ -1,4 +1,4 @@
-"""Where a run is, and what the parts of its order share."""
+"""The state of a run, shared by the parts of its order."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from stepload.record.outcome import Tare, Touch
 from stepload.record.rows import Phase
 
 Act = Callable[[float, float], None]
-"""What is done in each tick of a phase: (now_s, step_s)."""
+"""What a phase does in each tick: (now_s, step_s)."""
 Then = Callable[[float], None]
-"""What comes after a part of the order: (now_s)."""
+"""What follows a part of the order: (now_s)."""
 ZERO_SHARE = 0.5
-"""Of the cross-check tolerance: so far the zero of the second channel may move over a run."""
+"""Share of the cross-check tolerance by which the second channel's zero may drift over a run."""
 Emit = Callable[[float, str, dict[str, object]], None]
 
 
@@ -35,12 +35,13 @@ class Failure(NamedTuple):
 class Course:
     """The present phase and what has been found so far.
 
-    `act` is done in each tick, `target_m` is what is asked of the arm (NaN until it has said where
-    it is), `held_m` where its controller said before that it holds it (NaN: it did not), `shift_m`
-    what is asked of it across its approach, `speed_m_s` the speed of the target, `goal_m` where
-    `move` and `rest_at_goal` go to. `surface_m` is the position of the last touch, NaN before, and
-    `dwelt_n` the mean force in contact after it. `failure` is set when the run cannot go on, `done`
-    when it has come to its end, `interrupted` when the operator ended it.
+    `act` is called in each tick. `target_m` is the commanded position (NaN until the arm has
+    reported its own), `held_m` the position at which its controller reported to hold it before the
+    first command (NaN: it did not), `shift_m` the commanded shift across the approach, `speed_m_s`
+    the speed of the target, `goal_m` where `move` and `rest_at_goal` go to. `surface_m` is the
+    position of the last touch, NaN before, and `dwelt_n` the mean force in contact after it.
+    `failure` is set when the run cannot go on, `done` when it has come to its end, `interrupted`
+    when the operator ended it.
     """
 
     def __init__(
@@ -80,7 +81,7 @@ class Course:
 
     @property
     def believed_m(self) -> float:
-        """Where the arm is: as measured, within a retract of its target.
+        """The measured position, limited to within a retract of the target.
 
         A measured position that is further away is wrong, or the arm does not follow; either way
         it must not lead the arm, least of all towards the surface.
@@ -92,10 +93,10 @@ class Course:
 
     @property
     def release_m(self) -> float:
-        """Position at which the contact is surely open, as far as it is known; behind the target.
+        """Position at which the contact is surely open: a retract behind arm, target and surface.
 
-        A run that is stopped at its start pose goes back from there too: what the arm believes is
-        no reason not to retract, so the start pose needs that much room behind it.
+        A run that is stopped at its start pose retracts from there too, whatever position the arm
+        reports, so the start pose needs that much room behind it.
         """
         known_m = self.believed_m
         for behind_m in (self.target_m, self.surface_m):
@@ -105,7 +106,7 @@ class Course:
 
     @property
     def may_be_zero(self) -> bool:
-        """Whether what both channels read may be a drift since the first zero of the run."""
+        """Whether the readings of both channels may be zero drift since the run's first tare."""
         sup, limits, first, last = self.sup, self.limits, self.tares[0], self.tares[-1]
         moved_n = sup.smooth_n + last.mean_n - first.mean_n
         if not abs(moved_n) <= self.plan.max_drift_n:
@@ -119,7 +120,7 @@ class Course:
         return self.plan.retract_m
 
     def step(self, now_s: float, step_s: float) -> float:
-        """One tick; the target in m."""
+        """Run one tick; returns the target in m."""
         self.act(now_s, step_s)
         return self.target_m
 
@@ -138,16 +139,16 @@ class Course:
         )  # fmt: skip
 
     def fail(self, reason: str, value: float, limit: float, unit: str, message: str) -> None:
-        """The run cannot go on."""
+        """Record that the run cannot go on, and why."""
         self.failure = Failure(reason, value, limit, unit, message)
 
     def finish(self, now_s: float) -> None:
-        """The run has come to its end; the target stays."""
+        """End the run; the target stays."""
         self.done = True
         self.enter(Phase.DONE, now_s, self._stand)
 
     def stop_asked(self) -> bool:
-        """Whether the operator wants the run to end after this step."""
+        """Whether the operator has asked for the end; if so the run counts as interrupted."""
         if self.operator.stop_level:
             self.interrupted = True
             return True
@@ -172,7 +173,7 @@ class Course:
         return False
 
     def aim(self, goal_m: float) -> None:
-        """Go for this position from now on."""
+        """Set the goal of `move` and `rest_at_goal`."""
         self.goal_m = goal_m
         self._rest_from_s = math.nan
 

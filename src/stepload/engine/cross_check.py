@@ -1,12 +1,12 @@
-"""Do the two force channels agree, and does one stand while the other moves? For R5 and R4.
+"""Comparison of the two force channels: do they differ (R5), does one stand still (R4)?
 
-The channels have delays and periods of their own: while the force moves, what they read in one tick
-is not of one moment. But over the last `skew_s`, which covers delays and periods, both have read
-the same stretch of time, so the ranges of their readings overlap unless one of them errs. The gap
-between the ranges is the difference: motion makes none, a wrong channel does.
+The channels have different delays and periods: while the force moves, their readings in one tick
+are not of the same moment. But over the last `skew_s`, which covers delays and periods, both have
+read the same stretch of time, so the ranges of their readings overlap unless one of them errs. The
+gap between the ranges is the difference: motion makes none, a wrong channel does.
 
-A channel that repeats itself tells nothing new, however often it is sampled: its information is as
-old as its last change. How far the other one has moved since then shows whether it is frozen.
+A channel that repeats its reading gives no new information, however often it is sampled. How far
+the other one has moved since its last change shows whether it is frozen.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class _Range:
         self._n = math.nan
 
     def add(self, reading_n: float) -> tuple[float, float]:
-        """Take a reading in; (lowest, highest), one of which noise alone would make is narrowed."""
+        """Add a reading; (lowest, highest) less the noise, both the middle if nothing is left."""
         readings, at = self._readings, self._at
         if self._n != self._n:
             self._n = self._low_n = self._high_n = reading_n
@@ -57,14 +57,14 @@ class _Range:
 
 
 class Standing:
-    """How far the main channel has moved while the second one has stood; `moved_n` says it.
+    """How far the main channel has moved while the second one stood still, as `moved_n` in N.
 
-    In any while of `skew_s` a sound second sensor has looked at the force once at least. So where
-    the main one has read above a level for as long, the second has seen that level, and where it
-    has read below another one, that too: the difference of the two is what it has seen and not
-    shown. What came and went between two of its looks counts for nothing. The first such while
-    begins `skew_s` after the second's last change, and `FILTERS` time constants later, when the
-    filter has forgotten what was before.
+    Within any window of `skew_s` a sound second sensor has sampled the force at least once. So
+    where the main one has read above a level for that long, the second has sampled at least that
+    level, and likewise below another one: the difference of the two is what it should have shown.
+    What came and went between two of its samples does not count. The first window begins `skew_s`
+    after the second's last change, and `FILTERS` time constants later, when the filter has
+    forgotten what was before.
 
     Args:
         period_s: of the tick.
@@ -115,11 +115,11 @@ class Standing:
 
 
 class CrossCheck:
-    """Ranges of both channels over the last while; `difference_n` is the gap between them.
+    """Ranges of both channels over the last `skew_s`; `difference_n` is the gap between them.
 
     Args:
         period_s: of the tick.
-        skew_s: bound on how much older what one channel tells may be than what the other tells.
+        skew_s: upper bound on how much older one channel's reading may be than the other's.
         filter_s: time constant of the filter on each channel.
         noise_n: noise (sd) of one reading of the main and of the second channel.
     """

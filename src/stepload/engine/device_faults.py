@@ -12,9 +12,9 @@ from stepload.rig.device import Device, Identity
 
 
 class DeviceFaults:
-    """Faults of a run's devices, in words, and what they do to the run.
+    """Turns faults of a run's devices into text, and ends the run because of them.
 
-    `errors` keeps what devices raised, once for each.
+    `errors` keeps the first error that each device raised.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class DeviceFaults:
                 yield f"{self._name(role)}: {fault}"
 
     def _name(self, role: str) -> str:
-        """The role, and what tells the device from another one of its kind."""
+        """The role, with driver and serial number where the device's identity is known."""
         identity = self._identities.get(role.replace(" ", "_"))
         if identity is None:
             return role

@@ -1,9 +1,9 @@
 """Whether the first loading has gone far enough, or cannot become far enough.
 
-Looked at once per level, after its hold, by the deformation alone: how stiff the payload seems is
-never asked, nor how well a law fits. The errors that matter most are the same for all levels (the
-system stiffness, the smooth error of the travel), so a run that ends earlier for them is no more
-often wrong than one that does not end.
+Judged once per level, after its hold, by the deformation alone; neither the apparent stiffness nor
+the quality of a fit is used. The errors that matter most are the same for all levels (the system
+stiffness, the smooth error of the travel), so a run that ends early is no more often wrong than one
+that does not.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from stepload.envelope.until import Need, Until
 from stepload.evidence.chord import REFERENCE_SHARE
 
 SURE = 2.0
-"""Standard uncertainties that a deformation is given before it is called too small for good."""
+"""Standard uncertainties added to a deformation before it is judged too small for good."""
 
 
 class Verdict(StrEnum):
-    """What a level says; values are stable, they are written to records."""
+    """Verdict after a level; values are stable, they are written to records."""
 
     MORE = "more"
     ENOUGH = "enough"
@@ -38,19 +38,19 @@ class Held(NamedTuple):
 
 
 class Reach(NamedTuple):
-    """A level that is still to come and the deformation that it may have at the most."""
+    """A level that is still to come, and the largest deformation possible there."""
 
     need: Need
     most_m: float
 
     @property
     def share(self) -> float:
-        """Of the deformation without which that level cannot be enough."""
+        """That deformation as a share of the least with which the level can be enough."""
         return self.most_m / self.need.least_m
 
     @property
     def text(self) -> str:
-        """Why that is too little, where it is: the end of a sentence."""
+        """The end of a sentence that says why that deformation is too little."""
         level_n, least_m = self.need.level_n, self.need.least_m
         if math.isinf(least_m):
             return (
@@ -65,10 +65,10 @@ class Reach(NamedTuple):
 
 
 def nearest(needs: Sequence[Need], index: int, deformation_m: float) -> Reach | None:
-    """The level left that comes nearest to what it needs; None after the last.
+    """The remaining level that comes nearest to its needed deformation; None after the last.
 
-    At a higher force a contact that is loaded for the first time is never softer: its deformation
-    grows at the most in proportion to the force.
+    A contact that is loaded for the first time is never softer at a higher force: its deformation
+    grows at most in proportion to the force.
 
     Args:
         needs: of every level.
@@ -82,7 +82,7 @@ def nearest(needs: Sequence[Need], index: int, deformation_m: float) -> Reach | 
 
 
 def judge(needs: Sequence[Need], index: int, deformation_m: float) -> Verdict:
-    """What the deformation at a level says; arguments as those of `nearest`."""
+    """The verdict on the deformation at a level; arguments as for `nearest`."""
     if needs[index].is_enough(index, deformation_m):
         return Verdict.ENOUGH
     reach = nearest(needs, index, deformation_m)
@@ -90,7 +90,7 @@ def judge(needs: Sequence[Need], index: int, deformation_m: float) -> Verdict:
 
 
 class FarEnough:
-    """The first loading as its touch and its holds tell it.
+    """The first loading, as measured at its touches and its holds.
 
     Args:
         until: what every level needs.
@@ -101,11 +101,11 @@ class FarEnough:
         self._points: list[Held] = []
 
     def touched(self, force_n: float, position_m: float) -> None:
-        """The loading begins here, or goes on after the contact was opened."""
+        """Add a touch: the loading begins, or resumes after the contact was opened."""
         self._points.append(Held(force_n, position_m))
 
     def held(self, force_n: float, position_m: float) -> float:
-        """Take a hold in; the payload's deformation in m from 10 % of its force to it."""
+        """Add a hold; the payload's deformation in m from 10 % of its force to its force."""
         self._points.append(Held(force_n, position_m))
         forces, positions = (np.array(column) for column in zip(*self._points, strict=True))
         order = np.argsort(forces, kind="stable")

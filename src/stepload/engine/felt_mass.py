@@ -1,4 +1,4 @@
-"""The mass that a force channel feels when the arm shakes, and what it says of the channel."""
+"""The mass that a force channel measures when the arm shakes, and the verdict on the channel."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from stepload.engine.lock_in import ComplexArray
 from stepload.envelope.shake import HALF_WIDTH, Shake, ShakenChannel
 
 ROUGH_GAIN = 0.3
-"""The felt mass may differ by so much from the stated one, as a share of it."""
+"""Largest difference allowed between measured and stated mass, as a share of the stated one."""
 ACROSS = 0.5
-"""So much of the stated mass, felt across the axis in place of along it, is another axis."""
+"""Share of the stated mass that, measured across instead of along the axis, means a wrong axis."""
 TURNED = math.tan(math.radians(30.0))
-"""So much of what is felt in phase, felt a quarter of a cycle away from it, is a delay: late
-readings look weaker than they are, then reversed, and no sign can be told from them."""
+"""Ratio of the quadrature part to the in-phase part that means a delay: late readings look weaker
+than they are, then reversed, and their sign cannot be determined."""
 NAMES = ("fx", "fy", "fz")
 
 
 @dataclass(frozen=True, slots=True)
 class FeltMass:
-    """What one channel has felt, as shares of the mass that the plan states.
+    """The mass that one channel measured, as shares of the mass that the plan states.
 
-    `along` is felt along the pressing axis, in phase with the acceleration and positive in the
-    sense of pressing; `half_width` is that of its 99 % interval. `late_rad` is by how much of a
-    cycle the force comes later than the acceleration, from 0 to 2 pi, and `size` the share whatever
-    its phase. `across` is the largest share across the axis with its sign, and `across_axis` names
-    that component as a plan would; "" for a channel of one component.
+    `along` is measured along the pressing axis, in phase with the acceleration and positive in the
+    sense of pressing; `half_width` is that of its 99 % interval. `late_rad` is the phase lag of the
+    force behind the acceleration, from 0 to 2 pi, and `size` the magnitude whatever its phase.
+    `across` is the largest share across the axis with its sign, and `across_axis` names that
+    component as a plan would; "" for a channel of one component.
     """
 
     channel: ShakenChannel
@@ -48,13 +48,13 @@ class FeltMass:
 
     @property
     def turned(self) -> bool:
-        """Whether what is felt comes neither with the acceleration nor against it."""
+        """Whether the force is neither in phase nor in antiphase with the acceleration."""
         aside = abs(self.size * math.sin(self.late_rad))
         return aside > ROUGH_GAIN and aside > TURNED * abs(self.along)
 
     @property
     def told(self) -> bool:
-        """Whether the shake was felt well enough to say anything."""
+        """Whether the mass was measured precisely enough for any verdict."""
         return self.half_width <= HALF_WIDTH * max(1.0, abs(self.along))
 
     @property

@@ -1,6 +1,6 @@
-"""What a simulated payload really does on its first loading: the truth that a result is held to.
+"""The true first loading of a simulated payload, with which results are compared.
 
-All of it without creep: what the contact does at once. Deformations count from the surface of the
+Creep is left out: this is the instantaneous response. Deformations count from the surface of the
 smooth body, which is the mean plane of a rough one.
 """
 

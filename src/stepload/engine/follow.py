@@ -1,7 +1,7 @@
 """Does the arm follow its target? A command link may stall, and deliver at once what it held back.
 
-The arm then catches up at a speed that nobody commanded. So the target does not run ahead of an
-arm that stands still by more than such a step may be.
+The arm then catches up faster than was commanded. So the target does not lead an arm that stands
+still by more than is allowed for such a step.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ LEAD_FILTER_S = 0.5
 class Lead:
     """How far the target leads the measured position: servo lag, lost motion, kinematic error.
 
-    What is known of it is not learned from an arm that does not follow.
+    The lead is not updated while the arm does not follow.
     """
 
     __slots__ = ("_lead_m", "_share")
@@ -23,7 +23,7 @@ class Lead:
         self._lead_m = 0.0
 
     def begin(self, lead_m: float) -> None:
-        """Take this lead for that of an arm that follows."""
+        """Use this lead as that of an arm that follows."""
         self._lead_m = lead_m
 
     def excess(self, target_m: float, position_m: float, allowed_m: float) -> float:

@@ -1,4 +1,4 @@
-"""What force is left on the payload after the loop has ended, as far as the force sensor tells."""
+"""The force left on the payload after the loop has ended, as read by the force sensor."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ WINDOW_S = 0.05
 LOOK_S = 0.1
 """A sensor that does not come back by then has hung: the arm must not wait for it."""
 NOT_THE_FORCE = frozenset({"", "R3", "R7", "device", "loop", "hang"})
-"""After a stop by another rule the force channels are in doubt: what they say proves nothing."""
+"""Causes of a stop that leave the force channels trusted; after others they prove nothing."""
 
 
 class ForceLeft:
@@ -28,7 +28,7 @@ class ForceLeft:
         self.force_n = engine.supervisor.smooth_n
 
     def look(self) -> None:
-        """Never raises and never hangs: a sensor that is gone tells nothing new."""
+        """Read new samples, if the sensor still delivers any; never raises and never hangs."""
         cause = self._engine.cause
         if cause is not None and cause.rule == "hang":  # another thread is still in a device
             return
@@ -37,7 +37,7 @@ class ForceLeft:
         self._looking = threading.Thread(target=self._take, name="force left", daemon=True)
         try:
             self._looking.start()
-        except RuntimeError:  # no thread to be had
+        except RuntimeError:  # no thread can be started
             return
         self._looking.join(LOOK_S)
 
@@ -64,7 +64,7 @@ class ForceLeft:
 
     @property
     def proven(self) -> bool:
-        """Whether the reading is of now, sound, tared, and not what the run was stopped for."""
+        """Whether the reading is recent, sound, tared, and not itself the cause of the stop."""
         engine = self._engine
         rule = engine.cause.rule if engine.cause else ""
         fresh = self.age_s <= engine.limits.stale_force_s
@@ -77,7 +77,7 @@ class ForceLeft:
 
     @property
     def still_on(self) -> bool:
-        """Whether the sensor proves that it is not."""
+        """Whether the sensor proves that the contact is still closed."""
         return self.proven and abs(self.force_n) > self._engine.limits.touch_force_n
 
     @property

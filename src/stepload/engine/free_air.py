@@ -1,7 +1,8 @@
 """Proof, before a zero is taken, that nothing touches.
 
-A tare in contact would take that contact's force off every later reading, and nothing could see it
-any more. So the arm backs off, which is always safe: force that changes by it was contact.
+A tare in contact would subtract that contact's force from every later reading, and nothing could
+detect it any more. So the arm backs off, which is always safe: force that changes with it was
+contact.
 """
 
 from __future__ import annotations
@@ -16,18 +17,18 @@ from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
 
 LOOK_S = 0.2
-"""Each look at the force, before and after backing off: ten periods of 50 Hz mains."""
+"""Duration of each measurement, before and after backing off: ten periods of 50 Hz mains."""
 FREE_SIGMAS = 6.0
 ALLOWED_SHARE = 0.5
-"""Of the drift and of the cross-check tolerance that F_lim leaves room for: changes below it pass
-as none, for sensors are not ideal at rest."""
+"""Share of the allowed drift and cross-check tolerance below which a change counts as none, since
+sensors are not ideal at rest."""
 
 
 class FreeAir:
-    """Looks at both force channels, backs off by the plan's retract, and looks again.
+    """Reads both force channels, backs off by the plan's retract, and reads them again.
 
     Args:
-        course: of the run.
+        course: state of the run.
         stopped: what to do when the operator stops the run here.
     """
 
@@ -40,10 +41,10 @@ class FreeAir:
         self._before: Tare | None = None
 
     def prove(self, now_s: float, then: Then, touching: Then | None = None) -> None:
-        """Back off; `then` go on if nothing touched, else `touching`, or end the run without it.
+        """Back off; call `then` if nothing touched, else `touching`; without that end the run.
 
-        With `touching` on the way to a surface even a little that goes with the way is contact: a
-        payload that is much softer than planned gives way by more than the retract.
+        With `touching`, in an approach, a smaller change already counts as contact: a payload much
+        softer than planned is still compressed after the retract.
         """
         self._then, self._touching = then, touching
         self._window = TareWindow()

@@ -1,9 +1,9 @@
-"""Looks from a thread of its own whether the loop still turns, and acts where it does not.
+"""Watches from a separate thread whether the loop still runs, and makes the rig safe if not.
 
-A driver that does not return from `drain` or `command` holds up the loop, and with it the
-supervisor and the operator's keys. Then the rig is made safe from here, the arm first; after that
-a signal calls the main thread back out of what it waits for. Where even that does not help (a
-call that never returns to Python) the process ends: the record's writer lives on and closes it.
+A driver that does not return from `drain` or `command` blocks the loop, and with it the supervisor
+and the operator's keys. Then the rig is made safe from here, the arm first; after that a signal
+interrupts the call that the main thread waits in. Where even that does not help (a call that never
+returns to Python) the process ends: the record's writer lives on and closes the record.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from types import FrameType
 
 LOOK_S = 0.25
 LOOKS = 4
-"""So many looks without a tick: a host that slept for long is seen once, a hung call each time."""
+"""Checks in a row without a tick that mean a hang; a host that was suspended fails only one."""
 LEAVE_S = 5.0
 EXIT_CODE = 4
 
@@ -40,7 +40,7 @@ def hang_watch(
     Args:
         ticks: a count that rises as long as the loop turns.
         rescue: makes the rig safe; called from another thread, once.
-        lost: the last words where the main thread cannot be called back.
+        lost: gives the error message for a main thread that cannot be interrupted.
     """
     over = threading.Event()
 

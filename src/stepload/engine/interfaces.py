@@ -1,4 +1,4 @@
-"""What a run needs of the rig and of the record: the open devices, and where its rows go."""
+"""Protocols of what a run needs: the open devices of a rig, and the sink of its record."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 
 
 class RecordSink(Protocol):
-    """What the loop pushes into; nothing here may block."""
+    """Where the loop writes samples, ticks and events; nothing here may block."""
 
     force: Callable[[ForceSample], None]
     second_force: Callable[[ForceSample], None]
@@ -21,7 +21,7 @@ class RecordSink(Protocol):
     tick: Callable[[TickRow], None]
 
     def event(self, time_s: float, kind: str, data: Mapping[str, object]) -> None:
-        """Something happened."""
+        """Record an event."""
         ...
 
     def problem(self) -> str:

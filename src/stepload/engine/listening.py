@@ -1,7 +1,8 @@
-"""How far an approach may go on what the force channels have told last.
+"""How far an approach may go after the last new readings of the force channels.
 
-A channel that repeats itself tells nothing new. While it does, another one that is dead behind
-live noise would go unseen, and the arm would press until equal samples tell.
+A channel that repeats its reading gives no new information. Meanwhile another one that is dead
+behind live noise would go unnoticed, and the arm would press until the rule on equal samples (R4)
+trips.
 """
 
 from __future__ import annotations
@@ -15,14 +16,14 @@ from stepload.envelope.unseen import Tells
 
 
 class Listening:
-    """Follows what the channels tell in an approach.
+    """Tracks where the channels gave new readings in an approach.
 
-    A reading is of where the target was by its lateness ago: of that and no more it tells.
+    A reading shows the force at the target of one delay ago, and nothing later.
 
     Args:
-        tells: which channels are listened to.
-        main_late, second_late: ticks from a target to readings of either channel that show where it
-            took the arm; no reading is later.
+        tells: the channels that must give new readings.
+        main_late, second_late: upper bounds in ticks on the delay from a target to the channel's
+            readings there.
     """
 
     __slots__ = (
@@ -40,7 +41,7 @@ class Listening:
         self._main_spoke = self._second_spoke = False
 
     def begin(self, target_m: float) -> None:
-        """The target has gone back to here. That the contact is open here is not believed of it."""
+        """Restart from a target that has gone back; the contact is not assumed to be open."""
         self._targets_m.clear()
         self._targets_m.append(target_m)
         if self.tells.main and target_m < self._main_m:
@@ -49,13 +50,13 @@ class Listening:
             self._second_m = target_m
 
     def ask(self) -> None:
-        """From now on `answered` says whether every channel has told something of from now on."""
+        """From now on `answered` says whether every channel has a new reading of a later moment."""
         self._asked = 0
         self._main_spoke, self._second_spoke = not self.tells.main, not self.tells.second
 
     @property
     def answered(self) -> bool:
-        """Whether every channel has told something new since it was asked for."""
+        """Whether every channel has given a new reading of a moment after `ask` was called."""
         return self._main_spoke and self._second_spoke
 
     def hear(self, sup: Supervisor, target_m: float) -> None:
@@ -77,13 +78,13 @@ class Listening:
                 self._second_m = sensed_m
 
     def _back(self, late: int) -> float:
-        """The target so many ticks ago, or where it began."""
+        """The target `late` ticks ago, or the oldest one known."""
         targets_m = self._targets_m
         return targets_m[-1 - late] if late < len(targets_m) else targets_m[0]
 
     @property
     def heard_m(self) -> float:
-        """The target up to which every one of them has told something new; inf without any."""
+        """The target up to which every channel has given new readings; inf if none has to."""
         return self._main_m if self._main_m < self._second_m else self._second_m
 
     @property
@@ -94,7 +95,7 @@ class Listening:
 
 
 def listening_of(limits: RunLimits, tells: Tells) -> Listening:
-    """For channels as late as a plan says."""
+    """A `Listening` with the delays of these limits."""
     main_s, second_s = limits.reaction_s, limits.second_late_s
     main, second = (math.ceil(late_s / limits.period_s - 1e-9) for late_s in (main_s, second_s))
     return Listening(tells, main, second)

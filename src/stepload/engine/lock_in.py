@@ -1,4 +1,4 @@
-"""How far a channel swings with a known frequency, cycle by cycle, whatever else it does."""
+"""Lock-in detection: a channel's amplitude at a known frequency, cycle by cycle."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 
 LEAST_READINGS = 8
-"""Of one cycle; fewer tell no amplitude beside offset and drift."""
+"""Least number of readings in a cycle to fit an amplitude besides offset and drift."""
 
 
 class LockIn:
-    """Takes the readings of one channel in and tells the amplitudes of each cycle.
+    """Collects the readings of one channel and fits the amplitudes of each cycle.
 
     Args:
-        omega_rad_s: of the swing.
+        omega_rad_s: angular frequency of the shake.
         components: how many numbers a reading has.
     """
 
@@ -30,12 +30,12 @@ class LockIn:
         self._amplitudes: list[ComplexArray] = []
 
     def add(self, time_s: float, values: tuple[float, ...]) -> None:
-        """Take one reading in; times may be of any origin, the same for channels to compare."""
+        """Add one reading; times may have any origin, the same for channels to be compared."""
         self._times.append(time_s)
         self._values.append(values)
 
     def end_cycle(self) -> None:
-        """The readings since the last call are one cycle."""
+        """Fit the readings since the last call as one cycle."""
         self._amplitudes.append(self._fit())
         self._times.clear()
         self._values.clear()
@@ -47,7 +47,7 @@ class LockIn:
 
     @property
     def amplitudes(self) -> ComplexArray:
-        """Complex amplitudes, shape (cycles, components); NaN where there was too little to see."""
+        """Complex amplitudes, shape (cycles, components); NaN where there were too few readings."""
         return np.array(self._amplitudes).reshape(-1, self._components)
 
     def _fit(self) -> ComplexArray:

@@ -75,7 +75,7 @@ class _Run:
                 self.cadence.run()
         except LoopHungError:
             pass
-        except BaseException as error:  # the arm is made safe before anything else is thought of
+        except BaseException as error:  # the arm is made safe before anything else
             message = in_words(error)
             self.errors.append(message)
             self.engine.trip(Cause("loop", 1.0, 0.0, "", 0.0, self.rig.clock.now_s(), message))
@@ -93,7 +93,7 @@ class _Run:
             make_safe([ask], self.engine.operator)
 
     def outcome(self) -> RunOutcome:
-        """What the run came to."""
+        """The outcome of the run."""
         engine, course = self.engine, self.engine.course
         status, retracted = self._status(), engine.safe_reached or course.done
         signal_number = engine.operator.signal_number
@@ -111,7 +111,7 @@ class _Run:
             peak_force_n=engine.peak_force_n,
             zero_shift_n=course.zero_shift_n,
             levels_done=course.levels_done,
-            cycle=max(course.cycle, 1),  # touches on a circle are of none
+            cycle=max(course.cycle, 1),  # touches on a circle belong to no cycle
             touches=tuple(course.touches),
             tares=tuple(course.tares),
             lateness=self.cadence.lateness,
@@ -142,7 +142,7 @@ class _Run:
         self.safing = make_rig_safe(self.engine, self.rig, self.errors, self.say)
 
     def _last_words(self) -> str:
-        """Why the run stopped, where the main thread does not come back to say so."""
+        """The final error message, for a main thread that cannot be interrupted."""
         self.engine.operator.on_lost()
         return why_it_stopped(
             RunStatus.STOPPED, self.engine.cause, False, "", self.safing, self.start_s,
@@ -151,7 +151,7 @@ class _Run:
 
 
 def _record_end(record: RecordSink, engine: Engine, outcome: RunOutcome) -> None:
-    with suppress(BaseException):  # what the run came to must not be lost with the record's end
+    with suppress(BaseException):  # the outcome must not be lost with the record's end
         for event in engine.events:
             record.event(*event)
         for action in outcome.safing:

@@ -1,6 +1,6 @@
 """How near each rule is to stopping the run: a share of its limit, 1 where it trips.
 
-For people who watch; the supervisor alone judges.
+For display only; the supervisor alone judges.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ MEANING = {
     "R14": "touched beside the axis",
     "CAP": "speed in contact",
 }
-"""What each is about, in a word or three."""
+"""What each rule is about, in a few words."""
 
 
 def margins(
@@ -41,12 +41,12 @@ def margins(
 ) -> dict[str, float]:
     """The share of its limit that each rule has used; those that do not judge now are left out.
 
-    R5 and R6 also wait for a time: they may stand at 1 for as long without a stop. R1 and R2 are
-    judged for the whole force where the plate pushes sideways too.
+    R5 and R6 also wait for a time: they may stay at 1 or above for that long without a stop. R1 and
+    R2 are judged for the resultant where there is lateral force too.
 
     Args:
-        supervisor: after its look at the tick of `now_s`.
-        limits: in force.
+        supervisor: after it has judged the tick of `now_s`.
+        limits: the thresholds in use.
         phase: of the tick.
     """
     sup, motion = supervisor, supervisor.motion
@@ -112,7 +112,7 @@ def margins(
 
 
 def _share(value: float, limit: float) -> float:
-    """What of a limit is used; where there is no room left, anything is all of it."""
+    """Used share of a limit; where the limit is not positive, any positive value is 1."""
     return _largest(value / limit if limit > 0.0 else float(value > 0.0))
 
 

@@ -14,21 +14,21 @@ LEAST_PROGRESS_M = 5e-6
 PROGRESS_SHARE = 0.25
 """An approach at this share of the guarded speed still counts as progress; touches use half."""
 REST_S = 0.1
-"""An arm whose target rests for so long has come to rest where its commands put it."""
+"""Time in s for which a target must rest before the arm counts as at rest."""
 STILL_SHARE = 0.25
-"""Of its commanded travel an arm must be seen to go; less is none."""
+"""Share of its commanded travel that an arm must be seen to move; less counts as standing."""
 SEARCHING = (int(Phase.FAST_APPROACH), int(Phase.GUARDED_APPROACH))
 
 
 class MotionWatch:
-    """A model of the arm that follows the targets, and what was seen of it.
+    """Compares the measured positions with a model of the arm that follows the targets.
 
     `speed_m_s` is the speed of the target, `recent_m_s` its largest magnitude of late, which
     decays, and `steps` the number of periods since the last tick.
 
     Args:
-        limits: the thresholds; `adopt` hands in those for another noise.
-        found: makes a breach of a rule; see `stepload.engine.watch`.
+        limits: the thresholds; `adopt` replaces them.
+        found: makes the `Breach` of a rule; see `stepload.engine.watch`.
     """
 
     __slots__ = (
@@ -59,7 +59,7 @@ class MotionWatch:
 
     @property
     def model_m(self) -> float:
-        """Where the arm should be by its commands; NaN before the first."""
+        """Position predicted from the commands by the model; NaN before the first."""
         return self._model_m
 
     @property
@@ -68,7 +68,7 @@ class MotionWatch:
         return self._last_target_m
 
     def still_share(self, position_m: float) -> float:
-        """What R7 has seen of a frozen position, 1 where it trips; 0 while the arm follows."""
+        """How near R7 is to a frozen position, 1 where it trips; 0 while the arm follows."""
         moved_m, seen_m = self._model_m - self._still_model_m, position_m - self._still_m
         if moved_m == 0.0 or seen_m / moved_m >= STILL_SHARE:
             return 0.0
@@ -100,7 +100,7 @@ class MotionWatch:
         return away or self._judge_search(now_s, position_m, phase)
 
     def _follow(self, step_s: float, target_m: float, last_m: float) -> None:
-        """Speeds of the target, and the model of the arm."""
+        """Update the speeds of the target and the model of the arm."""
         period_s = self._limits.period_s
         self.speed_m_s = speed = (target_m - last_m) / (step_s if step_s > period_s else period_s)
         recent = self.recent_m_s * self._speed_decay
@@ -136,7 +136,7 @@ class MotionWatch:
         span_m = limits.still_m + blur_m
         self._rest = rest = 0 if self.speed_m_s else self._rest + self.steps
         if rest >= self._rest_steps and self._still_blur_m > limits.still_m:
-            # What was seen in fast motion is no place to start from: the arm lagged behind.
+            # A reference taken in fast motion is replaced at rest: the arm lagged behind then.
             self._still_model_m, self._still_m, self._still_blur_m = model_m, position_m, 0.0
         elif not -span_m <= moved_m <= span_m:
             seen_m = position_m - self._still_m

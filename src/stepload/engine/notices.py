@@ -1,4 +1,4 @@
-"""Words for the operator, said at once: whoever prints them cannot hold up who says them."""
+"""Messages to the operator, printed by a separate thread so that printing cannot block the run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def nothing(_text: str) -> None:
 
 
 class Notices:
-    """Hands lines over to `write` in a thread of its own, in their order.
+    """Passes lines on to `write` in a separate thread, in their order.
 
     A terminal that is held (Ctrl+S) or a pipe that nobody reads must not hold up the arm's loop.
     """
@@ -30,11 +30,11 @@ class Notices:
         self._thread.start()
 
     def say(self, text: str) -> None:
-        """Returns at once."""
+        """Queue a line and return at once."""
         self._lines.put(text)
 
     def close(self) -> None:
-        """Wait a moment until all is written; what nobody takes is left."""
+        """Wait up to `LAST_WORDS_S` until all lines are written; the rest is dropped."""
         self._lines.put(None)
         self._thread.join(LAST_WORDS_S)
 

@@ -1,9 +1,9 @@
-"""Takes the force across the approach off by going sideways, before a level is held.
+"""Nulls the lateral force by moving the arm sideways, before a level is held.
 
-A tip that is pressed by an arm is drawn sideways and rubs. The arm follows the force, slowly enough
-to be stable where it is three times as stiff sideways as believed, and never far. It ends where the
-force is gone, where its time is up, or where it has grown or not fallen: the sensor is turned
-against the arm otherwise than the plan says.
+A tip that is pressed by an arm is drawn sideways and rubs. The arm yields to the lateral force,
+slowly enough to be stable where it is three times as stiff sideways as believed, and within a
+limit. It ends where the force is gone, where its time is up, or where it has grown or not fallen:
+then the sensor is not turned against the arm as the plan says.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from stepload.record.rows import Phase
 
 Shift = tuple[float, float]
 GROWN_SHARE = 0.1
-"""Of the force that it began with: more above the least so far is no noise."""
+"""Share of the initial force: a rise by more than this above the least so far is not noise."""
 GROWN_DEADS = 2.0
 USELESS_SHARE = 0.7
-"""Of the force that it began with: what slides cannot grow, but it was to fall to a third."""
+"""Share of the initial force: if more is left when the time is up, nulling is given up."""
 
 
 def nulled(shift_m: Shift, across_n: Shift, law: NullingLaw, step_s: float) -> Shift:
-    """The shift a tick later.
+    """The shift after one more tick.
 
-    Against the force at |f| / (K τ), not faster and not further than the law allows; a force below
-    its noise is left alone.
+    It moves against the force at |f| / (K τ), not faster and not further than the law allows; a
+    force below its noise is ignored.
 
     Args:
         shift_m: the shift now.
-        across_n: force of the tip on the plate along the arm's axes 1 and 2.
+        across_n: lateral force of the tip on the plate along the arm's axes 1 and 2.
     """
     size_n = math.hypot(*across_n)
     if size_n <= law.dead_n:
@@ -47,11 +47,11 @@ def nulled(shift_m: Shift, across_n: Shift, law: NullingLaw, step_s: float) -> S
 
 
 class Nulling:
-    """Does it for one level after another; once it made things worse, not again in this run.
+    """Nulls the lateral force level by level; not again in a run in which it grew or did not fall.
 
     Args:
-        course: of the run.
-        law: how; None where the plan does not ask for it.
+        course: state of the run.
+        law: gains and limits; None where the plan asks for no nulling.
     """
 
     def __init__(self, course: Course, law: NullingLaw | None) -> None:
@@ -62,7 +62,7 @@ class Nulling:
         self._begin_m: Shift = (0.0, 0.0)
 
     def begin(self, now_s: float, then: Callable[[float], None]) -> None:
-        """Take the force across off, `then` go on; at once where there is nothing to do."""
+        """Null the lateral force, then call `then`; at once where there is nothing to do."""
         course, law = self._course, self._law
         if law is None or course.sup.smooth_n < law.from_n:
             then(now_s)
@@ -73,7 +73,7 @@ class Nulling:
         course.enter(Phase.NULLING, now_s, self._act)
 
     def _across_n(self, law: NullingLaw) -> Shift:
-        """Force across, in the axes of the arm."""
+        """Lateral force in N in the axes of the arm."""
         one, other = self._course.sup.force.load_across_n
         c, s = math.cos(law.turn_rad), math.sin(law.turn_rad)
         return c * one - s * other, s * one + c * other

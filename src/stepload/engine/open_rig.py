@@ -34,10 +34,10 @@ RATE_TOLERANCE = 0.05
 
 @dataclass(slots=True)
 class OpenRig:
-    """Open devices with what they said they are; `world` is only there in a dry run.
+    """Open devices with their identities; `world` exists in a dry run only.
 
-    `stands` is how the arm stood when it had been opened, None where it does not tell.
-    `close_errors` fills when the devices are closed: it says which one did not.
+    `stands` is the arm's configuration after opening, None where it reports none. `close_errors` is
+    filled when the devices are closed: it names those that failed to close.
     """
 
     arm: Arm
@@ -71,13 +71,13 @@ def _devices(plan: Plan) -> tuple[Arm, ForceSensor, DisplacementSensor | None, F
 
 
 def _close(role: str, device: Device, errors: list[str]) -> None:
-    """A device that hangs while it is closed must not keep the record from being finished."""
+    """Close a device with a deadline: one that hangs must not block finishing the record."""
     closing = Action(f"closing the {role.replace('_', ' ')}", device.close, CLOSE_DEADLINE_S)
     errors += [f"{o.name}: {o.error}" for o in make_safe([closing], Operator()) if o.error]
 
 
 def _check_rates(plan: Plan, arm: Arm, force: ForceSensor, second: ForceSensor | None) -> None:
-    """Every delay and filter of a run is derived from the plan's rates: they must be the true ones.
+    """Refuse devices at other rates than planned: every delay and filter is derived from them.
 
     Sensors may be faster than planned, the arm may not.
     """
@@ -99,7 +99,7 @@ def _check_rates(plan: Plan, arm: Arm, force: ForceSensor, second: ForceSensor |
 
 
 def _check_held(arm: Arm) -> None:
-    """An arm that does not tell where it is held may be moved by a first command to stay."""
+    """Refuse an arm that does not report where it is held: a command to stay might move it."""
     if math.isfinite(arm.held_m()):
         return
     raise DeviceError(
@@ -111,7 +111,7 @@ def _check_held(arm: Arm) -> None:
 
 
 def _check_shift(plan: Plan, arm: Arm, *, dry_run: bool) -> None:
-    """An arm that cannot go across its approach is known before it moves."""
+    """Refuse an arm that cannot move across its approach where the plan needs that."""
     asked = plan.procedure.alignment is not None or plan.procedure.nulling is not None
     if not asked or arm.can_shift:
         return

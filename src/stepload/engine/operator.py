@@ -1,4 +1,4 @@
-"""What a person may ask of a run: stop, more urgently each time, and pause."""
+"""Requests of the operator to a run: stop, with rising urgency, and pause."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class StopLevel(IntEnum):
 
 STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 SUSPENDING = (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU)
-"""A run that is suspended keeps the force on: Ctrl+Z does nothing while one is going on."""
+"""Signals that are ignored during a run: one that is suspended would keep the force on."""
 
 
 class Operator:

@@ -1,7 +1,8 @@
 """The order of a run: zero, approach, touch, load steps with holds, unload, retract, zero again.
 
-A state machine that gives one position target per tick. It sees the world through the supervisor's
-readings and never looks at a clock. The parts know how to do one thing; what follows what is here.
+A state machine that gives one position target per tick. It knows the devices only through the
+supervisor's readings and never reads a clock. Each part does one thing; what follows what is
+decided here.
 """
 
 from __future__ import annotations
@@ -25,20 +26,21 @@ from stepload.record.rows import Phase
 
 START_REST_S = 0.05
 HELD_SHARE = 0.5
-"""Of the way to where the surface may be at the nearest."""
+"""Largest error of the held position, as a share of the way to the nearest possible surface."""
 
 
 class RunOrder:
     """Leads a course from its first tick to its last.
 
     Args:
-        course: of the run; each of its ticks does what the order has set.
+        course: state of the run; in each tick it does what the order has set.
         adopt: see `Zeroing`.
         start_level: index of the first load level.
         controller: makes the step controller.
-        shake: by which the force channels prove that they are alive; see `ProofOfLife`.
-        until: what every level needs where the plan may end its loading early, else None.
-        aligning, nulling: how the plate is touched on a circle, and how force across is taken off;
+        shake: the motion by which the force channels prove that they are alive; see `ProofOfLife`.
+        until: the deformation needed at every level where the plan may end its loading early, else
+            None.
+        aligning, nulling: parameters of the touches on a circle and of nulling the lateral force;
             None where the plan does not ask for it.
         tells: see `Approach`.
     """
@@ -72,11 +74,11 @@ class RunOrder:
         course.act = self._start
 
     def _start(self, now_s: float, _step_s: float) -> None:
-        """Take the arm over where it stands.
+        """Take the arm over where it stands, once it has been at rest for `START_REST_S`.
 
-        Where it comes to rest after a motion that nobody commanded is no place to start from: a
-        position that jumped would be taken for where the arm is. Nor is one that its controller
-        does not hold it at: to be told to stay there would move it.
+        The run fails if the position moves although nothing was commanded: a position that jumped
+        must not be taken as the arm's. It also fails if the arm's controller holds it elsewhere: a
+        command to stay would move it.
         """
         course, tolerance_m = self._course, self._course.limits.model_tolerance_m
         position_m = course.sup.arm.position_m
@@ -94,7 +96,7 @@ class RunOrder:
             self._zeroing.warm_up(now_s, self._prove_life)
 
     def _held_here(self, position_m: float) -> bool:
-        """The first command may move it by what is let pass: never half of the way to the plate."""
+        """Whether the controller holds the arm here; fails the run where it does not."""
         course, plan = self._course, self._course.plan
         free_m = plan.surface_distance_m - plan.surface_uncertainty_m
         tolerance_m = min(course.limits.model_tolerance_m, HELD_SHARE * free_m)
@@ -163,7 +165,7 @@ class RunOrder:
             self._end_cycle(now_s)
 
     def _look_whether_enough(self, now_s: float) -> None:
-        """End the loading at this level, or the run, where the deformation says so."""
+        """End the loading at this level, or the run, depending on the deformation."""
         course, far = self._course, self._far_enough
         if far is None:
             return
@@ -264,7 +266,7 @@ class RunOrder:
         self._retract.begin(now_s, lambda now_s: self._pause(now_s, self._zero_and_touch))
 
     def _pause(self, now_s: float, then: Then) -> None:
-        """Wait in free air, `then` go on; the zero is older than any wait, so it comes first."""
+        """Wait in free air, then call `then`, which takes a new zero first."""
         self._resume = then
         self._course.enter(Phase.PAUSED, now_s, self._paused)
 

@@ -1,4 +1,4 @@
-"""R13: no component of a force sensor's wrench comes near what it is rated for."""
+"""R13: no component of a force sensor's wrench may come near its rating."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class OverloadWatch:
     Args:
         name: of the sensor.
         limits: largest reading of each component in N and N·m, inf where none is stated.
-        found: makes a breach of a rule; see `stepload.engine.watch`.
+        found: makes the `Breach` of a rule; see `stepload.engine.watch`.
     """
 
     __slots__ = ("_found", "_name", "_over", "_stated", "used")
@@ -30,7 +30,7 @@ class OverloadWatch:
         self.used = 0.0
 
     def judge(self, wrench: Sequence[float]) -> Breach | None:
-        """A fresh reading, not tared: what hangs on the sensor loads it too."""
+        """Judge a fresh reading, not tared: the weight of the tool loads the sensor too."""
         if not self._stated:
             return None
         # A component that is no number may be anything.

@@ -1,7 +1,7 @@
 """Before the approach: a small shake in free air, which every force channel must feel.
 
 A sensor that is dead under live noise, or wired with the wrong sign, axis or gain, looks sound at
-rest. It is not sound when it does not feel the mass that it carries being moved.
+rest, but does not measure the inertia of the mass that it carries.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from stepload.envelope.shake import SETTLING_CYCLES, Shake, ShakenChannel
 from stepload.record.rows import Phase
 
 LEAST_FOLLOWED = 0.3
-"""Of the swing that the arm's lag leaves, the arm must be seen to go."""
+"""Least share of the expected swing (after the arm's lag) that must be measured."""
 
 
 class ProofOfLife:
     """Shakes the arm back from the plate and forth again, and judges what the channels felt.
 
     Args:
-        course: of the run.
+        course: state of the run.
         stopped: what to do when the operator stops the run here.
-        shake: how; None where no mass is stated, or none could be told.
+        shake: travel, period and channels; None where no mass is stated, or none can be resolved.
     """
 
     def __init__(self, course: Course, stopped: Then, shake: Shake | None) -> None:
@@ -41,7 +41,7 @@ class ProofOfLife:
         self._forces: list[tuple[ShakenChannel, LockIn]] = []
 
     def prove(self, now_s: float, then: Then) -> None:
-        """End the run if a channel feels something else than it must, else `then` go on."""
+        """Shake; end the run if a channel measures a wrong mass, else call `then`."""
         course, shake = self._course, self._shake
         if shake is None:
             then(now_s)
@@ -82,7 +82,7 @@ class ProofOfLife:
             self._judge(now_s)
 
     def _listen(self) -> None:
-        """Take in what is new; times are those at which the readings were true."""
+        """Add new readings; the times of the forces are corrected for the channels' delays."""
         sup, position = self._course.sup, self._position
         assert position is not None
         if sup.arm.fresh:
@@ -95,7 +95,7 @@ class ProofOfLife:
                 lock_in.add(stream.receive_s - channel.delay_s - self._begin_s, values)
 
     def _next_cycle(self, cycle: int) -> None:
-        """What came in since the last cycle began is one, once the arm has come into its stride."""
+        """End a cycle: its readings are fitted, or dropped while the arm is still settling in."""
         assert self._position is not None
         for lock_in in (self._position, *(lock_in for _, lock_in in self._forces)):
             if self._cycle < SETTLING_CYCLES:

@@ -1,4 +1,4 @@
-"""From a plan to the hidden truth of the simulated rig on which it is rehearsed."""
+"""Derives the true parameters of the simulated rig for a dry run from a plan."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stepload.plan.model import Payload, SecondForceSource, Simulation, Structur
 from stepload.rig.world import PayloadTruth, WorldFault, WorldSpec
 
 LEAST_DAMPING_RATIO = 0.05
-"""A plan's C_s is a lower bound and may be 0; no machine rings for ever."""
+"""Least simulated damping ratio: a plan's C_s is a lower bound and may be 0."""
 SURFACE_SHARE = 0.9
 """Share of the surface uncertainty within which the seed puts the surface."""
 START_BIAS_SHARE = 0.01
@@ -33,13 +33,13 @@ def world_for(
     """The simulated rig for a plan, as its `simulation` section says.
 
     Args:
-        envelope: what is believed.
-        seed: everything random; the plan's own if None. It decides the surface within its
+        envelope: of the plan, with what is believed of rig and payload.
+        seed: for all random numbers; the plan's own if None. It decides the surface within its
             uncertainty, unless the plan gives a surface error other than 0.
-        faults: what goes wrong on the way.
+        faults: faults to inject.
 
     Raises:
-        BadInputError: the simulated law needs what the payload does not tell.
+        BadInputError: the simulated law needs a value that the payload does not have.
         DomainError: a number outside the domain of contact theory.
     """
     plan = envelope.plan
@@ -116,7 +116,7 @@ def _drawn_aside(simulation: Simulation) -> float:
     """Compliance of the load path over that without a lateral force.
 
     Raises:
-        BadInputError: the tip would be drawn away from the load.
+        BadInputError: the lateral force would move the tip more than the load does.
     """
     factor = 1.0 + simulation.lateral * simulation.lateral_coupling
     if factor <= 0.0:
@@ -132,7 +132,7 @@ def payload_truth(payload: Payload, theory: Theory, simulation: Simulation) -> P
     """The payload as it really is in a dry run: the believed law with K × `payload_factor`.
 
     Raises:
-        BadInputError: the simulated law needs what the payload does not tell.
+        BadInputError: the simulated law needs a value that the payload does not have.
         DomainError: a number outside the domain of contact theory.
     """
     onset_n = _yield_force(payload, theory, simulation)
@@ -167,7 +167,7 @@ def payload_truth(payload: Payload, theory: Theory, simulation: Simulation) -> P
 
 
 def _yield_force(payload: Payload, theory: Theory, simulation: Simulation) -> float | None:
-    """Force beyond which the simulated payload flows; None where it never does."""
+    """Force beyond which the simulated payload yields; None where it never does."""
     onset, law = theory.yield_onset, simulation.law
     if simulation.yield_force_n is not None:
         if theory.law.n != 1.5:
@@ -212,7 +212,7 @@ def _asperities(payload: Payload, simulation: Simulation) -> tuple[float, float]
 
 
 def _refuse_jkr(theory: Theory, *, rough: bool) -> None:
-    """Refuse what an adhesive sphere cannot be.
+    """Refuse JKR adhesion for a payload that is no smooth sphere.
 
     Raises:
         BadInputError: it is no sphere, or rough.

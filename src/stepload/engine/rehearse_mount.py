@@ -1,4 +1,4 @@
-"""From the plan's words about six axes to the truth of the simulated rig."""
+"""Derives the mount of the simulated rig in six axes from the plan's `simulation.mount`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ def mount_of(simulation: Simulation, stiffness_n_per_m: float) -> Mount | None:
     """The mount of a simulated rig whose tip, without friction, has this stiffness.
 
     Raises:
-        BadInputError: a tip that would give energy away, or two ways to say the same.
+        BadInputError: a compliance that is not positive definite, an effect that is stated twice,
+            or a kinetic friction above the static one.
     """
     told = simulation.mount
     if told is None:
@@ -79,7 +80,7 @@ def _sensor(told: Mounting) -> SensorMount:
 
 
 def _cross_talk(share: float) -> Matrix6:
-    """Every force takes this share of the other two, every torque of the other two."""
+    """Cross-talk: each force picks up this share of the other two, each torque likewise."""
 
     def row(i: int) -> tuple[float, float, float, float, float, float]:
         a, b, c, d, e, f = (share if i // 3 == j // 3 and i != j else 0.0 for j in range(6))

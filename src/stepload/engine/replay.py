@@ -1,4 +1,4 @@
-"""The supervisor over a recording: where would it have tripped, also with other limits?"""
+"""Runs the supervisor over a recording: where would it trip, also with other limits?"""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Zero(NamedTuple):
 
 
 class Replayer:
-    """The supervisor as it goes through a recording, or through one that is being made.
+    """The supervisor run over a recording, finished or still being made.
 
     Args:
         limits: the run's own, or others.
@@ -62,22 +62,22 @@ class Replayer:
         self._changes: deque[tuple[float, RunLimits]] = deque()
 
     def tare(self, zero: Zero) -> None:
-        """Take these readings for zero from a time on that no tick has come to yet."""
+        """Use this zero from its time on, which must be later than every tick judged so far."""
         self._tares.append(zero)
 
     def adopt(self, time_s: float, limits: RunLimits) -> None:
-        """Judge by these thresholds from a time on that no tick has come to yet."""
+        """Use these thresholds from `time_s` on, which must be after every tick judged so far."""
         self._changes.append((time_s, limits))
 
     def judge(self, tick: ReplayTick) -> Cause | None:
-        """What the supervisor says of a tick, with what was in force until then."""
+        """The supervisor's verdict on a tick, with the target and limits in use before it."""
         return self.supervisor.check(
             tick.row.time_s, tick.force, tick.arm, tick.second, self._target_m, self._compliance,
             self.phase,
         )  # fmt: skip
 
     def follow(self, row: TickRow) -> None:
-        """Take over what the tick has decided."""
+        """Apply what the tick has decided: zeros, limits, target, compliance and phase."""
         while self._tares and self._tares[0].time_s <= row.time_s:
             zero = self._tares.popleft()
             self.supervisor.tare(zero.force_n, zero.second_n, zero.wrench)

@@ -23,7 +23,7 @@ from stepload.units import parse_quantity
 
 FILE = "limits.json"
 MOST_DELAYED = 100_000
-"""Ticks that a command may take, or one channel lag the other: the supervisor keeps so many."""
+"""Longest delay of a command or between the channels, in ticks; the supervisor stores that many."""
 
 
 def limits_to_bytes(limits: RunLimits) -> bytes:
@@ -32,7 +32,7 @@ def limits_to_bytes(limits: RunLimits) -> bytes:
 
 
 def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
-    """The thresholds a run was made with; the record may be anybody's.
+    """The thresholds a run was made with, from a record that is not trusted.
 
     Raises:
         BadInputError: not there, or not what they should be.
@@ -45,7 +45,7 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
         del data["terms"]  # names, units and sources for readers; they follow from the names
         # Records from before F_c had an uncertainty counted on all of it.
         data.setdefault("counted_limit_n", data["elastic_limit_n"])
-        # Rules that a record is older than are off.
+        # Rules that are newer than the record are off.
         for name in SIDEWAYS:
             data.setdefault(name, 0.0)
         # Records from before a zero was taken anew in an approach; no rule asks for these.
@@ -78,10 +78,10 @@ def _check_kept(limits: RunLimits) -> None:
 
 
 def zero_of(event: Event) -> Zero:
-    """The zero that an event "tare" of a record tells; the record may be anybody's.
+    """The zero given by an event "tare" of a record, which is not trusted.
 
     Raises:
-        KeyError, TypeError, ValueError: it tells none.
+        KeyError, TypeError, ValueError: the event holds no valid zero.
     """
     wrench = tuple(float(value) for value in event.data.get("wrench", ()))  # type: ignore[attr-defined]
     if len(wrench) not in (0, 6):
@@ -99,23 +99,23 @@ def _tares(recording: Recording) -> list[Zero]:
 
 
 def _changes(recording: Recording, limits: RunLimits) -> list[tuple[float, RunLimits]]:
-    """Limits that the run went over to, after those it began with."""
+    """Limits that the run switched to, with their times, after those it began with."""
     events = [event for event in recording.events if event.kind == "limits"]
     return [(event.time_s, changed_limits(limits, event)) for event in events[1:]]
 
 
 def changed_limits(limits: RunLimits, event: Event) -> RunLimits:
-    """The limits that an event says the run went over to.
+    """The limits that the run switched to according to an event.
 
     Raises:
-        TypeError, ValueError, DomainError: it says no such thing.
+        TypeError, ValueError, DomainError: the event holds no valid limits.
     """
     return replace(limits, **event.data)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """A record that was judged: what became of it, when it began, and what it is short of."""
+    """A record that was judged: the result, when the run began, and notes on what is missing."""
 
     replayed: Replayed
     start_s: float
@@ -123,10 +123,10 @@ class Judged:
 
 
 def _others(limits: RunLimits, wishes: Mapping[str, str]) -> dict[str, Any]:
-    """Other thresholds, by name, from text with units.
+    """Other thresholds by name, read from text with units.
 
     Raises:
-        BadInputError: no such threshold, or no such value.
+        BadInputError: no such threshold, or no valid value.
     """
     units = {term.name: term.unit for term in limits.terms}
     others: dict[str, Any] = {}
@@ -151,10 +151,10 @@ def _others(limits: RunLimits, wishes: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _value(text: str, unit: str) -> float:
-    """A threshold of this unit; a count of samples is an int.
+    """Read a threshold of this unit; a count of samples is an int.
 
     Raises:
-        BadInputError, ValueError: the text is none.
+        BadInputError, ValueError: the text is no such value.
     """
     if unit and unit != "samples":
         return parse_quantity(text, unit)
@@ -171,9 +171,9 @@ def _notes(recording: Recording) -> tuple[str, ...]:
 
 
 def _whole_ticks(recording: Recording) -> int:
-    """How many ticks of a record have their samples: where it was cut, streams end apart.
+    """The number of ticks whose samples are complete: in a record that was cut, streams end apart.
 
-    A stream that had ended in the run itself would have been seen there, and made it safe.
+    A stream that ended in the run itself would have tripped a rule there, and ended in safing.
     """
     ticks = recording.ticks
     if not recording.partial or (ticks.phase == Phase.SAFING).any():
@@ -193,7 +193,7 @@ def replay_file(path: Path, wishes: Mapping[str, str] | None = None) -> Judged:
         wishes: other thresholds than the run's: values with units by name of `RunLimits.terms`.
 
     Raises:
-        BadInputError: no record of ours, nothing in it to judge, or a limit that is none.
+        BadInputError: not a record of stepload, nothing in it to judge, or an invalid limit.
     """
     recording = read_recording(path)
     whole = _whole_ticks(recording)

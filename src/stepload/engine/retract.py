@@ -9,7 +9,7 @@ REST_S = 0.2
 
 
 def not_open(course: Course, limit_n: float) -> None:
-    """The run ends: force is left where there should be none."""
+    """End the run because force is left where there should be none."""
     left_n, second_n = course.sup.smooth_n, course.sup.second_n
     drifted = ""
     if course.limits.cross_check and abs(second_n) < 0.5 * abs(left_n):
@@ -30,14 +30,14 @@ def not_open(course: Course, limit_n: float) -> None:
 
 
 class Retract:
-    """Opens the contact, rests, looks at the force, and hands over."""
+    """Opens the contact, rests, and checks that the force is gone."""
 
     def __init__(self, course: Course) -> None:
         self._course = course
         self._then: Then = course.finish
 
     def begin(self, now_s: float, then: Then) -> None:
-        """Retract, `then` go on."""
+        """Retract, then call `then`."""
         course = self._course
         self._then = then
         course.level_n = 0.0

@@ -1,7 +1,7 @@
-"""What is sent to make a rig safe: retract where the loop did not get there, then stop each device.
+"""The commands that make a rig safe: a retract unless the loop did one, then a stop per device.
 
-In real time an arm that does not answer is asked again and again for `PATIENCE_S`; not where the
-loop hung in a device, which nobody can ask then.
+In real time an arm that does not answer is asked again and again for `PATIENCE_S`, except where the
+loop hung in a device: that one cannot be asked.
 
 Should the safing itself be broken, the arm alone is sent a retract and a stop, directly.
 """
@@ -28,7 +28,7 @@ PATIENCE_S = 120.0
 DEADLINE_SLACK_S = 1.0
 """A device is given its own timeout; its thread a little more."""
 BLIND_RETRACT_M, BLIND_SPEED_M_S, BLIND_TIMEOUT_S = 1e-3, 1e-3, 4.0
-"""The retract of last resort, where nothing can be asked for the plan's."""
+"""The retract of last resort, where the plan's cannot be obtained."""
 
 
 def make_rig_safe(

@@ -1,10 +1,9 @@
 """Makes the rig safe at the end of every run, whatever ended it: the arm first, and always sent.
 
-Each action runs in a thread of its own with a deadline of its own, so that a device that hangs
-cannot keep the next one from being sent; a thread that does not come back is left behind and said
-so. (A timer signal would need the main thread and cannot interrupt a call that does not return to
-Python; a child process could not reach a driver's open connection.) All actions run, all errors are
-kept.
+Each action runs in its own thread with its own deadline, so that a device that hangs cannot keep
+the next one from being sent; a thread that does not return is abandoned and reported. (A timer
+signal would need the main thread and cannot interrupt a call that does not return to Python; a
+child process could not reach a driver's open connection.) All actions run, all errors are kept.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ POLL_S = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """One step of safing; `device` tells the arm's from those that 3 × Ctrl+C skips."""
+    """One step of safing; `arm` marks those that the third Ctrl+C does not skip."""
 
     name: str
     call: Callable[[], object]
@@ -58,7 +57,7 @@ def _run(action: Action, operator: Operator) -> ActionResult:
         worker.start()
     except (
         RuntimeError
-    ):  # no thread to be had: better to hang in the arm's stop than not to send it
+    ):  # no thread can be started: better to hang in the arm's stop than not to send it
         call()
         return ActionResult(
             action.name, True, "; ".join(errors), start_s, time.monotonic() - start_s

@@ -1,4 +1,4 @@
-"""Across the approach in free air: slowly, far from every surface seen, and ended by any force."""
+"""Moves across the approach in free air: slowly, clear of every surface, stopped by any force."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from stepload.record.rows import Phase
 Point = tuple[float, float]
 Place = tuple[float, float, float]
 WENT_SHARE = 0.05
-"""Of a shift, by which the arm's pose may differ from it."""
+"""Share of a shift by which the arm's pose may differ from it."""
 
 
 class Shifting:
-    """Backs off, goes to a point, and sees that the arm is there.
+    """Backs off, goes to a point, and checks that the arm is there.
 
-    `places` are the TCP's places in the arm's base at rest, by point, the travel along the approach
-    taken out of them.
+    `places` are the TCP's positions in the arm's base at rest, by point, with the travel along the
+    approach subtracted.
 
     Args:
-        course: of the run.
-        aligning: how.
+        course: state of the run.
+        aligning: clearance, speed, acceleration and force limit.
         stopped: what to do when the operator stops the run here.
     """
 
@@ -40,7 +40,7 @@ class Shifting:
         self.places: dict[Point, Place] = {}
 
     def go(self, now_s: float, nearest_m: float, point: Point, then: Then) -> None:
-        """Back off to the clearance from the surface seen `nearest_m`, go to `point`, `then`."""
+        """Back off to the clearance from `nearest_m`, go to `point`, then call `then`."""
         course = self._course
         self._point, self._then = point, then
         self._low_m, self._low = course.sup.arm.position_m, self._pose()
@@ -84,7 +84,7 @@ class Shifting:
                 self._look(now_s)
 
     def _moved(self, step_s: float) -> bool:
-        """A step towards the point; True when the target is there."""
+        """Move the target one step towards the point; True when it is there."""
         course, aligning = self._course, self._aligning
         (x_m, y_m), (to_x_m, to_y_m) = course.shift_m, self._point
         left_m = math.hypot(to_x_m - x_m, to_y_m - y_m)
@@ -106,7 +106,7 @@ class Shifting:
         return x, y, z
 
     def _direction(self) -> Place:
-        """The approach in the arm's base, by the way back from the first touch."""
+        """Direction of the approach in the arm's base, from the way back from the first touch."""
         way_m = self._course.sup.arm.position_m - self._low_m
         x, y, z = (now - low for now, low in zip(self._pose(), self._low, strict=True))
         return x / way_m, y / way_m, z / way_m
@@ -120,7 +120,7 @@ class Shifting:
         return x, y, z
 
     def _look(self, now_s: float) -> None:
-        """See by the arm's pose that it is as far from every point so far as it should be."""
+        """Check by the arm's pose that its distance from every earlier point is as commanded."""
         course, here = self._course, self._place()
         tolerance_m = course.limits.model_tolerance_m
         for point, place in self.places.items():

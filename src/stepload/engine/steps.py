@@ -19,17 +19,17 @@ SETTLE_SHARE = 0.005
 
 
 Control = Callable[[RunLimits], StepController]
-"""Makes the step controller of a run. A run uses `StepController` itself; what proves its layers
-may hand in one that leaves a layer out."""
+"""Makes the step controller of a run. A run uses `StepController` itself; tests of its layers of
+safety may pass one that leaves a layer out."""
 
 
 class LoadSteps:
-    """One level at a time.
+    """Brings the force to one level at a time and holds it there.
 
     Args:
-        course: of the run.
+        course: state of the run.
         controller: makes `controller`, which brings the force to a level.
-        nulling: how force across is taken off before a level is held, None where it is not.
+        nulling: law by which lateral force is nulled before a level is held, None where it is not.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class LoadSteps:
         self.controller = self._control(limits)
 
     def new_contact(self) -> None:
-        """What was learned of the payload's compliance may be wrong now."""
+        """Discard what was learned of the payload's compliance: the contact is a new one."""
         self._same_contact = False
 
     @property
@@ -60,11 +60,11 @@ class LoadSteps:
         return self._force_sum_n / self._ticks, self._position_sum_m / self._ticks
 
     def load(self, now_s: float, number: int, level_n: float, then: Then) -> None:
-        """Rise to `level_n` and hold it, `then` go on; `number` is the step's in the record."""
+        """Rise to `level_n`, hold it, then call `then`; `number` is the step's in the record."""
         self._begin(now_s, number, level_n, 1.0, then)
 
     def unload(self, now_s: float, number: int, level_n: float, then: Then) -> None:
-        """Come down to `level_n` and hold it, `then` go on."""
+        """Come down to `level_n`, hold it, then call `then`."""
         self._begin(now_s, number, level_n, -1.0, then)
 
     def _begin(self, now_s: float, number: int, level_n: float, sign: float, then: Then) -> None:

@@ -35,27 +35,27 @@ from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample
 
 WRONG_WAY_SAMPLES = 2
-"""Fresh samples in a row that pull in an approach before R11 trips; as many make a touch."""
+"""Fresh samples in a row with a wrong force before R11 trips; as many make a touch."""
 ACROSS_SIGMAS = 8.0
-"""Two noisy components, less the zero of each."""
+"""Multiple of the noise for the force across the axis: two noisy components, each less its zero."""
 
 _LOAD, _RETRACT = int(Phase.LOAD), int(Phase.RETRACT)
 
 
 class Supervisor:
-    """State of the rules.
+    """Judges every tick by the rules, and keeps their state.
 
     `force_n` is the tared force of the newest sample, `smooth_n` and `slope_n_per_s` its filtered
     value and rate, `second_n` the tared second channel (NaN where there is none), `predicted_n` the
-    peak force predicted by R2. `arm_across_n` is what is surely across the press by the arm's own
-    wrench, where the arm is the second channel and tells it; else 0. R1, R2, R5, R6 and R9 are
+    peak force predicted by R2. `arm_across_n` is the lateral force by the arm's own wrench less its
+    tolerance, where the arm is the second channel and reports it; else 0. R1, R2, R5, R6 and R9 are
     judged from the first `tare` on.
 
     Args:
         limits: the thresholds.
         force_axis: component of the force sensor's wrench, "+fx" … "-fz".
         second_axis: the same of a second force sensor; "" where the arm is the second channel.
-        found: makes a breach of a rule; see `stepload.engine.watch`.
+        found: makes the `Breach` of a rule; see `stepload.engine.watch`.
     """
 
     __slots__ = (
@@ -182,10 +182,10 @@ class Supervisor:
         return ""
 
     def tare(self, zero_n: float, second_zero_n: float, wrench: Sequence[float] = ()) -> None:
-        """Take these readings for zero force from now on, and judge forces from now on.
+        """Use these readings as zero force, and judge forces, from now on.
 
         `wrench` is the mean of the force sensor's six components; without it those across the axis
-        are zeroed by what they read lately, as those of a second sensor are.
+        are zeroed by their recent readings, as those of a second sensor are.
         """
         self.zero_n, self.second_zero_n = zero_n, second_zero_n
         self.force.tare(wrench)
@@ -321,9 +321,9 @@ class Supervisor:
         return breach or dragged or beside
 
     def _judge_arm_side(self, force_n: float, phase: int) -> Breach | None:
-        """R1, R2 and R12 by what the arm feels across the press, less what it may err by.
+        """R1, R2 and R12 for the lateral force by the arm's own wrench, less its tolerance.
 
-        It is coarse, and stops what a force sensor of one component does not see at all.
+        It is coarse, but detects what a force sensor of one component cannot see at all.
         """
         limits, along_n = self._limits, self.force.smooth_n - self.zero_n
         error_n = arm_error_n(limits.cross_tolerance_n, limits.cross_relative, along_n)
@@ -351,7 +351,7 @@ class Supervisor:
         return breach
 
     def _judge_second_side(self, second: ForceWatch, phase: int) -> Breach | None:
-        """R1 and R11 of what a second sensor feels across its axis: only it may be alive."""
+        """R1 and R11 for the lateral force on a second sensor: it may be the only one alive."""
         limits, across_n = self._limits, second.across_n
         whole_n = math.hypot(self.second_n, across_n) if across_n > limits.touch_force_n else 0.0
         if whole_n > limits.force_limit_n:
@@ -453,7 +453,7 @@ class Supervisor:
 
 
 def _opposite(force_n: float, second_n: float) -> str:
-    """What to think of channels of which one goes up about as far as the other goes down."""
+    """Hint at a wrong sign, where the channels read opposite forces of similar size; else ""."""
     if not force_n * second_n < 0.0 or not 0.3 < abs(second_n / force_n) < 3.0:
         return ""
     return (

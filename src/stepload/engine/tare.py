@@ -35,12 +35,12 @@ class _Line:
 
     @property
     def slope(self) -> float:
-        """Of the line, per second."""
+        """Slope of the line per second."""
         return self.stx / self.stt if self.stt > 0.0 else 0.0
 
 
 class TareWindow:
-    """Takes readings in while the arm rests; as cheap at the end as at the beginning."""
+    """Collects readings while the arm rests, at a constant cost per reading."""
 
     __slots__ = ("_end_s", "_first", "_force", "_live", "_second", "_wrench", "count", "start_s")
 
@@ -71,7 +71,7 @@ class TareWindow:
         ]
 
     def offer(self, now_s: float, sup: Supervisor, duration_s: float) -> Tare | None:
-        """Take a fresh reading in; the figures once the readings cover this long."""
+        """Add a fresh reading; returns the result once the readings cover `duration_s`."""
         if sup.force.fresh:
             self.add(now_s, sup.force.raw_n, sup.second_raw_n, sup.force.wrench)
         if self.count < LEAST_READINGS or now_s - self.start_s < duration_s:
@@ -79,10 +79,10 @@ class TareWindow:
         return self.result()
 
     def result(self) -> Tare:
-        """The figures; needs `LEAST_READINGS`.
+        """Mean, noise and slope of the readings so far; needs `LEAST_READINGS`.
 
         Raises:
-            ValueError: fewer.
+            ValueError: there are fewer.
         """
         count, force, second = self.count, self._force, self._second
         if count < LEAST_READINGS:

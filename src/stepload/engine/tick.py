@@ -23,12 +23,12 @@ from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
 
 SAFING_EXTRA_S = 2.0
-"""Longer than the retract should take; after that safing acts without the loop."""
+"""Time in s beyond twice that of the retract, after which safing acts without the loop."""
 
 ARRIVAL_SHARE = 0.25
-"""Of the retract: an arm that did not move at all must never count as retracted."""
+"""Arrival tolerance as a share of the retract: an arm that never moved must not count as back."""
 LATE_S = 0.2
-"""How long an arm that says it is retracted is still told so: its commands may come late."""
+"""Time in s for which the retract is still commanded after arrival: commands may come late."""
 
 _SAFING = int(Phase.SAFING)
 _STOP_NOW = int(StopLevel.NOW)
@@ -51,7 +51,7 @@ class Engine:
         envelope: of the plan.
         operator: where stop and pause requests come in.
         start_cycle, start_level: where the run begins; the level is an index.
-        found, controller: parts that what proves the product may replace; see `Found`, `Control`.
+        found, controller: parts that tests may replace; see `Found`, `Control`.
 
     Raises:
         RefusedError: the plan may not be pressed.
@@ -106,7 +106,7 @@ class Engine:
 
     @property
     def shift_m(self) -> tuple[float, float]:
-        """What is asked of the arm across its approach; a retract keeps it."""
+        """Commanded shift across the approach; a retract keeps it."""
         return self.course.shift_m
 
     @property
@@ -125,7 +125,7 @@ class Engine:
         gauge_samples: Sequence[DisplacementSample] = (),
         second_samples: Sequence[ForceSample] = (),
     ) -> tuple[float, bool]:
-        """Samples that arrived since the last tick in; target in m and whether the run is over.
+        """Process the samples since the last tick; the target in m, and whether the run is over.
 
         The target is NaN until the arm has said where it is: command nothing then. The gauge does
         not steer; its samples are recorded by the caller.
@@ -179,9 +179,9 @@ class Engine:
         return self.target_m, done
 
     def _adopt(self, measured: Measured) -> RefusedError | DomainError | None:
-        """Go on with thresholds for what the rig turned out to be, where that is worse than before.
+        """Use thresholds for the measured noise and bias, where these are worse than before.
 
-        Where the plan leaves no room below F_c any more, the reason is returned.
+        Returns the reason where the plan then leaves no room below F_c, else None.
         """
         last = self._measured
         self._measured = measured = Measured(
@@ -235,7 +235,7 @@ class Engine:
         self.target_m = self.course.target_m = target_m
         near_m = min(limits.model_tolerance_m, ARRIVAL_SHARE * self.course.retract_m)
         sup, there_m = self.supervisor, self._safe_m + near_m
-        # A position that jumped back says "there" at once: the commands must have had their time.
+        # A position that jumped back looks like arrival at once: the model must have arrived too.
         clear = sup.arm.position_m <= there_m and not sup.motion.model_m > there_m
         if not (self.target_m <= self._safe_m and clear):
             self._there_s = math.nan
@@ -252,7 +252,7 @@ class Engine:
         return True
 
     def _further_back(self) -> bool:
-        """Whether there is known free way left behind: as far as the start pose; takes it."""
+        """Retract further, towards the start pose; False where no known free way is left."""
         start_m = self.course.start_m
         if not start_m < self._safe_m:
             return False

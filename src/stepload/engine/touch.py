@@ -1,9 +1,8 @@
 """Has the arm met the surface? Two samples in a row above the touch force say so.
 
 An arm that is heavy for its stiffness bounces off something rigid, and each hit is over before the
-next sample. Going on between two hits makes every one of them harder. So the approach waits after
-a hit, which leaves less doubt than a sample just above the touch force, and two hits need not be
-in a row.
+next sample. Going on between two hits makes every one of them harder. So the approach waits after a
+hit, a sample well above the touch force; two hits are a touch and need not be in a row.
 """
 
 from __future__ import annotations
@@ -15,14 +14,14 @@ TOUCH_SAMPLES = 2
 SURE = 1.5
 """A sample above so many touch forces is a hit: the touch force is at least 4 sigma of noise."""
 BOUNCE_S = 0.2
-"""Time in s within which a hit is waited for to come again."""
+"""Time in s for which the approach waits after a hit for another one."""
 
 
 class TouchTest:
     """Judges the samples of an approach.
 
     Args:
-        touch_force_n: force above which a sample speaks for a touch.
+        touch_force_n: force above which a sample counts towards a touch.
 
     `touched` says whether there has been one.
     """
@@ -47,5 +46,5 @@ class TouchTest:
         self.touched = max(self._row, self._hits) >= TOUCH_SAMPLES
 
     def waits(self, now_s: float) -> bool:
-        """Whether there was a hit so shortly ago that the approach does not go on."""
+        """Whether the last hit is so recent that the approach has to wait."""
         return now_s - self._hit_s <= BOUNCE_S

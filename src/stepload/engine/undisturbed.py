@@ -1,4 +1,4 @@
-"""Keeps what can be kept away from the loop: garbage collection, other programs, paging."""
+"""Keeps disturbances away from the loop: garbage collection, other programs, paging."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ REALTIME_PRIORITY = 20
 def undisturbed(virtual: bool) -> Iterator[None]:
     """No garbage collection in the loop; in real time also priority and locked memory if allowed.
 
-    Without the rights for them the loop runs all the same; its lateness tells.
+    Without the rights for them the loop runs all the same; its lateness shows the effect.
     """
     was_enabled = gc.isenabled()
     gc.collect()

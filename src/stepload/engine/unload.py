@@ -1,4 +1,4 @@
-"""The retract of safing: sent, and asked for again as long as the arm does not answer."""
+"""The retract of safing: sent, and repeated as long as the arm does not answer."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ AGAIN_S = 0.2
 REMIND_S = 5.0
 LATE = "what was sent may still move the arm back when it answers again: keep clear of it"
 SETTLE_S = 0.1
-"""From the end of the retract until the force sensor has told of it."""
+"""Time in s after the retract until the force sensor shows its effect."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,10 +30,10 @@ class Way:
 
 
 def unload(arm: Arm, way: Way, force: ForceLeft, operator: Operator, say: Say) -> None:
-    """Retract, and again whenever the arm answers again, until it is seen to be back.
+    """Retract, and repeat it whenever the arm answers again, until the arm confirms it.
 
-    Ends early where the force sensor proves that the contact is open, and on one more stop signal
-    than there were when the operator was told of the trying.
+    Ends early where the force sensor proves that the contact is open, or on a stop signal that
+    comes after the operator was told that the retract is repeated.
 
     Raises:
         DeviceError: not confirmed, with what is known of the force.
@@ -74,7 +74,7 @@ def unload(arm: Arm, way: Way, force: ForceLeft, operator: Operator, say: Say) -
 
 
 class _Trying:
-    """Goes on until a deadline that the operator knows of."""
+    """Goes on trying until a deadline, of which the operator is informed."""
 
     def __init__(
         self, way: Way, begun_s: float, force: ForceLeft, operator: Operator, say: Say

@@ -11,26 +11,27 @@ from stepload.rig.samples import ArmSample, ForceSample, SixFloats
 
 AXES = {"fx": 0, "fy": 1, "fz": 2}
 EMPTY_TICKS = 3
-"""A host that was late itself gives its readers this many ticks to catch up."""
+"""Ticks in a row without a sample before R3 may trip: after a late tick a reader must catch up."""
 LATE_CLOCK_TICKS = 5
 AHEAD_S = 1e-4
 """A sample stamped this much later than its tick has no age that R3 could judge."""
 LIVES_SAMPLES = 20
 LIVES_SHARE = 0.05
-"""A sensor that has changed across the axis more often than this in free air, and in more than
-this share of its readings, sees what is there. A change of one step of its resolution does not
+"""A sensor whose lateral components changed more often than this in free air, and in more than this
+share of its readings, measures lateral force. A change of one step of its resolution does not
 count: where noise is less than a step, a sound sensor stands still as soon as its mean lies between
 two steps."""
 COARSE_SAMPLES = 5
 COARSE_SHARE = 0.001
 COARSE_COUNTS = 150
-"""From these on its noise is 0.3 of a step at least: it may stand, but not for so many readings."""
+"""With this many lateral changes the noise is at least 0.3 of a step: such a sensor may repeat
+itself, but not for `COARSE_COUNTS` readings."""
 STEPS = 1.5
-"""So many times the smallest change seen is more than one step."""
+"""A change by more than this multiple of the smallest one seen is more than one step."""
 ACROSS_ALPHA = 0.1
 """Share of a new reading in the smoothed force across the pressing axis, per tick."""
 CLOCK_TRACKING = 1e-3
-"""Share of a clock difference that is taken for slow drift and followed, per tick."""
+"""Share of a clock difference that counts as slow drift and is followed, per tick."""
 
 
 class Breach(NamedTuple):
@@ -44,8 +45,8 @@ class Breach(NamedTuple):
 
 
 Found = Callable[[str, float, float, str, str], Breach | None]
-"""Makes a breach of (rule, value, limit, unit, message). A run uses `Breach` itself; what proves
-the rules may hand in one that leaves a rule out."""
+"""Makes a breach of (rule, value, limit, unit, message). A run uses `Breach` itself; tests of the
+rules may pass one that leaves a rule out."""
 
 
 def wrench_axis(axis: str) -> tuple[int, float]:
@@ -79,7 +80,7 @@ class _Clock:
 
 
 class _StreamWatch:
-    """What every stream must be: fresh (R3), in order, and not of the future (R10).
+    """Checks that a stream is fresh (R3), in order, and not stamped in the future (R10).
 
     `receive_s` is the receive time of the newest sample, `fresh` whether this tick brought one.
     """
@@ -97,7 +98,7 @@ class _StreamWatch:
         self.fresh = False
 
     def take(self, samples: Sequence[Any], now_s: float) -> Breach | None:
-        """Follow the stream; the first rule that its samples break."""
+        """Process new samples; returns the first breach of a rule, or None."""
         if not samples:
             return self._missing(now_s)
         self._empty = 0
@@ -130,7 +131,7 @@ class _StreamWatch:
         return breach
 
     def _judge(self, samples: Sequence[Any]) -> Breach | None:
-        """Take the values in; the first of them that is unusable (R4)."""
+        """Process the values; returns the breach of R4 by the first unusable one, or None."""
         raise NotImplementedError
 
     def _missing(self, now_s: float) -> Breach | None:
@@ -155,7 +156,7 @@ class _StreamWatch:
 
 class ForceWatch(_StreamWatch):
     """Watches a force sensor; `raw_n` is its newest reading along the pressing axis, not tared, and
-    `smooth_n` the same smoothed as what is across the axis."""
+    `smooth_n` the same, filtered like the lateral force."""
 
     __slots__ = (
         "_full_scale_n",
@@ -215,7 +216,7 @@ class ForceWatch(_StreamWatch):
 
     @property
     def across_n(self) -> float:
-        """Newest force across the pressing axis, in N since `tare_across`."""
+        """Newest lateral force in N, less that at `tare`."""
         wrench = self._wrench
         if not wrench:
             return 0.0
@@ -225,8 +226,10 @@ class ForceWatch(_StreamWatch):
 
     @property
     def load_across_n(self) -> tuple[float, float]:
-        """Smoothed force of the tip on the plate along axes 1 and 2 of the pressing frame, where
-        the sensor's axes are those in cyclic order from the pressing axis on, since `tare`."""
+        """Filtered lateral force of the tip on the plate along axes 1 and 2 of the pressing frame.
+
+        These are the sensor's axes in cyclic order from the pressing axis on; less that at `tare`.
+        """
         if self._smooth_i != self._smooth_i:
             return 0.0, 0.0
         zero = self._zero
@@ -236,7 +239,7 @@ class ForceWatch(_StreamWatch):
 
     @property
     def smooth_across_n(self) -> float:
-        """The same, smoothed over some ticks: its noise is not that of the pressing axis."""
+        """Lateral force in N, filtered over some ticks, less that at `tare`."""
         if self._smooth_i != self._smooth_i:
             return 0.0
         zero = self._zero
@@ -244,11 +247,11 @@ class ForceWatch(_StreamWatch):
         return math.hypot(across_i, across_j) if across_i or across_j else 0.0
 
     def torque_beside(self, lever_m: float) -> float:
-        """Size in N·m of the torque across the axis that a force at the axis, `lever_m` from the
-        sensor's origin towards the plate, does not explain; smoothed, since `tare`.
+        """Lateral torque in N·m that a force on the axis does not explain, filtered and tared.
 
-        The sign of the axis does not tell whether a sensor shows what the plate does to the tool or
-        what the tool does to the plate, so on which side of it the plate lies: the smaller counts.
+        The force is taken to act `lever_m` from the sensor's origin towards the plate. The sign of
+        the axis does not show whether a sensor reports the plate's force on the tool or the tool's
+        on the plate, so on which side of it the plate lies: the smaller of both results counts.
         """
         i, j, zero = self._i, self._j, self._zero
         if self._smooth_i != self._smooth_i:
@@ -261,7 +264,7 @@ class ForceWatch(_StreamWatch):
         )
 
     def tare(self, wrench: Sequence[float] = ()) -> None:
-        """Take this mean of the six components for zero; without one, what is smoothed now."""
+        """Use this mean of the six components as zero; without one, the present filtered values."""
         if self._lives_across is None:
             lived, seen = self._lived_across, self._seen_across
             if not lived > max(float(LIVES_SAMPLES), LIVES_SHARE * seen):
@@ -328,9 +331,9 @@ class ForceWatch(_StreamWatch):
         return breach
 
     def _judge_across(self, wrench: Sequence[float]) -> Breach | None:
-        """Whether what is across the axis has died while the rest lives (R4).
+        """R4 where the lateral components are frozen while the rest of the reading changes.
 
-        Of a sensor that has shown noise across in free air; a load cell has none.
+        Only for a sensor whose lateral components changed in free air; those of a load cell do not.
         """
         i, j, last = self._i, self._j, self._wrench
         if self._lives_across is None and last:
@@ -350,7 +353,7 @@ class ForceWatch(_StreamWatch):
         return self._frozen(f"{self.name}, across the axis", equal + 1, counts)
 
     def _leaps(self, change_i: float, change_j: float) -> bool:
-        """Whether one of these changes is of more than the smallest seen of its component."""
+        """Whether one of the changes is over `STEPS` times the smallest one of its component."""
         if 0.0 < change_i < self._step_i:
             self._step_i = change_i
         if 0.0 < change_j < self._step_j:
@@ -358,7 +361,7 @@ class ForceWatch(_StreamWatch):
         return change_i > STEPS * self._step_i or change_j > STEPS * self._step_j
 
     def _follow(self, wrench: Sequence[float]) -> None:
-        """Smooth forces, and torques across the axis."""
+        """Filter the forces, and the lateral torques."""
         i, j, along_n = self._i, self._j, self._sign * wrench[self._index]
         across_i, across_j = wrench[i], wrench[j]
         torque_i, torque_j = wrench[3 + i], wrench[3 + j]
@@ -374,8 +377,8 @@ class ForceWatch(_StreamWatch):
 
 
 class ArmWatch(_StreamWatch):
-    """Watches the arm; `force_n` is its own force channel, not tared, `side` what it feels across
-    the press where it is the second channel, `pose` its newest pose."""
+    """Watches the arm; `force_n` is its own force channel, not tared, `side` its own lateral force
+    where it is the second channel, `pose` its newest pose."""
 
     __slots__ = (
         "_counts", "_force_n", "_needs_force", "_same", "force_n", "pose", "position_m", "side",

@@ -1,4 +1,4 @@
-"""Rules on force and torque across the pressing axis: R12 dragged sideways, R14 touched beside it.
+"""Rules on lateral force and torque: R12 dragged sideways, R14 touched beside the pressing axis.
 
 A payload that is dragged sideways yields at a smaller force along the axis than one that is not.
 """
@@ -11,16 +11,18 @@ from stepload.engine.watch import Breach, ForceWatch, Found
 from stepload.envelope.limits import RunLimits
 
 LATERAL_TIME_S = 0.02
-"""How long the share across the axis, already smoothed, may be too large."""
+"""Time in s for which the lateral share, already filtered, may be too large."""
 
 
 class WrenchRules:
-    """State of the rules. `share` is the smoothed force across over that along, `off_m` how far the
-    contact is from the pressing axis; 0 where the force is too small to tell.
+    """Rules R12 and R14, with their state.
+
+    `share` is the filtered lateral force over the axial one, `off_m` the distance of the contact
+    from the pressing axis; 0 where the force is too small to determine it.
 
     Args:
-        limits: the thresholds; `adopt` hands in those for another noise.
-        found: makes a breach of a rule; see `stepload.engine.watch`.
+        limits: the thresholds; `adopt` replaces them.
+        found: makes the `Breach` of a rule; see `stepload.engine.watch`.
     """
 
     __slots__ = ("_across_s", "_found", "_limits", "_off_s", "off_m", "share")
@@ -45,16 +47,16 @@ class WrenchRules:
         leaving: bool = False,
         by: str = "",
     ) -> Breach | None:
-        """R12: dragged sideways too much, or too much for what F_c is while it is dragged.
+        """R12: the lateral share is too large, or the force too large for F_c with that share.
 
         Args:
-            across_n: across the axis, smoothed and tared.
+            across_n: lateral force, filtered and tared.
             force_n, predicted_n: newest force along the axis, and R2's peak.
-            smooth_n: along the axis, smoothed as what is across it: while a force falls, one that
-                lags behind the other would make a share that is not there.
-            leaving: the arm retracts, as a stop would make it do. Friction that clings goes down
-                less than the force along the axis, so the share alone tells nothing then.
-            by: who says so, for the message; "" for the force sensor.
+            smooth_n: axial force with the same filter as the lateral one: while a force falls,
+                different lags would give a false share.
+            leaving: the arm retracts, as it would after a stop. Static friction falls less than the
+                force along the axis, so the share alone means nothing then.
+            by: the source of the force, for the message; "" for the force sensor.
         """
         limits, along_n = self._limits, abs(smooth_n)
         if not limits.lateral_share or math.hypot(across_n, along_n) < limits.lateral_from_n:

@@ -1,4 +1,4 @@
-"""At rest in free air: the zero of both force channels, what it shows of them, and its drift."""
+"""At rest in free air: takes the zero of both force channels, and checks its noise and drift."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ DRIFT_CHECK_S = 0.5
 NOISE_FACTOR = 3.0
 
 Adopt = Callable[[Measured], RefusedError | DomainError | None]
-"""Goes on with thresholds for this noise and drift; why the plan does not fit them, or None."""
+"""Adopts thresholds for this noise and drift; returns why the plan does not fit them, or None."""
 
 
 class Zeroing:
-    """Takes the zero, and looks at it again afterwards.
+    """Takes the zero, and measures later how far it has moved.
 
     Args:
-        course: of the run.
+        course: state of the run.
         stopped: what to do when the operator stops the run here.
-        adopt: takes over what was measured where it is worse than planned.
+        adopt: derives thresholds from what was measured where it is worse than planned.
     """
 
     def __init__(self, course: Course, stopped: Then, adopt: Adopt) -> None:
@@ -46,12 +46,12 @@ class Zeroing:
         self._course.enter(Phase.WARM_UP, now_s, self._warm_up)
 
     def take(self, now_s: float, then: Then, touching: Then | None = None) -> None:
-        """Prove free air, take the zero, see that it stays, `then` go on; as `FreeAir.prove`."""
+        """Prove free air, take the zero, check its drift, then call `then`; see `FreeAir.prove`."""
         self._then = then
         self._free_air.prove(now_s, self._begin_tare, touching)
 
     def look_back(self, now_s: float, then: Then) -> None:
-        """After a retract: how far has the zero moved? `then` go on.
+        """Measure after a retract how far the zero has moved, then call `then`.
 
         Between cycles the new zero counts from now on. Free air needs no proof here: the contact
         was seen to open, and a zero further off than the drift allowed ends the run.
@@ -129,11 +129,11 @@ class Zeroing:
             self._then(now_s)
 
     def _still_fits(self, tare: Tare) -> bool:
-        """Whether the plan leaves room with the noise and drift that there really are."""
+        """Whether the plan still leaves room with the measured noise and drift."""
         course, plan, limits = self._course, self._course.plan, self._course.limits
         noise_n = tare.noise_n if tare.sure_noise_n > limits.shown_noise_n else 0.0
         drift_n = tare.sure_slope_n_per_s * under_load_s(plan, limits.loop_s)
-        # A sensor of which a force never changes may see nothing of a payload that is dragged.
+        # A sensor with a force that never changes may not detect that a payload is dragged.
         blind = tare.live < 3 and 0.0 < limits.dragged_left < 1.0
         if noise_n == 0.0 and drift_n <= plan.max_drift_n and not blind:
             return True

@@ -1,7 +1,7 @@
 """Remedies that were tried: each is put into the plan, and the plan is judged again.
 
-A remedy that does not lift its refusal or its warning, or that refuses something else, is not told.
-This room is handed the judge; it never asks for advice about the plans that it tries.
+A remedy that does not lift its refusal or its warning, or that causes another refusal, is not
+listed. The judge is passed in; it gives no advice about the plans that are tried.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Remedy:
 
 
 def advised(plan: Plan, reasons: tuple[Reason, ...], judge: Judge) -> tuple[Reason, ...]:
-    """The reasons with remedies that were tried, and with one more where several must be joined."""
+    """The reasons with remedies that were tried, and one more where changes must be combined."""
     found = tuple(
         replace(reason, remedy=_told(reason, remedies_for(plan, reason, reasons, judge)))
         if reason.code in FAMILIES and reason.severity is not Severity.NOTE
@@ -52,7 +52,7 @@ def advised(plan: Plan, reasons: tuple[Reason, ...], judge: Judge) -> tuple[Reas
 def remedies_for(
     plan: Plan, reason: Reason, reasons: tuple[Reason, ...], judge: Judge
 ) -> tuple[Remedy, ...]:
-    """Of each family of changes the mildest that lifts a reason and refuses nothing else.
+    """The mildest change of each family that lifts a reason and causes no other refusal.
 
     One that brings no warning is preferred to a milder one that does.
     """
@@ -87,7 +87,7 @@ def _told(reason: Reason, remedies: tuple[Remedy, ...]) -> str:
 def _joined(
     plan: Plan, reasons: tuple[Reason, ...], told: tuple[Reason, ...], judge: Judge
 ) -> Iterator[Reason]:
-    """What makes the plan go where no single change does."""
+    """A note on changes that lift every refusal together, where no single change does."""
     refused = [reason for reason in told if reason.severity is Severity.REFUSE]
     if not refused or (len(refused) == 1 and refused[0].remedy != NONE_HELPS):
         return

@@ -1,4 +1,4 @@
-"""What going sideways means for force: speeds, clearances, and how well a tilt is known."""
+"""Limits of sideways motion: speeds, clearances, and the uncertainty of a measured tilt."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from stepload.rig.plugins import load_arm
 from stepload.units import format_quantity
 
 GUESSED_FACTOR = 3.0
-"""Stiffness across over the largest along, where none is stated: a UR5e in its median pose has 1.3
-to 1.5 (assumed joint stiffnesses)."""
+"""Lateral stiffness over the largest axial one, where none is stated: a UR5e in its median pose has
+1.3 to 1.5 (assumed joint stiffnesses)."""
 STEEPEST_RAD = math.radians(5.0)
-"""A plate that is tilted by no more is not met by the shifted tool before the approach is slow."""
+"""Largest tilt at which the shifted tool meets the plate only once the approach is slow."""
 FASTEST_M_S = 5e-3
 ACCELERATION_SHARE = 0.25
 FELT_SIGMAS = 8.0
-"""Of noise: force on either axis that ends a shift in free air."""
+"""Multiple of the noise: force on either axis that ends a shift in free air."""
 HUMP_SIGMAS = 3.0
 SURE = 2.0
-"""Standard uncertainties within which a tilt is counted on (95 %)."""
+"""Coverage factor of a tilt, in standard uncertainties (95 %)."""
 NULL_FROM_N = 3.0
 NULL_FASTEST_M_S = 1e-3
 NULL_ROOM_SHARE = 0.5
-"""Of what F_lim leaves above the top force: force across that may grow before the arm reacts."""
+"""Share of the room below F_lim that lateral force may grow by before the arm reacts."""
 NULL_SIGMAS = 2.0
 NULL_S = 0.2
 NULL_TIMES = 10.0
 NULL_LOOPS = 3.0
-"""Loop delays that the time constant must be: three times the stiffness is then stable with a gain
-margin of 1.5."""
+"""Least time constant in loop delays: three times the stiffness is then stable with a gain margin
+of 1.5."""
 NULL_FILTER_TICKS = 10.0
 
 
@@ -48,7 +48,7 @@ class Aligning:
     Attributes:
         radius_m, max_tilt_rad: of the plan.
         clear_m: distance from every surface seen so far at which the arm is shifted.
-        early_m: so much before the surface seen last an approach beside it is already slow.
+        early_m: distance before the surface seen last from which on a touch beside it is slow.
         speed_m_s, acceleration_m_s2: across the approach.
         felt_n: force that ends a shift.
         touch_error_m, tilt_error_rad: standard uncertainties of a touch, and of each angle.
@@ -79,17 +79,17 @@ class Aligning:
 
 @dataclass(frozen=True, slots=True)
 class NullingLaw:
-    """How force across the axis is taken off, in SI units.
+    """How lateral force is nulled, in SI units.
 
     Attributes:
-        stiffness_n_per_m: largest stiffness across that is believed.
-        time_constant_s: of the fall where that is the true one.
-        largest_m: of all shifts together.
-        fastest_m_s: of a shift.
-        from_n: force along the axis from which on it is done.
-        dead_n: force across that is left alone.
+        stiffness_n_per_m: largest lateral stiffness that is believed possible.
+        time_constant_s: of the decay if that stiffness is the true one.
+        largest_m: limit of all shifts together.
+        fastest_m_s: limit of the speed of a shift.
+        from_n: axial force from which on lateral force is nulled.
+        dead_n: lateral force that is ignored.
         longest_s: time that one level may take.
-        turn_rad: of the sensor about the approach against the arm.
+        turn_rad: rotation of the sensor against the arm, about the approach.
     """
 
     stiffness_n_per_m: float
@@ -115,7 +115,7 @@ class NullingLaw:
 
 
 def lateral_stiffness(rig: Rig) -> float:
-    """The largest stiffness in N/m across the approach that is believed."""
+    """The largest lateral stiffness in N/m that is believed possible."""
     stated = rig.arm.lateral_stiffness_n_per_m
     return GUESSED_FACTOR * largest_stiffness(rig) if stated is None else stated
 
@@ -123,8 +123,8 @@ def lateral_stiffness(rig: Rig) -> float:
 def aligning_of(plan: Plan, limits: RunLimits) -> Aligning | None:
     """How a plan's touches on a circle are made; None where it asks for none.
 
-    A shift is so slow that F_lim is kept even if the tool runs into something, which then feels the
-    arm's largest stiffness across.
+    A shift is so slow that F_lim is kept even if the tool runs into something, against the arm's
+    largest lateral stiffness.
     """
     asked, rig = plan.procedure.alignment, plan.rig
     if asked is None:
@@ -164,7 +164,7 @@ def aligning_of(plan: Plan, limits: RunLimits) -> Aligning | None:
 
 
 def nulling_of(plan: Plan, limits: RunLimits) -> NullingLaw | None:
-    """How a plan takes force off sideways; None where it does not."""
+    """How a plan nulls lateral force; None where it does not."""
     asked = plan.procedure.nulling
     if asked is None:
         return None
@@ -189,7 +189,7 @@ def least_time_constant_s(limits: RunLimits) -> float:
 
 
 def aligning_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
-    """What speaks against going sideways with this rig."""
+    """Reasons against sideways motion with this rig."""
     procedure, rig = plan.procedure, plan.rig
     if procedure.alignment is None and procedure.nulling is None:
         return

@@ -1,4 +1,4 @@
-"""How well the arm's own wrench tells a force across the press that the force sensor does not."""
+"""Error of the lateral force by the arm's own wrench, where the force sensor measures none."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from stepload.plan.model import Plan, SecondForceSource
 from stepload.rig.plugins import load_arm
 
 COMPONENTS = 2
-"""Across the press; each may err by what R5 allows the one along it to err by."""
+"""Lateral components; each may err by what R5 allows the axial one to err by."""
 
 
 def arm_error_n(tolerance_n: float, tolerance_relative: float, along_n: float) -> float:
-    """Largest error in N of the force across the press by a sound arm's wrench.
+    """Largest error in N of the lateral force by the wrench of a sound arm.
 
     Args:
         tolerance_n, tolerance_relative: of the second channel, as R5 has them.
@@ -22,7 +22,7 @@ def arm_error_n(tolerance_n: float, tolerance_relative: float, along_n: float) -
 
 
 def arm_tells(plan: Plan) -> bool:
-    """Whether the second channel is an arm that tells its force across the press too.
+    """Whether the second channel is an arm that reports its lateral force too.
 
     Raises:
         BadInputError: the arm's driver is not installed.
@@ -32,8 +32,8 @@ def arm_tells(plan: Plan) -> bool:
 
 
 def surely_seen(plan: Plan) -> float:
-    """The share across the press at the top force from which on R12 stops by the arm's wrench,
-    whichever way the arm errs."""
+    """Lateral share at the top force from which on R12 surely stops by the arm's wrench, whatever
+    the sign of the arm's error."""
     second, top_n = plan.rig.second_force, plan.procedure.top_force_n
     error_n = arm_error_n(second.tolerance_n, second.tolerance_relative, top_n)
     return plan.procedure.max_lateral_share + 2.0 * error_n / top_n

@@ -1,4 +1,4 @@
-"""A rig and its payloads, read and derived as a plan is: nothing of either is known twice."""
+"""A rig and its payloads for a map, read and derived in the same way as a plan."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from stepload.units import format_quantity
 PAPERS_N = 300.0
 """The top force of the paper's maps."""
 PROBE_N = 1e4
-"""A plan of this top force is read to know what a rig can push: above what any touch needs."""
+"""Top force in N of a plan that is only read to learn how hard a rig can push."""
 OF_PUSH = 0.8
-"""Where a rig cannot push that hard: this share of what it can."""
+"""Share of a rig's largest push that is used where it cannot push that hard."""
 
 
 @dataclass(frozen=True, slots=True)
 class Specimen:
-    """A payload, and what this rig may do to it.
+    """A payload, and how hard this rig may press it.
 
     Attributes:
         name: its name; `path` its file.
@@ -54,13 +54,13 @@ class Specimen:
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """A rig as a map takes it.
+    """A rig as a map uses it.
 
     Attributes:
-        name: what the rig calls itself.
+        name: of the rig.
         top_n: the top force of the map.
-        conditions: of an identification of a payload that nothing is known of.
-        touch_n: force at which a touch is seen.
+        conditions: of an identification of an unknown payload.
+        touch_n: force at which a touch is detected.
         zero_drift_n_per_s: largest drift of the force's zero.
         damping_n_s_per_m: C_s of the load path.
         note: how well K_s is known, in words.
@@ -76,7 +76,7 @@ class Bench:
 
 
 def k_max(told: Conditions, top_n: float) -> float:
-    """(34), or (36) with a gauge, in N/m."""
+    """K_max in N/m by (34), or by (36) with a gauge."""
     return identifiability(
         top_n, told.position_resolution_m, told.sources.system_stiffness_n_per_m,
         p=told.p, s=told.s, t=told.t,
@@ -131,7 +131,7 @@ def bench(rig: str, top_n: float | None) -> Bench:
 
 
 def _as_calibrated(envelope: Envelope) -> Conditions:
-    """With a payload whose friction is that of the calibration: it is not in the draw."""
+    """The conditions without the effect of friction, which is taken to be as in the calibration."""
     told = conditions_of(envelope.plan, envelope.theory)
     return replace(told, across=Across(), arm=False)
 
@@ -199,5 +199,5 @@ def _softer(rig: str, path: Path, safe_n: float) -> tuple[Plan, Envelope] | None
 
 
 def _flat() -> Path:
-    """A payload that bears any force: of a map without payloads only the rig is looked at."""
+    """The file of a payload that bears any force, for what concerns the rig alone."""
     return payload_folder() / "stiff-flat.yaml"

@@ -1,4 +1,4 @@
-"""What a rig's numbers mean for pressing: largest stiffness, delays, ages, speeds; upper bounds."""
+"""Upper bounds that follow from a rig's data: largest stiffness, delays, ages, speeds."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ LEAST_STIFFNESS_DOUBT = {
     Provenance.DECLARED: 0.1,
     Provenance.INDICATIVE: 0.3,
 }
-"""Smallest relative doubt about K_s by where it comes from; 3 sigma where that is more."""
+"""Least relative uncertainty of K_s by its provenance; 3 sigma where that is more."""
 ARM_STUCK_RATIO = 3.8
 """[C^-1]_zz C_zz, the 90th percentile over the tool-down poses of a UR3e, the largest of four arms
 (UR5e 2.4, UR10e 2.6, UR16e 2.7; medians 1.1 to 1.4), with assumed joint stiffnesses: `python -m
 stepload_verify.trials.pose_stiffness`. A calibration that stuck itself has the factor in K_s
 already, and it counts once more."""
 LEAST_CLASS_RATIO = 2.4
-"""The smallest of these four: a smaller ratio is that of a pose."""
+"""The smallest of these four: a smaller ratio holds for one pose only."""
 AGE_S = 0.012
 """Age at which data stop a run where the plan does not say."""
 AGE_PERIODS = 4.0
@@ -45,8 +45,8 @@ LOAD_TIMEOUTS = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What the run itself has found out about its force sensor: noise (sd) and drift since tare,
-    and whether nothing but its pressing axis ever changes."""
+    """What the run has measured of its force sensor: noise (sd), drift since the tare, and whether
+    only its component along the pressing axis ever changes."""
 
     noise_n: float
     bias_n: float
@@ -60,7 +60,7 @@ def largest_sliding_stiffness(system: SystemStiffness) -> float:
 
 
 def stuck_ratio(rig: Rig) -> tuple[float, str]:
-    """By how much friction that holds the tip sideways stiffens it at the most, and its source."""
+    """The largest factor by which friction at the tip stiffens the load path, and its source."""
     stated = rig.system_stiffness.stuck_ratio
     if stated is not None:
         return stated, "rig: system_stiffness.stuck_ratio"
@@ -86,9 +86,9 @@ def comparison_period_s(rig: Rig) -> float:
 
 
 def channel_skew_s(rig: Rig) -> float:
-    """Bound on how much older what one force channel tells may be than what the other tells, in s.
+    """Upper bound in s on how much older one force channel's reading may be than the other's.
 
-    Where they are compared one of them may have waited for the other for as long as a period.
+    When they are compared one of them may have waited for the other for up to a period.
     """
     second = rig.second_force.sensor
     delay_s = max(rig.force.delay_s, second.delay_s if second else 0.0)
@@ -108,8 +108,9 @@ def step_rate_per_s(loop_s: float) -> float:
 def shown_noise_n(noise_n: float, resolution_n: float) -> float:
     """Largest standard deviation in N that readings of this noise and resolution can show.
 
-    It is sqrt(σ² + q²/12) in the mean over where the force stands within a quantum q. A force at
-    the edge of one flips between two values half a quantum away, which a coarse sensor shows.
+    On average over the position of the force within a quantum q it is sqrt(σ² + q²/12). A force at
+    the edge of a quantum flips between two values half a quantum away, which is what a coarse
+    sensor may show.
     """
     if resolution_n <= noise_n:
         return math.hypot(noise_n, resolution_n / math.sqrt(12.0))

@@ -36,7 +36,7 @@ def catch_up_force(rig: PressRig, travel_m: float, tangent_n_per_m: float) -> fl
 
 
 def largest_catch_up(rig: PressRig, force_n: float, tangent_n_per_m: float) -> float:
-    """The step in m at which `catch_up_force` comes to `force_n`."""
+    """The step in m at which `catch_up_force` reaches `force_n`."""
     low_m, high_m = 0.0, force_n / series_stiffness(rig.stiffness_n_per_m, tangent_n_per_m)
     for _ in range(_HALVINGS):
         middle_m = 0.5 * (low_m + high_m)

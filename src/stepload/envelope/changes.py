@@ -1,6 +1,6 @@
-"""What could be changed in a plan against a refusal or a warning, from the mildest change on.
+"""Possible changes of a plan against a refusal or a warning, the mildest first.
 
-Every figure is rounded to what is printed before it is put in: what is tried is what is told.
+Every figure is rounded as it is printed before it is tried: what is tried is what is printed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ AGREE = 0.02
 
 
 DEPTH_POWERS = {"deep_contact": 1.5, "tip_exceeded": 1.5, "thin_payload": 3.0}
-"""Force by the deformation, and by the contact radius, of a sphere."""
+"""Exponents of force over deformation, and over contact radius, of a sphere."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,7 @@ def _on_rig(plan: Plan, part: str, **values: Any) -> Callable[[], Plan]:
 
 
 def with_top(plan: Plan, top_n: float) -> Change:
-    """The plan with another top force; what cannot stay as it is goes with it, and is told."""
+    """The plan with another top force; step, levels and secant force are adapted, and named."""
     text, top_n = _written(top_n, "N")
     procedure, identify = plan.procedure, plan.identify
     verb = "reduce" if top_n < procedure.top_force_n else "raise"
@@ -96,7 +96,7 @@ def lower_top(plan: Plan, reason: Reason) -> Iterator[Change]:
         most_n = reason.limit if reason.limit > 0.0 else theory_of(plan.payload).counted.lower_n
     if reason.code in DEPTH_POWERS:
         most_n = top_n * (reason.limit / reason.value) ** DEPTH_POWERS[reason.code]
-    # No line of advice, whatever it is for, names a force above what counts of F_c.
+    # No line of advice names a force above the part of F_c that may be counted on.
     most_n = min(most_n, theory_of(plan.payload).counted.lower_n)
     for share in DOWN:
         if 0.0 < _floor(share * most_n) < top_n:
@@ -296,4 +296,4 @@ FAMILIES: dict[str, tuple[Family, ...]] = {
     "barely_answers": (quieter_sensor, higher_top, softer_arm),
     "one_force_channel": (second_channel,),
 }  # fmt: skip
-"""By the code of a reason: what could help against it, what is easiest to do first."""
+"""Families of changes that could help, by the code of a reason; the easiest first."""

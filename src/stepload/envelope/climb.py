@@ -1,11 +1,11 @@
 """How long the arm takes from level to level, with every bound on its speed in contact.
 
-A step is asked for at the plan's load rate. The arm may be slower: near F_lim little force is left,
-and the speed there must be bearable to a hidden hard stop and to a link that stalls; and the leash
-is short there. The leash is reckoned from the *measured* position. A target leads it by the error
-of that measurement, which is counted where the arm rests, but no more of it than is likely: a
-target farther ahead may lead an arm that is held back. Where the leash is shorter than what is left
-of the error, the target may stand still and the level is never reached.
+A step is planned at the load rate of the plan. The arm may be slower: near F_lim little force is
+left, and the speed there must be safe on a hidden hard stop and with a link that stalls; and the
+leash is short there. The leash starts from the *measured* position. The target leads that by the
+error of the measurement, which is allowed for where the arm rests, but only up to a likely size: a
+target farther ahead may lead an arm that is held back. Where the leash is shorter than the rest of
+the error, the target may stand still and the level is never reached.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ BEGIN_TIME_CONSTANTS = 2.0
 """Time constants 1/λ by which a step is late: it begins as if the surface were rigid, and the force
 follows its ramp one time constant behind."""
 PARTS = 24
-"""A step is reckoned in so many parts."""
+"""Number of parts over which the time of a step is summed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +37,8 @@ class Climbs:
         up_s: (L,) from the level below, or the touch, until each level is reached.
         down_s: (L − 1,) from each level above the lowest down to the next.
         missed_n: the lowest level that may not be reached; 0 N where there is none.
-        lead_m, leash_m: what may not be counted of how far the target leads the position, and how
-            much of the leash is for one answer at that level, or else at the top.
+        lead_m, leash_m: by how much the target may lead the position beyond what is allowed for,
+            and how much of the leash is for one answer at that level, or else at the top.
 
     All times are at most what a step may last.
     """
@@ -86,7 +86,7 @@ class _Way:
     system_n_per_m: float
 
     def leash_n(self, force_n: float) -> float:
-        """What the leash leaves for one answer at a force, as the force of a rigid surface."""
+        """The leash for one answer at a force, as the force in N on a rigid surface."""
         limits = self.limits
         room_n = limits.force_limit_n - force_n - NOISE_MULTIPLE * limits.noise_n
         return limits.leash_share * room_n

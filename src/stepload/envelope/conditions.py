@@ -1,4 +1,4 @@
-"""The conditions of an identification as a plan tells them, before anything is measured."""
+"""The conditions of an identification as they follow from a plan, before anything is measured."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ from stepload.plan.model import Payload, Plan, Rig, Structure, SystemStiffness
 
 HARDNESS_PER_YIELD = 5.0
 UNKNOWN_LAG_SIGMA_S = 1e-3
-"""Standard uncertainty of the alignment where the ramps tell no better: a period at 1 kHz."""
+"""Standard uncertainty of the time lag where the ramps give no better one: a period at 1 kHz."""
 
 ARM_MISALIGNMENT_RAD = math.radians(2.0)
-"""Between a sensor's axis and the press, on a serial arm where nobody states it: flange, adapter
-and tool, each of some tenths of a degree, and a tool frame that was taught by hand."""
+"""Assumed angle between a sensor's axis and the press on a serial arm, where none is stated:
+flange, adapter and tool, each of some tenths of a degree, and a tool frame that was taught by
+hand."""
 UNKNOWN_OFFSET_M = 0.02
-"""How far beside the contact a gauge on a serial arm counts to measure where nobody states it."""
+"""Assumed distance of a gauge from the contact on a serial arm, where none is stated."""
 
 
 def conditions_of(plan: Plan, theory: Theory) -> Conditions:
@@ -88,14 +89,14 @@ def conditions_of(plan: Plan, theory: Theory) -> Conditions:
 
 
 def misalignment_of(rig: Rig) -> float:
-    """Largest angle between the sensor's axis and the press, as it counts for this rig, in rad."""
+    """Largest angle in rad between the sensor's axis and the press: stated, assumed, or 0."""
     if rig.force.misalignment_rad is not None:
         return rig.force.misalignment_rad
     return ARM_MISALIGNMENT_RAD if rig.arm.structure is Structure.ARM else 0.0
 
 
 def gauge_offset_of(rig: Rig) -> float:
-    """How far beside the contact a gauge of a serial arm counts to measure, in m; else 0."""
+    """Distance in m of a serial arm's gauge from the contact, stated or assumed; else 0."""
     if rig.displacement is None or rig.arm.structure is not Structure.ARM:
         return 0.0
     stated = rig.displacement.offset_m
@@ -103,7 +104,7 @@ def gauge_offset_of(rig: Rig) -> float:
 
 
 def across_of(stiffness: SystemStiffness) -> Across:
-    """What a plan knows of the force across the axis; nothing while its record does not hold."""
+    """The calibrated effect of lateral force; empty where the calibration record is not valid."""
     if stiffness.validity_problem:
         return Across()
     return Across(
@@ -122,8 +123,8 @@ def _pair(values: tuple[float, ...]) -> tuple[float, float] | None:
 def _rough_length(payload: Payload, theory: Theory) -> float | None:
     """1.22 σ κ^-0.16 (11) in m; 0 where the plan says smooth, None where it does not say enough.
 
-    Where the micro-hardness is not told it is taken as five times the yield strength (of a metal or
-    a plastic within a factor of two, which moves the length by 11 %).
+    Where the micro-hardness is not stated it is taken as five times the yield strength (of a metal
+    or a plastic within a factor of two, which moves the length by 11 %).
     """
     if payload.roughness_m == 0.0:
         return 0.0

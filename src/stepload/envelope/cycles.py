@@ -8,7 +8,7 @@ from stepload.envelope.reason import Reason, Severity
 from stepload.plan.model import Plan
 
 WHOLE = 2
-"""A first loading and one more of the same contact: the least that tells set and drift."""
+"""A first loading and one more of the same contact: the least that reveals set and drift."""
 
 
 def cycle_reasons(plan: Plan) -> Iterator[Reason]:

@@ -1,4 +1,4 @@
-"""Where contact theory ends for a payload at the forces that are used; before and after a run."""
+"""Limits of contact theory for a payload at the forces that are used; before and after a run."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ from stepload.envelope.theory import ENDS, Theory
 from stepload.plan.model import Payload, Plan
 
 LOWEST_SHARE = 0.1
-"""A result is made of forces from this share of the highest one on."""
+"""A result uses forces from this share of the highest one on."""
 _OF_THE_LADDER = ("above_elastic_limit", "within_doubt_of_limit")
-"""Before a run the ladder of forces has said it already."""
+"""Codes that are left out before a run, since the ladder of forces reports them already."""
 
 
 def payload_doubts(
     payload: Payload, theory: Theory, from_n: float, to_n: float
 ) -> tuple[DomainDoubt, ...]:
-    """What is doubtful of theory for this payload at these forces in N, planned or reached.
+    """Doubts about theory for this payload at these forces in N, planned or reached.
 
-    Of a payload that is known as a range only: at either end, each doubt where it is worse.
+    Of a payload that is known as a range only both ends are checked, and each doubt is reported
+    where it is worse.
 
     Raises:
         DomainError: a number outside the domain of contact theory.
@@ -49,7 +50,7 @@ def payload_doubts(
 
 
 def domain_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
-    """What of theory is doubtful at the forces of a plan.
+    """Doubts about theory at the forces of a plan.
 
     A law that means nothing at the top force refuses: distances and speeds of the run follow from
     it. Where another law describes what the smooth one leaves out, it is a note.

@@ -1,4 +1,4 @@
-"""What of F_c may be counted on of a payload that is dragged sideways, pressed and drawn back."""
+"""The part of F_c that may be counted on for a payload dragged sideways, loading or retracting."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from stepload.envelope.conditions import ARM_MISALIGNMENT_RAD
 from stepload.plan.model import Payload, Plan, Structure
 
 UNMEASURED_TILT_RAD = math.radians(3.0)
-"""A plate of which nobody says more is believed to be tilted by no more than this."""
+"""Assumed largest tilt of a plate where none is stated."""
 CROSS_TALK = 0.01
-"""Of the force along its axis, a six-axis sensor may show so much across it."""
+"""Cross-talk: share of the axial force that a six-axis sensor may show across its axis."""
 
 
 def counted_left(plan: Plan, *, one_axis: bool = False) -> float:
-    """The part of F_c that F_allowed is made of; `one_axis` as in `dragged_left`."""
+    """The part of F_c from which F_allowed is derived; `one_axis` as in `dragged_left`."""
     return min(dragged_left(plan, one_axis=one_axis), back_left(plan))
 
 
 def believed_tilt_rad(plan: Plan) -> float:
-    """Largest tilt of the plate that counts: measured in the run, stated, or believed."""
+    """Largest tilt of the plate in rad that is expected: checked in the run, stated, or assumed."""
     if plan.procedure.alignment is not None:
         return plan.procedure.alignment.max_tilt_rad
     stated = plan.rig.plate_tilt_rad
@@ -31,10 +31,9 @@ def believed_tilt_rad(plan: Plan) -> float:
 
 
 def askew_of(plan: Plan) -> float:
-    """By how much the share in the plane of the plate may be above the one that the sensor shows.
+    """By how much the share in the plane of the plate may exceed the one that the sensor shows.
 
-    The plate is tilted against the press, the sensor is mounted askew, and shows across its axis
-    some of what is along it.
+    Causes are the tilt of the plate, the misalignment of the sensor, and its cross-talk.
     """
     return _askew(plan, believed_tilt_rad(plan))
 
@@ -52,21 +51,21 @@ def worst_weakening(plan: Plan) -> float:
 
 
 def steeper(plan: Plan) -> float:
-    """The part of F_c that a plate takes which is tilted by more than is believed of any plate.
+    """The part of F_c that is lost where the plate is tilted by more than the assumed tilt.
 
-    What the tilt believed of any takes, 2 to 3 %, stands in `rig.common_force_error`.
+    The loss by the assumed tilt itself, 2 to 3 %, is contained in `rig.common_force_error`.
     """
     more = askew_of(plan) ** 2 - _askew(plan, UNMEASURED_TILT_RAD) ** 2
     return worst_weakening(plan) * more if more > 0.0 else 0.0
 
 
 def dragged_left(plan: Plan, *, one_axis: bool = False) -> float:
-    """The part of F_c left at the largest share across the axis that the plan allows; 1 where a
-    guided axis does not drag the payload, or six components show it (R12).
+    """The part of F_c left at the largest lateral share that the plan allows.
 
-    Where nobody sees the share it may also be as large as a stated friction, and the whole force by
-    as much larger than that along the axis. A low friction allows no more: it only ever takes away.
-    A plate that is stated to be tilted by more than is believed of any adds to the share.
+    1 where a guided axis does not drag the payload; `steeper` alone counts where six components
+    show the share (R12). Where the share is not measured it may also be as large as a stated
+    friction, and the resultant larger than the axial force accordingly. A low friction never
+    increases the result. A plate stated to be tilted by more than is assumed adds to the share.
 
     Args:
         one_axis: the run has found that its sensor shows one component, whatever the plan says.
@@ -86,9 +85,9 @@ def dragged_left(plan: Plan, *, one_axis: bool = False) -> float:
 def back_left(plan: Plan) -> float:
     """g at the friction that the plan states; 1 where it states none, or the axis is guided.
 
-    The share in the plane of the plate is never more than the friction, whatever the tilt of the
-    plate, and however friction clings and the tip swings while a serial arm draws back: a whole
-    force of g(µ) F_c keeps g(t) F_c at any time.
+    The share in the plane of the plate never exceeds the friction, whatever the tilt of the plate,
+    and however the tip sticks and swings while a serial arm retracts: a resultant of up to g(µ) F_c
+    stays below g(t) F_c at any time.
     """
     if plan.payload.friction is None or plan.rig.arm.structure is not Structure.ARM:
         return 1.0
@@ -101,7 +100,7 @@ def friction_left(payload: Payload) -> float:
 
 
 def left_at(payload: Payload, share: float) -> float:
-    """g at this share across the axis, of the body that it leaves least of."""
+    """g at this lateral share, of the body for which it is smallest."""
     return min(left_of_limit(nu, share) for nu in yielding_ratios(payload))
 
 

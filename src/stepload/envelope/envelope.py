@@ -1,7 +1,7 @@
 """Everything that is known before motion, derived once from a plan and handed down.
 
 Commands print an envelope, the run obeys it, the record keeps it and the report shows it. Only the
-tare asks for it again, with the noise and the drift that the force sensor really has.
+tare derives it again, with the measured noise and drift of the force sensor.
 """
 
 from __future__ import annotations
@@ -60,15 +60,15 @@ ALMOST = 0.999
 
 @dataclass(frozen=True, slots=True)
 class Envelope:
-    """What a plan means: theory, forces, limits, speeds, schedule, and whether it may run.
+    """What follows from a plan: theory, forces, limits, speeds, schedule, and whether it may run.
 
     `limits` are the thresholds of the run; None where the plan may not be pressed as it stands,
     `refusal` says why. Speeds and force budget are then those at the largest safe force; where no
     force is safe the speeds are 0 and the budget is empty. `bounds` are the rig's delays and
-    inertia, `shake` is the best that can prove the force channels, None where no mass is stated,
-    `until` what every level needs where the plan asks for no more force than an interval takes,
-    `aligning` and `nulling` what the run does across its approach.
-    Secants and deformation are theory's, `top_force_n` is the plan's.
+    inertia, `shake` is the best shake to prove the force channels, None where no mass is stated,
+    `until` the deformation needed at every level where the plan may end its loading early,
+    `aligning` and `nulling` the parameters of motion across the approach. Secants and deformation
+    are theory's, `top_force_n` is the plan's.
     """
 
     plan: Plan
@@ -96,7 +96,7 @@ class Envelope:
 
     @property
     def telling_shake(self) -> Shake | None:
-        """The shake that the run begins with; None where there is none that tells anything."""
+        """The shake that the run begins with; None where none measures the masses well enough."""
         return self.shake if self.shake is not None and self.shake.tells else None
 
     @property
@@ -135,8 +135,7 @@ class Envelope:
 def envelope_of(plan: Plan, measured: Measured | None = None) -> Envelope:
     """Derive everything that is known about a plan before it moves anything.
 
-    Before the run the remedies are tried, each by an envelope of its own. During a run there is
-    neither time nor use for them.
+    Before the run the remedies are tried, each with an envelope of its own; not during a run.
 
     Args:
         measured: noise and drift that the run itself has found, where they are worse than planned.
@@ -156,7 +155,7 @@ def envelope_of(plan: Plan, measured: Measured | None = None) -> Envelope:
 
 
 def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
-    """The envelope of a plan with remedies as they come, none of them tried; as `envelope_of`.
+    """The envelope of a plan without trying any remedies; otherwise as `envelope_of`.
 
     What each level needs for `procedure.until` is left out: such a run goes up to the top force.
     """
@@ -225,7 +224,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
 
 
 def refusal_of(envelope: Envelope) -> RefusedError:
-    """The error of a plan that may not run: every refusing reason with its way out."""
+    """The error of a plan that may not run: every refusing reason with its remedy."""
     lines = [
         f"{reason.message}\n  -> {reason.remedy}"
         for reason in envelope.reasons

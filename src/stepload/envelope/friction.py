@@ -1,4 +1,4 @@
-"""What preflight says of friction at the contact of a serial arm: how well K_s will hold."""
+"""Preflight reasons on friction at the contact of a serial arm: how well K_s will hold."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from stepload.plan.model import Plan, Provenance, Structure
 from stepload.units import format_quantity
 
 TYPICAL_SHARE = 0.3
-"""Force across over force along of a contact that slides with a friction of 0.3."""
+"""Lateral force over axial force of a contact that slides with a friction of 0.3."""
 
 NO_ARM = "; only where this is no serial arm but a guided axis: rig.arm.structure: machine"
 
 
 def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
-    """Whether friction is in the result of an arm, and what would take it out."""
+    """Whether friction affects the result of an arm, and what would remove its effect."""
     stiffness, arm = plan.rig.system_stiffness, plan.rig.arm
     yield from _ratio_reasons(plan)
     yield from _gauge_reasons(plan, theory)
@@ -75,7 +75,7 @@ def friction_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
 
 
 def _ratio_reasons(plan: Plan) -> Iterator[Reason]:
-    """Whether a stuck ratio of one pose may stand beside a K_s that is a guess for all poses."""
+    """Whether a stuck ratio of one pose is combined with a K_s that is a guess for all poses."""
     stiffness, arm = plan.rig.system_stiffness, plan.rig.arm
     ratio = stiffness.stuck_ratio
     if arm.structure is not Structure.ARM or stiffness.provenance is not Provenance.INDICATIVE:
@@ -96,7 +96,7 @@ def _ratio_reasons(plan: Plan) -> Iterator[Reason]:
 
 
 def _gauge_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
-    """Whether a gauge on an arm, which turns, is known to measure where the payload is pressed."""
+    """Whether it is stated how far beside the contact a gauge on an arm measures: the arm turns."""
     gauge, offset_m = plan.rig.displacement, gauge_offset_of(plan.rig)
     if gauge is None or gauge.offset_m is not None or offset_m == 0.0:
         return

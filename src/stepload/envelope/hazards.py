@@ -1,6 +1,6 @@
-"""What host software cannot survive on this rig, each with its physics bound; notes, not verdicts.
+"""Hazards that host software cannot prevent on this rig, each with its physical bound.
 
-They ask for a layer of its own: a mechanical fuse or stop, the machine's own force trip.
+They need an independent layer: a mechanical fuse or stop, the machine's own force trip.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from stepload.units import format_quantity
 UR_FORCE_LIMIT_REACTION_S = 0.25
 """Reaction time of a UR safety force limit; its tolerance is 25 N."""
 HEAVIER = 10.0
-"""How many times the stated mass a moving arm is feared to have."""
+"""Factor by which a moving arm is assumed to be heavier than stated."""
 BOUNCING = 4.0
-"""On v sqrt(m k) of such an arm, which bounces and hits again before a sample tells of it."""
+"""Factor on v sqrt(m k) of such an arm, which bounces and hits again before the next sample."""
 LARGEST_UNSTATED_S = 0.1
-"""Delays that a plan may have left out: a filter, a USB adapter, a network; longer ones show."""
+"""Largest delay in s that a plan may have left out (filter, USB adapter, network) unnoticed."""
 
 
 def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
@@ -90,7 +90,7 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
             late_s, LARGEST_UNSTATED_S, "s",
         )  # fmt: skip
     top_n = plan.procedure.top_force_n
-    # F_allowed and the largest K_s: both may be worse than they read.
+    # F_allowed and the largest K_s: true force and stiffness may be higher than they read.
     moved_m = max(0.0, pressing.forces.allowed_n - top_n) / stiffness
     yield Reason(
         "plate_moves", Severity.NOTE,
@@ -113,7 +113,7 @@ def hazards(plan: Plan, pressing: Pressing) -> Iterator[Reason]:
 
 
 def _tilted(plan: Plan) -> Iterator[Reason]:
-    """What a plate comes to that is not square to the press."""
+    """Reasons on a plate that is not square to the press."""
     tilt_rad = believed_tilt_rad(plan)
     if plan.rig.force.components == "one" and tilt_rad > UNMEASURED_TILT_RAD:
         yield Reason(
@@ -154,7 +154,7 @@ def heavier_force(pressing: Pressing) -> float:
 
 
 def unstated_delay_s(plan: Plan, pressing: Pressing) -> float:
-    """The delay in s, in all that reads and commands, in which the force can go on up to F_c.
+    """The total delay in s of readings and commands within which the force could reach F_c.
 
     A load step rises at its rate from the top force, an approach at K_s v from what it may reach.
     """

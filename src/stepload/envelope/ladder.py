@@ -13,9 +13,9 @@ from stepload.errors import RefusedError
 class ForceLimits:
     """The ladder of forces below F_c; each lower rung leaves room for what the upper cannot see.
 
-    `elastic_limit_n` is what of F_c may be counted on, its lower end; `allowed_n` is the largest
-    reading at which the true force is surely below it, `limit_n` is F_lim, at which the run is
-    stopped, `largest_top_n` the highest top force a plan may ask for.
+    `elastic_limit_n` is the lower end of F_c; `allowed_n` is the largest reading at which the true
+    force is surely below it, `limit_n` is F_lim, at which the run is stopped, `largest_top_n` the
+    highest top force a plan may ask for.
     """
 
     elastic_limit_n: float

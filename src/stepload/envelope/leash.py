@@ -1,7 +1,7 @@
-"""The leash: how far the arm may press on what the force has proved, and whether that is enough.
+"""The leash: how far the arm may press on without a new answer, and whether that is enough.
 
-The arm may go no farther than a rigid surface just ahead could bear. A payload much softer than the
-rig hardly answers to so little travel, and an arm with coarse positions hardly sees it.
+The arm may go no farther than is safe on a rigid surface just ahead. A payload much softer than the
+rig hardly answers to so little travel, and an arm with coarse positions hardly resolves it.
 """
 
 from __future__ import annotations
@@ -16,42 +16,42 @@ from stepload.errors import RefusedError
 from stepload.plan.model import Rig
 
 PLENTY = 16.0
-"""Answer of the payload over what the average can tell, from which on it proves itself on the way:
-twice what two answers of `ANCHOR_WINDOW_S` take."""
+"""Ratio of the payload's answer to the resolvable force, from which on answers are found in motion:
+twice what two answers of `ANCHOR_WINDOW_S` need."""
 PLAIN_ANSWER = 4.0
-"""The same, from which on half of the leash is enough for an answer to be found at once."""
+"""The same ratio, from which on half of the leash is enough for an answer to be found at once."""
 ANCHOR_WINDOW_S = 0.04
-"""The force is averaged over so long before it counts as an answer."""
+"""Time in s over which the force is averaged before it counts as an answer."""
 END_WINDOW_S = 0.1
 """The same at the end of the leash, at least: the noise of an answer would hide the next one."""
 ANSWER_SIGMAS = 4.5
-"""By so many standard deviations it must rise for that, and for R6. Of noise alone few means in a
-hundred thousand rise so far."""
+"""Standard deviations by which a mean must rise to be an answer, also for R6. Of noise alone few
+means in a hundred thousand rise so far."""
 ANSWER_SHARE = 0.3
-"""Of what the softest payload answers to the travel since the last answer: less is a drift of the
-sensor, noise that is not independent from reading to reading, or a sensor that lost its gain."""
+"""Share of the softest payload's answer to the travel since the last answer: a smaller rise is a
+drift of the sensor, noise that is correlated between readings, or a sensor that lost its gain."""
 DRIFT_SHARE = 0.5
-"""Of an answer at the end of the leash: so much of it may be a drift that goes on while the arm
+"""Share of an answer at the end of the leash that may be a drift which goes on while the arm
 stands."""
 DRIFT_SIGMAS = 1.5
-"""On that drift: by the time a sound payload passes, one look at an even drift in 700 does."""
+"""Standard deviations added to that drift; a steady drift then passes in one look of 700."""
 ANSWER_WINDOW_S = 0.6
-"""The force is averaged over so long when an answer is looked for (R6)."""
+"""Time in s over which the force is averaged when an answer is looked for (R6)."""
 LEAST_ANSWER = 4.0
-"""Answer of the payload over what the average can tell; below it sound payloads were missed."""
+"""Least ratio of answer to resolvable force; below it sound payloads were missed."""
 LEAST_TOP_ANSWER = 2.5
 """The same just below a load level, where the leash is shortest; below it sound runs crept for
 minutes, gave levels up, or ended with R6."""
 LEAD_SIGMAS = 2.0
-"""On the smooth error of the position: a target that leads it by more than that may be ahead of an
-arm that is held back."""
+"""Factor on the smooth error of the position: a target that leads it by more may be ahead of an arm
+that is held back."""
 SURE_SIGMAS = 3.0
-"""The same, where every run shall go on."""
+"""The same factor, where no sound run may be held up."""
 PLAIN_STEPS = 2.0
-"""What the leash leaves for one answer over half a step of the position, above which that hardly
+"""Ratio of the leash for one answer to half a step of the position, above which the step hardly
 slows the arm."""
 LEAST_QUANTA = 2.0
-"""Travel of the leash over the position resolution, below it the arm may see no progress."""
+"""Least ratio of the leash to the position resolution; below it the arm may see no progress."""
 
 
 def leash_travel(
@@ -76,9 +76,9 @@ def check_leash(
         leash_m: `leash_travel`.
         law: of the payload.
         touch_force_n: contact threshold.
-        told_n: what the average can tell.
+        told_n: smallest change of the mean force that can be resolved.
         position_resolution_m: of the arm.
-        share: of the leash, so far the arm goes on one answer.
+        share: share of the leash that the arm may travel on one answer.
 
     Raises:
         RefusedError: the run would end with R6 (no answer in force) or R7 (no progress).
@@ -103,8 +103,9 @@ def check_leash(
 def lead_m(rig: Rig, sigmas: float = LEAD_SIGMAS) -> float:
     """How far in m the target may lead the measured position of an arm that rests where it should.
 
-    Half a step of the position, and the smooth error of the arm's travel, for which the misfit of
-    K_s stands where nothing better is known. So much of the lead at rest is taken for an error.
+    Half a step of the position, and the smooth error of the arm's travel, or the misfit of K_s
+    where nothing better is known. Up to this much of the lead at rest counts as an error of
+    measurement.
     """
     system = rig.system_stiffness
     smooth_m = system.msde_m if system.smooth_error_m is None else system.smooth_error_m
@@ -112,12 +113,12 @@ def lead_m(rig: Rig, sigmas: float = LEAD_SIGMAS) -> float:
 
 
 def uncounted_lead_m(rig: Rig) -> float:
-    """What such a lead may be in m beyond what is counted, where every run shall go on."""
+    """By how much in m such a lead may exceed what is allowed for, at `SURE_SIGMAS`."""
     return lead_m(rig, SURE_SIGMAS) - lead_m(rig)
 
 
 class Leash(NamedTuple):
-    """How far the arm may press on, in leashes of something rigid.
+    """How far the arm may press on, as a multiple of the leash on a rigid surface.
 
     Attributes:
         share: from the last answer of the payload.
@@ -131,16 +132,17 @@ class Leash(NamedTuple):
 def leash_of(
     answers: Sequence[LevelAnswer], *, told_n: float, half_step_m: float, tangent: float
 ) -> Leash:
-    """How far the arm may press on the last answers of a payload.
+    """How far the arm may press on after the last answers of a payload.
 
-    The last answer may be one of noise, so the arm may only go as far as the one before bears. A
-    payload that answers plainly gives two on the way. For a softer one the arm stops halfway, and
-    may go further than something rigid could bear where that is not enough, or too little for an
-    arm with coarse positions: as far as a payload bears that is as stiff as it is believed to be.
+    The last answer may be noise, so the arm may only go as far as is safe from the one before. A
+    payload that answers clearly gives two answers in motion. With a softer one the arm stops
+    halfway; where that is too short for an answer, or for an arm with coarse positions, it may go
+    further than is safe on a rigid surface: as far as is safe on a payload as stiff as it is
+    believed to be.
 
     Args:
-        answers: of the payload at its levels to all of the leash.
-        told_n: what the mean over `ANSWER_WINDOW_S` can tell.
+        answers: of the payload at its levels, to travel over the whole leash.
+        told_n: smallest change that the mean over `ANSWER_WINDOW_S` resolves.
         half_step_m: half a resolution of the arm's position.
         tangent: largest tangent stiffness of the payload over the largest K_s.
     """
@@ -156,7 +158,7 @@ def leash_of(
 
 
 class LevelAnswer(NamedTuple):
-    """What a payload answers just below a load level to all of the leash, the shortest there."""
+    """A payload's answer to travel over the whole leash just below a load level."""
 
     level_n: float
     leash_m: float
@@ -191,7 +193,7 @@ def level_answers(
 
 
 def told_force(noise_n: float, period_s: float) -> float:
-    """What the mean over `ANSWER_WINDOW_S` of readings one period apart can tell, in N."""
+    """Smallest change in N of the mean over `ANSWER_WINDOW_S` that noise does not hide."""
     return NOISE_MULTIPLE * noise_n * math.sqrt(period_s / ANSWER_WINDOW_S)
 
 
@@ -201,9 +203,9 @@ def check_levels(
     """Refuse a payload too soft to be brought to its levels: there the leash is at its shortest.
 
     Args:
-        answers: of the payload to all of the leash.
-        told_n: what the average can tell.
-        share: of the leash, so far the arm goes on one answer.
+        answers: of the payload, to travel over the whole leash.
+        told_n: smallest change of the mean force that can be resolved.
+        share: share of the leash that the arm may travel on one answer.
         limit_n: F_lim.
 
     Raises:

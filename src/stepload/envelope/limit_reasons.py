@@ -1,4 +1,4 @@
-"""What the uncertainty of F_c means for a plan: what is counted on, and what was assumed."""
+"""How the uncertainty of F_c enters a plan: its lower end that counts, and what was assumed."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from stepload.units import format_quantity
 
 
 def risk(counted: CountedLimit) -> str:
-    """The probability that the limit is lower than what is counted on, and whose it is.
+    """The probability, in words, that the limit is below its lower end.
 
-    Of several bodies that may yield first it is the sum, which `limit_coverage` says of one alone.
+    Where several bodies may yield first it is that of all together; `limit_coverage` is that of one
+    alone.
     """
     alone = NormalDist().cdf(-counted.coverage)
     if counted.probability <= 1.01 * alone:

@@ -31,16 +31,16 @@ SECOND_IDENTICAL_COUNTS = 100
 """The second channel may be slower than the stream it comes in."""
 MODEL_LAG_S = 0.07
 STILL_BLURS = 2.0
-"""Commanded travel over what may hide it in the measured position, before R7 asks for an answer."""
+"""Ratio of commanded travel to position blur, from which on R7 expects to see the arm move."""
 LEASH_TIME_S = 1.5
 TOLD_SHARE = 0.9
-"""Of the leash: so far an approach goes at most from one reading of the slower channel to the next,
-so that it does not stand in between."""
+"""Largest share of the leash that an approach travels from one reading of the slower channel to the
+next, so that it does not stand in between."""
 MOVED_ZERO_SHARE = 0.25
-"""Of the touch force: so far from zero, noise does not make a touch yet, nor break R11."""
+"""Share of the touch force: with a zero off by this, noise neither makes a touch nor trips R11."""
 HIDDEN_SIGMAS, RANGE_SIGMAS = 4.0, 10.0
-"""Of a sensor that stands: how far its noise may hide a change; lowest to highest of filtered noise
-over a whole run."""
+"""In standard deviations: change that noise may hide of a sensor that stands still; range of the
+filtered noise over a whole run."""
 FALSE_FREEZE_ODDS = 1e-11
 """Chance per sample that a sound, quantised sensor repeats itself for long enough to trip R4."""
 
@@ -162,7 +162,7 @@ class RunLimits:
     second_noise_n: float = _limit("N", "rig: second_force.noise", zero=True)
 
     def answer_at(self, force_n: float) -> float:
-        """What is an answer to travel from this force on, in N/m: a line from touch to top force.
+        """Least answer to travel at this force, in N/m: a line from touch to top force.
 
         Where a payload stiffens with force its tangent lies above that line.
         """
@@ -174,7 +174,7 @@ class RunLimits:
 
     @property
     def second_late_s(self) -> float:
-        """From a target to readings of the second force channel that show where it took the arm."""
+        """Longest delay in s from a target to its effect on the second force channel."""
         return latest_s(self.reaction_s, self.force_delay_s, self.channel_skew_s)
 
     @property
@@ -189,7 +189,7 @@ class RunLimits:
 
     @property
     def second_overload(self) -> tuple[float, ...]:
-        """The same of a second force sensor."""
+        """The same for a second force sensor."""
         return self._ratings(SECOND_OVERLOADS)
 
     def _ratings(self, names: Sequence[str]) -> tuple[float, ...]:
@@ -245,8 +245,8 @@ class RunLimits:
 
 
 def latest_s(reaction_s: float, force_delay_s: float, skew_s: float) -> float:
-    """T_react of a plan for its slower force channel: of the main one's delay it has what the skew
-    holds, which is the longer delay, the longer period and two ticks."""
+    """T_react in s for the slower force channel: the delay of the main one is replaced by the skew,
+    which contains the longer delay, the longer period and two ticks."""
     return reaction_s + max(0.0, skew_s - force_delay_s)
 
 
@@ -299,7 +299,7 @@ def second_stands_n(plan: Plan, noise_n: float) -> float:
 
 
 def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimits:
-    """All thresholds of a run from its plan and from how it may press; F_c as it is believed.
+    """All thresholds of a run, from its plan, from how it may press and from the believed F_c.
 
     Raises:
         DomainError: a threshold would not be finite and positive.
@@ -338,7 +338,7 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         stale_force_s=age_limit_s(force),
         stale_arm_s=age_limit_s(arm),
         stale_second_s=age_limit_s(second.sensor or arm),
-        # Noise that was measured holds the resolution too, and would have a sound sensor freeze.
+        # Measured noise contains the resolution too: with it a sound sensor would count as frozen.
         identical_counts=identical_counts(force, min(press.noise_n, force.noise_n)),
         second_identical_counts=(
             identical_counts(second.sensor, second.noise_n, SECOND_IDENTICAL_COUNTS)

@@ -20,7 +20,7 @@ def _driver(name: str) -> type[ForceSensor]:
 
 
 def one_channel_reasons(plan: Plan) -> Iterator[Reason]:
-    """Why the second force channel is no second one.
+    """Refusals where both force channels read the same sensor.
 
     Raises:
         BadInputError: a driver of the plan is not installed.
@@ -56,7 +56,7 @@ def same_device(first: DriverChoice, second: DriverChoice) -> bool:
 
 
 def _address(choice: DriverChoice) -> str:
-    """Where the device is: what the driver says tells it from others, or its required texts."""
+    """A device's address: the options in the driver's `ADDRESS`, or its required texts."""
     driver = _driver(choice.name)
     names = driver.ADDRESS or tuple(
         name

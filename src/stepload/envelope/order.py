@@ -1,20 +1,20 @@
-"""What a plan that nobody has written tells its run to do: equal steps up and down, with holds."""
+"""The sequence of a run for which there is no plan: equal steps up and down, with holds."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 FREE_S = 4.0
-"""In free air after each cycle."""
+"""Time in s in free air after each cycle."""
 CYCLES = 2
-"""One cycle cannot tell drift from creep, and a third one is not read by the identification."""
+"""One cycle cannot separate drift from creep, and the identification does not use a third."""
 
 
 @dataclass(frozen=True, slots=True)
 class Order:
     """Equal steps up to its top force, and how long ramps and holds are.
 
-    The default is what a map does. Of a plan the envelope knows how long its arm really takes:
+    The default is that of a map. For a plan the envelope states how long its arm really takes.
 
     Attributes:
         steps, hold_s, ramp_s: as they are asked for.

@@ -1,4 +1,4 @@
-"""Whether an open arm stands where its system stiffness was calibrated; a plan for where it is."""
+"""Whether an arm stands in the pose of its stiffness calibration; the plan adapted to its pose."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from stepload.rig.pose import differences, stiffness_change
 
 
 def plan_where_it_stands(plan: Plan, stands: ArmConfiguration | None) -> Plan:
-    """The plan with a stiffness that is believed as far as the pose allows.
+    """The plan, with its system stiffness downgraded where the arm stands in another pose.
 
-    Elsewhere than where it was calibrated the stiffness is a figure of this machine and no more:
-    indicative, without its table, and as uncertain as the joints are off. An arm or a record that
-    does not tell changes nothing; neither does a gauge across the contact, or a plan that is there
-    to measure the stiffness.
+    In another pose than that of the calibration the stiffness is only indicative, loses its table,
+    and is the more uncertain the more the joints differ. Nothing changes where the arm or the
+    record states no pose, with a gauge across the contact, or in a plan that measures the
+    stiffness.
 
     Raises:
         RefusedError: it stands elsewhere, and the policy of the record is to refuse.

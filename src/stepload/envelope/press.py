@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 IMPACT_FACTOR = 3.0
-"""On v √(m k_t): 1 was exceeded in simulated approaches, 3 in none of 24,000."""
+"""Factor on v √(m k_t): 1 was exceeded in simulated approaches, 3 in none of 24,000."""
 NOISE_MULTIPLE = 6.0
 """z of the budget: how many standard deviations of force noise may hide a contact."""
 
@@ -28,11 +28,11 @@ class Term:
 
 @dataclass(frozen=True, slots=True)
 class PressRig:
-    """What a rig's numbers mean for pressing; upper bounds throughout.
+    """Properties of a rig that matter for pressing; upper bounds throughout.
 
     `stiffness_n_per_m` is the largest K_s that is believed possible; `reaction` are the delays from
     a rise of force until the arm gives way, `reaction_s` their sum T_r; `loop_s` is the delay T of
-    the whole control loop; `cross_check_s` how much later the second channel speaks (0: has none).
+    the whole control loop; `cross_check_s` how much later the second channel reacts (0: has none).
     """
 
     stiffness_n_per_m: float

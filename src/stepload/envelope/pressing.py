@@ -1,4 +1,4 @@
-"""How a plan may press: the ladder of forces, and the speeds that keep it, whatever is met."""
+"""How a plan may press: the ladder of forces, and the speeds that respect it on any surface."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from stepload.plan.model import Plan, SecondForceSource
 GUARDED_SHARE = 0.4
 """Share of F_lim that a guarded approach may reach."""
 LONGEST_STALL_S = 0.2
-"""A command link may hold commands back for so long, and then deliver them at once."""
+"""Longest time in s for which a command link may hold commands back, to deliver them at once."""
 LEAST_UNCHECKED_N = 15.0
 """Smallest elastic limit that may be pressed with one force channel and no mechanical fuse."""
 HARD_STOP_N_PER_M = 1e9
@@ -51,13 +51,13 @@ class Pressing:
     """Forces and speeds of a plan.
 
     `reading_noise_n` is the noise (sd) of one reading, quantisation included; `leash_free_m` the
-    travel that a rigid surface at the contact threshold could bear, `leash` how far it goes in a
-    load step on the answers of the payload, and `answer_n_per_m` what is one for its travel at the
-    touch, `answer_top_n_per_m` at the top force;
-    `contact_n_s_per_m` divides the force that is left into the speed allowed in contact: it holds
-    even if a hidden hard stop takes over from the payload. `ahead_m` is how far the target of a
-    guarded approach may run ahead of an arm that does not follow, `follow_m` the travel it takes to
-    see that.
+    travel from the contact threshold that is safe on a rigid surface, `leash` how much of it is
+    allowed in a load step after answers of the payload; `answer_n_per_m` is the least force per
+    travel that counts as an answer at the touch, `answer_top_n_per_m` at the top force; the force
+    that is left divided by `contact_n_s_per_m` is the speed allowed in contact: it holds even if a
+    hidden hard stop takes over from the payload. `ahead_m` is how far the target of a guarded
+    approach may run ahead of an arm that does not follow, `follow_m` the travel it takes to detect
+    that.
     """
 
     rig: PressRig
@@ -181,9 +181,9 @@ def pressing_for(
 
 
 def _least_answer(arm_n_per_m: float, softest: ContactLaw, force_n: float) -> float:
-    """What is an answer to travel at this force, in N/m: less shows on no arm near the plan's K_s.
+    """The least force per travel in N/m that counts as an answer at this force, by the plan's K_s.
 
-    The largest K_s would ask an arm that gives way sideways for more than it can show.
+    With the largest K_s more would be required than an arm that gives way sideways can show.
     """
     return ANSWER_SHARE * series_stiffness(arm_n_per_m, softest.tangent(force_n))
 

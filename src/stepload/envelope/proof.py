@@ -1,4 +1,4 @@
-"""By what axis and sign of each force channel are proven: by its inertia, by a push, or not."""
+"""How axis and sign of each force channel are proven: by its inertia, by a push, or not."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stepload.units import format_quantity
 
 
 def shake_reasons(plan: Plan, shake: Shake | None) -> Iterator[Reason]:
-    """Why a shake cannot tell the masses that a plan states, and how one that can moves."""
+    """Why a shake cannot measure the masses that a plan states, or how it moves if it can."""
     if shake is None:
         return
     yield from _heavy(plan)
@@ -32,7 +32,7 @@ def shake_reasons(plan: Plan, shake: Shake | None) -> Iterator[Reason]:
 
 
 def _heavy(plan: Plan) -> Iterator[Reason]:
-    """A tool whose inertia may pass for a touch, or for a pull (R11)."""
+    """A warning where the tool's inertia may be mistaken for a touch, or for a pull (R11)."""
     mass_kg, touch_n = plan.rig.force.tool_mass_kg, plan.procedure.touch_force_n
     inertia_n = (mass_kg or 0.0) * plan.rig.arm.max_acceleration_m_s2
     if inertia_n >= touch_n:
@@ -47,7 +47,7 @@ def _heavy(plan: Plan) -> Iterator[Reason]:
 
 
 def _useless(shake: Shake) -> Iterator[Reason]:
-    """What a shake leaves untold of each channel."""
+    """Warnings for channels whose mass a shake cannot measure."""
     for channel, half_width in zip(shake.channels, shake.half_widths, strict=True):
         inertia_n = channel.mass_kg * shake.acceleration_m_s2
         if half_width <= 0.5 * HALF_WIDTH and shake.visible(channel):
@@ -75,7 +75,7 @@ def _useless(shake: Shake) -> Iterator[Reason]:
 
 
 def unproven(plan: Plan, shake: Shake | None) -> list[str]:
-    """Force channels whose axis and sign nothing proves, each with the reason, in words.
+    """Force channels whose axis and sign are not proven, each with the reason, in words.
 
     A second channel needs no proof of its own where the run itself proves the first: it is compared
     with that one from the touch on (R5).

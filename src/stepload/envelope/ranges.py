@@ -1,4 +1,4 @@
-"""What is said of a payload whose material is known as a range only: before a run, and after."""
+"""Reasons on a payload whose material is known as a range only: before a run, and after."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def range_reasons(plan: Plan, theory: Theory) -> Iterator[Reason]:
 def beyond_range(
     theory: Theory, interval_n_per_m: tuple[float, float], from_n: float, to_n: float
 ) -> tuple[str, ...]:
-    """What a measured chord stiffness between two forces in N says of the range, in sentences."""
+    """Sentences on a measured chord stiffness that is outside the declared range."""
     if not theory.is_range:
         return ()
     low, high = interval_n_per_m

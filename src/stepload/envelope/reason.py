@@ -1,4 +1,4 @@
-"""Verdicts, and reasons that carry value, limit, unit and a way out."""
+"""Verdicts, and reasons that carry value, limit, unit and a remedy."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from enum import StrEnum
 
 
 class PlanVerdict(StrEnum):
-    """May this plan run."""
+    """Whether a plan may run."""
 
     GO = "go"
     WARN = "warn"
@@ -30,7 +30,7 @@ class Reason:
     Attributes:
         code: stable name; programs branch on it.
         severity: how much it weighs.
-        message: what is so, with the numbers in words.
+        message: the fact, with the numbers in words.
         remedy: what would change it; "" where nothing would.
         value, limit, unit: the numbers (NaN where there is none).
     """
@@ -45,7 +45,7 @@ class Reason:
 
 
 def verdict_of(reasons: Iterable[Reason]) -> PlanVerdict:
-    """The weightiest severity decides."""
+    """The verdict by the most severe reason."""
     severities = {reason.severity for reason in reasons}
     if Severity.REFUSE in severities:
         return PlanVerdict.REFUSED

@@ -1,6 +1,6 @@
 """Reasons for and against a plan, each with its numbers.
 
-What would change a plan's forces or devices is not told here: `advice` tries it first.
+Remedies that change a plan's forces or devices are left to `advice`, which tries them first.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def force_reasons(
 def identifiable_reasons(
     plan: Plan, secant_n_per_m: float, found: Identifiability
 ) -> Iterator[Reason]:
-    """Why the payload cannot, or can hardly, be told on this rig (34)."""
+    """Why the payload cannot, or can hardly, be identified on this rig (34)."""
     k_max = found.k_max_n_per_m
     if math.isnan(secant_n_per_m) or secant_n_per_m <= 0.8 * k_max:
         return

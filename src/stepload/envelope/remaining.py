@@ -1,4 +1,4 @@
-"""How long a run that is going on will still take."""
+"""Estimates how long a run will still take."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ _BEFORE: dict[int, str] = {
 _UP, _DOWN = (Phase.LOAD, Phase.HOLD), (Phase.UNLOAD, Phase.UNLOAD_HOLD)
 _STEPS = (LOAD_STEP, UNLOAD_STEP, UNLOAD_BETWEEN, BETWEEN, LAST)
 ENOUGH_STEPS = 2
-"""Steps after which the run's own pace counts: how much longer they took than the schedule says."""
+"""Steps after which the schedule is scaled by the measured pace of the run."""
 
 
 class Remaining:
     """Follows a run through its schedule.
 
-    Time in which the run is paused does not count. Steps take as much longer than planned as those
-    of this run have taken so far.
+    Time in which the run is paused does not count. The time of the steps to come is scaled by how
+    much longer than planned those of this run have taken so far.
 
     Args:
         stages: of the plan, as `schedule` gives them.
@@ -99,7 +99,7 @@ class Remaining:
         return self._steps_of_cycle * self._cycles
 
     def _loaded(self, row: TickRow) -> None:
-        """A loading that was ended early (`procedure.until`) is the pattern of all that follow."""
+        """Use a loading that ended early (`procedure.until`) as the pattern of the next ones."""
         if row.phase in _UP and row.step > self._highest:
             self._highest = row.step
         elif row.phase in _DOWN and 0 < self._highest < self._levels:

@@ -12,14 +12,14 @@ from stepload.envelope.limits import RunLimits
 from stepload.plan.model import Procedure
 
 LOOK_S = 0.2
-"""Looks at the force before and after backing off, to prove free air."""
+"""Duration in s of each force measurement that proves free air, before and after backing off."""
 DRIFT_CHECK_S = 0.5
 REST_S = 0.2
 """Rest after a retract; the loop's own delays come on top."""
 RING_S = 0.2
-"""Until the ringing of a touch has died out."""
+"""Time in s until the ringing of a touch has died out."""
 SETTLED_S = 1.2
-"""Until the test of rest can say that a level has settled; a hold waits for it."""
+"""Time in s until the settling test can pass; a hold waits for it."""
 BETWEEN_CYCLES_TARE_S = 1.0
 LOAD_STEP, UNLOAD_STEP = "load step with hold", "unload step with hold"
 BETWEEN, UNLOAD_BETWEEN = "part, tare and touch between cycles", "unload between cycles"
@@ -29,7 +29,7 @@ ALIGN = "align with the plate"
 NULLING_TIMES = 5.0
 """Time constants that nulling is expected to take at a level."""
 SLOW_SHARE = 0.5
-"""Of the guarded speed, where the surface is known."""
+"""Share of the guarded speed that is used where the surface is known."""
 
 
 def touch_gap_m(limits: RunLimits, retract_m: float) -> float:
@@ -95,7 +95,7 @@ def schedule(
         retract_speed_m_s: speed away from the surface.
         shake_s: time of the shake that proves the force channels; 0 without one.
         align_s: time of the touches on a circle; 0 without them.
-        null_s: time that force across the axis takes to be taken off, before a level is held.
+        null_s: time in which lateral force is nulled before a level is held; 0 without.
     """
     fast_m_s, guarded_m_s = limits.fast_speed_m_s, limits.guarded_speed_m_s
     back_m, band_m = procedure.retract_m, procedure.surface_uncertainty_m

@@ -3,7 +3,7 @@
 The arm moves back from the plate and returns, x = x₀ − A (1 − cos ωt)/2. A channel with the mass m
 on its measured side reads m ẍ then, in phase with the acceleration, and positive where pressing is.
 Amplitude, frequency and number of cycles follow from what the arm and the limits of the run allow,
-and from the noise of the channels: the shortest shake that tells the mass well enough.
+and from the noise of the channels: the shortest shake that measures the mass well enough.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ PLANNED_HALF_WIDTH = 0.5 * HALF_WIDTH
 """A shake is planned for half of it: noise may be twice what the plan says."""
 LEVEL = 0.995
 SETTLING_CYCLES = 2
-"""Cycles at the start that do not count: the arm has yet to come into its stride."""
+"""Cycles at the start that do not count: the arm's motion is not periodic yet."""
 CYCLES = range(8, 61)
 """Cycles that count."""
 LONGEST_S = 8.0
 FORCE_SHARE = 0.25
-"""Of F_lim that the inertia, as R2 foresees it, may come to."""
+"""Share of F_lim that the inertia, as predicted by R2, may reach."""
 CROSS_SHARE = 0.5
-"""Of the tolerance of R5: only one of the channels may feel the inertia."""
+"""Share of R5's tolerance that the inertia may reach: only one of the channels may feel it."""
 TICKS_A_CYCLE = 20.0
 BLURS = 5.0
-"""Travel over what the arm's positions blur."""
+"""Least ratio of the travel to the blur of the arm's positions."""
 SLOWER, SLOWEST = 0.8, 16
 QUANTA = 2.0
-"""Inertia over the resolution of a channel too quiet for its noise to stir it."""
+"""Least ratio of inertia to resolution for a channel whose noise is too small to dither it."""
 STIRRED = 0.3
-"""Noise over resolution from which on a quantised swing is read with its own amplitude to 6 %."""
+"""Ratio of noise to resolution above which a quantised swing has the right amplitude to 6 %."""
 _RESONANCE_SHARE = 0.25
 _QUANTUM_SIGMA = 1.0 / math.sqrt(12.0)
 
@@ -61,13 +61,13 @@ class ShakenChannel:
 
 @dataclass(frozen=True, slots=True)
 class Shake:
-    """A shake back from the plate by `travel_m` and forth again.
+    """A shake back from the plate by `travel_m` and forwards again.
 
     `follow` is the share of it that an arm with this lag still goes. `cycles` count, after
-    `SETTLING_CYCLES`; `coverage` is the quantile of Student's distribution
-    by which their scatter is widened to a 99 % interval. `half_widths` are the shares of the stated
-    masses to which the felt ones will be told, one for each of `channels`. `untold` are the best
-    shakes of channels that this one leaves out, since none tells their mass.
+    `SETTLING_CYCLES`; `coverage` is the quantile of Student's distribution by which their scatter
+    is widened to a 99 % interval. `half_widths` are the expected uncertainties of the measured
+    masses as shares of the stated ones, one for each of `channels`. `untold` are the best shakes of
+    channels that this one leaves out, since none measures their mass.
     """
 
     travel_m: float
@@ -96,7 +96,7 @@ class Shake:
 
     @property
     def tells(self) -> bool:
-        """Whether every channel will be told well enough."""
+        """Whether the mass of every channel will be measured precisely enough."""
         return all(self.visible(channel) for channel in self.channels) and all(
             half_width <= PLANNED_HALF_WIDTH for half_width in self.half_widths
         )
@@ -149,10 +149,10 @@ def _channel(
 
 
 def shake_for(plan: Plan, limits: RunLimits) -> Shake | None:
-    """The shortest shake that tells the stated masses, else the one that comes nearest to it.
+    """The shortest shake that measures the stated masses, else the one that comes nearest to it.
 
-    A mass that no shake tells is left out where another one can be told, the main sensor's first.
-    None where no mass is stated. Whether it `tells` is for the caller to look at.
+    A mass that no shake can measure is left out where another one can be measured, the main
+    sensor's first. None where no mass is stated. The caller must check whether it `tells`.
     """
     channels = channels_of(plan)
     if not channels:
@@ -209,7 +209,7 @@ def _largest(
 
 
 def _with_cycles(plan: Plan, shake: Shake) -> Shake:
-    """As many cycles as it takes, as far as there is time for them."""
+    """The shake with as many cycles as are needed, within `LONGEST_S`."""
     from scipy.special import stdtrit
 
     arm, channels = plan.rig.arm, shake.channels

@@ -1,4 +1,4 @@
-"""What a force across the pressing axis may do: to the payload, and to the force sensor."""
+"""Limits of lateral force: what the payload and the force sensor may bear."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from stepload.plan.model import ForceSpec, Plan, Structure
 from stepload.units import format_quantity
 
 RATED_SHARE = 0.8
-"""Of its rating, a component of the sensor may read so much."""
+"""Share of its rating that a component of the sensor may read."""
 LEAST_N = 5.0
-"""Below this force the share across the axis says little about the contact, and is not asked for
-where friction cannot make it too large there."""
+"""Below this force the lateral share says little about the contact, and is not judged where
+friction cannot make it too large there."""
 SIGMAS = 8.0
 OFF_CENTRE_M = 2e-3
 """A contact is rarely nearer to the pressing axis than this."""
@@ -59,11 +59,11 @@ def sideways_limits(plan: Plan, noise_n: float, allowed_n: float) -> dict[str, f
 
 
 def weakening_left(plan: Plan) -> float:
-    """The a for which F_allowed (1 - a u) leaves what a share leaves of F_c; u = s (s + 2 e), s the
-    share that the sensor shows, e what is hidden of it.
+    """The a for which F_allowed (1 - a u) allows for the weakening of F_c by a lateral share.
 
-    What F_allowed leaves out of F_c already is not taken off again: the least a' for which
-    left (1 - a' u) <= 1 - steeper - a u at every s up to the largest.
+    u = s (s + 2 e), s the share that the sensor shows, e what may be hidden of it. What F_allowed
+    subtracts from F_c already is not subtracted again: the least a' for which
+    left (1 - a' u) <= 1 - steeper - a u at every s up to the largest, with a of `worst_weakening`.
     """
     share, left, whole = plan.procedure.max_lateral_share, counted_left(plan), worst_weakening(plan)
     largest = share * (share + 2.0 * askew_of(plan))
@@ -73,8 +73,8 @@ def weakening_left(plan: Plan) -> float:
 def share_from_n(plan: Plan, noise_n: float, allowed_n: float) -> float:
     """The whole force in N from which on R12 judges.
 
-    Below it the share says little; but no force that friction may make too much of goes unjudged.
-    Below eight sigma of noise no share can be told at all.
+    Below it the share says little; but every force is judged that friction may make too large.
+    Below eight sigma of noise no share can be determined at all.
     """
     told_n = max(LEAST_N, 2.0 * plan.procedure.touch_force_n)
     return max(min(told_n, borne_at_any_share_n(plan, allowed_n)), SIGMAS * noise_n)

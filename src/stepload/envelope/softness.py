@@ -1,6 +1,6 @@
-"""Where a sound but soft payload would end a run, or make it slow; warnings, for it may go well.
+"""Warnings where a sound but soft payload may end a run, or make it slow.
 
-What would help against them is tried by `advice` before it is told.
+Remedies are tried by `advice` before they are listed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from stepload.plan.model import Plan
 from stepload.units import format_quantity
 
 SPARE = 1.5
-"""How much longer than reckoned a step may take before it is called too slow."""
+"""Factor on the expected time of a step, which must then be below the time allowed for it."""
 SOFTER = 3.0
 """A payload may be this much softer than its material is stated to be."""
 
@@ -92,7 +92,7 @@ def softness(plan: Plan, limits: RunLimits, theory: Theory) -> Iterator[Reason]:
 
 
 def _spare_softness(plan: Plan, theory: Theory) -> float:
-    """How many times softer the payload may be, at most `SOFTER`; a range says it by itself."""
+    """How many times softer the payload may be, at most `SOFTER`; a range counts as `SOFTER`."""
     if theory.is_range:
         return SOFTER
     material = plan.payload.material

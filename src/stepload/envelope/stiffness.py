@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class KnownStiffness:
-    """What is subtracted and how sure it is.
+    """The deflection that is subtracted, and how well it is known.
 
     Attributes:
         table: the table of this pose; None where K_s alone is known.
-        sigma_n_per_m: standard uncertainty of K_s; with a table what its rows have in common.
+        sigma_n_per_m: standard uncertainty of K_s; with a table, the one common to its rows.
         note: why that is not the stated one; "" where it is.
         why_no_table: why there is none; "" where there is one.
     """
@@ -38,8 +38,9 @@ class KnownStiffness:
 
 
 def known_stiffness(plan: Plan) -> KnownStiffness:
-    """The one rule: a table counts in the pose it was made in, while its record is valid.
+    """The table of the deflection where it holds, else K_s alone.
 
+    A table holds in the pose it was made in, while its record is valid, if it begins low enough.
     Where the plan or the table does not name a pose and the other does, they are not the same.
     """
     stated, arm = plan.rig.system_stiffness, plan.rig.arm
@@ -62,7 +63,7 @@ def known_stiffness(plan: Plan) -> KnownStiffness:
 
 
 def stiffness_reasons(plan: Plan) -> Iterator[Reason]:
-    """Notes on the table of the deflection, as far as the result goes by K_s at all."""
+    """Reasons on the table of the deflection, where the result depends on K_s at all."""
     if plan.rig.displacement is not None or plan.identify.kind == "system":
         return
     known, top_n = known_stiffness(plan), plan.procedure.top_force_n

@@ -26,7 +26,7 @@ ENDS = (softest, stiffest)
 
 @dataclass(frozen=True, slots=True)
 class CountedLimit:
-    """What of F_c may be counted on: the force that the ladder of forces begins from.
+    """The lower end of F_c that may be counted on: the start of the ladder of forces.
 
     `lower_n` lies `coverage` standard uncertainties u(ln F_c) = `sigma_ln` below `value_n`;
     `probability` is that of the true limit being lower still, `sources` what the uncertainty comes
@@ -50,8 +50,8 @@ class Theory:
     `softest` and `stiffest`, and bounds hold for both; elsewhere the three are one.
 
     `yield_onset` is theory's elastic limit (13), None where theory has none; `elastic_limit_n` is
-    the F_c that counts, `limit_equation` says where it comes from. `counted` is what remains of it
-    when its uncertainty is taken off.
+    the F_c that counts, `limit_equation` says where it comes from. `counted` is the lowest force
+    that remains when uncertainties are subtracted.
     """
 
     law: ContactLaw

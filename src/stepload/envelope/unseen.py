@@ -1,4 +1,4 @@
-"""How long a frozen force channel goes unseen, and what force can build up beside it meanwhile."""
+"""How long a frozen force channel goes undetected, and what force can build up meanwhile."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from stepload.plan.model import Plan
 from stepload.units import format_quantity
 
 LEAST_GAIN = 0.3
-"""The main channel is feared to read as little as this of the force; less shows as no answer."""
+"""Smallest gain that a faulty main channel is assumed to have; a smaller one shows as no answer."""
 GAINS = tuple(LEAST_GAIN + 0.05 * step for step in range(15))
-"""Of the main channel, up to one that is right."""
+"""Gains of the main channel that are tried, up to the right one."""
 FILTERS = 8.0
 """Time constants after which R4 has forgotten what was before the freeze (`engine.cross_check`)."""
 WAITS = 4.0
-"""Times `leash_time_s`, in which R6 ends half a step whose only answer is a drift."""
+"""Multiples of `leash_time_s` within which R6 ends half a step whose only answer is a drift."""
 LEADS_SHARE = 0.3
-"""Of the drift that this is reckoned from: the least that led an arm on where the worst was looked
-for, with small load steps."""
+"""Share of the computed drift: the smallest that led an arm on in a search for the worst case, with
+small load steps."""
 TELLS_WITHIN_S = 20.0
-"""A sound channel that may repeat itself for longer is not waited for: it says something new after
-a 25th of that in the mean (`limits.FALSE_FREEZE_ODDS`)."""
+"""An approach does not wait for a sound channel that may repeat itself for longer than this, in s:
+on average it gives a new reading after a 25th of that time (`limits.FALSE_FREEZE_ODDS`)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tells:
-    """Which force channels an approach waits for until they have told something new.
+    """The force channels for whose new readings an approach waits.
 
-    Not for one that is not there, or that is sound and may stand for long. None of the others
-    stands for `patience_s`.
+    It does not wait for one that is absent, or that may repeat itself for long although it is
+    sound. None of the others repeats itself for `patience_s`.
     """
 
     main: bool
@@ -46,14 +46,13 @@ EVERY = Tells(main=True, second=True)
 
 @dataclass(frozen=True, slots=True)
 class Unseen:
-    """What a frozen force channel comes to.
+    """The consequences of a frozen force channel.
 
     Attributes:
         main_s, second_s: time in s after which equal samples of this channel stop the run; inf
             where a sound one may repeat itself for ever, or is not there.
-        forces_n: true force in N that a run can come to, in contact, beside a second channel that
-            froze, with a main one that reads too little, by what R5 let pass until then; for each
-            of `GAINS`.
+        forces_n: true force in N that a run can reach in contact with a frozen second channel and a
+            main one that reads too little, within what R5 let pass until then; for each of `GAINS`.
     """
 
     main_s: float
@@ -87,12 +86,12 @@ def tells_of(plan: Plan, limits: RunLimits) -> Tells:
 
 
 def _force_n(limits: RunLimits, second_s: float, gain: float, *, moves: bool) -> float:
-    """True force in N that a main channel of this gain comes to beside a frozen second one.
+    """True force in N that is reached with a main channel of this gain and a frozen second one.
 
     The second one froze at a true force F that it and R5 had let pass: F (1 − g) = tol_abs +
-    tol_rel g F; or earlier, which comes to less. From there the true force grows no faster than
-    the speed cap in contact lets a surface as stiff as K_s answer, and the main reading no faster
-    than the load rate, until one of these ends it: equal samples; the main reading having moved by
+    tol_rel g F; or earlier, which gives less. From there the true force grows no faster than the
+    speed cap in contact lets a surface as stiff as K_s answer, and the main reading no faster than
+    the load rate, until one of these ends it: equal samples; the main reading having moved by
     `second_stands_n` (where the second channel is a sensor, `moves`); R5, whose tolerance the main
     reading leaves on the other side of F; or the top force in that reading.
     """
@@ -118,7 +117,7 @@ def _force_n(limits: RunLimits, second_s: float, gain: float, *, moves: bool) ->
 
 
 def _equal_times(plan: Plan, limits: RunLimits) -> tuple[float, float]:
-    """After how long in s equal samples tell of the main and of the second channel."""
+    """Time in s after which equal samples stop a run, of the main and of the second channel."""
     rig = plan.rig
     main_s = _equal_s(limits.identical_counts, rig.force.rate_hz)
     if not limits.cross_check:
@@ -133,7 +132,7 @@ def _equal_s(counts: int, rate_hz: float) -> float:
 
 
 def unseen_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
-    """How long a frozen channel goes unseen; a refusal where F_c can be passed meanwhile."""
+    """How long a frozen channel goes undetected; a refusal where F_c can be passed meanwhile."""
     found = unseen(plan, limits)
     if found is None:
         return
@@ -151,12 +150,13 @@ def unseen_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
 
 
 def both_silent_reasons(limits: RunLimits) -> Iterator[Reason]:
-    """What a load step on a soft payload comes to where every force channel falls silent.
+    """The force that a load step on a soft payload reaches if every force channel falls silent.
 
-    The arm goes on by `leash_proved` of the way that something rigid could bear: a soft payload, or
-    an arm with coarse positions, needs more of it, and the payload bears that itself. A position
-    that is read in steps adds one, half of it where the leash is tied and half at its end. An arm
-    that is held back meanwhile, and springs free, adds what is taken for an error of its position.
+    The arm goes on by `leash_proved` times the travel that is safe on a rigid surface: a soft
+    payload, or an arm with coarse positions, needs more of it, and the payload itself bears that. A
+    position that is read in steps adds one, half of it at the start of the leash and half at its
+    end. An arm that is held back meanwhile, and springs free, adds the lead that counts as an error
+    of its position.
     """
     stiffness = limits.stiffness_n_per_m
     most_n = limits.leash_proved * limits.force_limit_n + stiffness * limits.position_resolution_m
@@ -177,10 +177,10 @@ def both_silent_reasons(limits: RunLimits) -> Iterator[Reason]:
 
 
 def silent_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
-    """Channels that an approach cannot wait for, and what can build up beside them.
+    """Reasons on channels that an approach cannot wait for, with the force that can build up.
 
-    One that is frozen is then not told from a sound one until the force moves it. With two channels
-    the other one must be dead too, behind live noise.
+    A frozen one cannot be distinguished from a sound one until the force moves it. With two
+    channels the other one must be dead too, under live noise.
     """
     tells = tells_of(plan, limits)
     silent = [] if tells.main else ["force"]
@@ -206,7 +206,7 @@ def silent_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
 
 
 def deaf_approach_reasons(plan: Plan, limits: RunLimits, *, shaken: bool) -> Iterator[Reason]:
-    """What an approach comes to in which every force channel has died behind live noise.
+    """The force that an approach reaches if every force channel has died under live noise.
 
     Args:
         plan: of the run.
@@ -232,12 +232,12 @@ def deaf_approach_reasons(plan: Plan, limits: RunLimits, *, shaken: bool) -> Ite
 
 
 def dead_drift_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
-    """The rise of a dead channel that passes for a payload that answers.
+    """The drift of a dead channel that is mistaken for the answers of a payload.
 
-    What rises while the arm stands is no answer, nor is a rise that it explains. But where answers
-    are found on the way nothing has stood yet: near a level, two answers below it, the arm takes
-    its time for a leash, and a drift that is worth an answer by then has it go on. And a level that
-    is reached before R6 has waited leaves the next one a leash of its own.
+    A rise while the arm stands is no answer, nor is a rise in motion that such a drift explains.
+    But where answers are found in motion the arm has not stood yet: near a level, two answers below
+    it, the arm takes some time for a leash, and a drift that amounts to an answer by then keeps it
+    going. And a level that is reached before R6 trips gives the next one a new leash.
     """
     room_n = limits.stiffness_n_per_m * leash_travel(
         limits.force_limit_n, limits.top_force_n, limits.noise_n, limits.stiffness_n_per_m
@@ -260,13 +260,13 @@ def dead_drift_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
 
 
 def _search_n(plan: Plan, limits: RunLimits) -> float:
-    """What an arm that searches to the end comes to on something rigid at the near edge."""
+    """Force in N on a rigid surface at the near edge if the arm searches to the end."""
     reach_n = limits.stiffness_n_per_m * plan.procedure.search_distance_m
     return min(reach_n, plan.rig.arm.max_push_n)
 
 
 def _severity(limits: RunLimits) -> Severity:
-    """Of what takes the death of every force channel: with two of them both must die."""
+    """Severity of what needs every force channel to be dead: with two of them both must be."""
     return Severity.NOTE if limits.cross_check else Severity.WARN
 
 

@@ -1,10 +1,10 @@
 """How far a payload must be pressed for an interval that is asked for, level by level.
 
-Most errors of a chord are so many micrometres, whatever the payload: of the position, and of what
-the system takes of the travel. So how well a chord is known follows from the deformation that lies
-between its two forces, and every level of a plan has a deformation that is enough there. The run
-finds out by pressing which level has it; nothing of that rests on the fitted stiffness, nor on
-theory's but for the shape of its law.
+Most errors of a chord are a fixed length, whatever the payload: errors of the position, and of the
+system's share of the travel. So the uncertainty of a chord follows from the deformation between its
+two forces, and every level of a plan has a deformation that is enough there. The run finds out by
+pressing which level has it; it uses neither the fitted stiffness nor theory's, except for the shape
+of its law.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ from stepload.plan.model import Plan
 from stepload.units import format_quantity
 
 MARGIN = 1.5
-"""The half width that the sources of error alone give must be smaller than the one asked for by
-this factor: what the contact adds of its own comes on top."""
+"""Factor by which the half width from the sources of error alone must be smaller than the one asked
+for: errors of the contact itself, such as creep, come on top."""
 LEAST, MOST = 1e-2, 1e2
-"""Factors of theory's deformation between which the one that is enough is looked for."""
+"""Range of factors on theory's deformation in which the one that is enough is searched for."""
 
 
 @dataclass(frozen=True, slots=True)
 class Need:
-    """What one level needs; lengths are of the payload between 10 % of the level and the level.
+    """The deformation that one level needs; lengths are from 10 % of the level to the level.
 
     Attributes:
         level_n: the level.
@@ -47,7 +47,7 @@ class Need:
             forces at which the table of the system's deflection says enough.
         least_m: the same without the margin: less cannot be enough.
         sigma_m: standard uncertainty of `expected_m`.
-        expected_m: what the believed law has there.
+        expected_m: deformation there by the believed law.
         half_width: of the interval at `expected_m`, margin included.
     """
 
@@ -67,8 +67,8 @@ class Need:
 class Until:
     """Where a run may end its first loading.
 
-    `asked` is the half width of the plan, `needs` is one per level, `conditions` tell what the
-    system takes of the travel.
+    `asked` is the half width of the plan, `needs` has one entry per level, `conditions` give the
+    system's share of the travel.
     """
 
     asked: float
@@ -87,7 +87,7 @@ def until_of(plan: Plan, theory: Theory) -> Until | None:
     """What every level of a plan needs; None where the plan does not ask.
 
     Raises:
-        DomainError: no law of contact, or no loading, to expect anything of.
+        DomainError: there is no contact law, or no loading, to predict from.
     """
     asked = plan.procedure.until
     if asked is None:
@@ -134,7 +134,7 @@ def _need(
 
 
 def sources_only(conditions: Conditions, tracks: Sequence[tuple[int, Track, None]]) -> Pressed:
-    """A run as evidence takes it, with the errors that the plan tells."""
+    """The input of `evidence` for a run that has only the errors stated in the plan."""
     return Pressed(
         tracks=tracks,
         deflection=conditions.bend,
@@ -159,10 +159,10 @@ def sources_only(conditions: Conditions, tracks: Sequence[tuple[int, Track, None
 
 
 def _factor(relative: Callable[[float], float], wanted: float) -> float:
-    """How many times theory's deformation has this relative uncertainty; inf where none has.
+    """Factor on theory's deformation that gives this relative uncertainty; inf where none does.
 
-    Its square is a constant and a share that goes with the inverse square of the deformation, as
-    good as: a straight line to whoever looks for its zero.
+    The squared uncertainty is nearly linear in the inverse square of the deformation, so its root
+    is easily found in that variable.
     """
     from scipy.optimize import brentq
 
@@ -179,7 +179,7 @@ def _factor(relative: Callable[[float], float], wanted: float) -> float:
 
 
 def until_reasons(until: Until) -> Iterator[Reason]:
-    """What is to be expected of ending the loading early, before anything moves."""
+    """Reasons on whether an early end of the loading is to be expected."""
     top, asked = until.needs[-1], f"±{100.0 * until.asked:g} %"
     if all(math.isinf(need.needed_m) for need in until.needs):
         yield Reason(
@@ -204,7 +204,7 @@ def until_reasons(until: Until) -> Iterator[Reason]:
 
 
 def _wanted(need: Need, asked: str) -> str:
-    """What a level needs, and what of that is for the errors that are known."""
+    """A sentence: the deformation that a level needs, and the part of it for known errors."""
     if math.isinf(need.least_m):
         return f"No deformation there is known well enough for {asked}"
     least = format_quantity(need.least_m, "m")

@@ -1,4 +1,4 @@
-"""A plan that nobody has written: rig, payload, top force and order, read as every plan is."""
+"""Makes a plan from rig, payload, top force and order, and reads it like any plan file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stepload.plan.problems import PlanError
 from stepload.plan.references import names_a_file, profiles
 
 SURFACE = "5 mm"
-"""Where nobody has told it: travel to the surface. It takes time and changes no result."""
+"""Travel to the surface where none is given. It takes time and changes no result."""
 
 
 def plan_of(
@@ -45,7 +45,7 @@ def plan_of(
         try:
             return load_plan(path)
         except PlanError as error:
-            # What is wrong in a plan that nobody has written is told without its place.
+            # Problems of the generated plan itself are reported without their place.
             if all(problem.file == str(path) for problem in error.problems):
                 first = error.problems[0]
                 raise BadInputError(
@@ -56,7 +56,7 @@ def plan_of(
 
 
 def rig_of(rig: str) -> str | dict[str, Any]:
-    """What a plan says of a rig; the devices of a profile are simulated, for it names no addresses.
+    """The `rig` of a plan; devices of a profile are simulated, for it names no addresses.
 
     Raises:
         BadInputError: there is no such rig.

@@ -1,4 +1,4 @@
-"""What preflight says of friction that clings while a serial arm draws back."""
+"""Preflight reasons on friction that sticks while a serial arm retracts."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ FRICTION_STEP = 0.01
 
 
 def way_back_reasons(plan: Plan, counted_n: float) -> Iterator[Reason]:
-    """What the friction that the plan states costs; what it may cost where none is stated.
+    """What the stated friction costs of F_c; what it may cost where none is stated.
 
-    Where the contact has slid and clings again, or joints stick, friction lets go later than the
-    force falls, and its share grows up to µ. A stop draws back too, so that nothing but a lower
-    force bounds what the payload bears then.
+    Where the contact has slid and sticks again, or joints stick, the lateral force falls later than
+    the axial one, and its share grows up to µ. A stop retracts too, so that only a lower force
+    limits the load on the payload then.
 
     Args:
-        counted_n: what of F_c may be counted on.
+        counted_n: lower end of F_c.
     """
     if plan.rig.arm.structure is not Structure.ARM:
         return
@@ -49,7 +49,7 @@ def allowed_friction(plan: Plan, counted_n: float) -> float:
 
 
 def _bounded(plan: Plan, counted_n: float, friction: float, left: float) -> Iterator[Reason]:
-    """What of F_c the stated friction leaves, and at which friction the plan may be pressed."""
+    """A note on the part of F_c that the stated friction leaves, and on the allowed friction."""
     allowed = allowed_friction(plan, counted_n)
     yield Reason(
         "friction_on_the_way_back", Severity.NOTE,

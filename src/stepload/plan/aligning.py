@@ -1,4 +1,4 @@
-"""The declaration of what a run may do sideways: touches on a circle, and taking force off."""
+"""Plan sections for sideways motion: touches on a circle, and nulling of lateral force."""
 
 from __future__ import annotations
 

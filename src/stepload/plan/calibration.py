@@ -131,7 +131,7 @@ class CalibrationRecord:
 
     @property
     def tcp_offset(self) -> SixFloats | None:
-        """The TCP from the flange, as `ArmConfiguration` has it; None where it is not told."""
+        """The TCP from the flange, as in `ArmConfiguration`; None where it is not stated."""
         numbers = (*self.tcp_position_m, *self.tcp_rotation_rad)
         if len(numbers) != 6:
             return None

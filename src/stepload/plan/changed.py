@@ -1,4 +1,4 @@
-"""A plan with some of its values changed, as if it had been written and read so."""
+"""Changes values of a plan as if it had been written and read with them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stepload.plan.model import Plan
 
 
 def follows(plan: Plan, section: str, field: str) -> bool:
-    """Whether a value is what follows from the others where a plan leaves it out."""
+    """Whether a value equals the one that is derived from others where a plan leaves it out."""
     for of, name, rule in RULES:
         if (of, name) == (section, field):
             with suppress(UnknownError):
@@ -21,9 +21,9 @@ def follows(plan: Plan, section: str, field: str) -> bool:
 
 
 def rederived(before: Plan, after: Plan) -> Plan:
-    """`after`, a changed `before`, with all that followed from other values following anew.
+    """`after`, a changed `before`, with the values derived anew that were derived in `before`.
 
-    What was changed itself is given from then on.
+    Values that were changed themselves are kept.
     """
     given = {
         (section, field)

@@ -1,4 +1,4 @@
-"""What cannot be, although every key by itself is sound.
+"""Checks for contradictions between values of a section, although every key by itself is valid.
 
 A check is written for a section and is run on a draft of it: where it asks for a value that is not
 known, it ends there, and what it has found before counts.
@@ -38,7 +38,7 @@ from stepload.units import format_quantity
 
 
 def impossibilities(section: object) -> Iterator[Impossibility]:
-    """What cannot be in the draft of a section and in the sections below it, from what is given."""
+    """Contradictions between the given values of a section's draft and of the sections below it."""
     yield from run_checks(CHECKS.get(kind_of(section), ()), section)
     for key, inner in drafts_in(section):
         for found in impossibilities(inner):

@@ -1,4 +1,4 @@
-"""What cannot be between the sections of a plan, although each of them by itself is sound."""
+"""Checks for contradictions between the sections of a plan, although each by itself is valid."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def least_touch_force(noise_n: float) -> float:
 
 
 def impossibilities_between(plan: Plan) -> Iterator[Impossibility]:
-    """What cannot be between the sections of a plan whose derived values are filled in."""
+    """Contradictions between the sections of a plan whose derived values are filled in."""
     return run_checks(PLAN_CHECKS, plan)
 
 
@@ -71,7 +71,7 @@ def _fuse(plan: Plan) -> Iterator[Impossibility]:
 
 
 def _known_body(plan: Plan) -> Iterator[Impossibility]:
-    """What is left of the travel when the contact's share is taken out is the system's."""
+    """A calibration subtracts the contact's deformation, so both bodies must be known."""
     if plan.identify.kind == "system":
         for key, body in (("material", plan.payload.material), ("plate", plan.payload.plate)):
             if is_range(body):
@@ -105,7 +105,7 @@ def _duration(plan: Plan) -> Iterator[Impossibility]:
 
 
 def _until(plan: Plan) -> Iterator[Impossibility]:
-    """Where ending a loading early would be for nothing, or could not be decided."""
+    """Whether `until` is pointless in this plan, or could not be decided."""
     procedure, path = plan.procedure, ("procedure", "until")
     until = procedure.until
     if until is None:

@@ -1,8 +1,8 @@
 """A rig made of parts: a rig profile, data sheets of force sensors, and the plan's own keys.
 
-A data sheet tells what a sensor is (`rig.force.profile`), not how it is mounted: `axis` and the
-address among the driver's options stand in the rig. What another device is named in place of takes
-nothing of it along, and neither does what was stated of the rig with it.
+A data sheet describes a sensor (`rig.force.profile`), not its mounting: `axis` and the address
+among the driver's options stand in the rig. A device named in place of another one inherits nothing
+of that one, nor do values of the rig that were stated for it remain.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _DEVICES = {
 }
 
 Sheet = Callable[[Node], Node]
-"""Gives the data sheet that the node of a name names; Broken, and reported, where there is none."""
+"""Returns the data sheet that a node names; Broken, and reported, where there is none."""
 
 
 def with_data_sheets(rig: Mapping, sheet: Sheet, problems: list[Problem]) -> Mapping:
@@ -58,7 +58,7 @@ def composed(profile: Mapping, rig: Mapping) -> Mapping:
 
 
 def problems_of(rig: Node, own: Mapping, profile: Mapping | None, known: str) -> Iterator[Problem]:
-    """What a composed rig lacks because of what it is composed of; said beside the missing keys.
+    """Problems of a composed rig that explain why keys are missing; reported beside these.
 
     Args:
         own: the rig before the profile was laid under it.
@@ -83,7 +83,7 @@ def problems_of(rig: Node, own: Mapping, profile: Mapping | None, known: str) ->
 
 
 def _of_the_whole(rig: Node, own: Mapping, profile: Mapping | None, name: str) -> Iterator[Problem]:
-    """What was stated of the rig as a whole and does not hold with another arm or sensor."""
+    """Values of the rig as a whole that do not hold with another arm or sensor."""
     device = "arm" if is_another(at(profile, ("arm",)), at(own, ("arm",))) else "force"
     shown = "arm" if device == "arm" else "force sensor"
     hints = {

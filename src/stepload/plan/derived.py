@@ -20,7 +20,7 @@ RAMP_S = 1.0
 
 
 def fill(plan: Plan) -> None:
-    """Make known in a draft what was not given and follows from what is known."""
+    """Fill derived values into a draft where they were not given."""
     for section, field, rule in RULES:
         with suppress(UnknownError):
             part = getattr(plan, section) if section else plan
@@ -70,13 +70,13 @@ def _largest_step(plan: Plan) -> float:
 
 
 TOOL_SHARE = 1.5
-"""Touch force over the inertia of the tool at the arm's largest acceleration."""
+"""Least ratio of the touch force to the inertia of the tool at the arm's largest acceleration."""
 
 
 def _touch_force(plan: Plan) -> float:
-    """Six times the scatter of a reading, its quantisation included, is no touch by chance.
+    """The default touch force in N: at least six times the scatter of a quantised reading.
 
-    Nor is what it takes to accelerate the tool, half as much again for the noise beside it.
+    It also exceeds the force that accelerates the tool, by half, for the noise that comes on top.
     """
     force = plan.rig.force
     tool_n = TOOL_SHARE * (force.tool_mass_kg or 0.0) * plan.rig.arm.max_acceleration_m_s2

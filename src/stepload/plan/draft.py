@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 
 class UnknownError(AttributeError):
-    """A value was asked for that the plan leaves out, or that is bad."""
+    """A value was read that the plan leaves out, or that is bad."""
 
 
 class Draft:

@@ -16,11 +16,11 @@ SECTIONS = {
     "stepload.force_sensors": "ForceSpec",
     "stepload.displacement_sensors": "DisplacementSpec",
 }
-"""The section whose `driver` is of each group."""
+"""The section that names a driver of each group."""
 
 
 def add_options(definitions: dict[str, _Schema]) -> None:
-    """Say in each device's section what its driver takes, and what another one would.
+    """Add the options of every installed driver to the section of its kind of device.
 
     Where the driver is that of a profile, the options must be those of one that is installed.
     No option is required: a profile may give it.

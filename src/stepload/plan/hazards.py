@@ -1,4 +1,4 @@
-"""What a person must have read before a rig moves, and that somebody has, kept where the rig is."""
+"""The hazards to read before a rig moves, and the confirmation that is kept in the rig file."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ HAZARDS = (
     " the arm moves back before it moves forth.",
     "A wrong number in the plan (strength, sign, range, stiffness) makes every limit wrong.",
 )
-"""Said before the first motion of a rig; docs/risk-assessment.md has them with what to do."""
+"""Shown before the first motion of a rig; docs/risk-assessment.md has them with what to do."""
 BY, ON = "hazards_read_by", "hazards_read_on"
 
 
@@ -44,10 +44,10 @@ def hazards_read(plan: Plan) -> bool:
 
 
 def refuse_unread(plan: Plan, read_now: bool) -> None:
-    """Refuse to move a rig whose hazards nobody has read.
+    """Refuse to move a rig if nothing confirms that its hazards were read.
 
     Raises:
-        RefusedError: neither the rig file nor whoever starts it says so.
+        RefusedError: neither the rig file nor the caller confirms it.
     """
     if read_now or hazards_read(plan):
         return
@@ -59,7 +59,7 @@ def refuse_unread(plan: Plan, read_now: bool) -> None:
 
 
 def keys_of(name: str, day: date) -> tuple[str, str]:
-    """The two lines that a rig file keeps of it."""
+    """The two lines of a rig file that record the confirmation."""
     return f"{BY}: {json.dumps(name, ensure_ascii=False)}", f"{ON}: {day.isoformat()}"
 
 

@@ -1,4 +1,4 @@
-"""What cannot be: how a check says it."""
+"""How a check reports values that contradict each other."""
 
 from __future__ import annotations
 

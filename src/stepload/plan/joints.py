@@ -16,7 +16,7 @@ def settle_kinematics(plan: Plan, at: Place, problems: list[Problem]) -> None:
     """Put the path of the arm's file into the draft of a plan; a name must be one that is known.
 
     `at` is where the name stands: paths start at the directory of that file. The file itself is
-    read by who asks for poses; no run needs it.
+    read only where poses are asked for; no run needs it.
     """
     name = plan.rig.arm.kinematics
     if name is None:

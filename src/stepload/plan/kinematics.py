@@ -1,4 +1,4 @@
-"""How the joints of an arm follow each other: a file of its Denavit–Hartenberg numbers.
+"""Kinematics of an arm: a file of its Denavit–Hartenberg parameters.
 
 Six files come with stepload, in the folder `arms`; a lab writes one for an arm of its own. They are
 read as strictly as a plan: every quantity with its unit, no key that means nothing.

@@ -199,7 +199,7 @@ class Uncertain:
         return self.leaf.unit if isinstance(self.leaf, Quantity) else ""
 
     def _sigma(self, text: str, number: float) -> float:
-        """The standard uncertainty in SI that `text` says of `number`."""
+        """The standard uncertainty in SI of `number`, read from `text`."""
         example = f"{describe_unit(self._unit)[1]} ± 5 %" if self._unit else "0.30 ± 0.03"
         hint = f'expected a standard uncertainty, as in "{example}"'
         plain = _plain(text)

@@ -122,7 +122,7 @@ class _Loader:
         return whole(plan)
 
     def _resolved(self, root: Node, payload: Path | None) -> Node:
-        """The tree with everything in it that it names by path."""
+        """The tree with every file that it names by path read into it."""
         if not isinstance(root, Mapping):
             return root
         merged = Mapping(root.place, dict(root.entries), dict(root.keys))
@@ -171,7 +171,7 @@ _PARTS: dict[str, tuple[set[str], str]] = {
         "name it in a plan, `procedure: {name}`",
     ),
 }
-"""Parts of a plan by the keys that only they have, and what to do with each."""
+"""Parts of a plan, recognised by keys that only they have, and what to do with each."""
 
 
 def _refuse_no_plan(root: Node) -> None:
@@ -191,7 +191,7 @@ def _refuse_no_plan(root: Node) -> None:
 
 
 def _place_for_options(root: Node, device: str, at: Place) -> Place:
-    """Where what a driver lacks is to be told: in the user's file, never in one of the package."""
+    """Where to report what a driver lacks: in the user's file, never in one of the package."""
     if at.source.path is not None:
         return at
     path: tuple[str, ...] = ("rig", *device.split("."))

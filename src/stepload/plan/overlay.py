@@ -5,7 +5,7 @@ from __future__ import annotations
 from stepload.plan.tree import Mapping, Node, Scalar
 
 SIMULATED = "sim"
-"""The driver that plays whatever device is declared: it leaves the declaration as it is."""
+"""The driver that simulates any declared device; it leaves the declaration unchanged."""
 
 
 def overlay(base: Mapping, over: Mapping) -> Mapping:

@@ -1,4 +1,4 @@
-"""How long a push by hand counts that proved axis and sign of a force channel."""
+"""How long a push by hand is valid as proof of axis and sign of a force channel."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from stepload.plan.draft import UnknownError, put
 from stepload.plan.model import ForceSpec, Plan, SecondForce
 
 PUSH_DAYS = 30
-"""A channel that was not looked at for longer may have been mounted or wired anew since."""
+"""Days after which a push no longer counts: the channel may have been mounted or wired anew."""
 
 
 def settle_pushes(plan: Plan, today: date) -> None:

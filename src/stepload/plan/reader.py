@@ -87,7 +87,7 @@ def _read_entry(
 
 
 def _keep(draft: object, entry: Entry, value: Any) -> None:
-    """Make a value known, with its standard uncertainty and its range where it may have them."""
+    """Store a value in a draft, with its standard uncertainty and its range where it has them."""
     stated = value if isinstance(value, Stated) else Stated(value, None)
     if entry.sigma_field:
         put(draft, entry.sigma_field, stated.sigma)
@@ -97,7 +97,7 @@ def _keep(draft: object, entry: Entry, value: Any) -> None:
 
 
 def _value(entry: Entry, node: Node, at: Place, problems: list[Problem]) -> Any:
-    """What stands at an entry, `at` the place of its key; UnknownError where it is bad."""
+    """The value of an entry, `at` the place of its key; raises UnknownError where it is bad."""
     content = entry.content
     if isinstance(node, Broken):
         raise UnknownError

@@ -37,7 +37,7 @@ def read_data_sheet(name: str) -> Source:
 
 
 def about(source: Source) -> str:
-    """What a profile or a data sheet says of itself: the comment it begins with, as one line."""
+    """The comment that a profile or a data sheet begins with, as one line."""
     comment = re.match(r"(?:#[^\n]*\n)+", source.text)
     return re.sub(r"\n?# ?", " ", comment[0]).strip() if comment else ""
 

@@ -9,7 +9,7 @@ from stepload.errors import BadInputError
 
 
 def check_new(option: str, path: Path) -> None:
-    """A file that is there is not written over.
+    """Refuse to overwrite a file that exists.
 
     Args:
         option: of the command line, for the message.
@@ -25,7 +25,7 @@ def check_new(option: str, path: Path) -> None:
 
 
 def check_room(option: str, path: Path) -> None:
-    """Write a nameless file into the nearest directory of `path` that exists; nothing stays.
+    """Try to write a nameless file into the nearest directory of `path` that exists.
 
     Args:
         option: of the command line, for the message.

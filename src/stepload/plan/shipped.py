@@ -69,7 +69,7 @@ def payload_folder() -> Path:
 
 
 def _named_by(plan: Path) -> list[Path]:
-    """The files that a plan is made of beside itself."""
+    """The other files that a plan is made of."""
     names = (Path(source.name) for source in load_plan(plan).sources[1:])
     return [path for path in names if path.is_file()]
 

@@ -1,4 +1,4 @@
-"""Which system stiffness a plan goes by, its record's or its own, and whether it may."""
+"""Decides which system stiffness a plan uses, its record's or its own, and whether it is valid."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from stepload.plan.source import Source
 from stepload.plan.tree import Place
 
 _OTHER_ZONE = timedelta(days=1)
-"""It may already be tomorrow where a record was made."""
+"""The local date may already be one day ahead where a record was made."""
 
 
 def settle_stiffness(
@@ -47,10 +47,10 @@ def settle_stiffness(
 
 
 def _go_by_record(plan: Plan, at: Place, shelf: Shelf, sources: list[Source]) -> Iterator[str]:
-    """Put the values of the record into the draft; what is doubtful about using it.
+    """Put the values of the record into the draft; yields the doubts about using it.
 
     Raises:
-        PlanError: it cannot be read, or is missing and nothing stands in for it.
+        PlanError: it cannot be read, or is missing and the plan states no value instead.
     """
     stiffness = plan.rig.system_stiffness
     written: Path | None = getattr(stiffness, "record", None)

@@ -1,4 +1,4 @@
-"""The table of the system's deflection against the stiffness beside it."""
+"""Compares the table of the system's deflection with the stiffness stated beside it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from stepload.estimators.deflection_rows import upper_stiffness_n_per_m
 from stepload.units import format_quantity
 
 TABLE_AGREES = 0.1
-"""So far, as a share, the table of the deflection may be from the stiffness beside it."""
+"""Largest relative difference between the table of the deflection and the stiffness beside it."""
 
 
 def disagreement(
@@ -17,7 +17,7 @@ def disagreement(
     force_n: Sequence[float],
     deflection_m: Sequence[float],
 ) -> str:
-    """Why the K_s beside this table is not its own; "" where the two agree."""
+    """Why the stated K_s does not belong to this table; "" where the two agree."""
     slope = upper_stiffness_n_per_m(force_n, deflection_m)
     allowed = max(TABLE_AGREES, 3.0 * sigma_n_per_m / stiffness_n_per_m)
     if abs(slope / stiffness_n_per_m - 1.0) <= allowed:

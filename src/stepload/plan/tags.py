@@ -1,4 +1,4 @@
-"""Tags that a run gets beside those of its plan."""
+"""Tags of a run in addition to those of its plan."""
 
 from __future__ import annotations
 

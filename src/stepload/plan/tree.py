@@ -204,7 +204,7 @@ def parse_tree(source: Source) -> tuple[Node, list[Problem]]:
 
 @lru_cache(maxsize=16)
 def _parsed(source: Source) -> tuple[Node, tuple[Problem, ...]]:
-    """The same, once a text: hundreds of plans may name one profile (`design`, `campaign`)."""
+    """The same, cached by text: hundreds of plans may name one profile (`design`, `campaign`)."""
     builder = _Builder(source)
     if "\0" in source.text:
         at = source.text.index("\0")

@@ -13,7 +13,7 @@ from pathlib import Path
 
 
 def replace_file(path: Path, data: bytes) -> None:
-    """Write `data` to `path` by way of a file of its own name beside it; the mode is kept.
+    """Write `data` to `path` through a temporary file in the same directory; the mode is kept.
 
     What a link of that name points to is replaced, not the link.
 
@@ -48,7 +48,7 @@ def replace_file(path: Path, data: bytes) -> None:
 
 @contextmanager
 def alone_in(*folders: Path) -> Iterator[None]:
-    """Nobody else who asks for one of these folders as well goes on meanwhile."""
+    """Lock these folders; others who want to lock one of them wait meanwhile."""
     with ExitStack() as stack:
         for folder in sorted({each.resolve() for each in folders}):
             with suppress(OSError):  # a file system without locks

@@ -1,4 +1,4 @@
-"""What is wrong with a text that is no YAML, in plain words: parsers speak of blocks and tokens."""
+"""Explains in plain words why a text is no YAML: parsers speak of blocks and tokens."""
 
 from __future__ import annotations
 

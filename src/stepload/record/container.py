@@ -194,7 +194,7 @@ class Appender:
     ) -> None:
         """A chunk record that is encoded already, with (message count, index record) per channel.
 
-        `entry` tells about the chunk; where its indexes lie is filled in here.
+        `entry` describes the chunk; where its indexes lie is filled in here.
         """
         at = self.good + len(chunk)
         for channel, (_, raw) in indexes.items():

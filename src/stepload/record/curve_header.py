@@ -1,8 +1,8 @@
-"""Which column of a table is which, and in which unit: told by the header or refused.
+"""Determines the role and the unit of every column of a table from its header, or refuses it.
 
-A name such as "Load On Sample (mN)", "displacement_um" or "Force / kN" says what it is by a word
-and in what by a unit. Units are taken as they are spelt: mN and MN differ by 1e9. A word without a
-unit is never read as SI; only the plain names `time_s`, `position_m`, `displacement_m`, `force_n`,
+A name such as "Load On Sample (mN)", "displacement_um" or "Force / kN" contains a word for the
+quantity and a unit. The spelling of units counts: mN and MN differ by 1e9. A word without a unit is
+never read as SI; only the plain names `time_s`, `position_m`, `displacement_m`, `force_n`,
 `lateral_n` carry theirs in lower case.
 """
 
@@ -62,7 +62,7 @@ _ABOUT = frozenset(
         "setpoint", "target", "command", "commanded", "demand", "area", "rms",
     }
 )  # fmt: skip
-"""Words of what is derived from a channel, not the channel."""
+"""Words for quantities that are derived from a channel, and are not the channel itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,8 +88,8 @@ class Header:
 def may_be_machine(column: Column) -> bool:
     """Whether a column of displacement may hold the machine's own deflection as well.
 
-    Testing machines call their crosshead's travel so; depth, indentation and deformation are the
-    payload's, and so is our own name with any unit.
+    Testing machines use such names for their crosshead's travel; depth, indentation and deformation
+    are the payload's, and so is stepload's own name with any unit.
     """
     if column.role != "displacement_m" or re.fullmatch(r"displacement_\w+", column.name):
         return False
@@ -188,7 +188,7 @@ def _columns(names: Sequence[str]) -> Iterable[Column]:
 
 
 def _usable(role: str, candidates: Sequence[tuple[int, str]]) -> list[int]:
-    """The places of a role's columns: one, of a lateral force several.
+    """The indices of a role's columns: one, or several of a lateral force.
 
     Raises:
         HeaderError: several could be meant, or none has a unit of its kind.
@@ -256,7 +256,7 @@ def _words(name: str) -> list[str]:
 
 
 def _role(name: str) -> str | None:
-    """What a name speaks of; None for everything that is not used."""
+    """The role that a name stands for; None for everything that is not used."""
     words = _words(name)
     if not words or _ABOUT & set(words):
         return None

@@ -161,7 +161,7 @@ def read_curve(path: Path) -> Curve:
 
 
 def _western(path: Path) -> bool:
-    """Whether bytes beyond ASCII are rare, and none are of no text: the µ of an old instrument."""
+    """Whether the file may be in a western encoding: few bytes beyond ASCII, no controls."""
     with path.open("rb") as file:
         block = np.frombuffer(file.read(1 << 16), np.uint8)
     control = (block < 9) | ((block > 13) & (block < 32))

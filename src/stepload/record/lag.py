@@ -1,4 +1,4 @@
-"""How much the force comes after the position, from the ramps of a run."""
+"""The delay of the force behind the position, estimated from the ramps of a run."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _DEGREE = 3
 _ROUNDS = 12
 _PRECISION_S = 2e-5
 LAG_THAT_MATTERS_S = 0.5e-3
-"""Below this a lag moves no result; above it, it is taken out where it is a lag."""
+"""A smaller lag changes no result; a larger one is corrected where it is a lag."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lag:
-    """How much the force comes after the position, in s, with its standard uncertainty.
+    """The delay of the force behind the position, in s, with its standard uncertainty.
 
-    NaN and inf where no ramp tells; `how` says what it rests on.
+    NaN and inf where no ramp allows an estimate; `how` says what it is based on.
     """
 
     lag_s: float
@@ -37,10 +37,10 @@ class Lag:
 
     @property
     def correction_s(self) -> float:
-        """How much of it may be taken out: all of a significant lag, nothing of a lead.
+        """The part to correct for, in s: all of a significant lag, nothing of a lead.
 
-        A sensor is late, never early. A force that is ahead of its position is what a contact or a
-        load path does that creeps or has damping: taking that out would make a law of it.
+        A sensor is late, never early. A force that is ahead of its position comes from creep or
+        damping of the contact or the load path: correcting for it would make that part of the law.
         """
         late = self.lag_s > max(3.0 * self.sigma_s, LAG_THAT_MATTERS_S)
         return self.lag_s if late else 0.0
@@ -86,12 +86,12 @@ def _windows(samples: int, dt_s: float) -> Iterator[tuple[int, int]]:
 
 
 def _scores(segments: list[_Segment], lag_s: float, dt_s: float) -> FloatArray:
-    """What each window says about a lag beyond `lag_s`: (N, 3) of score, weight and variance.
+    """Evidence of each window on a lag beyond `lag_s`: (N, 3) of score, weight and variance.
 
     A force that comes late by a small t is g(x) − t·dF/dt: per window the force is regressed on a
     cubic of the shifted position, and score / weight is the coefficient of −dF/dt. The variance is
-    that of the score, from sums over blocks longer than the smoothing: noise that has a memory, or
-    more of it in a ramp than at rest, counts as what it is.
+    that of the score, from sums over blocks longer than the smoothing, so that correlated noise, or
+    more noise in a ramp than at rest, is accounted for.
     """
     every = max(1, round(_EVERY_S / dt_s))
     per_block = max(1, round(_BLOCK_S / (every * dt_s)))

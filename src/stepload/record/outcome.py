@@ -12,7 +12,7 @@ SURE_SIGMAS = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Tare:
-    """One look at the channels at rest in free air, not tared; second channel NaN where none.
+    """Measurement of the channels at rest in free air, not tared; second channel NaN where none.
 
     `noise_n` is the standard deviation about the slope, `wrench` the mean of the force sensor's six
     components in N and N·m, () where it was not taken, `live` how many of its three forces ever
@@ -99,7 +99,7 @@ class Cause(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ActionResult:
-    """What became of one action; `error` "" when it was confirmed. Times on the host's clock."""
+    """The result of one action; `error` "" when it was confirmed. Times on the host's clock."""
 
     name: str
     sent: bool
@@ -132,7 +132,7 @@ class Lateness:
 
 @dataclass(frozen=True, slots=True)
 class RunOutcome:
-    """What a run came to. `retracted`: the loop itself brought the arm back after a stop."""
+    """The outcome of a run. `retracted`: the loop itself brought the arm back."""
 
     status: RunStatus
     cause: Cause | None

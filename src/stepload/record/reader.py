@@ -79,7 +79,7 @@ class _Columns:
 
     @property
     def bytes_held(self) -> int:
-        """How much waits to be asked for."""
+        """Bytes of messages that were not asked for yet."""
         held = sum(part.nbytes for parts in self._parts.values() for part in parts)
         return self._waiting_bytes + held
 
@@ -117,7 +117,7 @@ class _Columns:
         return np.asarray(blocks.mean(axis=1))
 
     def columns(self) -> dict[str, NDArray[np.generic]]:
-        """Name → array of the messages since it was last asked; gives the batches' memory back."""
+        """Name → array of the messages since the last call; frees the memory of the batches."""
         self._flush()
         names = list(self._parts)
         found = {name: np.concatenate(self._parts.pop(name)) for name in names}
@@ -217,7 +217,7 @@ class Reading:
 
     @property
     def gathered(self) -> bool:
-        """Whether so much was read since the streams were asked for that it is worth asking."""
+        """Whether enough was read since the streams were last retrieved to retrieve them again."""
         return sum(columns.bytes_held for columns in self._columns.values()) > BATCH_BYTES
 
     def has(self, stream: str) -> bool:
@@ -313,7 +313,7 @@ def results_in(attachments: Mapping[str, bytes]) -> Mapping[str, object] | None:
     """The object of results.json; None where it is not among the attachments.
 
     Raises:
-        DamageError: it is none.
+        DamageError: it is no object.
     """
     if "results.json" not in attachments:
         return None

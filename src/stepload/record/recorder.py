@@ -215,7 +215,7 @@ class Recorder:
                 topic, written = topics[0].name, self._shared.recorded(name)
                 if found.get(topic, 0) != written:
                     self._fail(f"{topic}: {written} written, {found.get(topic, 0)} read back")
-        try:  # still locked: nobody must take it for unfinished in between
+        try:  # still locked, so that no other process takes it for unfinished in between
             os.rename(self.part_path, self.path)
         except OSError as error:
             self._fail(f"cannot be renamed to {self.path.name}: {error.strerror}")
@@ -296,7 +296,7 @@ def _check_rates(rates_hz: Mapping[str, float]) -> None:
 
 
 def _open_locked(part: Path, final: Path) -> int:
-    """A new file that nobody else takes for unfinished while a descriptor to it is open."""
+    """A new locked file, which no repair takes for unfinished while a descriptor to it is open."""
     if final.exists():
         raise BadInputError(f"{final} exists already", hint="a run needs a directory of its own")
     try:

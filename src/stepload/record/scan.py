@@ -300,7 +300,7 @@ def _counted(chunk: RawRecord, scan: Scan) -> Iterator[tuple[int, int]]:
 
 
 def fingerprint(chunk: RawRecord) -> bytes:
-    """What no other chunk has: 16 bytes of BLAKE2b of all that stands in the record."""
+    """Fingerprint of a chunk: 16 bytes of BLAKE2b over the content of its record."""
     return blake2b(chunk.body, digest_size=16).digest()
 
 

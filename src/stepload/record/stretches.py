@@ -28,7 +28,7 @@ COLUMNS = {
     "tick": TickColumns,
 }
 LATE_S = 5.0
-"""A stream that is so far behind the newest one in the file has ended; nobody waits for it."""
+"""A stream that is this much in s behind the newest one in the file is taken to have ended."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ def times_of(columns: Any) -> FloatArray:
 
 
 class _Pending:
-    """What of each stream was read and not given out yet."""
+    """The samples of each stream that were read and not returned yet."""
 
     def __init__(self, reading: Reading, path: Path) -> None:
         self._reading, self._path = reading, path
@@ -66,7 +66,7 @@ class _Pending:
                     self._parts[name].append(columns)
 
     def span(self) -> tuple[float, float]:
-        """The first time that waits, and the time up to which every living stream is there."""
+        """The first pending time, and the time up to which every living stream was read."""
         parts = [held for held in self._parts.values() if held]
         if not parts:
             return np.inf, -np.inf
@@ -75,7 +75,7 @@ class _Pending:
         return first, min(time for time in newest if time > max(newest) - LATE_S)
 
     def cut(self, start_s: float, end_s: float) -> Stretch:
-        """What lies before `end_s`; the rest waits on."""
+        """The pending samples before `end_s`; the others stay pending."""
         found = {name: self._split(name, end_s) for name in COLUMNS}
         return Stretch(
             start_s, end_s, found["force"], found["second_force"] if self._has("second_force")

@@ -1,4 +1,4 @@
-"""What a record is, from its summary alone: a few reads, however long the record."""
+"""Reads what a record is from its summary alone: a few reads, however long the record."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FOOTER = struct.Struct("<BQQQI")
 _HEAD = struct.Struct("<BQ")
 _WANTED = (Opcode.METADATA_INDEX, Opcode.ATTACHMENT_INDEX)
 MOST_BYTES = 1 << 26
-"""Of a summary, or of one record that it names."""
+"""Largest size in bytes of a summary, or of one record that it names."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Files come from anybody: what numbers in them break is the file's fault, and is told as such."""
+"""Evaluates untrusted files: errors that their numbers cause are reported as the file's fault."""
 
 from __future__ import annotations
 

@@ -3,8 +3,8 @@
 host = device + offset + skew · (device − reference) + latency, latency ≥ 0. Offset and skew are
 those of the line below all pairs with the smallest mean distance to them, an edge of their lower
 convex hull: samples that came through without waiting fix the clock, late ones do not disturb it.
-The smallest latency cannot be told from the offset, so mapped times are late by that constant.
-Wraps of a device's counter are undone by its driver.
+The smallest latency cannot be distinguished from the offset, so mapped times are late by that
+constant. Wraps of a device's counter are undone by its driver.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ FloatArray = NDArray[np.float64]
 MAX_SKEW = 1e-3
 """No quartz is off by more than 1000 ppm; a steeper line is latency, not skew."""
 SKEW_SPAN_S = 10.0
-"""Below this span jitter would pass for skew: only the offset is fitted."""
+"""Below this span jitter would be mistaken for skew: only the offset is fitted."""
 _BUCKETS = 512
 
 
 @dataclass(frozen=True, slots=True)
 class ClockFit:
-    """How to get from device time to host time, and how well.
+    """The map from device time to host time, and its residuals.
 
     `residual_median_us` and `residual_p99_us` are of receive time minus mapped time: the latency
     beyond the smallest one.
@@ -109,7 +109,7 @@ def fit_clock(device_s: FloatArray, host_s: FloatArray) -> ClockFit:
 
 
 class ClockMap:
-    """The same fit while samples come in, over the last minutes.
+    """The same fit, updated while samples come in, over the last minutes.
 
     Keeps the least delayed pair of each second; the skew follows slow (thermal) changes.
     """
@@ -127,7 +127,7 @@ class ClockMap:
         """Take one pair; returns receive time minus mapped time in s *before* it counts.
 
         Normally a small latency. Far below zero: the device clock jumped ahead; rising and rising:
-        it stands still or lags. What is too much is the driver's to say.
+        it stands still or lags. The driver decides what is too much.
         """
         if self._bucket < 0:
             self._reference_s, self._base_s = device_s, host_s - device_s

@@ -55,7 +55,7 @@ def check_options(trial: Trial) -> None:
 
 
 def check_open(trial: Trial) -> None:
-    """`open` keeps its deadline, tells who answers, and is back when the first sample is there."""
+    """`open` keeps its deadline, identifies the device, and returns with the first sample there."""
     device = trial.make()
     watch = Stopwatch(trial)
     try:

@@ -1,4 +1,4 @@
-"""Checks of a device whose data stop: it says so, invents nothing, and can still be left."""
+"""Checks of a device whose data stop: it reports that, invents no data, and can still be closed."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from stepload.rig.faults import Fault, FaultCode
 
 SAFE_S = 2.0
 UNDRAINED_S = 30.0
-"""A device that nobody drains for longer may have another fault because of that."""
+"""A device that is not drained for longer, in s, may have another fault because of that."""
 STALE_PERIODS = 10.0
 SETTLE_SHARE = 0.5
-"""Samples under way when the device falls silent have come by this share of the time."""
+"""Share of the time by which samples under way must have come when the device falls silent."""
 LOST = (FaultCode.STALE, FaultCode.NOT_CONNECTED, FaultCode.DRIVER)
 
 

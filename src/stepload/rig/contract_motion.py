@@ -21,7 +21,7 @@ from stepload.rig.device import Arm
 ARRIVE_S = 1.0
 HOLD_S = 0.5
 HELD_S = 0.2
-"""What an arm tells of where it is held may be so old."""
+"""Largest age in s of the position that an arm reports to be held at."""
 NEAR_SHARE = 0.2
 FASTEST = 1.5
 STOP_TRIES = 3
@@ -47,7 +47,7 @@ def moving_arm(trial: Trial) -> Iterator[Arm]:
 
 
 def check_motion(trial: Trial) -> None:
-    """An arm tells where it is held, goes to its target, holds it, and retracts."""
+    """An arm reports where it is held, goes to its target, holds it, and retracts."""
     with moving_arm(trial) as arm:
         start_m = _position(arm, trial)
         _require_near("held at rest", arm.held_m(), start_m, trial)
@@ -91,7 +91,7 @@ def _ramp(arm: Arm, from_m: float, to_m: float, trial: Trial) -> None:
 
 
 def _require_followed(start_m: float, target_m: float, position_m: float) -> None:
-    """The first short way tells whether the position lives, and which way is forth."""
+    """The first short move shows whether the position is live, and which direction is forwards."""
     asked_m, moved_m = target_m - start_m, position_m - start_m
     moved = f"{moved_m * 1e3:.4f} mm for a command of {asked_m * 1e3:+.4f} mm"
     require(
@@ -109,7 +109,7 @@ def _require_near(what: str, position_m: float, expected_m: float, trial: Trial)
 
 
 def _held(arm: Arm, trial: Trial) -> float:
-    """Where it says that it is held, once what it tells can no more be of long ago."""
+    """Where the arm reports that it is held, after a wait that makes the report recent."""
     idle(arm, trial, HELD_S)
     return arm.held_m()
 
@@ -151,7 +151,7 @@ def check_stop(trial: Trial) -> str:
 
 
 def check_targets(trial: Trial) -> None:
-    """A target that is no number is refused, and so is a retract that would go forth."""
+    """A target that is not finite is refused, and so is a retract that would go forwards."""
     with moving_arm(trial) as arm:
         start_m = _position(arm, trial)
         for target in (math.nan, math.inf, -math.inf):

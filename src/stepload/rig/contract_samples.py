@@ -25,7 +25,7 @@ from stepload.rig.samples import ArmSample, ForceSample
 
 RATE_TOLERANCE = 0.25
 LOOKS = 6
-"""A host that stalls once spoils a short look, not all of them."""
+"""Number of short looks: a host that stalls once spoils one of them, not all."""
 CLOCK_S = 1e-6
 """A stamp may not be later than now; this is for rounding."""
 OLDEST_S = 0.5

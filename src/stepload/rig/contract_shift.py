@@ -48,7 +48,7 @@ def check_shift(trial: Trial) -> str:
 
 
 def _moved(name: str, arm: Arm, begin: Vector, start_m: float, trial: Trial) -> Vector:
-    """By how much the pose went; across the approach, and as far as asked."""
+    """The measured change of the pose: it must be across the approach, and as far as asked."""
     position_m, pose = _rest(arm, trial)
     went, asked_m = _less(pose, begin), trial.move_m
     along_m = position_m - start_m

@@ -1,7 +1,7 @@
 """Checks of what a sensor reads: alive, true to a known load, zero after `bias`.
 
-A frozen value is told from a quiet one by chance, not by taste. Let a sensor at rest have noise of
-standard deviation σ and readings in steps of q. At best, with the true value in the middle of a
+A frozen value is distinguished from a quiet one by its probability. Let a sensor at rest have noise
+of standard deviation σ and readings in steps of q. At best, with the true value in the middle of a
 step, a reading falls into that step with probability p = erf(q / (2 √2 σ)). N equal readings in a
 row then have probability p^(N−1). N is chosen so that this is below 1e-9, and at least 25.
 """
@@ -124,7 +124,7 @@ def check_load(trial: Trial) -> str:
 
 
 def check_bias(trial: Trial) -> str:
-    """`bias` tells the truth: after True the sensor reads zero. Needs free air."""
+    """Where `bias` returns True the sensor reads zero afterwards. Needs free air."""
     if not isinstance(trial.make(), ForceSensor):
         raise SkippedCheck("only force sensors have a bias")
     with Opened(trial) as device:

@@ -48,12 +48,12 @@ class Health:
 
 @dataclass(frozen=True, slots=True)
 class ArmConfiguration:
-    """How an arm stands and what it is set to, as it says itself; None: it does not tell.
+    """The configuration of an arm as it reports it; None: it does not report it.
 
     Attributes:
         joints_rad: shape (joints,).
         tcp_offset: TCP from the flange: x, y, z in m, rotation vector in rad.
-        payload_kg: mass at the flange that the controller reckons with.
+        payload_kg: mass at the flange that the controller assumes.
         payload_cog_m: its centre of gravity from the flange, shape (3,).
         speed_fraction: of the speed slider, 0 to 1.
         held_pose: TCP pose at which the controller holds it, in the arm's base frame: its own
@@ -96,7 +96,7 @@ class Device(ABC):
     """Every option the driver takes; unknown ones are refused before the driver is constructed."""
 
     ADDRESS: ClassVar[tuple[str, ...]] = ()
-    """Options that tell this device from another of its kind; none: every text that is required."""
+    """Options that distinguish this device from another of its kind; none: every required text."""
 
     @abstractmethod
     def open(self, timeout_s: float) -> Identity:
@@ -139,7 +139,7 @@ class ForceSensor(Device):
     """Nominal sample rate; valid after `open`."""
 
     built_into_arm: ClassVar[bool] = False
-    """Whether it is the sensor that `Arm.has_force` speaks of: the two are then one channel."""
+    """Whether it is the same sensor as that of `Arm.has_force`: the two are then one channel."""
 
     @abstractmethod
     def drain(self) -> list[ForceSample]:
@@ -184,12 +184,12 @@ class Arm(Device):
     """Whether `ArmSample.force_n` is a real second force channel."""
 
     has_wrench: bool = False
-    """Whether `ArmSample.wrench` tells that force along all three axes. A class says what its arms
-    can at best, an open arm what it does itself."""
+    """Whether `ArmSample.wrench` reports that force along all three axes. A class says what its
+    arms can at best, an open arm what it does itself."""
 
     SETTINGS_AT: ClassVar[Mapping[str, str]] = {}
-    """Where a person changes what `configuration` tells, by its field, and the limits that protect
-    people, by "safety": for whoever sets the arm up."""
+    """Where a person changes what `configuration` reports, by its field, and under "safety" the
+    limits that protect people: advice for setting the arm up."""
 
     @abstractmethod
     def drain(self) -> list[ArmSample]:
@@ -201,9 +201,9 @@ class Arm(Device):
 
         Args:
             position_m: travel from the start pose towards the plate.
-            shift_m: travel from the start pose along axes 1 and 2 of the pressing frame. It is for
-                touches beside the axis and for taking force off sideways only, it is leashed as the
-                travel is, and a retract keeps it. An arm that cannot shift refuses one.
+            shift_m: travel from the start pose along axes 1 and 2 of the pressing frame. It is only
+                for touches beside the axis and for nulling lateral force, it is leashed like the
+                travel, and a retract keeps it. An arm that cannot shift refuses one.
 
         Raises:
             DeviceError: the command could not be handed over, or the shift is no number, beyond
@@ -221,21 +221,21 @@ class Arm(Device):
         Used by safing when the loop is gone. Blocks until there or `timeout_s`.
 
         Raises:
-            DeviceError: not confirmed; whether it may be asked for again, its code tells. Nothing
+            DeviceError: not confirmed; its code says whether it may be requested again. Nothing
                 moves an arm that a person or its safety system has taken over.
         """
 
     def held_m(self) -> float:
         """Travel at which the controller holds the arm: its own target, not what is measured.
 
-        Asked before the first command of a run: where the measured position says something else,
-        a command to stay there would move the arm. NaN: not told, and no run begins. Valid after
+        Asked before the first command of a run: where the measured position says something else, a
+        command to stay there would move the arm. NaN: not reported, and no run begins. Valid after
         `open`; never blocks.
         """
         return math.nan
 
     def configuration(self) -> ArmConfiguration | None:
-        """How the arm stands and what it is set to, as of the newest sample; None: not told.
+        """The configuration of the arm as of the newest sample; None: it does not report it.
 
         Valid after `open`; never blocks, never raises.
         """

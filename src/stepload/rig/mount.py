@@ -1,4 +1,4 @@
-"""How the tip of a simulated rig is held in six axes, and what its sensors feel of that.
+"""How the tip of a simulated rig is held in six axes, and what its sensors measure of that.
 
 The pressing frame is right-handed: axis 3 points along the press, axes 1 and 2 across it. The load
 f is what the tip does to the plate, so that pressing is positive along axis 3.
@@ -16,21 +16,21 @@ Matrix6 = tuple[tuple[float, float, float, float, float, float], ...]
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 NO_TURN: Matrix3 = (ZERO, ZERO, ZERO)
 STANDARD_GRAVITY: Vector3 = (0.0, 0.0, 9.80665)
-"""Of a tool that points down."""
+"""Gravity in the pressing frame, for a tool that points down."""
 MINDLIN_RATIO = 0.8
 """2 (1 − ν)/(2 − ν), tangential over normal contact stiffness, for ν between 0.3 and 0.35."""
 
 
 @dataclass(frozen=True, slots=True)
 class SensorMount:
-    """Where a six-axis force sensor sits, and what its components are like.
+    """Mounting, cross-talk, noise and range of a six-axis force sensor.
 
     Its frame is the pressing frame, turned by `rotation_rad` and with the axes renamed so that the
     axis of the plan shows the press; a sensor whose axis is negative shows all six with the
     opposite sign.
 
     Attributes:
-        rotation_rad: rotation vector of the sensor against the pressing frame, which nobody knows.
+        rotation_rad: rotation vector of the sensor against the pressing frame, unknown to the run.
         lever_m: contact point seen from the sensor's origin, pressing frame, with what the contact
             is off the tool's axis.
         tool_cog_m: centre of gravity of what the sensor carries, likewise.

@@ -1,4 +1,4 @@
-"""How an arm stands, as texts of a record, and how far two poses are apart.
+"""The configuration of an arm as texts of a record, and the difference of two poses.
 
 The stiffness of a serial arm along its tool changes with its joints: K = 1/Σ (l_i²/k_i), with the
 lever arms l_i of the force about the joints. Of 16,000 tool-down poses of four UR arms the change
@@ -15,18 +15,18 @@ from stepload.rig.device import ArmConfiguration
 from stepload.rig.samples import SixFloats
 
 STIFFNESS_PER_RAD = 3.4
-"""Largest relative change of an arm's stiffness, for an angle by which no joint is further off."""
+"""Largest relative change of an arm's stiffness per rad of the largest joint difference."""
 JOINT_TOLERANCE_RAD = 3e-3
 """Keeps the change of the stiffness below 1 %, which a good calibration knows it to."""
 TCP_TOLERANCE_M, TCP_TOLERANCE_RAD = 1e-3, 3e-3
-"""The TCP is a setting that somebody types: the same one, or another."""
+"""The TCP is a setting that is typed in: either the same one, or another."""
 
 JOINTS, TCP = "arm_joints_rad", "arm_tcp_offset"
 _PAYLOAD, _SPEED = "arm_payload_kg", "arm_speed_fraction"
 
 
 def joint_distance_rad(one: Sequence[float], other: Sequence[float]) -> float:
-    """The angle by which the joint that differs most is off; inf for another number of joints.
+    """Largest difference of a joint's angle; inf for another number of joints.
 
     A joint turned by whole turns stands where it stood.
     """
@@ -37,9 +37,9 @@ def joint_distance_rad(one: Sequence[float], other: Sequence[float]) -> float:
 
 
 def differences(one: ArmConfiguration, other: ArmConfiguration) -> list[str]:
-    """In what two arms stand differently, beyond the tolerances; what is not told is not compared.
+    """Differences of two configurations beyond the tolerances; what is not reported is skipped.
 
-    Each text tells the difference and the tolerance, `one` first.
+    Each text gives the difference and the tolerance, `one` first.
     """
     found = []
     if one.joints_rad and other.joints_rad:
@@ -57,7 +57,7 @@ def differences(one: ArmConfiguration, other: ArmConfiguration) -> list[str]:
 def stiffness_change(one: ArmConfiguration, other: ArmConfiguration) -> float:
     """The share by which the stiffness may differ between two poses that differ; 1 at the most.
 
-    With another TCP nothing is known of it, and with joints that are not told.
+    It is 1 with another TCP, or where the joints are not reported.
     """
     if _another_tcp(one, other):
         return 1.0
@@ -67,7 +67,7 @@ def stiffness_change(one: ArmConfiguration, other: ArmConfiguration) -> float:
 
 
 def _another_tcp(one: ArmConfiguration, other: ArmConfiguration) -> str:
-    """In what the TCP differs; "" where it does not, or one of the two does not tell."""
+    """The difference of the TCPs; "" where there is none, or one of the two is not reported."""
     if not (one.tcp_offset and other.tcp_offset):
         return ""
     off_m = math.dist(one.tcp_offset[:3], other.tcp_offset[:3])
@@ -78,7 +78,7 @@ def _another_tcp(one: ArmConfiguration, other: ArmConfiguration) -> str:
 
 
 def to_texts(stands: ArmConfiguration | None) -> dict[str, str]:
-    """What a record's metadata says of the arm; nothing where the arm does not tell."""
+    """The arm's configuration as metadata of a record; empty where the arm reports none."""
     if stands is None:
         return {}
     told = {JOINTS: _text(stands.joints_rad), TCP: _text(stands.tcp_offset)}
@@ -90,7 +90,7 @@ def to_texts(stands: ArmConfiguration | None) -> dict[str, str]:
 
 
 def from_texts(told: Mapping[str, str]) -> ArmConfiguration | None:
-    """How the arm of a record stood; None where it does not tell, or not in numbers."""
+    """The arm's configuration in a record; None where it is not stated, or not in numbers."""
     joints, tcp = _numbers(told.get(JOINTS, "")), _numbers(told.get(TCP, ""))
     offset: SixFloats | None = None
     if len(tcp) == 6:

@@ -24,7 +24,7 @@ Six = TypeVar("Six")
 """Six floats in a row, shape (N, 6) of float64 in columns."""
 SixFloats = tuple[float, float, float, float, float, float]
 NOT_TOLD: SixFloats = (math.nan,) * 6
-"""Six numbers of a device that does not tell them."""
+"""Six numbers of a device that does not report them."""
 
 
 class Status(IntFlag):
@@ -47,7 +47,7 @@ class ForceFields(NamedTuple, Generic[Whole, Number, Six]):
     """One wrench of a force sensor, as measured (not tared), in the sensor's frame.
 
     `wrench` is (Fx, Fy, Fz) in N and (Tx, Ty, Tz) in N·m; a one-axis cell puts its force into Fz
-    and zero elsewhere. `temperature_c` is NaN where the device does not tell.
+    and zero elsewhere. `temperature_c` is NaN where the device does not report it.
     """
 
     sequence: Whole
@@ -74,7 +74,7 @@ class ArmFields(NamedTuple, Generic[Whole, Number, Six]):
 
     `wrench` is all of the arm's own force, not tared: what the tip does to the plate, in the
     pressing frame of `Arm`, so that its third component is `force_n`; torques about the TCP. NaN
-    where the arm tells `force_n` alone, or no torques.
+    where the arm reports `force_n` alone, or no torques.
     """
 
     sequence: Whole

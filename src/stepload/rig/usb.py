@@ -1,4 +1,4 @@
-"""What the system says of a USB serial adapter."""
+"""Settings of a USB serial adapter, as the system reports them."""
 
 from __future__ import annotations
 

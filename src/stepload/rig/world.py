@@ -35,7 +35,7 @@ class PayloadTruth:
         adhesion_n, adhesion_law: pull-off force, "dmt" or "jkr" (n = 1.5 without roughness).
         seating_m, seating_depth_m: travel that is never given back, in proportion to the deepest
             deformation so far, all of it once that has reached `seating_depth_m`.
-        creep: what the deformation has grown by under constant force in the end, as a share.
+        creep: final growth of the deformation under constant force, as a share.
         creep_time_s, creep_decades: time constants `creep_time_s` · 10^0 … 10^decades, which share
             the creep evenly.
         poisson_ratio: of the body that yields first: how much a lateral load lowers its limit.

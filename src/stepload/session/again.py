@@ -1,4 +1,4 @@
-"""Results and report of a record that is there already, written as a run writes its own."""
+"""Results and report of an existing record, written as a run writes its own."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from stepload.session import files
 
 
 class Again(NamedTuple):
-    """What results.json and report.html of a record say."""
+    """The contents of results.json and report.html of a record."""
 
     data: dict[str, Any]
     document: Document
@@ -43,7 +43,7 @@ def results_again(record: Path, wishes: Wishes | None = None) -> Again:
 
 
 def _other_limits(run: Evaluation) -> str:
-    """That this version derives another force limit than the run had; "" where it does not.
+    """A note that this version derives another force limit than the run had; "" if it does not.
 
     Preflight and limits of an evaluation are always those of the version that makes it.
     """
@@ -58,7 +58,7 @@ def _other_limits(run: Evaluation) -> str:
 
 
 def _other_elastic_limit(run: Evaluation) -> str:
-    """That the result was judged by another F_c than the plan's; "" where it was not."""
+    """A note that the result was judged by another F_c than the plan's; "" where it was not."""
     used_n = other_elastic_limit(run.envelope, run.identification)
     if used_n is None:
         return ""
@@ -69,7 +69,7 @@ def _other_elastic_limit(run: Evaluation) -> str:
 
 
 def _other_payload(run: Evaluation, wishes: Wishes | None) -> str:
-    """That another payload was stated than the plan's; "" where none was."""
+    """A note that another payload was stated than the plan's; "" where none was."""
     law = run.envelope.theory.law
     if wishes is None or wishes.theory_k is None or wishes.theory_n is None:
         return ""

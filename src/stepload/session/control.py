@@ -52,7 +52,7 @@ def listening(directory: Path, operator: Operator, status: Status) -> Iterator[s
     """Take requests for a run while it goes on.
 
     Yields:
-        Why there is no such way in ("" where there is); a file system without sockets is no reason
+        Why no requests can be taken ("" where they can); a file system without sockets is no reason
         not to run.
     """
     path = directory / NAME

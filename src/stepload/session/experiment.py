@@ -1,4 +1,4 @@
-"""The story of one experiment: prepare, press, make safe, record, evaluate, report.
+"""One experiment from beginning to end: prepare, press, make safe, record, evaluate, report.
 
 The arm is safe before a file is closed: `_press` returns when the rig has been made safe and its
 devices are closed; only then is the record finished and anything evaluated.
@@ -66,7 +66,7 @@ class Finished:
 
 @dataclass(frozen=True, slots=True)
 class _Session:
-    """What a run goes by from its preparation on."""
+    """The data of a run from its preparation on."""
 
     envelope: Envelope
     engine: Engine
@@ -84,14 +84,14 @@ class _Session:
 
     @property
     def metadata(self) -> dict[str, str]:
-        """What the record begins with, beside what the rig says of itself."""
+        """The metadata that the record begins with, without what the rig reports."""
         told = files.metadata(
             self.envelope.plan, dry_run=self.dry_run, seed=self.seed, started=self.started
         )
         return {"run_id": self.run_id, **told, **(self.resumed.metadata if self.resumed else {})}
 
     def status(self) -> dict[str, object]:
-        """Where the run is, for who asks from another terminal."""
+        """Where the run is, for requests from another terminal."""
         row = self.engine.row
         if row is None:
             return {"run_id": self.run_id}
@@ -101,7 +101,7 @@ class _Session:
         }  # fmt: skip
 
     def progress(self, engine: Engine) -> None:
-        """Show how far the run is; virtual time waits with whoever paused it."""
+        """Show how far the run is; virtual time waits while it is paused."""
         if self.on_progress is not None:
             self.on_progress(engine, self.envelope)
         if self.dry_run and engine.course.phase == Phase.PAUSED:
@@ -194,7 +194,7 @@ def press(envelope: Envelope, out: Path) -> RunOutcome:
 
 
 def refuse_what_may_not_run(envelope: Envelope, dry_run: bool, hazards_read_now: bool) -> None:
-    """All that speaks against a run and is known before a device is opened.
+    """Refuse a run for any reason that is known before a device is opened.
 
     Raises:
         RefusedError: with the reason and what to do.
@@ -215,7 +215,7 @@ def refuse_what_may_not_run(envelope: Envelope, dry_run: bool, hazards_read_now:
 
 @contextlib.contextmanager
 def _own_directory(directory: Path) -> Iterator[None]:
-    """Make a run's directory; take it away again where nothing came to be written into it."""
+    """Make a run's directory; remove it again if nothing was written into it."""
     files.make_directory(directory)
     try:
         yield
@@ -247,7 +247,7 @@ def _press(session: _Session) -> tuple[_Session, RunOutcome, Recorder]:
 
 
 def _where_it_stands(session: _Session, stands: ArmConfiguration | None) -> _Session:
-    """The session judged again where the arm stands elsewhere than its stiffness was calibrated.
+    """The session judged again where the arm is not in the pose of its stiffness calibration.
 
     Raises:
         RefusedError: with what is left of that stiffness the plan may not run; nothing has moved.
@@ -264,7 +264,7 @@ def _where_it_stands(session: _Session, stands: ArmConfiguration | None) -> _Ses
 
 @contextlib.contextmanager
 def _recording(session: _Session, rig: OpenRig) -> Iterator[Recorder]:
-    """The run's record; it is given up where something unforeseen happens before its end."""
+    """The run's record; it is abandoned where something unforeseen happens before its end."""
     recorder = Recorder(
         session.directory,
         rates_hz=rig.rates_hz,
@@ -284,7 +284,7 @@ def _recording(session: _Session, rig: OpenRig) -> Iterator[Recorder]:
 
 
 def _keep(session: _Session, outcome: RunOutcome, recorder: Recorder) -> Finished:
-    """Evaluate a run that is over, and finish its files whatever the evaluation comes to."""
+    """Evaluate a run that is over, and finish its files even if the evaluation fails."""
     head = about(session.metadata, files.plan_files(session.envelope.plan))
     bare = plain({**head, **outcome_data(outcome, session.envelope)})
     finished = Finished(session.directory, outcome, bare)
@@ -298,7 +298,7 @@ def _keep(session: _Session, outcome: RunOutcome, recorder: Recorder) -> Finishe
 
 
 def _evaluated(session: _Session, finished: Finished, record: Path) -> Finished:
-    """The run with what its record says; never raises, for the record must be finished."""
+    """The run with its evaluation; never raises, for the record must be finished."""
     try:
         recording = read_recording(record, condensed(finished.outcome.lateness.ticks))
         bare = Evaluation(session.envelope, finished.outcome, recording, session.dry_run)
@@ -314,7 +314,7 @@ def _evaluated(session: _Session, finished: Finished, record: Path) -> Finished:
 def _identified(
     operator: Operator, finished: Finished, bare: Evaluation
 ) -> tuple[Finished, Evaluation]:
-    """The evaluation with what the data say; without it, and why, where that breaks or is left."""
+    """The evaluation with identification; without, and why, if that fails or is cut short."""
     try:
         operator.moving = False  # nothing moves any more: a signal ends the evaluation
         return finished, evaluate(bare)

@@ -1,4 +1,4 @@
-"""What a run keeps beside its data: where, under which names, and what the record says of it."""
+"""The files and the metadata that a run keeps beside its data."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def run_directory(plan: Plan, *, dry_run: bool, out: Path | None) -> Path:
 
 
 def make_directory(directory: Path) -> None:
-    """Make a run's directory, and say early what would keep a record from being written there.
+    """Make a run's directory, and refuse early one in which no record can be written.
 
     Raises:
         BadInputError: it cannot be made, is a symbolic link, or holds a record already.
@@ -98,9 +98,9 @@ def metadata(plan: Plan, *, dry_run: bool, seed: int | None, started: datetime) 
 
 
 def _calibration(plan: Plan) -> str:
-    """Which calibration K_s comes from: the sum of its record's file, or who answers for it.
+    """The calibration that K_s comes from: the checksum of its file, or who declared it.
 
-    Runs that tell the same share its error, which cancels when they are compared.
+    Runs with the same one share its error, which cancels when they are compared.
     """
     stiffness = plan.rig.system_stiffness
     if stiffness.record is not None and stiffness.provenance is Provenance.MEASURED:
@@ -112,7 +112,7 @@ def _calibration(plan: Plan) -> str:
 
 
 def device_metadata(identities: Mapping[str, Identity]) -> dict[str, str]:
-    """What each device said of itself, by its role."""
+    """The identity of each device as a text, by its role."""
     return {
         role: f"{each.driver}: {each.model} {each.serial_number}, firmware {each.firmware}, "
         f"calibration {each.calibration_revision}"

@@ -43,10 +43,10 @@ def refuse_simulated(plan: Plan) -> None:
 
 
 def refuse_unproven(envelope: Envelope) -> None:
-    """Two channels that are wrong alike press through F_c: a person or the run itself must look.
+    """Refuse a run in which nothing proves axis and sign of the force channels.
 
     Raises:
-        RefusedError: nobody did, and the run will not.
+        RefusedError: neither a push by hand nor the run itself proves one of them.
     """
     found = unproven(envelope.plan, envelope.telling_shake)
     if found:

@@ -50,7 +50,7 @@ class Resumed:
 
     @property
     def metadata(self) -> dict[str, str]:
-        """What goes into the new record."""
+        """Metadata for the new record."""
         return {
             "resumed": self.text,
             "resumed_run_id": self.run_id,

@@ -32,7 +32,7 @@ class Repaired:
 
     @property
     def line(self) -> str:
-        """What became of it, in one line."""
+        """The result of the repair in one line."""
         if self.found is None:
             return f"unfinished record {self.source}: not repaired: {self.problem}"
         counts = self.found.counts

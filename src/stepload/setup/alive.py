@@ -1,4 +1,4 @@
-"""Does a sensor live: do its readings change, and does it call them good?"""
+"""Checks that a sensor is live: its readings change, and it does not flag them."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from stepload.setup.line import Line, Mark
 from stepload.setup.watch import Watched
 
 SILENT_S = 0.5
-"""Or ten periods: a gauge without a sample for longer has fallen silent."""
+"""Time in s (or ten periods) without a sample after which a gauge has fallen silent."""
 
 
 def check_alive(
     name: str, spec: ForceSpec | ArmSpec | DisplacementSpec, seen: Watched, rig: Rig
 ) -> Iterator[Line]:
-    """What is wrong with the readings themselves; nothing where they are as they should be."""
+    """Findings on the readings themselves; none where they are as they should be."""
     samples = seen.samples[name]
     if flagged := [sample.status for sample in samples if sample.status]:
         bits = Status(0)
@@ -55,7 +55,7 @@ def check_alive(
 def _standing(name: str, values: Sequence[float], limit: int, *, coarse: bool) -> Iterator[Line]:
     """A live sensor has noise: equal readings in a row are a frozen one (R4).
 
-    `limit` is how many are too many, 0 where none can tell, as of a `coarse` resolution.
+    `limit` is how many are too many, 0 where no number decides, as with a `coarse` resolution.
     """
     same = max((sum(1 for _ in group) for _, group in itertools.groupby(values)), default=0)
     frozen = bool(limit) and same > limit

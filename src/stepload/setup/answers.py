@@ -27,7 +27,7 @@ class DeclinedError(RefusedError):
 
 
 class Person(Protocol):
-    """Who is told what is done, and may be asked."""
+    """The person who is informed of what is done, and may be asked."""
 
     def tell(self, line: str) -> None:
         """Say something."""
@@ -40,7 +40,7 @@ class Person(Protocol):
 
 @dataclass(slots=True)
 class Answers:
-    """Answers by name, in the order of their weight: given now, kept, asked for, default.
+    """Answers by name, in order of precedence: given now, kept, asked for, default.
 
     Args:
         given: from flags and files.
@@ -91,7 +91,7 @@ class Answers:
         return kept if told is None else told
 
     def origin(self, name: str) -> str:
-        """Where the answer to question `name` is from, as a comment says it."""
+        """Where the answer to question `name` is from, as text for a comment."""
         answer = self.kept.get(name)
         if name not in self.given and answer == self.preset.get(name):
             return "preset, change it"
@@ -111,7 +111,7 @@ class Answers:
 
         Raises:
             DeclinedError: it was not given.
-            RefusedError: what was asked for is no consent but a fact, and it is not so.
+            RefusedError: the question was about a fact, not for consent, and the answer is no.
         """
         question = QUESTIONS[name]
         if self.yes and name not in self.given:
@@ -139,10 +139,10 @@ class Answers:
 
 
 def check(question: Question, answer: str) -> None:
-    """That an answer can be used.
+    """Check that an answer can be used.
 
     Raises:
-        BadInputError: it cannot, with what would do.
+        BadInputError: it cannot, with what is expected.
     """
     if question.many:
         for word in answer.split(SEPARATOR):

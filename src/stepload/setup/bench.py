@@ -1,4 +1,4 @@
-"""The devices of a rig that is not described yet: opened for one step, and listened to at rest."""
+"""The devices of a rig that is not described yet: opened for one step, and read at rest."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ Opener = Callable[[Mapping[str, Value], bool], AbstractContextManager[Bench]]
 
 
 class Heard(NamedTuple):
-    """All samples of a while, by device."""
+    """All samples of a period of time, by device."""
 
     arm: list[ArmSample]
     force: dict[str, list[ForceSample]]

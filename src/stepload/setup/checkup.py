@@ -106,7 +106,7 @@ def _latency_lines(plan: Plan) -> list[Line]:
 
 
 def _data(exam: _Examination, seen: Watched, seconds: float) -> None:
-    """What watching at rest has told."""
+    """The lines and figures from watching the data at rest."""
     plan, rig = exam.plan, exam.plan.rig
     specs: dict[str, ForceSpec | ArmSpec | DisplacementSpec | None] = {
         "force": rig.force, "arm": rig.arm, "second_force.sensor": rig.second_force.sensor,
@@ -118,7 +118,7 @@ def _data(exam: _Examination, seen: Watched, seconds: float) -> None:
         exam.add(*streams.check_stream(name, spec, seen, seconds))
         exam.add(*(dead := list(check_alive(name, spec, seen, rig))))
         if dead or len(seen.samples[name]) < 3:
-            continue  # what noise it shows is none of a live sensor
+            continue  # the noise of a frozen sensor is no figure for the rig
         if name == "arm":
             lines, found = streams.check_arm(plan, seen)
             exam.add(*lines)
@@ -158,7 +158,7 @@ def _spring(exam: _Examination, rig: OpenRig, operator: Operator) -> None:
 
 
 def _motion(exam: _Examination, rig: OpenRig) -> None:
-    """Each motion only if what it rests on has proven sound."""
+    """Each motion is made only if the checks that it relies on have passed."""
     plan = exam.plan
     try:
         start_m = motion.position_now(rig)
@@ -218,7 +218,7 @@ def examine(
     tell: Tell,
     operator: Operator | None = None,
 ) -> Checkup:
-    """Look at everything; a device that does not open ends it there.
+    """Run every check; a device that does not open ends the examination.
 
     Args:
         dry_run: the simulated rig in virtual time instead of the plan's devices.

@@ -1,4 +1,4 @@
-"""What every step of a set-up works with."""
+"""The context that all steps of a set-up share."""
 
 from __future__ import annotations
 
@@ -39,17 +39,17 @@ class Setup:
     today: date
 
     def tell(self, line: str) -> None:
-        """Say something to whoever sets up."""
+        """Show a line to the person who sets up."""
         self.answers.person.tell(line)
 
     @property
     def you(self) -> str:
-        """The origin of what was answered."""
+        """The origin text of values that were answered."""
         return f"stated at the set-up, {self.today}"
 
     @property
     def measured(self) -> str:
-        """The origin of what was measured now."""
+        """The origin text of values that were measured now."""
         return f"measured {self.today}"
 
     def stated(self, name: str) -> Value:

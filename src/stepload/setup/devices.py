@@ -63,7 +63,7 @@ def arm(setup: Setup) -> Found:
 
 
 def _settings(told: ArmConfiguration | None, where: Mapping[str, str]) -> list[str]:
-    """What the arm is set to, a line each, with where a person changes it."""
+    """The arm's settings, a line each, with where a person changes them."""
     shown: dict[str, str] = {}
     told = told or ArmConfiguration()
     if told.tcp_offset is not None:

@@ -52,7 +52,7 @@ def _material(answer: str, home: Path) -> dict[str, Value]:
 
 
 def _no_theory(answers: Answers) -> str:
-    """What of the payload has no elastic limit by theory; "" where theory may have one."""
+    """The part of the payload without an elastic limit by theory; "" where it may have one."""
     if UNKNOWN in (answers.text("material"), answers.text("plate")):
         return "a material that is not known"
     return "a flat punch" if answers.text("shape") == "flat_punch" else ""
@@ -114,7 +114,7 @@ def with_forces(
 
 
 def envelope_here(values: Mapping[str, Value], path: Path) -> Envelope:
-    """What preflight says of a plan that would stand at `path`; nothing of it stays.
+    """The envelope of a plan that would stand at `path`; nothing is left on the disk.
 
     Raises:
         PlanError: the plan cannot be used.
@@ -140,7 +140,7 @@ def _called(error: PlanError, name: str, called: str) -> PlanError:
 
 
 def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
-    """The text of a plan that preflight does not refuse, and what preflight says of it.
+    """The text of a plan that preflight does not refuse, and its envelope.
 
     Raises:
         RefusedError: preflight refuses it, with its reasons.
@@ -186,7 +186,7 @@ def touch_plan(answers: Answers, rig: str, path: Path) -> tuple[str, float]:
 def _lightest(
     values: Mapping[str, Value], rig: str, path: Path, *, let_through: bool
 ) -> tuple[Envelope, dict[str, Value], float]:
-    """The plan of least force that makes a plan, or that preflight lets through if one does.
+    """The valid plan of least force; with `let_through` the least not refused, else the strongest.
 
     Raises:
         PlanError: none makes a plan.

@@ -22,7 +22,7 @@ ARM = "second_force"
 REST_S, LOOK_S = 2.0, 0.1
 PUSHES = 2
 PUSH_LOOKS, RISING_LOOKS, QUIET_LOOKS = 13, 3, 5
-"""Looks in a row that make a push, those of them in which it rises, and that make it let go."""
+"""Looks in a row that make a push, those of them in which it rises, and that make a release."""
 PATIENCE_S = 30.0
 LET_GO = 0.25
 """Share of the push below which a channel counts as let go."""

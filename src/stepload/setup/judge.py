@@ -1,4 +1,4 @@
-"""What a push by hand and the weight of the tool say of a force channel; pure functions.
+"""Judges a force channel by a push by hand and by the weight of the tool; pure functions.
 
 A push by hand stands in for the plate: it pushes the tool away from where the plate is, so whatever
 a channel reads during it is what it will read when the arm presses.
@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 AXES = ("fx", "fy", "fz")
 LEAST_PUSH_N = 10.0
 NOISE_TIMES = 12.0
-"""A push must stand so many standard deviations out of the noise of a channel."""
+"""Least size of a push in standard deviations of the noise of a channel."""
 CROSS_TALK = 0.5
 """Share of the largest component that another may have: a push within 27 degrees of the axis."""
 AGREE = 0.3
@@ -44,7 +44,7 @@ class Channel:
 
     @property
     def least_push_n(self) -> float:
-        """The smallest push that it tells beyond doubt."""
+        """The smallest push in N that the channel detects reliably."""
         return max(LEAST_PUSH_N, NOISE_TIMES * float(self.sigma_n.max()))
 
 
@@ -113,7 +113,7 @@ def _axis_of(channel: Channel, push: FloatArray) -> str:
 
 
 def agreed(one: tuple[str, float], other: tuple[str, float], tolerance_n: float) -> None:
-    """That two channels read the same of the same push, each given by name and mean push in N.
+    """Check that two channels read the same push alike, each given by name and mean push in N.
 
     Raises:
         RefusedError: they differ by more than `tolerance_n` and 30 % of the larger.
@@ -170,11 +170,11 @@ def weighed(
     sigma_n: float,
     axis: str,
 ) -> Weighed | None:
-    """The mass of the tool from a sensor's reading in two poses; None: too light to be told.
+    """The mass of the tool from a sensor's reading in two poses; None: too light to determine.
 
-    The weight pulls along gravity, whose direction in the tool the poses tell; the base stands
-    upright. Reckoned from the component `axis`, whose sign it proves once more, and compared with
-    the change of the whole vector, which knows nothing of how the sensor is mounted.
+    The weight acts along gravity, whose direction in the tool follows from the poses; the base
+    stands upright. Computed from the component `axis`, whose sign it proves once more, and compared
+    with the change of the whole vector, which does not depend on how the sensor is mounted.
 
     Args:
         forces_n: mean reading (3,) in each pose.

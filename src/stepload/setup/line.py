@@ -1,4 +1,4 @@
-"""One finding of the doctor, and what they come to."""
+"""One finding of the doctor: its mark, value, limit and remedy."""
 
 from __future__ import annotations
 

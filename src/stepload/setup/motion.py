@@ -85,7 +85,7 @@ def _back_from(start_m: float, way_m: float) -> Callable[[float], float]:
 
 
 def return_to(rig: OpenRig, start_m: float) -> None:
-    """Slowly back to where the examination began: a run counts its way from there."""
+    """Return slowly to where the examination began: a run measures its travel from there."""
     from_m = position_now(rig)
     way_m = start_m - from_m
 
@@ -163,12 +163,12 @@ def check_watchdog(rig: OpenRig) -> Line:
 
 
 def backlash_s(arm: ArmSpec) -> float:
-    """What lost motion adds to the response to swings: it is crossed at each turn."""
+    """Delay in s that lost motion adds to the response to swings: it is crossed at each turn."""
     return arm.lost_motion_m / (2.0 * SWING_M / SWING_S)
 
 
 def response_lag(rig: OpenRig) -> Lag:
-    """From a target to the measured position as the engine sees it, by slow swings."""
+    """Lag from a target to the measured position as the engine sees it, by slow swings."""
     start_m = position_now(rig)
 
     def swing(time_s: float) -> float:

@@ -10,7 +10,7 @@ NO_ADAPTERS = ("virtual", "udp_multicast", "serial", "socketcand")
 
 
 def serial_ports() -> list[str]:
-    """Serial ports, each with what its adapter says of itself; those without an adapter last."""
+    """Serial ports, each with its adapter's description; those without an adapter last."""
     from serial.tools import list_ports
 
     found = sorted(list_ports.comports(), key=lambda port: (port.vid is None, port.device))

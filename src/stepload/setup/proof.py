@@ -22,7 +22,7 @@ DOCTOR_S = 5.0
 
 
 def plan(setup: Setup) -> Found:
-    """The plan of the first payload; preflight has let it through."""
+    """The plan of the first payload; it has passed preflight."""
     path = setup.plan
     text, envelope = first_plan(setup.answers, setup.rig.name, path)
     write_plan(path, text, force=False)

@@ -25,8 +25,8 @@ class Question:
     """One question; `default` None: it must be answered, "" stands for nothing.
 
     `check` raises BadInputError for an answer that cannot be used; `consent`: an answer is good for
-    the step it is given in and is never kept, and `--yes` gives it; `fact`: a "no" to it is found
-    against the rig, and is no mere wish to wait; `many`: words KEY=VALUE.
+    the step it is given in and is never kept, and `--yes` gives it; `fact`: a "no" to it is a
+    finding about the rig, not a wish to wait; `many`: words KEY=VALUE.
     """
 
     name: str

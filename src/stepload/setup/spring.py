@@ -34,7 +34,7 @@ def _forget(_: object) -> None:
 
 
 class Memory:
-    """Keeps of a run what the measurement needs (a `stepload.engine.interfaces.RecordSink`)."""
+    """Keeps what the measurement needs of a run (a `stepload.engine.interfaces.RecordSink`)."""
 
     def __init__(self) -> None:
         self.forces: list[ForceSample] = []
@@ -65,7 +65,7 @@ def small_steps(plan: Plan) -> Plan:
 
 
 def force_lag(memory: Memory, axis: str) -> Lag:
-    """From a target to the force that the engine sees."""
+    """Lag from a target to the force that the engine sees."""
     index, sign = wrench_axis(axis)
     tick_s = np.array([row.time_s for row in memory.ticks])
     target_m = np.array([row.target_m for row in memory.ticks])

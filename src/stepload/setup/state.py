@@ -1,4 +1,4 @@
-"""What a set-up has come to so far, kept beside the rig file so that it can be taken up again."""
+"""The progress of a set-up, kept beside the rig file so that it can be resumed."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ class State:
     """Answers and finished steps.
 
     `doubted` names the answers of a step that failed: a person is asked for them again.
-    `rig_sha256` are of the rig file as it was written last and before: whoever is killed between
-    the two files of a step leaves the older one. `redoing` are the steps that somebody wanted
-    done again and that have not been since: what they found before is doubtful. `read` is the file
-    of the state as it was read or written last.
+    `rig_sha256` are checksums of the rig file as it was written last and before: a process killed
+    between the two files of a step leaves the older one. `redoing` are the steps that were to be
+    done again and have not been since: what they found before is doubtful. `read` is the file of
+    the state as it was read or written last.
     """
 
     answers: dict[str, str] = field(default_factory=dict)
@@ -68,7 +68,7 @@ class State:
 
 def state_path(rig: Path) -> Path:
     """Where the state of a rig file's set-up is kept."""
-    rig = rig.resolve()  # whoever comes by a link finds it too
+    rig = rig.resolve()  # a link to the rig file leads to it too
     return rig.with_name(f"{rig.stem}.setup.json")
 
 
@@ -106,7 +106,7 @@ def _refuse_foreign(rig: Path, state: State) -> None:
 
 
 def _refuse_overtaken(rig: Path, state: State) -> None:
-    """Another process, or a person, has written meanwhile: that must not be lost.
+    """Refuse to overwrite what another process, or a person, has written meanwhile.
 
     Raises:
         BadInputError: the state or the rig file is not as this process left it.

@@ -37,7 +37,7 @@ STEPS: dict[str, tuple[str, Step]] = {
 }
 """In this order: each rests on those before it."""
 CALIBRATED_WITH = ("arm", "sensor", "push", "start")
-"""A system stiffness was measured with what these found."""
+"""The steps on whose findings a measured system stiffness depends."""
 
 
 def set_up(
@@ -56,14 +56,14 @@ def set_up(
         rig: the rig file, written anew after each step.
         answers: what is answered beforehand, and who is asked for the rest.
         press: presses the plan of the first touch: `stepload.session.experiment.press`.
-        redo: a step to be done again; those after it as well, unless it finds what it found.
+        redo: a step to be done again; those after it as well, unless it finds the same as before.
         until: the last step of this start.
         today: the day that measurements are dated with; None: today.
         open_devices: opens devices, in place of real drivers.
 
     Raises:
         BadInputError: an answer is missing, cannot be used or comes too late, or a file cannot.
-        RefusedError: a step found what must not be gone on with; those before it are kept.
+        RefusedError: a step found a reason not to go on; those before it are kept.
         DeviceError: a device failed; the steps before are kept.
     """
     names = list(STEPS)
@@ -147,7 +147,7 @@ def _again(state: State) -> dict[str, Done]:
 
 
 def _refuse_too_late(state: State, given: Mapping[str, str]) -> None:
-    """A flag changes nothing that is done.
+    """Refuse a flag that would change a step that is done.
 
     Raises:
         BadInputError: an answer is given to a step that is done, and it is another one.
@@ -166,7 +166,7 @@ def _refuse_too_late(state: State, given: Mapping[str, str]) -> None:
 
 
 def _alike(old: Found, new: Found) -> bool:
-    """Whether later steps may rest on the new as they did on the old: all but the days."""
+    """Whether two findings are equal except for their dates, so that later steps stay valid."""
     texts = [
         {key: value.text for key, value in found.values.items() if not key.endswith("_on")}
         for found in (old, new)

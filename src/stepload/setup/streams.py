@@ -24,11 +24,11 @@ RATE_WARN, RATE_FAIL = 0.02, 0.1
 LOST_WARN, LOST_FAIL = 5e-3, 0.02
 CLOCK_STEP_WARN_S, CLOCK_STEP_FAIL_S = 2e-3, 15e-3
 NOISE_WARN, NOISE_FAIL = 1.2, 3.0
-"""Times the plan's noise; a run refuses above the second."""
+"""Factors on the plan's noise for a warning and a failure; a run refuses above the second."""
 
 
 def _to_ns(time_s: float) -> float:
-    """Without the rounding errors of a difference of clocks."""
+    """Round to ns, without the rounding errors of a difference of clocks."""
     return round(float(time_s), 9)
 
 
@@ -90,7 +90,7 @@ def check_stream(
     )  # fmt: skip
     yield from _check_clock(name, samples, receive_s)
     counted = {key: count for key, count in seen.errors[name].items() if count}
-    counted.pop("gaps", None)  # the line on losses tells
+    counted.pop("gaps", None)  # the line on losses reports them
     if counted:
         listed = ", ".join(f"{key} {count}" for key, count in counted.items())
         yield Line(f"{name}: driver's counters", Mark.WARN, float(sum(counted.values())), 0.0, "",
@@ -98,7 +98,7 @@ def check_stream(
 
 
 def _host(seen: Watched, wrong: bool, device: str) -> tuple[str, str]:
-    """What this computer's own lateness says of a stream that is `wrong`, and where to look first.
+    """Words and remedy for a stream that is `wrong`, by how late this computer itself was.
 
     A reader that gets its turn late finds several samples at once, and may find the newest only.
     """

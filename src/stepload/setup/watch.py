@@ -10,7 +10,7 @@ from typing import Any
 from stepload.engine.open_rig import OpenRig
 
 SETTLE_S = 0.2
-"""Readers were held up while the loop was prepared: what they lost then is not counted."""
+"""Wait in s before watching: what readers lost while the loop was prepared is not counted."""
 
 
 @dataclass(slots=True)

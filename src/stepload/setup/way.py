@@ -1,4 +1,4 @@
-"""The start pose as the arm was led there, and that the way behind it is free."""
+"""The start pose to which the arm was led, and the proof that the way behind it is free."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def _numbers(numbers: tuple[float, ...]) -> str:
 def way(setup: Setup) -> Found:
     """The arm backs away slowly and comes back, watched by its force channel: the way is free.
 
-    It never goes further than where it was led to. Whoever sets up has confirmed the hazards.
+    It never goes further than where it was led to. The person has confirmed the hazards.
     """
     say_hazards(setup, "before the arm moves for the first time:")
     reader = setup.answers.text("hazards_read_by")
@@ -123,11 +123,11 @@ def way(setup: Setup) -> Found:
 
 
 def back_and_forth(bench: Bench, back_m: float) -> float:
-    """Back by `back_m` and forth to where it began; the largest change of force on the way (N).
+    """Move back by `back_m` and return; the largest change of force on the way, in N.
 
     Raises:
         RefusedError: something was in the way, or the arm did not follow; it was stopped.
-        DeviceError: a device failed; whoever opened it stops the arm.
+        DeviceError: a device failed; the caller stops the arm.
     """
     heard = listen(bench, REST_S)
     rest_n = heard.forces_n(FORCE)
