@@ -34,7 +34,7 @@ CAN_OPTIONS: Mapping[str, Option] = {
 }
 WAIT_S = 0.1
 MAX_BATCH = 64
-"""A reader that is starved of time hands on what it has instead of running after the bus."""
+"""Time limit of one read, so that a slow reader returns what it has."""
 
 
 _SLCAN_LINE = re.compile(r"t([0-7][0-9A-Fa-f]{2})([0-8])((?:[0-9A-Fa-f]{2})*)", re.ASCII)
@@ -167,7 +167,7 @@ class CanLink:
 
     @property
     def damaged(self) -> int:
-        """Lines that the adapter sent and that are no frames."""
+        """Number of lines from the adapter that are no frames."""
         return getattr(self._bus, "damaged", 0)
 
     def send(self, frame_id: int, data: bytes) -> None:
@@ -204,7 +204,7 @@ class CanLink:
         return frames
 
     def discard_input(self) -> None:
-        """Throw away what has arrived so far."""
+        """Discard all received frames."""
         while self.receive(0.0):
             pass
 

@@ -1,4 +1,4 @@
-"""A CAN frame with what is known of when it was on the bus, and which frames belong together."""
+"""A CAN frame with the time at which it was on the bus, and the pairing of frames."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class CanFrame(NamedTuple):
 
 
 def together(first: CanFrame, second: CanFrame, limit_s: float) -> bool:
-    """Whether `second` may have come after `first`, and within `limit_s`.
+    """Whether `second` may have followed `first` within `limit_s`.
 
-    Frames that a stall of the host, or the adapter's batches, drew apart have not been apart.
+    A gap that a stall of the host or the adapter's batches may have caused does not count.
     """
     return 0.0 <= second.time_s - first.time_s <= limit_s + second.early_s

@@ -1,4 +1,4 @@
-"""Is it the device that the rig file means?"""
+"""Check that a device is the one named in the rig file."""
 
 from __future__ import annotations
 

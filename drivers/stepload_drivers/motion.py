@@ -1,4 +1,4 @@
-"""Numbers that become a motion are checked before any of them reaches an arm."""
+"""Checks of all numbers that become a motion, before any of them reaches an arm."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def require_shift(shift_m: Shift, from_m: Shift, lead_m: float) -> None:
     Args:
         shift_m: what is asked for.
         from_m: the last shift that was asked for.
-        lead_m: how far ahead of it the new one may be.
+        lead_m: largest distance of the new one from it.
 
     Raises:
         DeviceError: not finite, beyond `LARGEST_SHIFT_M`, or too far ahead.

@@ -1,4 +1,4 @@
-"""Real-time scheduling for threads that must get their turn, where the system permits it."""
+"""Real-time scheduling for time-critical threads, where the system permits it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A serial port opened the way sensors need it: exclusive, low latency, faults told apart."""
+"""A serial port opened as sensors need it: exclusive, with low latency, and specific errors."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class SerialPort:
     """An exclusively opened serial port; its errors are `DeviceError`.
 
     Args:
-        refuse_latency: refuse an adapter whose latency timer is above 1 ms. Right for a device
-            without clock of its own, whose arrival times are all there is.
+        refuse_latency: refuse an adapter whose latency timer is above 1 ms. Needed for a device
+            without its own clock, for which only arrival times are known.
 
     Raises:
         DeviceError: the port is missing, taken, or its adapter too slow.
@@ -82,7 +82,7 @@ class SerialPort:
             raise self._gone(error) from error
 
     def discard_input(self) -> None:
-        """Throw away what has arrived so far."""
+        """Discard all received bytes."""
         try:
             self._port.reset_input_buffer()
         except (serial.SerialException, OSError) as error:

@@ -1,4 +1,4 @@
-"""What a reader thread hands to the engine's thread: samples, counters, age and the first fault.
+"""Data passed from a reader thread to the engine's thread: samples, counters, age, first fault.
 
 One producer (the reader thread) and one consumer (the engine's thread); no locks, because every
 shared step is a single atomic operation on a deque, a dict or a reference.
@@ -30,7 +30,7 @@ class Stream(Generic[Sample]):
     """Samples on their way from one device, with the watch over them.
 
     Args:
-        name: the device as the user knows it, for messages.
+        name: name of the device, for messages.
         period_s: nominal time between samples.
         stale_s: age of the newest sample from which on the device counts as dead.
         frozen_s: time after which exactly repeated values are a fault; inf: never.
@@ -106,7 +106,7 @@ class Stream(Generic[Sample]):
         return [take() for _ in range(len(self._queue))]
 
     def count(self, error: str, number: int = 1) -> None:
-        """Count an error that does not question the neighbouring samples."""
+        """Count an error that does not affect the neighbouring samples."""
         if number:
             self._errors[error] = self._errors.get(error, 0) + number
 
@@ -126,7 +126,7 @@ class Stream(Generic[Sample]):
                 )
 
     def lose(self, number: int) -> None:
-        """Count samples that the device produced and nobody saw (negative: found again)."""
+        """Count samples that the device produced but nobody received (negative: found again)."""
         self._lost = max(0, self._lost + number)
 
     def latch(self, code: FaultCode, message: str, hint: str) -> None:

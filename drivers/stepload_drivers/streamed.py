@@ -1,4 +1,4 @@
-"""A sensor read by one thread: what all stream drivers share of `stepload.rig.device.Device`."""
+"""A sensor read by one thread: the common part of `stepload.rig.device.Device`."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class Streamed(Device, Generic[Sample]):
 
     @abstractmethod
     def _new_stream(self) -> Stream[Sample]:
-        """An empty stream for the rate that `_connect` found."""
+        """A new stream for the rate that `_connect` has determined."""
 
     @abstractmethod
     def _read(self, stream: Stream[Sample]) -> None:
@@ -107,7 +107,7 @@ class Streamed(Device, Generic[Sample]):
 
     @abstractmethod
     def _disconnect(self) -> None:
-        """Stop the data and give the port back; may raise, may be called unconnected."""
+        """Stop the data and release the port; may raise, may be called unconnected."""
 
     def open(self, timeout_s: float) -> Identity:
         self.close()

@@ -1,4 +1,4 @@
-"""One UDP peer: what it sends is taken, what others send is not."""
+"""One UDP peer: its datagrams are received, those of others are dropped."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 
 BUFFER_BYTES = 4 << 20
-"""Asked for; Linux gives at most net.core.rmem_max, and counts some 800 bytes a datagram."""
+"""Requested buffer; Linux gives at most net.core.rmem_max, and counts some 800 bytes a datagram."""
 MOST_AT_ONCE = 1024
 LONGEST = 2048
 
@@ -55,7 +55,7 @@ class UdpLink:
         """All datagrams that have arrived; waits `timeout_s` for the first one.
 
         Raises:
-            DeviceError: the peer says that nobody listens there (any more).
+            DeviceError: the peer reports that its port is closed.
         """
         taken: list[bytes] = []
         take, add = self._sock.recv, taken.append
@@ -69,5 +69,5 @@ class UdpLink:
         return taken
 
     def close(self) -> None:
-        """Give the socket back; idempotent."""
+        """Close the socket; idempotent."""
         self._sock.close()

@@ -1,4 +1,4 @@
-"""Units that instruments speak, in SI."""
+"""Units used by instruments, in SI."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ from stepload.session.experiment import run_plan
 
 @dataclass(frozen=True, slots=True)
 class Identified:
-    """What a curve says: the identification, and what had to be assumed of the numbers."""
+    """Result for a curve: the identification, and what had to be assumed about the numbers."""
 
     found: Identification
     notes: tuple[str, ...]
@@ -40,14 +40,14 @@ class Identified:
 
     @property
     def reasons(self) -> Sequence[str]:
-        """Why."""
+        """The reasons of the verdict."""
         return self.found.judgement.reasons
 
 
 def preflight(plan: Plan | str | Path) -> Envelope:
-    """Say before the run what a plan allows: limits, schedule, verdict and its reasons.
+    """Compute before a run what a plan allows: limits, schedule, verdict and its reasons.
 
-    A plan that is refused is a result, not an error: `Envelope.verdict` tells.
+    A plan that is refused is a result, not an error: see `Envelope.verdict`.
 
     Raises:
         PlanError: the plan cannot be read.
@@ -66,15 +66,16 @@ def run(
 ) -> Run:
     """Run a plan as `stepload run` does, and open its record.
 
-    A run that a rule has stopped is a result, not an error: `Run.results` tells why it ended. In
-    the main thread Ctrl+C stops the arm first, as on the command line.
+    A run that a rule has stopped is a result, not an error: `Run.results` says why it ended. In the
+    main thread Ctrl+C stops the arm first, as on the command line.
 
     Args:
         dry_run: on the simulated rig in virtual time; False moves the arm.
         out: the run's directory; below the plan's own `record.directory` when None.
         seed: of the simulated rig.
         tags: words to find the run by; "specimen=S7", "batch=…" and "operator=…" set those.
-        hazards_read: whoever calls has read docs/risk-assessment.md and answers for the rig.
+        hazards_read: the caller has read docs/risk-assessment.md and takes responsibility for the
+            rig.
 
     Raises:
         PlanError: the plan cannot be read.
@@ -110,16 +111,16 @@ def identify(
     Args:
         force_n: contact force, positive when pressing, shape (N,).
         deformation_m: of the payload alone, shape (N,); or give `position_m`.
-        position_m: travel of the machine, shape (N,), from which the deflection F/K_s is taken:
-            state `system_stiffness_n_per_m`.
+        position_m: travel of the machine, shape (N,), from which the deflection F/K_s is
+            subtracted: state `system_stiffness_n_per_m`.
         time_s: times that do not fall, shape (N,).
-        known: what is known beside the numbers, by the names of
-            `stepload.results.wishes.Wishes`: `system_stiffness_n_per_m`, `elastic_limit_n`,
-            `force_noise_n`, `position_noise_m`, `secant_force_n`, `laws` and others.
+        known: what else is known, by the names of `stepload.results.wishes.Wishes`:
+            `system_stiffness_n_per_m`, `elastic_limit_n`, `force_noise_n`, `position_noise_m`,
+            `secant_force_n`, `laws` and others.
 
     Raises:
-        BadInputError: columns of unlike length, numbers that are not finite or are masked, an
-            unknown name, a known number that cannot be, or nothing to identify.
+        BadInputError: columns of different lengths, numbers that are not finite or are masked, an
+            unknown name, an impossible value, or nothing to identify.
     """
     if (deformation_m is None) == (position_m is None):
         raise BadInputError("give one of deformation_m and position_m")
@@ -161,7 +162,8 @@ def _column(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """One column, float64, shape (N,).
 
     Raises:
-        BadInputError: it is none, or has a number that is not finite, is masked or is complex.
+        BadInputError: it is not a column, or has a number that is not finite, is masked or is
+            complex.
     """
     if np.ma.is_masked(values):
         raise BadInputError(

@@ -1,4 +1,4 @@
-"""The hot modules as machine code, where a checkout has them and they are of this very source.
+"""Use of the hot modules as machine code, if the checkout has them for its present source.
 
 `compile_hot.py` puts them beside the checkout's `src`, with a list of every source file that they
 were made from. If one of those has changed since, if a compiled file is missing or not whole, or if
@@ -20,19 +20,19 @@ PURE = "STEPLOAD_PURE"
 """The environment's variable that leaves the compiled modules out."""
 
 PLACE = Path(".compiled") / EXTENSION_SUFFIXES[0].strip(".").removesuffix(".so")
-"""Below the checkout; the name says for which interpreter and machine."""
+"""Directory below the checkout; its name states interpreter and machine."""
 
 LIST = "sources.json"
 
 
 def stamp_of(path: str) -> list[int]:
-    """What changes when a file is written: its size and time, as for Python's own `.pyc`."""
+    """Size and modification time of a file, which change when it is written, as for `.pyc`."""
     told = os.stat(path)
     return [told.st_size, told.st_mtime_ns]
 
 
 class _Finder(MetaPathFinder):
-    """Finds the modules that are named, at their places."""
+    """Import finder for the named modules at their places."""
 
     def __init__(self, files: dict[str, str]) -> None:
         self.files = files

@@ -68,7 +68,7 @@ class DeviceError(SteploadError):
 
 
 class LeftEarlyError(BaseException):
-    """A signal asked for the end before anything could move; no driver's `except` may keep it."""
+    """A signal ended the command before any motion; drivers' `except Exception` cannot catch it."""
 
     def __init__(self, signal_number: int) -> None:
         super().__init__(signal_number)
@@ -76,8 +76,8 @@ class LeftEarlyError(BaseException):
 
 
 def in_words(error: BaseException) -> str:
-    """Class and text of any exception, also of one whose text cannot be made: what is told of an
-    error must not raise another in the place where the arm is made safe."""
+    """Class and text of any exception, even if its text cannot be made: reporting an error must not
+    raise another one where the arm is made safe."""
     try:
         return f"{type(error).__name__}: {error}"
     except Exception as another:

@@ -66,7 +66,7 @@ _NAMES: dict[_Dimension, tuple[str, str]] = {
 
 
 class QuantityError(BadInputError):
-    """A text that is not the quantity that was expected."""
+    """A text that is not the expected quantity."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +189,7 @@ def parse_quantity(text: object, unit: str) -> float:
 
 
 def split_uncertainty(text: str) -> tuple[str, str | None]:
-    """What stands before and after the first "±" of `text` ("+-" and "+/-" are the same).
+    """The parts of `text` before and after the first "±" ("+-" and "+/-" are the same).
 
     The second part is None where no uncertainty is written.
     """

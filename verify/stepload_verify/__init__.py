@@ -1,1 +1,1 @@
-"""What proves stepload: fault campaign, the paper's numbers, emulated devices."""
+"""Verification of stepload: fault campaign, the paper's numbers, emulated devices."""

@@ -37,13 +37,13 @@ UNITS_NM = {
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A device, as its page says.
+    """A device as described by its page.
 
     Attributes:
         scale: N and N·m of one count.
         internal_hz: rate at which it measures and counts.
-        rated_n: calibrated range of |Fx|, |Fy|, |Fz|; inf where it is not told.
-        status: how its status word is read.
+        rated_n: calibrated range of |Fx|, |Fy|, |Fz|; inf where the page does not state it.
+        status: format of its status word.
         calibration: active calibration and everything that scales the counts, as one text.
     """
 
@@ -61,7 +61,7 @@ def fetch(host: str, port: int, name: str, deadline: Deadline) -> str:
     """The page, as text.
 
     Raises:
-        DeviceError: no answer, or another than the page.
+        DeviceError: no answer, or something other than the page.
     """
     what = f"{name}: its page"
     link = http.client.HTTPConnection(host, port, timeout=deadline.left_s(what))
@@ -119,7 +119,7 @@ def answers(host: str, port: int) -> bool:
 
 
 def read_box(text: str, name: str) -> Box:
-    """The box that a page describes.
+    """Parse the page of a device.
 
     Raises:
         DeviceError: RDT is switched off, or a number or unit is missing or makes no sense.

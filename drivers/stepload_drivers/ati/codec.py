@@ -75,7 +75,7 @@ def frame_id(base: int, op: Op) -> int:
 
 
 def status_text(status: int) -> str:
-    """What the set bits of a status word mean."""
+    """The meaning of the set bits of a status word."""
     return ", ".join(STATUS_TEXT.get(bit, f"bit {bit}") for bit in range(16) if status >> bit & 1)
 
 
@@ -108,7 +108,7 @@ def matrix_row(frames: Mapping[Op, bytes]) -> tuple[float, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """What turns gauge counts into N and N·m: `rows[axis][gauge]`, everything included."""
+    """Conversion of gauge counts into N and N·m: `rows[axis][gauge]`, all factors included."""
 
     rows: tuple[tuple[float, ...], ...]
 

@@ -1,4 +1,4 @@
-"""Questions and answers with a NETCANOEM before it is polled."""
+"""Requests to a NETCANOEM before it is polled."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MATRIX_OPS = (Op.MATRIX, Op.MATRIX_2, Op.MATRIX_3)
 
 
 class Dialogue:
-    """Asks one thing at a time; a question is repeated once when it goes unanswered."""
+    """Sends one request at a time; it is repeated once when it goes unanswered."""
 
     def __init__(self, bus: CanLink, base: int, deadline: Deadline) -> None:
         self._bus = bus
@@ -81,10 +81,10 @@ class Dialogue:
             )
 
     def calibration(self, firmware: tuple[int, int, int], old_units: str) -> Calibration:
-        """Matrix, counts and units, asked of the device; firmware before 3.7 cannot tell units.
+        """Matrix, counts and units, read from the device; firmware before 3.7 has no units.
 
         Raises:
-            DeviceError: a matrix that is not finite, or a unit or count the manual does not know.
+            DeviceError: a matrix that is not finite, or a unit or count that is not in the manual.
         """
         rows = [
             matrix_row(self.ask(Op.MATRIX, bytes((axis,)), MATRIX_OPS, (8, 8, 8)))

@@ -28,7 +28,7 @@ ASK_AGAIN_S = 0.2
 MEASURED_RECORDS = 33
 RATE_TOLERANCE = 0.05
 LOOK_S = 5e-4
-"""Least time between two looks at a stream faster than 1 kHz: some records are taken at once."""
+"""Least time between two reads of a stream faster than 1 kHz: several records are read at once."""
 UNKNOWN_STATUS = StatusWord({31: "error"}, 0)
 
 
@@ -254,7 +254,7 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
         return int(status)
 
     def _tell_silence(self, age_s: float, stream: Stream[ForceSample]) -> None:
-        """Why nothing comes: the device serves one client, and a second one takes the stream."""
+        """Why no data arrive: the device serves one client, and a second one takes the stream."""
         self._gone = True
         alive = self._given is None and box.answers(self._host, self._http_port)
         stream.latch(
@@ -278,7 +278,7 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
         link, self._link = self._link, None
         if link is not None:
             try:
-                if not self._gone:  # else it would stop somebody else's stream
+                if not self._gone:  # else it would stop the stream of another client
                     link.send(rdt.request(Command.STOP))
             finally:
                 link.close()

@@ -1,8 +1,8 @@
 """When to ask a NETCANOEM for a sample, and which answer belongs to which question.
 
-An answer carries no number, so a late or lost one could shift every pair after it for ever. Hence:
-answers are paired by id, questions go out on their own clock (at most `MAX_WAITING` ahead), and
-after a time-out nothing is asked until the bus has been silent.
+An answer carries no number, so a late or lost one could shift all later pairs. Hence: answers are
+paired by id, questions go out on their own clock (at most `MAX_WAITING` ahead), and after a
+time-out nothing is asked until the bus has been silent.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class Answer(NamedTuple):
 class Poller:
     """Pure bookkeeping; times are host monotonic seconds, passed in.
 
-    `timeouts` counts questions given up, `orphans` frames without their other half, `late` frames
-    that came while waiting for silence, `resyncs` how often the questions were stopped.
+    `timeouts` counts questions without an answer, `orphans` frames without their other half, `late`
+    frames that came while waiting for silence, `resyncs` how often the questions were stopped.
     """
 
     def __init__(self, base: int, period_s: float, pair_limit_s: float) -> None:

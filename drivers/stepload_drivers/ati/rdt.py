@@ -65,7 +65,7 @@ def encode(record: Record) -> bytes:
 def decode(data: bytes) -> Record | None:
     """The record of one datagram; None when it has another length. There is no checksum but UDP's.
 
-    Several records in one datagram are the buffered mode, which nobody here asks for.
+    Several records in one datagram are the buffered mode, which is not used here.
     """
     if len(data) != RECORD_BYTES:
         return None
@@ -74,13 +74,13 @@ def decode(data: bytes) -> Record | None:
 
 
 def step(before: int, now: int) -> int:
-    """How far a 32-bit counter went on, over its wrap; negative: back."""
+    """Increment of a 32-bit counter, with wrap-around; negative if it went back."""
     ahead = (now - before) % MODULUS
     return ahead if ahead < MODULUS // 2 else ahead - MODULUS
 
 
 MONITOR = 1 << 16
-"""A threshold that somebody has set on the device's own pages was passed: no fault of the data."""
+"""Status bit of a threshold, set on the device's pages, that was passed: no fault of the data."""
 SUMMARY = 1 << 31
 """Set together with any other bit that matters."""
 
@@ -134,13 +134,13 @@ _AXIA = {
 
 @dataclass(frozen=True, slots=True)
 class StatusWord:
-    """How one family writes its status: texts by bit, and the bits that mean overload."""
+    """Status format of one device family: texts by bit, and the bits that mean overload."""
 
     texts: Mapping[int, str]
     overload: int
 
     def text(self, status: int) -> str:
-        """What the set bits mean."""
+        """The meaning of the set bits."""
         return ", ".join(
             self.texts.get(bit, f"bit {bit}") for bit in range(31) if status >> bit & 1
         ) or self.texts.get(31, "error")
@@ -151,7 +151,7 @@ AXIA = StatusWord(_AXIA, 1 << 30 | 1 << 27 | 1 << 26)
 
 
 class Scale(NamedTuple):
-    """What turns counts into N and N·m."""
+    """Conversion of counts into N and N·m."""
 
     force: float
     torque: float

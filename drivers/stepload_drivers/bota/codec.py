@@ -69,7 +69,7 @@ class Decoder(FrameDecoder[Frame]):
 
 
 class DeviceClock:
-    """Makes seconds that never wrap of the 32-bit microsecond counter (wraps every 71.6 min)."""
+    """Extends the 32-bit microsecond counter (it wraps every 71.6 min) to seconds without wraps."""
 
     def __init__(self) -> None:
         self._last_us: int | None = None

@@ -12,7 +12,7 @@ MAX_LINE_BYTES = 128
 
 
 def escaped_bytes(text: str) -> bytes:
-    r"""The bytes of a plan's command, where `\r` and `\n` may stand for the control characters.
+    r"""The bytes of a command in a plan, in which `\r` and `\n` may be written as escapes.
 
     Raises:
         BadInputError: not ASCII.
@@ -55,7 +55,7 @@ class LineDecoder:
         return [value for line in lines if (value := self._reading(line)) is not None]
 
     def begin_line(self) -> None:
-        """Take what comes next as the beginning of a line (the device is known to be silent)."""
+        """Treat the next byte as the beginning of a line (the device is known to be silent)."""
         self._buffer, self._whole = b"", True
 
     def _reading(self, line: bytes) -> float | None:

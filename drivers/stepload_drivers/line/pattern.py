@@ -47,7 +47,7 @@ def line_pattern(pattern: str, group: str) -> re.Pattern[str]:
 
 
 def _may_be_slow(pattern: str) -> str:
-    """What is wrong with the repetitions of `pattern`; empty: nothing."""
+    """The problem with the repetitions of `pattern`; empty: none."""
     open_groups = [False]  # whether the group at this depth has more than one way to match
     just_closed = False  # whether the last atom was a group with more than one way to match
     repetitions = 0

@@ -1,4 +1,4 @@
-"""What all sensors share that send, or answer with, one line of text a reading."""
+"""Common base of all sensors that send, or answer with, one line of text per reading."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STALE_PERIODS = 5.0
 
 
 class LineSettings(NamedTuple):
-    """How a text-line sensor talks.
+    """Communication settings of a text-line sensor.
 
     Attributes:
         name: the sensor as the user knows it, for messages.
@@ -48,7 +48,7 @@ class LineSettings(NamedTuple):
 
 
 class LineSensor(Streamed[Sample]):
-    """Opens the port, asks where asked to, and stamps, counts and watches the readings.
+    """Opens the port, sends requests if needed, and stamps, counts and checks the readings.
 
     Lines carry no counter and no clock: losses are estimated from arrival times, or counted as
     requests without an answer. A subclass gives `reading` and `_sample`, and may give `_identify`.
@@ -78,10 +78,10 @@ class LineSensor(Streamed[Sample]):
 
     @abstractmethod
     def _sample(self, value: float, sequence: int, time_s: float, stream: Stream[Sample]) -> Sample:
-        """The sample of one reading; latches what is wrong with its value."""
+        """The sample of one reading; latches a fault of its value."""
 
     def _identify(self, port: SerialPort, deadline: Deadline) -> Identity:
-        """Who answers: what the driver was told, unless a subclass asks the device."""
+        """Identity of the device: as configured, unless a subclass reads it from the device."""
         return self._identity
 
     def _connect(self, deadline: Deadline) -> Identity:
@@ -135,7 +135,7 @@ class LineSensor(Streamed[Sample]):
         stream.put(samples, arrival_s)
 
     def _ask(self, stream: Stream[Sample]) -> float:
-        """Send a request when it is time; seconds until the next look."""
+        """Send a request when it is due; returns the seconds until the next check."""
         assert self._port is not None
         now_s = time.monotonic()
         if not self._answered and now_s - self._asked_s > ANSWER_PERIODS * self._period_s:

@@ -1,4 +1,4 @@
-"""What an arm with six axes tells of the force across the press, beside its force along it."""
+"""The force estimate of an arm with six axes across the press, in addition to that along it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _HELD = ("arm_force_freeze", "arm_freeze")
 class ArmAcross:
     """The arm's estimate across the press: as noisy as that along it, with zeros of its own.
 
-    What goes wrong with the arm's force along the press goes wrong with this one too.
+    Faults of the arm's force along the press affect this one too.
     """
 
     __slots__ = ("_last", "_mass", "_noise_x", "_noise_y", "_plant", "_zero_x", "_zero_y")
@@ -34,9 +34,9 @@ class ArmAcross:
         self._last = (0.0, 0.0)
 
     def wrench(self, along_n: float, active: Mapping[str, float]) -> SixFloats:
-        """The whole wrench beside the force along the press, which has its faults already.
+        """The whole wrench; the force along the press already includes its faults.
 
-        It acts at the TCP: what torque there is an arm does not tell.
+        It acts at the TCP; an arm reports no torque there.
 
         Args:
             active: faults of the arm that are active, with their magnitudes.

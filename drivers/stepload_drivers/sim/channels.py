@@ -1,4 +1,4 @@
-"""From the truth to samples: noise, offset, drift, range, quantum, delay, and what goes wrong.
+"""From the truth to samples: noise, offset, drift, range, quantum, delay, and faults.
 
 A channel is asked once per sample time and puts finished samples into `pending`, in the order in
 which they reach the host. `back` is the share of a base step by which the sample time lies before
@@ -46,7 +46,7 @@ def _quantised(value: float, quantum: float) -> float:
 
 
 class Channel:
-    """What the channels share: the queue, the sequence, and faults of one reading."""
+    """Common part of the channels: the queue, the sequence, and faults of one reading."""
 
     __slots__ = (
         "_clock_s",
@@ -102,7 +102,7 @@ class Channel:
         self._held: float | None = None
         self._ramp = 0.0
         self.last = 0.0
-        """The newest reading that the device believes."""
+        """The newest reading, as the device reports it."""
         self._newest_s = -math.inf
 
     def listen(self) -> None:

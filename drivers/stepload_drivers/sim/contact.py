@@ -26,7 +26,7 @@ _LAWS = ("smooth", "rough", "elastic_plastic", "rough_elastic_plastic")
 
 
 class Contact(NamedTuple):
-    """The law between the drive's spring and the plate, and what of it goes on with time."""
+    """The law between the drive's spring and the plate, and its time-dependent part."""
 
     law: ContactLaw
     creep: Creep | None

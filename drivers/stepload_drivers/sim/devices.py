@@ -1,4 +1,4 @@
-"""The drivers called `sim`: devices of a simulated rig in real time, by the names of a plan.
+"""The drivers called `sim`: devices of a simulated rig in real time, configured by a plan.
 
 Devices with the same `world` option share one world of this process; it begins when the first of
 them is opened and ends when the last is closed.

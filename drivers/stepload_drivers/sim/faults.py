@@ -1,8 +1,8 @@
-"""What can be made to go wrong in a simulated rig, and when.
+"""Faults that a simulated rig can show, and when.
 
-A `WorldFault` is (kind, start_s, duration_s, magnitude) in world time, which is 0 when the world
-is made. Faults of plants (a wrong K, a surface too near, a hidden hard stop, a wrong K_s) are no
-faults of devices: they are said by the `WorldSpec` itself.
+A `WorldFault` is (kind, start_s, duration_s, magnitude) in world time, which is 0 when the world is
+made. Faults of plants (a wrong K, a surface too near, a hidden hard stop, a wrong K_s) are no
+faults of devices: they are part of the `WorldSpec`.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _SIX = {
     "torque_dead": "the torques read 0",
     "torque_saturated": "the first torque across the axis stands at full scale; no status says so",
 }
-"""Of the main force sensor of a rig with six axes; one axis does not feel them."""
+"""Faults of the main force sensor of a rig with six axes; they do not affect one axis."""
 
 _ARM = {
     "arm_freeze": "the whole arm sample stands still; sequence and clock go on",
@@ -91,7 +91,7 @@ FAULTS: dict[str, str] = (
 """
 
 ONLY_SIX = (*(f"force_{name}" for name in _SIX), "plate_slips")
-"""Faults that a rig with one axis does not feel."""
+"""Faults that do not affect a rig with one axis."""
 
 _FOR_GOOD = ("lost", "command_lost", "arm_lost")
 
@@ -129,7 +129,7 @@ class Schedule:
                 self._faults.append((fault.start_s, end_s, kind, fault.magnitude))
         self._faults.sort()
         self.next_s = 0.0
-        """World time from which on `active` has to be asked."""
+        """World time from which `active` must be called."""
         self._look_ahead()
 
     @classmethod
@@ -154,7 +154,7 @@ class Schedule:
         return {kind: size for start_s, _, kind, size in self._faults if start_s <= time_s}
 
     def take(self, time_s: float) -> float:
-        """Sum of the magnitudes of the faults that have begun; they happen once."""
+        """Sum of the magnitudes of the faults that have begun; each acts once."""
         begun = [fault for fault in self._faults if fault[0] <= time_s]
         self._faults = [fault for fault in self._faults if fault[0] > time_s]
         self._look_ahead()

@@ -1,4 +1,4 @@
-"""What a six-axis force sensor feels: the contact, the tool that hangs on it, its own mounting."""
+"""Load on a six-axis force sensor: the contact, the attached tool, its own mounting."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stepload_drivers.sim.channels import Wrench
 from stepload_drivers.sim.frames import FloatArray, turning
 
 _PLACES = {"z": (0, 1, 2), "x": (1, 2, 0), "y": (2, 0, 1)}
-"""Which component of the sensor shows axes 1, 2, 3 of the pressing frame."""
+"""Index of the component of the sensor that shows axis 1, 2, 3 of the pressing frame."""
 
 
 class Loaded(Protocol):

@@ -1,4 +1,4 @@
-"""What a sensor feels of the tool that hangs on it: contact force and inertia."""
+"""Load on a sensor with a tool attached: contact force and inertia."""
 
 from __future__ import annotations
 

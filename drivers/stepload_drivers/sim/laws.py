@@ -1,4 +1,4 @@
-"""What a payload is made of: force and tangent stiffness over deformation, with its memory.
+"""Contact laws of a payload: force and tangent stiffness over deformation, with memory.
 
 A curve or law maps a deformation in m to (force in N, tangent stiffness in N/m); 0, 0 apart.
 `contact` puts them together.
@@ -23,14 +23,14 @@ TURNING_SHARE = 0.05
 
 
 class ContactLaw(Protocol):
-    """Force over deformation of one payload, from its present state."""
+    """Force over deformation of one payload in its present state."""
 
     def evaluate(self, deformation_m: float) -> tuple[float, float]:
-        """Force and tangent stiffness if the contact went straight to `deformation_m`."""
+        """Force and tangent stiffness if the contact moved directly to `deformation_m`."""
         ...
 
     def remember(self, deformation_m: float) -> None:
-        """The contact has arrived there; its history goes on from it."""
+        """Move the contact there; its history continues from that state."""
         ...
 
     @property

@@ -1,4 +1,4 @@
-"""What lies over or under a contact: asperities, a pad, a soft load path, a seat that gives way.
+"""Layers over or under a contact: asperities, a pad, a soft load path, a seat that settles.
 
 Each is a law around another one: it divides the travel between itself and what is inside.
 """
@@ -32,7 +32,7 @@ def pad_give(stiffness_n_per_m: float, depth_m: float) -> Give:
 
 
 def soft_path_give(stiffness_n_per_m: float, softness: float, force_n: float) -> Give:
-    """What a load path of compliance 1/K_s (1 + s exp(−F/F_s)) gives way beyond F/K_s."""
+    """Deflection in excess of F/K_s of a load path of compliance 1/K_s (1 + s exp(−F/F_s))."""
     most_m = softness * force_n / stiffness_n_per_m
 
     def give(pressed_n: float) -> tuple[float, float]:
@@ -146,7 +146,7 @@ class Seating:
         return self._inner.residual_m + self._seated_m
 
     def _inside(self, deformation_m: float) -> tuple[float, float]:
-        """Deformation of `inner`, and what of a further travel goes into it."""
+        """Deformation of `inner`, and its share of a further travel."""
         if deformation_m <= self._deepest_m + self._seated_m:
             return deformation_m - self._seated_m, 1.0
         if deformation_m >= self._depth_m + self._most_m:

@@ -72,7 +72,7 @@ _SAME_TIME_S = 1e-6
 
 
 class LiveState(NamedTuple):
-    """What a server process may tell of a world, all at `time_s` of the monotonic clock.
+    """State of a world that a server process may report, all at `time_s` of the monotonic clock.
 
     `position_m` as the arm measures it; `drive_m`, `tip_m` true; `force_n` the true contact force
     (a sensor's emulator adds its own noise and quantum), `acceleration_m_s2` that of the tip, which
@@ -102,8 +102,8 @@ class LiveState(NamedTuple):
 class LiveWorld:
     """A world tied to the monotonic clock; all methods may be called from any thread.
 
-    Threads that serve devices come late when the host stalls, each by another time. A device does
-    not: what it says of a time is asked with `at`, however far others have taken the world since.
+    Threads that serve devices come late when the host stalls, each by a different time. The state
+    at a device's own time is read with `at`, even if other threads have advanced the world since.
 
     Args:
         spec: the truth. Commands take effect after its command delay.
@@ -187,12 +187,12 @@ class LiveWorld:
 
 
 def _felt_by_emulators(plant: SixPlant, spec: WorldSpec) -> Felt:
-    """What the main sensor feels; its emulator knows of the tool's weight itself."""
+    """Load on the main sensor; its emulator adds the tool's weight itself."""
     return Felt(plant, plant.mount.sensor, spec.force_axis, spec.force_tool_mass_kg, weighs=False)
 
 
 class _Shared:
-    """One named world of this process: what its devices have said of it, and who has it open."""
+    """One named world of this process: the settings of its devices, and which of them are open."""
 
     def __init__(self) -> None:
         self.truth: dict[str, Any] = {}
@@ -205,7 +205,7 @@ _worlds_lock = threading.Lock()
 
 
 class Lease:
-    """A device's share in a named world: adds its part of the truth, opens it, gives it back."""
+    """A device's share in a named world: adds its settings, opens the world, and releases it."""
 
     def __init__(self, name: str, truth: Mapping[str, Any]) -> None:
         self._name = name
@@ -217,7 +217,7 @@ class Lease:
         """The running world; it is made if this device is the first.
 
         Raises:
-            DeviceError: it already runs, and was made without what this device says of it.
+            DeviceError: it already runs, and was made without the settings of this device.
         """
         with _worlds_lock:
             shared = _worlds.setdefault(self._name, _Shared())
@@ -238,7 +238,7 @@ class Lease:
             return shared.live
 
     def during(self, opening: Callable[[float], Identity], timeout_s: float) -> Identity:
-        """Run `opening`; the world is given back if it fails."""
+        """Run `opening`; the world is released if it fails."""
         try:
             return opening(timeout_s)
         except BaseException:
@@ -246,7 +246,7 @@ class Lease:
             raise
 
     def give_back(self) -> None:
-        """The world ends when nobody has it any more. Idempotent."""
+        """Release the world, which ends with its last device. Idempotent."""
         with _worlds_lock:
             shared = _worlds.get(self._name)
             if shared is None:

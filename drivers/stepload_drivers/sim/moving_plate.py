@@ -1,4 +1,4 @@
-"""How fast the plate comes nearer by itself: drift of the load path, and a plate that moves."""
+"""Speed of the plate towards the arm: drift of the load path, and a plate that moves."""
 
 from __future__ import annotations
 

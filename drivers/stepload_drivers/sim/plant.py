@@ -151,7 +151,7 @@ class Plant:
 
     @property
     def peak_equivalent_n(self) -> float:
-        """The same: with one axis no lateral load lowers what the payload bears."""
+        """The same: with one axis no lateral load lowers the payload's limit."""
         return self._peak_n
 
     @property

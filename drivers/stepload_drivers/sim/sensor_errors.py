@@ -1,4 +1,4 @@
-"""What a force sensor makes of the contact force besides noise: bend, cross-talk, side force."""
+"""Errors of a force sensor besides noise: nonlinearity, cross-talk, side force."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from stepload_drivers.sim.channels import WRENCHES, Pressed, Wrench
 
 
 class Bent:
-    """What a sensor feels along its axis whose characteristic is not straight.
+    """Reading along the axis of a sensor with a nonlinear characteristic.
 
     F + cross-talk of the lateral force + q2 F²/F_max + q3 F³/F_max², F_max its rated force.
     """

@@ -1,4 +1,4 @@
-"""What the truth of a rig says of each of its force sensors, for one axis and for six."""
+"""The true properties of each force sensor of a rig, for one axis and for six."""
 
 from __future__ import annotations
 

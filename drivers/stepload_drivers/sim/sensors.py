@@ -16,7 +16,7 @@ SampleT = TypeVar("SampleT")
 
 
 class _Listener(Generic[SampleT]):
-    """The host's end of one sensor of a world: all that does not depend on what it measures."""
+    """The host's end of one sensor of a world: everything that is common to all quantities."""
 
     def __init__(self, name: str, find_host: Callable[[], Host]) -> None:
         self._name = name

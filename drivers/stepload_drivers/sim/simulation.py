@@ -1,4 +1,4 @@
-"""Plant and channels of one simulated rig, and how time takes them on."""
+"""Plant and channels of one simulated rig, and their advance in time."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ class World:
         return self.plant.force_n
 
     def advance(self, to_s: float) -> None:
-        """Let the world go on to `to_s` (whole base steps); nothing happens if that is past."""
+        """Advance the world to `to_s` (whole base steps); nothing happens if that is past."""
         plant = self.plant
         h = self._step_s
         limit = to_s + _EARLY_S - h

@@ -268,7 +268,7 @@ class SixPlant:
             closed_m += turn[0] * y_m - turn[1] * x_m
         return closed_m
 
-    # what only six axes have
+    # attributes of six axes only
 
     @property
     def turn_rad(self) -> Vector3:

@@ -1,4 +1,4 @@
-"""Mechanics in which something moves by itself: creep, drift of the load path, a moving plate."""
+"""Mechanics with slow processes: creep, drift of the load path, a moving plate."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.plant import Plant
 
 PLATE_MOVES_S = 0.02
-"""How long a plate takes to move by the magnitude of its fault."""
+"""Time in which a plate moves by the magnitude of its fault."""
 FINEST_M = 2e-8
-"""A plate that moves in contact does so in pieces of this size: the tip gives way between them."""
+"""A plate that moves in contact does so in steps of this size, between which the tip yields."""
 
 
 class SlowPlant(Plant):
-    """A `Plant` whose contact creeps and whose surface comes nearer, both a base step at a time."""
+    """A `Plant` whose contact creeps and whose surface moves nearer, in base steps."""
 
     __slots__ = ("_creep", "_moved_m", "_moving_m", "_nearer_m", "_plate", "_plate_m")
 
@@ -57,7 +57,7 @@ class SlowPlant(Plant):
             drive += speed * h / pieces
 
     def _move_plate(self) -> None:
-        """How far the plate moves in this base step, towards where its fault has it."""
+        """Motion of the plate in this base step, towards the position of its fault."""
         goal_m = self._plate.active(self.time_s).get("plate_moves", 0.0)
         self._plate_m = max(abs(goal_m), self._plate_m)
         most_m = self._plate_m * self.step_s / PLATE_MOVES_S
@@ -68,7 +68,7 @@ class SlowPlant(Plant):
 
 
 def plant_of(spec: WorldSpec, contact: Contact, *, step_s: float) -> Plant:
-    """The mechanics of `spec`; only what moves by itself costs time."""
+    """The mechanics of `spec`; only slow processes that exist cost time."""
     plate = any(fault.kind == "plate_moves" for fault in spec.faults)
     if contact.creep is not None or spec.drift_m_s or plate:
         return SlowPlant(spec, contact, step_s=step_s)

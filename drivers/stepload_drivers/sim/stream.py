@@ -1,4 +1,4 @@
-"""The host's end of a channel: what has arrived, how it comes in, and the first fault."""
+"""The host's end of a channel: received samples, and the first fault."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class Stream:
         return out
 
     def _inspect(self, samples: list[Any]) -> None:
-        """Count what was lost, and latch what the readings say; only faults make either."""
+        """Count lost samples, and latch faults of the readings; only faults cause either."""
         self._lost += max(0, samples[-1][0] - self._sequence - len(samples))
         for sample in samples:
             status = sample[3]
@@ -128,7 +128,7 @@ class Stream:
         return self._fault
 
     def _waiting(self, now_s: float) -> bool:
-        """Whether a fresh sample has arrived that nobody has drained yet."""
+        """Whether a fresh sample has arrived that is not drained yet."""
         pending = self._channel.pending
         return any(now_s - self._stale_s <= s[2] <= now_s + _EARLY_S for s in pending)
 

@@ -37,7 +37,7 @@ CONNECTION_LOST = frozenset(
         FaultCode.DRIVER,
     }
 )
-"""After these nothing the child says is believed: it is killed."""
+"""Faults after which no message of the child is trusted: it is killed."""
 
 LINK_LOST = (
     "Robot is disconnected", "End of file", "Connection reset", "Broken pipe",
@@ -47,11 +47,11 @@ LINK_LOST = (
 for which it is left no means, before the child's loop has seen the loss."""
 
 PROGRAM_ENDED = TAKEN_OVER | {FaultCode.WATCHDOG_STOP}
-"""After these no target can reach the arm, or none may."""
+"""Faults after which no target can reach the arm, or none may."""
 
 RESCUE_S = 1.0
 WHY_S = 0.5
-"""Longer than the child takes to ask the dashboard why the program does not run."""
+"""Time limit longer than the child needs to ask the dashboard why the program does not run."""
 
 
 class UrArm(Arm):
@@ -160,7 +160,7 @@ class UrArm(Arm):
         self._reach.sent(position_m, self._sent_s)
 
     def _require_shift(self, shift_m: Shift) -> None:
-        """A shift is leashed to the last one, and a new one to where the arm is."""
+        """A shift must be near the last one, and a new one near the arm's position."""
         lead_m = self._settings.max_lead_m
         require_shift(shift_m, self._shift_m, lead_m)
         if shift_m != self._shift_m and self._last is not None and self._start is not None:
@@ -168,12 +168,12 @@ class UrArm(Arm):
             require_shift(shift_m, at_m, lead_m)
 
     def configuration(self) -> ArmConfiguration | None:
-        """As the controller last told it, at most a tenth of a second before the newest sample."""
+        """Configuration last reported by the controller, at most 0.1 s before the newest sample."""
         self._pump()
         return self._configuration
 
     def held_m(self) -> float:
-        """By the controller's own target pose; as old as `configuration`."""
+        """Position by the controller's own target pose; as old as `configuration`."""
         told = self.configuration()
         if told is None or told.held_pose is None or self._start is None:
             return math.nan
@@ -240,7 +240,7 @@ class UrArm(Arm):
             self._pump(0.02)
 
     def _refuse_if_taken_over(self) -> None:
-        """No motion after a person or a safety system has taken over."""
+        """Refuse a motion after a person or a safety system has taken over."""
         fault = self._fault
         if fault is not None and fault.code in TAKEN_OVER:
             raise DeviceError(
@@ -248,7 +248,7 @@ class UrArm(Arm):
             )
 
     def prove_stop(self, distance_m: float, speed_m_s: float, timeout_s: float) -> StopProof:
-        """Move slowly away from the plate, stop sending under way, and see the arm stop by itself.
+        """Move slowly away from the plate, stop sending, and check that the arm stops by itself.
 
         For free air only. The program is started and the watchdog armed again afterwards.
 
@@ -283,7 +283,7 @@ class UrArm(Arm):
     # the child's messages
 
     def _pump(self, wait_s: float = 0.0) -> None:
-        """Take in all messages, tell the child that the run lives, notice its silence or end."""
+        """Process all messages, send the child a sign of life, detect its silence or end."""
         if self._child is None:
             return
         for message in self._child.receive(wait_s):
@@ -388,7 +388,7 @@ class UrArm(Arm):
 
 
 def _end_of(last_words: str) -> tuple[FaultCode, str, str]:
-    """Code, message and hint of a child that has ended without saying why."""
+    """Code, message and hint for a child that has ended without reporting a reason."""
     if any(sign in last_words for sign in LINK_LOST):
         message = f"the controller closed the connection ({last_words})"
         hint = "check cable and controller; the arm's watchdog stops it"

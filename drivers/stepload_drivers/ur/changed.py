@@ -1,8 +1,8 @@
-"""Settings of the controller that a run relies on: what they must be, and whether they stayed.
+"""Settings of the controller that a run relies on: required values, and check for changes.
 
-Only what the wire tells can be compared: speed slider, payload mass, its centre of gravity and TCP,
-each where the controller tells it. Mounting, safety limits and the rest of the installation are not
-on the wire.
+Only reported settings can be compared: speed slider, payload mass, its centre of gravity and TCP,
+each if the controller reports it. Mounting, safety limits and the rest of the installation are not
+reported.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ def slow_problem(configuration: ArmConfiguration) -> Problem | None:
 
 
 def expected(settings: Settings, told: ArmConfiguration) -> ArmConfiguration:
-    """What the controller must go on telling: what was set through the options, else as told.
+    """Required settings: those set through the options, otherwise as reported at arming.
 
-    What it does not tell stays None. The slider must be at 100 %.
+    Settings that are not reported stay None. The slider must be at 100 %.
     """
     tcp, cog, mass = told.tcp_offset, told.payload_cog_m, told.payload_kg
     if tcp is not None and settings.tcp_offset_m is not None:
@@ -58,7 +58,7 @@ def expected(settings: Settings, told: ArmConfiguration) -> ArmConfiguration:
 
 
 def change(armed: ArmConfiguration, told: ArmConfiguration) -> Problem | None:
-    """Every setting that is another than at arming, from what to what; None: all as they were."""
+    """Every setting that has changed since arming, with both values; None: none has."""
     changes = list(_changes(armed, told))
     if not changes:
         return None
@@ -71,7 +71,7 @@ def change(armed: ArmConfiguration, told: ArmConfiguration) -> Problem | None:
 
 
 def tcp_changed(armed: ArmConfiguration | None, told: ArmConfiguration | None) -> bool:
-    """Whether a pose means another place of the arm than at arming, as far as it is told."""
+    """Whether a pose refers to another point of the arm than at arming, as far as reported."""
     if armed is None or told is None or armed.tcp_offset is None or told.tcp_offset is None:
         return False
     before, now = armed.tcp_offset, told.tcp_offset

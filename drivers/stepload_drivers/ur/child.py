@@ -1,4 +1,4 @@
-"""The process that holds ur_rtde, which may hang or crash it without harm to the run.
+"""The process that holds ur_rtde, which may hang or crash there without harm to the run.
 
 Arguments: descriptor of the socket, settings as JSON, control period, seconds to connect.
 """
@@ -41,7 +41,7 @@ def _serve(loop: Loop, request: dict[str, Any]) -> None:
 
 
 def _run(loop: Loop) -> None:
-    """Serve until the run says quit, or is gone: then unload."""
+    """Serve until the run sends quit, or has ended: then unload."""
     while not loop.link.closed:
         loop.step()
         if loop.requests:

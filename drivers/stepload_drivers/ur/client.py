@@ -1,6 +1,6 @@
 """Talks to a controller with sockets and time-outs of its own, without ur_rtde.
 
-For what must be known before ur_rtde is constructed, and for what must work after it died.
+Used for checks before ur_rtde is constructed, and for actions after it has failed.
 """
 
 from __future__ import annotations
@@ -164,7 +164,7 @@ class RtdeClient:
         """The next sound data package.
 
         Raises:
-            DeviceError: none by the deadline, or it cannot be true.
+            DeviceError: none by the deadline, or its values are impossible.
         """
         while not self._is_data(frame := self._next()):
             pass
@@ -174,7 +174,7 @@ class RtdeClient:
         """All data packages that have arrived, oldest first; waits `timeout_s` for one.
 
         Raises:
-            DeviceError: the connection is lost, or a package cannot be true.
+            DeviceError: the connection is lost, or the values of a package are impossible.
         """
         self._sock.settimeout(timeout_s)
         try:
@@ -253,7 +253,7 @@ def send_script(host: str, script: str, deadline_s: float) -> None:
     """Hand a URScript program to the first script port that takes it.
 
     Raises:
-        DeviceError: none did. (That one did says nothing about its being carried out.)
+        DeviceError: none did. (If one did, the program need not have been carried out.)
     """
     errors = []
     for port in SCRIPT_PORTS:

@@ -42,7 +42,7 @@ class Frame(NamedTuple):
 
 
 class FrameError(ValueError):
-    """The byte stream is not RTDE, or its framing is lost; the connection is of no more use."""
+    """The byte stream is not RTDE, or its framing is lost; the connection is unusable."""
 
 
 def encode(kind: int, payload: bytes = b"") -> bytes:

@@ -1,7 +1,7 @@
-"""Where the arm was seen last before an outage, and what it can have done by itself since.
+"""The last known state of the arm before an outage, and what it can have done by itself since.
 
-What is further away, turned, bent, set otherwise or started anew after the outage is the work of a
-person.
+A larger distance, another orientation, posture or setting, or a new program after the outage shows
+that a person has intervened.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import PLAYING, UrState, Vector6, travel_m
 
 SETTLED_M = 3e-4
-"""Three times the repeatability that UR states at worst: what stopping and holding shift."""
+"""Shift allowed for stopping and holding: three times the worst repeatability stated by UR."""
 TURNED_RAD = 5e-3
 BENT_RAD = 0.1
 """A reach of 2 mm at a lever of 20 mm. What bends less moves or turns the tool; what bends more and
@@ -45,22 +45,22 @@ class Reach:
         self._back_m = 0.0
 
     def sent(self, position_m: float, now_s: float) -> None:
-        """A target went out."""
+        """A target was sent."""
         self._targets.append((now_s, position_m))
         while self._targets[0][0] < now_s - self._kept_s:
             self._targets.popleft()
 
     def asked_back(self, distance_m: float) -> None:
-        """The child was asked to move the arm back by so much; `arrived` when it is done."""
+        """The child was asked to move the arm back by a distance; `arrived` when it is done."""
         self._back_m = distance_m
 
     def arrived(self) -> None:
-        """The arm stands still where it was last seen, and follows no target."""
+        """The arm stands still at its last known position, and follows no target."""
         self._targets.clear()
         self._back_m = 0.0
 
     def after(self, last: ArmSample) -> Band:
-        """Where the arm can come to rest after its `last` sample."""
+        """Range in which the arm can come to rest after its `last` sample."""
         since_s = last.receive_time_s - self._before_s
         targets_m = [to_m for sent_s, to_m in self._targets if sent_s >= since_s]
         targets_m += [to_m for _, to_m in list(self._targets)[-1:]]  # repeated until the end
@@ -69,14 +69,14 @@ class Reach:
 
 
 class LastSeen:
-    """How the arm was seen last, compared with how it is seen now.
+    """Compares the last known state of the arm with the present one.
 
     Args:
         settings: of the driver.
         sample: the newest sample, None where there was none.
         band: from `Reach.after`.
-        configuration: as last told, None where it was not.
-        loaded: the dashboard's answer to which program is loaded, "" where it was not asked.
+        configuration: as last reported, None where it was not.
+        loaded: the program loaded according to the dashboard, "" where it was not asked.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class LastSeen:
         self._stamp_s = sample.device_time_s if sample else -math.inf
 
     def take(self, package: UrState) -> None:
-        """From now on this is how the arm was seen last."""
+        """Record the present state as the last known one."""
         went_m = self._went_m(package)
         self._low_m, self._high_m = (0.0, 0.0) if package.runtime_state != PLAYING else (
             min(0.0, self._low_m - went_m), max(0.0, self._high_m - went_m)
@@ -103,15 +103,15 @@ class LastSeen:
         self.pose, self._stamp_s = package.pose, package.timestamp_s
 
     def sent_back(self, distance_m: float) -> None:
-        """A retract was handed over: the arm may go back by so much."""
+        """A retract was sent: the arm may go back by a distance."""
         self._low_m -= distance_m
 
     def moved(self, package: UrState, now: ArmConfiguration | None) -> str:
-        """What is otherwise than the arm can have made it by itself; "" for nothing.
+        """Changes that the arm cannot have made by itself; "" for none.
 
         Args:
             package: the newest package.
-            now: the configuration told now, None where it is not told.
+            now: the configuration reported now, None where it is not.
         """
         if package.timestamp_s < self._stamp_s:
             return "the controller was started anew"
@@ -123,7 +123,7 @@ class LastSeen:
         return travel_m(package.pose, self.pose, self._settings.approach)
 
     def _set_otherwise(self, now: ArmConfiguration | None) -> str:
-        """What the options set may fall back to the installation's at the end of our program."""
+        """Settings from the options may return to the installation's at the end of our program."""
         settings, before = self._settings, self.configuration
         if before is None or now is None:
             return ""

@@ -1,8 +1,8 @@
-"""Watches the dashboard while an arm does not answer, for any sign that a person has it.
+"""Watches the dashboard while an arm does not answer, for any sign that a person controls it.
 
-The controller keeps no memory of who took it over and gave it back. So its dashboard is asked again
-and again for as long as a retract is tried, and one sign is enough for ever. A dashboard that does
-not answer either shows nothing.
+The controller does not record that a person took control and returned it. So its dashboard is
+polled for as long as a retract is tried, and a single sign counts permanently. A dashboard that
+does not answer shows nothing.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ QUESTIONS = (
 
 NORMAL = ("NORMAL", "REDUCED")
 UNCERTAIN = ("", "NO_CONTROLLER", "DISCONNECTED")
-"""Robot modes that say nothing of the arm."""
+"""Robot modes that give no information on the arm."""
 
 STOPS = {
     "PROTECTIVE_STOP": FaultCode.PROTECTIVE_STOP,
@@ -56,7 +56,7 @@ class Answers(NamedTuple):
 
     @property
     def nobody(self) -> bool:
-        """Whether they say that nobody has the arm: enough for a motion that nobody can watch."""
+        """Whether they say that nobody has control: required for a motion that nobody can watch."""
         safe = self.safety in NORMAL and self.mode == "RUNNING"
         return safe and self.remote is not False and self.program == "STOPPED"
 
@@ -84,7 +84,7 @@ def _known(reply: str) -> str:
 
 
 def sign_in(answers: Answers, loaded: str) -> Problem | None:
-    """What shows that somebody, or the safety system, has the arm; `loaded`: what had been."""
+    """Signs that a person, or the safety system, has control; `loaded`: the earlier program."""
     if answers.safety and answers.safety not in NORMAL:
         code = STOPS.get(answers.safety, FaultCode.DEVICE_REPORTS)
         return Problem(code, f"the dashboard told of {answers.safety}", _HINT)
@@ -102,10 +102,10 @@ def sign_in(answers: Answers, loaded: str) -> Problem | None:
 
 
 def require_nobody(host: str, answers: Answers | None) -> None:
-    """A motion that nobody can watch needs the dashboard's word that nobody has the arm.
+    """Require that the dashboard reports that nobody has control, for a motion nobody can watch.
 
     Raises:
-        DeviceError: NOT_CONNECTED, there is no such word now.
+        DeviceError: NOT_CONNECTED, there is no such report now.
     """
     if answers is not None and answers.nobody:
         return
@@ -124,7 +124,7 @@ def require_nobody(host: str, answers: Answers | None) -> None:
 
 
 class Lookout:
-    """Asks the dashboard of `host` every `EVERY_S` in a thread of its own, and whenever asked to.
+    """Polls the dashboard of `host` every `EVERY_S` in a thread of its own, and on request.
 
     `sign` is the first sign of a person. It stays.
 
@@ -148,7 +148,7 @@ class Lookout:
         self._closed = threading.Event()
 
     def start(self) -> None:
-        """Begin to watch. Without a thread to be had it is asked before each sending only."""
+        """Begin to watch. If no thread can be started it is only polled before each sending."""
         with contextlib.suppress(RuntimeError):
             threading.Thread(target=self._watch, name="lookout", daemon=True).start()
 
@@ -157,7 +157,7 @@ class Lookout:
         self._closed.set()
 
     def ask(self) -> Answers | None:
-        """What the dashboard says now; None without an answer within `ASK_LIMIT_S`."""
+        """The present answers of the dashboard; None without an answer within `ASK_LIMIT_S`."""
         with self._lock:
             answers = self._answers(time.monotonic() + ASK_LIMIT_S)
             self._judge(answers)
@@ -196,7 +196,7 @@ class Lookout:
 
 
 def loaded_program(host: str) -> str:
-    """The dashboard's answer to which program is loaded, "" where it gives none."""
+    """The program loaded according to the dashboard, "" where it gives no answer."""
     deadline_s = time.monotonic() + ASK_LIMIT_S
     try:
         with contextlib.closing(Dashboard(host, deadline_s)) as dashboard:

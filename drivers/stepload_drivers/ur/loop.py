@@ -39,7 +39,7 @@ HANG_S = 2.0
 RESEND_SHARE = 0.2
 """Inputs are sent again after this share of the watchdog's time."""
 GAP_SEEN_S = 0.05
-"""A stop seen so soon after a gap in what was sent came of that gap."""
+"""A stop detected within this time after a gap in sending is attributed to that gap."""
 CLOCK_SLACK_S = 1.0
 REPORTED = 3
 """Exit status of a child that has reported its fault itself."""
@@ -104,7 +104,7 @@ class Loop:
         return travel_m(self.state.pose, self.start, self.settings.approach)
 
     def forgive_pause(self) -> None:
-        """Count the age of data from now: a constructor held the interpreter."""
+        """Count the age of data from now: a constructor has blocked the interpreter."""
         self._seen_s = time.monotonic()
 
     def follow(self, position_m: float | None) -> None:
@@ -133,11 +133,11 @@ class Loop:
         self.follow(position_m)
 
     def sent(self, at_s: float) -> None:
-        """An input went out by other means than `step`, not before `at_s`."""
+        """An input was sent by other means than `step`, not before `at_s`."""
         self.sent_s = at_s
 
     def step(self) -> None:
-        """Take in what came from both sides, send what is due, wait a little."""
+        """Process messages of both sides, send what is due, wait a little."""
         for message in self.link.receive(POLL_S):
             self.heard_s = time.monotonic()
             if message[:1] == wire.TARGET:
@@ -166,7 +166,7 @@ class Loop:
         self.link.send(wire.pack_sample(now_s, state))
 
     def _check_connected(self) -> None:
-        """ur_rtde's "not connected" is believed at once, its "connected" never."""
+        """ur_rtde's "not connected" is trusted at once, its "connected" never."""
         if self._receive.connected() and (self.control is None or self.control.connected()):
             return
         self.die(
@@ -204,7 +204,7 @@ class Loop:
                 self._find_fault(state, now_s)
 
     def _find_fault(self, state: UrState, now_s: float) -> None:
-        """Report once what keeps the arm from following."""
+        """Report once why the arm does not follow."""
         if state.runtime_state != PLAYING and math.isnan(self._unsent_s):
             recent = now_s - self._gap_end_s < GAP_SEEN_S
             self._unsent_s = max(now_s - self.sent_s, self._gap_s if recent else 0.0)
@@ -213,7 +213,7 @@ class Loop:
             self.taken_over = self.taken_over or problem.code in TAKEN_OVER
             self._report(problem)
             if self.taken_over and state.runtime_state != STOPPED:
-                self.watch.end_program()  # what is only paused would go on once released
+                self.watch.end_program()  # a paused program would continue once released
 
     def _send_due(self, control: ControlPort) -> None:
         """Forward a fresh target at once; else repeat the last input often enough."""
@@ -246,7 +246,7 @@ class Loop:
         )
 
     def die(self, code: FaultCode, message: str, hint: str) -> NoReturn:
-        """Report and end at once: nothing here can be trusted any more."""
+        """Report and end at once: no state can be trusted any more."""
         self._report(Problem(code, message, hint))
         self.link.drain(0.05)
         os._exit(REPORTED)

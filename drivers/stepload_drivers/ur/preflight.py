@@ -22,12 +22,12 @@ SUPPORTED = "3.4 to 3.15 or 5.4 to 5.x"
 UPPER_OFFSET = 24
 INTEGERS_USED, DOUBLES_USED = 8, 18
 REMOTE = {"true": True, "false": False}
-"""What the dashboard says of remote control; before 5.6 it says something else."""
+"""Answers of the dashboard about remote control; before 5.6 it gives others."""
 
 
 @dataclass(frozen=True, slots=True)
 class Controller:
-    """Who answers. `serial_number` and `model` are empty where the controller cannot tell."""
+    """Identity of the controller. `serial_number` and `model` are empty where it has none."""
 
     version: Version
     serial_number: str
@@ -137,7 +137,7 @@ def _identity(settings: Settings, version: Version, deadline_s: float) -> tuple[
 
 
 def not_remote(host: str) -> DeviceError:
-    """The controller ignores us because somebody works on its pendant."""
+    """Remote control is off: the controller ignores commands while its pendant is in control."""
     return DeviceError(
         f"{host}: the controller is in local control",
         code=FaultCode.NOT_REMOTE,

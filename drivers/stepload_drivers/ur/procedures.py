@@ -1,7 +1,7 @@
-"""What the child does on request.
+"""Procedures that the child carries out on request.
 
-Each procedure keeps stepping the loop, so that data go on flowing and the watchdog is fed; a new
-request ends it.
+Each procedure keeps stepping the loop, so that data continue and the watchdog is fed; a new request
+ends it.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def connect(loop: Loop) -> None:
 
 
 def stop_servo(loop: Loop) -> dict[str, object]:
-    """Leave servo mode and see the arm stand still. Sent whatever state is believed."""
+    """Leave servo mode and check that the arm stands still. Sent in any state."""
     control = _control(loop)
     loop.follow(None)
     at_s = time.monotonic()
@@ -64,7 +64,7 @@ def stop_servo(loop: Loop) -> dict[str, object]:
 
 
 def retract(loop: Loop, distance_m: float, speed_m_s: float) -> dict[str, object]:
-    """Ramp the servo target back and see the arm follow."""
+    """Ramp the servo target back and check that the arm follows."""
     from_m = _back_away(loop, distance_m, speed_m_s)
     goal_m = from_m - arrived_m(distance_m)
     _wait(loop, lambda _: loop.position_m < goal_m, 2.0, "the arm did not follow the retract")
@@ -73,7 +73,7 @@ def retract(loop: Loop, distance_m: float, speed_m_s: float) -> dict[str, object
 
 
 def prove(loop: Loop, distance_m: float, speed_m_s: float) -> dict[str, object]:
-    """Back away slowly, fall silent under way, and see the watchdog stop the arm."""
+    """Back away slowly, stop sending on the way, and check that the watchdog stops the arm."""
     _back_away(loop, distance_m, speed_m_s)
     cut_m = loop.position_m
     stop_s = _trip_watchdog(loop)
@@ -88,7 +88,7 @@ def prove(loop: Loop, distance_m: float, speed_m_s: float) -> dict[str, object]:
 def unload(loop: Loop) -> None:
     """The run has died: back away if the arm was under way, since a stop alone leaves the force on.
 
-    Nobody is left to be told if it does not work; then the arm stands still where it is.
+    A failure cannot be reported to anyone; the arm then stands still where it is.
     """
     distance_m = loop.settings.orphan_retract_m
     if loop.target_m is None or distance_m == 0.0:
@@ -128,7 +128,7 @@ def _wait(loop: Loop, done: Callable[[UrState], bool], timeout_s: float, what: s
 
 
 def _begin(loop: Loop) -> None:
-    """See the program run on both connections, and prepare it; then a stop is a fault again.
+    """Wait until both connections report a running program, and prepare it; then a stop is a fault.
 
     The controller sends to its clients one after the other: the one may still say STOPPED when the
     other says PLAYING, and ur_rtde sends no command before its own does.
@@ -146,7 +146,7 @@ def _begin(loop: Loop) -> None:
 
 
 def _arm(loop: Loop) -> None:
-    """See the settings told as they must be; from here on a change of them is a fault."""
+    """Wait until the required settings are reported; from then on a change of them is a fault."""
     watch, since_s = loop.watch, time.monotonic()
 
     def told_since(_: UrState) -> bool:
@@ -169,7 +169,7 @@ def _prepare(loop: Loop) -> None:
 
 
 def _trip_watchdog(loop: Loop) -> float:
-    """Send nothing until the controller has ended the program; returns how long that took.
+    """Send nothing until the controller has ended the program; returns the time that took.
 
     A safety stop, or a program that ends long before the watchdog is due, proves nothing.
     """
@@ -193,7 +193,7 @@ def _trip_watchdog(loop: Loop) -> float:
 
 
 def _restart(loop: Loop) -> None:
-    """Upload again, see it run, arm the watchdog again."""
+    """Upload again, wait until it runs, arm the watchdog again."""
     loop.follow(None)
     control = _control(loop)
     if not control.upload():

@@ -57,7 +57,8 @@ class ChildProcess:
     def receive(self, wait_s: float = 0.0) -> list[bytes]:
         """All messages that are there, waiting at most `wait_s` for the first.
 
-        A child that ends with messages unread is told of once as a reset, before its last words.
+        A child that ends with messages unread is reported once as a reset, before its last
+        messages.
         """
         if wait_s > 0.0:
             select.select([self._sock], [], [], wait_s)

@@ -1,4 +1,4 @@
-"""Asks for remote control aside of the loop, so that data go on flowing meanwhile."""
+"""Polls remote control outside the loop, so that data continue meanwhile."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ EVERY_S = 1.0
 class RemoteCheck:
     """Questions to the dashboard, on a connection made beforehand: see `ports.ControlPort`.
 
-    `remote` is None where the controller cannot or does not say (PolyScope below 5.6).
+    `remote` is None where the controller cannot or does not report it (PolyScope below 5.6).
     """
 
     def __init__(self, host: str) -> None:
@@ -56,7 +56,7 @@ class RemoteCheck:
             self._thread.start()
 
     def end_program(self) -> None:
-        """Send the dashboard's stop, aside of the loop too; whether it is obeyed is not told."""
+        """Send the dashboard's stop, also outside the loop; whether it is obeyed is not known."""
         threading.Thread(target=self._stop, daemon=True).start()
 
     def _stop(self) -> None:

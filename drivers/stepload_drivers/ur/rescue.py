@@ -21,7 +21,7 @@ STILL_M = 2e-5
 STILL_PACKAGES = 5
 ASK_LIMIT_S = 0.5
 IDLE_LIMIT_S = 1.0
-"""No program running for so long: ours has not been started, or has ended."""
+"""Time without a running program after which ours was not started, or has ended."""
 
 STOP_SCRIPT = f"def stepload_stop():\n  stopl({DECELERATION_M_S2})\nend\n"
 
@@ -41,7 +41,7 @@ def retract_script(
 
 
 def stop(host: str, deadline_s: float) -> None:
-    """End whatever program runs; by dashboard, else by script. Always sends.
+    """End the running program; by dashboard, else by script. Always sends.
 
     Raises:
         DeviceError: neither way was confirmed by `deadline_s`.

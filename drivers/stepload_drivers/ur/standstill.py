@@ -1,4 +1,4 @@
-"""Does the TCP stand still? Judged by measured poses, not by what was commanded."""
+"""Detection of a standstill of the TCP, from measured poses, not from commands."""
 
 from __future__ import annotations
 

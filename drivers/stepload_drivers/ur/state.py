@@ -1,4 +1,4 @@
-"""What the controller says about itself, and what that means: pure functions on one data package.
+"""State reported by the controller, and its meaning: pure functions on one data package.
 
 State words: Universal Robots, RTDE guide (`runtime_state`, `safety_mode`, `safety_status_bits`).
 """
@@ -50,7 +50,7 @@ class UrState(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """A finding: what programs branch on, what is wrong, what to do."""
+    """A finding: code for programs, what is wrong, what to do."""
 
     code: FaultCode
     message: str
@@ -58,7 +58,7 @@ class Problem(NamedTuple):
 
 
 def data_problem(state: UrState) -> Problem | None:
-    """Why the package cannot be true, so that nothing in it may be used."""
+    """Why the values of the package are impossible, so that none of them may be used."""
     numbers = (state.timestamp_s, *state.pose, *state.wrench)
     if not all(map(math.isfinite, numbers)):
         return Problem(
@@ -86,7 +86,7 @@ def data_problem(state: UrState) -> Problem | None:
 
 
 def safety_problem(state: UrState) -> Problem | None:
-    """Which stop of the controller's safety system or drives is in force, None for none."""
+    """The stop of the controller's safety system or drives that is in force, None for none."""
     bits, mode = state.safety_bits, state.safety_mode
     if bits & _EMERGENCY_BITS or mode in (6, 7):
         return Problem(

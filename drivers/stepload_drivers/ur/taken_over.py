@@ -1,4 +1,4 @@
-"""Why the control program does not run, or who has taken over: as far as can be told."""
+"""Why the control program does not run, or who has taken control, as far as can be determined."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ PAUSING = (3, 4)
 """Values of `runtime_state` while a program is being paused, or is."""
 
 WATCHDOG_SHARE = 0.9
-"""The controller's watchdog has acted only after so much of its time without an input of ours."""
+"""Share of its time without our input after which a stop is attributed to the watchdog."""
 
 _REMOTE_HINT = "when the operator is done: switch the pendant to remote control, then start anew"
 
 
 def local_control(*, program_runs: bool) -> Problem:
-    """Somebody has switched the pendant to local control."""
+    """The pendant was switched to local control."""
     program = "the program still runs" if program_runs else "our program runs no more"
     return Problem(
         FaultCode.NOT_REMOTE,
@@ -25,12 +25,12 @@ def local_control(*, program_runs: bool) -> Problem:
 
 
 def stopped(state: UrState, *, remote: bool | None, unsent_s: float, watchdog_s: float) -> Problem:
-    """Why the program does not run: nothing moves the arm unless it was the watchdog for sure.
+    """Why the program does not run; no motion is allowed unless the watchdog certainly ended it.
 
     Args:
         state: the newest package; no safety stop is in force.
-        remote: whether the controller is in remote control; None where it does not say.
-        unsent_s: how long nothing had been sent when the program was seen to have ended.
+        remote: whether the controller is in remote control; None where it does not report it.
+        unsent_s: time without sending when the end of the program was detected.
         watchdog_s: time of the controller's watchdog.
     """
     if remote is False:

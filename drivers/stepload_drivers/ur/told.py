@@ -1,9 +1,9 @@
-"""How the arm stands and what it is set to, on an RTDE connection of its own beside the data.
+"""Configuration and settings of the arm, read on a separate RTDE connection.
 
-ur_rtde does not know `tcp_offset`, and asks for all of its variables or for none. Here the
-controller is asked for each variable that it may have: one that it lacks is None, nothing fails.
-`target_speed_fraction` is the speed slider; `speed_scaling`, which is not asked for, is what the
-controller's trajectory limiter makes of it. Versions: Universal Robots, RTDE guide; `tcp_offset` is
+ur_rtde does not know `tcp_offset`, and asks for all of its variables or for none. Here each
+variable is requested that the controller may have: a missing one is None, without an error.
+`target_speed_fraction` is the speed slider; `speed_scaling`, which is not requested, is its value
+after the controller's trajectory limiter. Versions: Universal Robots, RTDE guide; `tcp_offset` is
 not in the guide, 3.12 and 5.5.1 have it (Universal_Robots_Client_Library, pull request 110).
 """
 
@@ -28,11 +28,11 @@ WANTED = {
     "tcp_offset": (6, 10.0),
     "target_TCP_pose": (6, 10.0),
 }
-"""Variables asked for: how many numbers each has, and the largest that can be true (SI units)."""
+"""Requested variables: number of values of each, and the largest possible one (SI units)."""
 
 
 class ToldClient(RtdeClient):
-    """One connection over which the controller tells its configuration `RATE_HZ` times a second.
+    """A connection on which the controller reports its configuration `RATE_HZ` times a second.
 
     Args:
         host: address of the controller.
@@ -55,7 +55,7 @@ class ToldClient(RtdeClient):
             raise
 
     def first(self) -> ArmConfiguration:
-        """The configuration, waited for.
+        """Wait for the configuration.
 
         Raises:
             DeviceError: none by the deadline.
@@ -65,9 +65,9 @@ class ToldClient(RtdeClient):
         return self.configuration
 
     def poll(self) -> bool:
-        """Take in what has arrived, never waiting; whether a configuration was among it.
+        """Process received data without waiting; returns whether a configuration was among it.
 
-        A connection that is lost or no longer tells sense shows as a `seen_s` that stands still.
+        A connection that is lost or sends invalid data shows as a constant `seen_s`.
         """
         self._sock.setblocking(False)
         with contextlib.suppress(OSError, frames.FrameError):
@@ -78,7 +78,7 @@ class ToldClient(RtdeClient):
         return any(taken)
 
     def _subscribe(self) -> None:
-        """Ask for all; a controller that lacks some names them, and is asked for the others."""
+        """Request all variables; if the controller lacks some, request the others."""
         self._names = list(WANTED)
         types = self._outputs(RATE_HZ, self._names)
         lacking = [name for name, kind in zip(self._names, types, strict=False)
@@ -89,7 +89,7 @@ class ToldClient(RtdeClient):
         self._begin(types)
 
     def _take(self, frame: frames.Frame) -> bool:
-        """Whether the frame told a configuration; one that cannot be true is passed over."""
+        """Whether the frame held a configuration; one with impossible values is ignored."""
         if frame.kind != frames.DATA or len(frame.payload) != self._layout.size:
             return False
         numbers = self._layout.unpack(frame.payload)[1:]
@@ -125,7 +125,7 @@ def _six(values: tuple[float, ...] | None) -> SixFloats | None:
 
 
 def told(host: str, deadline_s: float) -> ArmConfiguration:
-    """The configuration of the controller at `host`, asked once.
+    """The configuration of the controller at `host`, read once.
 
     Raises:
         DeviceError: none by the deadline.

@@ -1,10 +1,10 @@
-"""A retract past ur_rtde that can be taken up again: sent once, then looked for.
+"""A retract without ur_rtde that can be resumed: sent once, then monitored.
 
 A program handed over to a controller that does not answer may still be carried out when it wakes,
-so it is not sent again, and no stop is sent after it, before it was seen to have ended. Before
-every sending the controller is asked who has the arm, and its dashboard is watched for as long as a
+so it is not sent again, and no stop is sent after it, before its end was observed. Before every
+sending the controller is asked who has control, and its dashboard is watched for as long as a
 retract is tried: after one sign of a person or a safety system nothing is sent any more. Nothing is
-sent to a controller that answers neither, for nobody knows when it would be carried out.
+sent to a controller that does not answer, since it might be carried out at any later time.
 """
 
 from __future__ import annotations
@@ -32,22 +32,22 @@ from stepload_drivers.ur.state import (
 from stepload_drivers.ur.told import told
 
 SENDINGS = 2
-"""A program that was lost on its way is sent once more."""
+"""Largest number of times that a program is sent: once more if it was lost."""
 SAME_S = 0.3
-"""One and the same package for so long is no news of the controller."""
+"""Age of an unchanged package from which it is no news of the controller."""
 OWN_PROGRAM_S = 1.0
-"""Our program ends by its watchdog at most so long after the watchdog's own time."""
+"""Time after the watchdog's own within which our program ends by its watchdog."""
 ASK_AGAIN_S = 0.1
 LEAST_SPEED = 0.01
-"""Of the full speed: a slider below it holds the arm where it is."""
+"""Share of full speed below which the slider counts as holding the arm."""
 BEGUN_SHARE = 0.2
-"""Of the way: a retract that got this far was carried out, and ended by somebody if it is short."""
+"""Share of the way from which a retract counts as carried out, even if it ended short."""
 
 
 class Unloading:
     """Retracts the arm without ur_rtde from where it was `last` seen.
 
-    `under_way` says that a retract was handed over and not seen to have ended. From its making to
+    `under_way` says that a retract was sent and its end was not observed. From construction to
     `close` the dashboard is watched.
     """
 
@@ -73,15 +73,16 @@ class Unloading:
 
     @property
     def age_s(self) -> float:
-        """Time since the retract that is under way was handed over."""
+        """Time since the pending retract was sent."""
         return time.monotonic() - self._handed_over_s
 
     def retract(self, distance_m: float, speed_m_s: float, deadline_s: float) -> None:
-        """Stop and move back by `distance_m`, and see it done; called again, it goes on with it.
+        """Stop and move back by `distance_m`, and check that it is done; a further call resumes it.
 
         Raises:
-            DeviceError: not seen done by `deadline_s`. NOT_CONNECTED and STALE: no answer, call
-                again; else the controller says why nothing moves the arm any more.
+            DeviceError: not observed to be done by `deadline_s`. NOT_CONNECTED and STALE: no
+                answer, call again; otherwise the controller's reason why nothing moves the arm any
+                more.
         """
         self._refuse_after_a_sign()
         for _ in range(SENDINGS):
@@ -106,9 +107,9 @@ class Unloading:
         )
 
     def ended(self, deadline_s: float) -> bool:
-        """Whether a stop takes nothing away: nothing that was handed over can still move the arm.
+        """Whether no retract that was sent can still move the arm, so that a stop does no harm.
 
-        By the dashboard's word; or the speed slider holds the arm, so that a retract left in the
+        According to the dashboard; or the speed slider holds the arm, so that a retract left in the
         controller would begin whenever somebody raises it.
         """
         if not self.under_way:
@@ -131,7 +132,7 @@ class Unloading:
         return False
 
     def _refuse(self, code: FaultCode, message: str, hint: str) -> None:
-        """No retract is sent from now on."""
+        """Send no retract from now on."""
         self._handed_over_s = math.nan
         self._refused = DeviceError(message, code=code, hint=hint)
         raise self._refused
@@ -152,7 +153,7 @@ class Unloading:
             raise self._refused
 
     def _ask_who_has_the_arm(self, deadline_s: float) -> None:
-        """Raises where somebody else has it, or where nobody says that nobody has."""
+        """Raises where somebody else has control, or where this cannot be excluded."""
         begun_s = time.monotonic()
         own_s = self._own_s if begun_s - self._alone_s >= self._own_s else math.inf
         package = self._sight(_soon(deadline_s), own_s)
@@ -205,7 +206,8 @@ class Unloading:
     def _sight(self, deadline_s: float, own_s: float) -> UrState | None:
         """The newest package, None without an answer, and where data stand still.
 
-        A program of ours that slept with the controller is given `own_s` to end by its watchdog.
+        A program of ours that was suspended with the controller gets `own_s` to end by its
+        watchdog.
         """
         wait_s = 0.0 if own_s == math.inf else own_s
         try:
@@ -235,7 +237,7 @@ class Unloading:
         self._back_m = -travel_m(package.pose, self._from, self._settings.approach)
 
     def _watch(self, distance_m: float, deadline_s: float) -> bool:
-        """Follow the retract to its end; whether it was carried out at all.
+        """Follow the retract to its end; returns whether it was carried out at all.
 
         The end is that the arm has arrived, or that no program has run for a while.
         """

@@ -1,4 +1,4 @@
-"""What keeps the arm from following, other than its connection: asked at every data package."""
+"""Causes other than the connection that keep the arm from following, checked at every package."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ REFUSAL_GRACE_S = 0.05
 class Watch:
     """Safety, settings, program and remote control of one controller.
 
-    Its connections are made here: see `ports.ControlPort`. `told` tells the settings; `armed` is
-    what they must go on being, None before that is known.
+    Its connections are made here: see `ports.ControlPort`. `told` reads the settings; `armed` are
+    their required values, None before they are known.
 
     Raises:
-        DeviceError: the controller does not tell its settings.
+        DeviceError: the controller does not report its settings.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -35,20 +35,20 @@ class Watch:
         self._watchdog_s = 1.0 / settings.watchdog_hz
 
     def poll(self) -> ArmConfiguration | None:
-        """Take in what was told and asked aside; the configuration, if there is a new one."""
+        """Process the answers of both connections; returns a new configuration, if there is one."""
         self._remote_check.poll()
         return self.told.configuration if self.told.poll() else None
 
     def problem(
         self, state: UrState, now_s: float, refused_s: float, unsent_s: float
     ) -> Problem | None:
-        """What is wrong, told apart as well as it can be; None too while that is being asked.
+        """The present fault, as specific as possible; also None while that is being determined.
 
         Args:
             state: the newest package.
-            now_s: monotonic time, as for the others.
+            now_s: monotonic time, as for the other times.
             refused_s: since when the controller has refused inputs; inf: it takes them.
-            unsent_s: how long nothing had been sent when the program was seen to have ended.
+            unsent_s: time without sending when the end of the program was detected.
         """
         if problem := safety_problem(state) or self._setting_problem(now_s):
             return problem
@@ -77,7 +77,7 @@ class Watch:
         return change(self.armed, self.told.configuration)
 
     def end_program(self) -> None:
-        """End the program by the dashboard, so that one that is paused does not go on."""
+        """End the program by the dashboard, so that a paused one does not continue."""
         self._remote_check.end_program()
 
     def _why_no_program(self, state: UrState, unsent_s: float) -> Problem | None:

@@ -1,4 +1,4 @@
-"""The verb `map`: which payloads a rig can measure, and what it would take to measure more."""
+"""The verb `map`: the payloads that a rig can measure, and what would extend the range."""
 
 from __future__ import annotations
 
@@ -108,5 +108,5 @@ def _force(text: str) -> float | None:
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verb."""
+    """Add this module's verb."""
     app.command("map")(map_rig)

@@ -114,6 +114,6 @@ def export(
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verbs."""
+    """Add this module's verbs."""
     app.command()(runs)
     app.command()(export)

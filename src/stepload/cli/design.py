@@ -117,5 +117,5 @@ def _positive(option: str, text: str, unit: str) -> float:
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verb."""
+    """Add this module's verb."""
     app.command("design")(design_plan)

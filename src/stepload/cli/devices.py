@@ -1,4 +1,4 @@
-"""Verbs about drivers: which there are, whether they keep the contract."""
+"""Verbs about drivers: list them, show one, test one against the contract."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 
 class DriverNames(TyperGroup):
-    """Takes `drivers NAME` for `drivers show NAME`."""
+    """Makes `drivers NAME` short for `drivers show NAME`."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The verb that the words begin with; a driver's name shows it."""
+        """The verb that the arguments begin with; for a driver's name it is `show`."""
         if args and args[0] not in self.commands and not args[0].startswith("-"):
             args = ["show", *args]
         return super().resolve_command(ctx, args)
@@ -57,7 +57,7 @@ def _group(name: str, kind: str) -> str:
     """The entry-point group of driver `name`.
 
     Raises:
-        BadInputError: no such driver, or several and `kind` does not say which.
+        BadInputError: no such driver, or several and `kind` does not select one.
     """
     from stepload.rig.plugins import GROUPS, driver_names
 
@@ -77,7 +77,7 @@ def _group(name: str, kind: str) -> str:
 
 
 def _names(incomplete: str) -> list[str]:
-    """Drivers whose names begin so, for the shell's completion."""
+    """Drivers whose names begin with a text, for the shell's completion."""
     from stepload.rig.plugins import GROUPS, driver_names
 
     names = {name for group in GROUPS for name in driver_names(group)}
@@ -128,7 +128,7 @@ KEYS = {
     "stepload.force_sensors": "force",
     "stepload.displacement_sensors": "displacement",
 }
-"""Where a plan names a driver of each group."""
+"""Key of a plan under which a driver of each group is named."""
 
 
 def _default(option: Option) -> str:
@@ -229,7 +229,7 @@ def try_driver(
 
 
 class _Operator:
-    """Asks the person at the device to do what no program can, and waits for Enter."""
+    """Asks the person at the device to do something by hand, and waits for Enter."""
 
     def __init__(self, as_json: bool) -> None:
         self._as_json = as_json
@@ -244,7 +244,7 @@ class _Operator:
         self._ask("Plug the cable in again")
 
     def load_of(self, text: str, size: float) -> Callable[[], float]:
-        """Asks for a load of `text` and gives its `size` in N or m."""
+        """Asks for a load described by `text` and returns its `size` in N or m."""
 
         def put_on() -> float:
             self._ask(f"Put {text} on the device")
@@ -254,7 +254,7 @@ class _Operator:
 
 
 def _as_data(result: CheckResult) -> dict[str, object]:
-    """One check for programs; `verdict` is the older name of `status`."""
+    """One check as an object for programs; `verdict` is the older name of `status`."""
     return {
         "name": result.name,
         "verdict": result.status,
@@ -273,5 +273,5 @@ def _show(name: str, results: list[CheckResult], out: Output) -> None:
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verbs."""
+    """Add this module's verbs."""
     app.add_typer(drivers_app, name="drivers")

@@ -1,4 +1,4 @@
-"""The verb that examines a rig before it is trusted."""
+"""The verb that examines a rig before its use."""
 
 from __future__ import annotations
 
@@ -71,5 +71,5 @@ def doctor(
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verbs."""
+    """Add this module's verbs."""
     app.command()(doctor)

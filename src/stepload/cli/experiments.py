@@ -63,7 +63,7 @@ EXIT_OF_SIGNAL: dict[int, ExitCode] = {
 
 
 def exit_code(finished: Finished) -> ExitCode:
-    """The exit code that says how a run ended."""
+    """The exit code for the end of a run."""
     from stepload.record.outcome import RunStatus
 
     outcome = finished.outcome
@@ -126,7 +126,7 @@ def press(
     from stepload.session.experiment import refuse_what_may_not_run, run_plan
     from stepload.session.unfinished import repair_all
 
-    if not dry_run:  # before a screen of preflight is shown for nothing
+    if not dry_run:  # before a preflight is shown in vain
         refuse_what_may_not_run(envelope, dry_run, hazards_read)
     elif not quiet:
         output.line(SIMULATED)
@@ -235,6 +235,6 @@ def pause(
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verbs."""
+    """Add this module's verbs."""
     app.command()(run)
     app.command()(pause)

@@ -1,4 +1,4 @@
-"""The verb that says what a code means: explain."""
+"""The verb `explain`, which explains a code."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import typer
 from stepload.results.terminal import AsJson, Output
 
 OTHERS = {"key": "a key of a plan", "threshold": "a threshold of a run"}
-"""What else can be explained."""
+"""Other things that can be explained."""
 
 
 def codes(incomplete: str) -> list[str]:
-    """Codes that begin so, for the shell's completion."""
+    """Codes that begin with a text, for the shell's completion."""
     from stepload.explain.codes import explanations
 
     return [each.code for each in explanations() if each.code.startswith(incomplete)]
@@ -54,5 +54,5 @@ def explain(
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verbs."""
+    """Add this module's verbs."""
     app.command()(explain)

@@ -1,4 +1,4 @@
-"""Asks whoever starts a rig for the first time whether the hazards have been read."""
+"""Asks the user, before the first start of a rig, whether the hazards have been read."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ HazardsRead = Annotated[
 
 
 def refuse_unread_driver(driver: str, read_now: bool) -> None:
-    """Ask, and refuse to move the arm of a driver without an answer: no rig file keeps one.
+    """Ask before a driver's arm moves, and refuse without a yes; no rig file stores the answer.
 
     Raises:
-        RefusedError: nobody confirms to have read the hazards.
+        RefusedError: reading the hazards was not confirmed.
     """
     from stepload.errors import RefusedError
     from stepload.plan.hazards import PAGE
@@ -36,7 +36,7 @@ def refuse_unread_driver(driver: str, read_now: bool) -> None:
 
 
 def _name(before: str) -> str:
-    """Who has read the hazards, which are said first; empty: nobody."""
+    """Name of the person who has read the hazards, which are shown first; empty: none."""
     from stepload.plan.hazards import HAZARDS, PAGE
 
     _say(before)
@@ -51,15 +51,15 @@ def _name(before: str) -> str:
 
 
 def _say(text: str, hang: str = "") -> None:
-    """A line for a terminal, broken between words."""
+    """A line on a terminal, wrapped between words."""
     columns = shutil.get_terminal_size().columns
     typer.echo(textwrap.fill(text, columns, subsequent_indent=hang), err=True)
 
 
 def ask_hazards(envelope: Envelope) -> bool:
-    """Whether somebody at this terminal confirms now; the rig file keeps who and when.
+    """Whether a person at this terminal confirms now; the rig file stores name and date.
 
-    Without a terminal, or for a plan that is refused, nobody is asked and the answer is no.
+    Without a terminal, or for a plan that is refused, there is no question and the answer is no.
     """
     from datetime import date
 
@@ -72,7 +72,7 @@ def ask_hazards(envelope: Envelope) -> bool:
         return False
     if not _at_a_terminal():
         return False
-    refuse_simulated(plan)  # before anybody is asked about a rig that there is not
+    refuse_simulated(plan)  # before a question about a rig that does not exist
     name = _name(f"Before the rig {plan.rig.name!r} moves for the first time:")
     if not name:
         return False

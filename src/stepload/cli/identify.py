@@ -1,4 +1,4 @@
-"""The verb that evaluates what is there already: identify."""
+"""The verb `identify`, which evaluates existing data."""
 
 from __future__ import annotations
 
@@ -150,5 +150,5 @@ def identify(
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verbs."""
+    """Add this module's verbs."""
     app.command()(identify)

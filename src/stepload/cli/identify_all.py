@@ -1,4 +1,4 @@
-"""What `stepload identify --all` shows: every record of a directory, then and now."""
+"""Output of `stepload identify --all`: every record of a directory, then and now."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keys pressed in the terminal of a run: `p` pauses it and lets it go on."""
+"""Keys pressed in the terminal of a run: `p` pauses and resumes it."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def _is_ours(fd: int) -> bool:
 
 @contextmanager
 def keys(operator: Operator, say: Callable[[str], None]) -> Iterator[None]:
-    """Listen to single keys where standard input is a terminal; it gets its modes back at the end.
+    """Read single keys if standard input is a terminal; its modes are restored at the end.
 
-    Ctrl+C goes on being a signal. What a key does is said at once, by `say`.
+    Ctrl+C remains a signal. The effect of a key is reported at once, by `say`.
     """
     try:
         fd = sys.stdin.fileno()

@@ -1,4 +1,4 @@
-"""A run shown to viewers over the network, and the layout that suits it: `--live`, layout."""
+"""Live view of a run over the network, and a layout for the viewer: `--live`, layout."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def shown_live(address: str, output: Output) -> Iterator[Callable[[Path], None] 
     """A view of the run at an address for the time of the block; "" for none.
 
     Raises:
-        BadInputError: it is no address, or viewers cannot connect there.
+        BadInputError: the address is invalid, or the server cannot be started there.
     """
     if not address:
         yield None
@@ -58,5 +58,5 @@ def layout(
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verbs."""
+    """Add this module's verbs."""
     app.command()(layout)

@@ -41,7 +41,7 @@ def _root(
 
 
 def _as_text(error: Exception) -> SteploadError:
-    """An error that nobody has turned into text yet."""
+    """An exception converted to an error with a text."""
     if isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
         return BadInputError(f"{where}{error.strerror or error}")
@@ -55,7 +55,7 @@ def _as_text(error: Exception) -> SteploadError:
 
 
 def _give_streams() -> None:
-    """Closed streams go nowhere; those that do not know a character get its escape."""
+    """Drop output to closed streams, and escape characters that a stream cannot encode."""
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:
@@ -66,8 +66,8 @@ def _give_streams() -> None:
 
 @cache
 def _leave_quickly() -> None:
-    """The interpreter looks twice through all that was imported before it ends; a tenth of a second
-    of a short command goes there. What is frozen is not looked through."""
+    """Exclude imported objects from garbage collection, since the interpreter would scan them twice
+    at its end, a tenth of a second of a short command."""
     atexit.register(gc.freeze)
 
 

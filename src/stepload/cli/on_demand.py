@@ -1,9 +1,9 @@
-"""Verbs that are built when they are called: until then a name and one line of help is enough.
+"""Verbs that are built on demand: until they are called, a name and one line of help suffice.
 
 Parsing the options of every verb costs more than most verbs need to begin. The group below knows
 each verb's name, module and line; `--help` and the shell's completion of names need no more. Verbs
-of other installed packages (entry points of the group `stepload.verbs`) are asked for only where
-all names are needed, or one that is not stepload's own.
+of other installed packages (entry points of the group `stepload.verbs`) are looked up only if all
+names are needed, or one that is not stepload's own.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ ENTRY_POINTS = "stepload.verbs"
 
 
 class Verb(NamedTuple):
-    """What is known of a verb before it is built."""
+    """Declaration of a verb that is not built yet."""
 
     name: str
     room: str
@@ -31,7 +31,7 @@ class Verb(NamedTuple):
 
 
 class Declared(TyperCommand):
-    """Stands for a verb where only its name and its line are looked at."""
+    """Placeholder of a verb where only its name and its line are needed."""
 
     def __init__(self, verb: Verb) -> None:
         super().__init__(verb.name, help=verb.line, short_help=verb.line, rich_markup_mode=None)
@@ -56,7 +56,7 @@ def _group_of(app: typer.Typer) -> TyperGroup:
 
 @cache
 def _others() -> typer.Typer:
-    """What the other installed packages add, asked once in a process."""
+    """Verbs of other installed packages, looked up once in a process."""
     from importlib.metadata import entry_points
 
     app = typer.Typer(rich_markup_mode=None)
@@ -81,7 +81,7 @@ class VerbsOnDemand(TyperGroup):
             self.commands = {**_group_of(_others()).commands, **self.commands}
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """The verb of this name, or what stands for it; None where there is none."""
+        """The verb of this name, or its placeholder; None where there is none."""
         if cmd_name not in self.commands:
             self._ask_others()
         return self.commands.get(cmd_name)
@@ -93,12 +93,12 @@ class VerbsOnDemand(TyperGroup):
         return own + [name for name in self.commands if name not in own]
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The verb that the words begin with, built."""
+        """The verb that the arguments begin with, built."""
         name, command, rest = super().resolve_command(ctx, args)
         return name, command.built() if isinstance(command, Declared) else command, rest
 
     def all_built(self) -> Iterator[tuple[str, Any]]:
-        """Every verb by name, built: for whoever wants to look at all of them."""
+        """Every verb by name, built: for a program that inspects all of them."""
         for name in self.list_commands(None):
             command = self.commands[name]
             yield name, command.built() if isinstance(command, Declared) else command

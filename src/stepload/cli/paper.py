@@ -1,4 +1,4 @@
-"""Reports on paper: the options of every verb that writes one, and what becomes of the PDF."""
+"""Reports on paper: the options of every verb that writes one, and the result of the conversion."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ A4 = "a4"
 
 
 def wanted_paper(as_pdf: bool, paper: str) -> str | None:
-    """The size of paper that a PDF is wanted on, None where none is; said before anything runs.
+    """The paper size of a requested PDF, None without one; checked before anything runs.
 
     Raises:
-        BadInputError: there is no such size, or a size without a PDF.
+        BadInputError: there is no such size, or a size is given without a PDF.
     """
     from stepload.results.pdf import PAPERS
 
@@ -34,9 +34,9 @@ def wanted_paper(as_pdf: bool, paper: str) -> str | None:
 
 
 def put_on_paper(page: Path, paper: str | None, output: Output) -> None:
-    """Write the PDF beside a page where one is wanted, and say what became of it.
+    """Write a requested PDF next to a page, and report the result.
 
-    It comes last and never fails: what a command has done, and its exit code, stay as they are.
+    It comes last and never fails: results and exit code of the command do not change.
     """
     from stepload.results.pdf import print_page
 

@@ -1,4 +1,4 @@
-"""Shows what a run's thread hands over in a thread of its own: a held terminal holds up no run."""
+"""Output of a run in a thread of its own, so that a blocked terminal does not block the run."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ Show = Callable[[Seen | str], None]
 
 @contextmanager
 def pen(show: Show) -> Iterator[Show]:
-    """Gives a function that hands a line or a look over and returns at once.
+    """Provides a function that queues a line or a look and returns at once.
 
-    Every line is shown, in order; of looks that wait only the newest is. A terminal or pipe that is
-    gone ends the showing and nothing else. The end of the block waits until all is shown.
+    Every line is shown, in order; of waiting looks only the newest is. A closed terminal or pipe
+    ends the output and nothing else. The end of the block waits until all is shown.
     """
     waiting: queue.SimpleQueue[Seen | str | None] = queue.SimpleQueue()
     thread = threading.Thread(target=_work, args=(waiting, show), name="pen", daemon=True)

@@ -59,13 +59,13 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
 
 
 def _sideways_data(envelope: Envelope) -> dict[str, Any]:
-    """What a run does across its approach; nothing where the plan does not ask for it."""
+    """Lateral actions of a run; nothing where the plan does not ask for any."""
     parts = {"alignment": envelope.aligning, "nulling": envelope.nulling}
     return {name: part.terms for name, part in parts.items() if part is not None}
 
 
 def _until_data(until: Until | None) -> dict[str, Any]:
-    """What every level needs, where the plan asks for no more force than an interval takes."""
+    """Requirements of every level, where the plan loads only as far as an interval needs."""
     if until is None:
         return {}
     expected = None if until.expected is None else until.needs[until.expected].level_n
@@ -76,11 +76,11 @@ MOODS = {"go": "good", "warn": "doubt", "refused": "bad"}
 
 
 ACTED_ON = ("shake", "changes_together", "plate_tilted")
-"""Notes that ask a person for something; they are said in any case."""
+"""Notes that require an action of a person; they are always shown."""
 
 
 def left_out(envelope: Envelope) -> list[str]:
-    """Codes of the notes that are told with `--verbose` only."""
+    """Codes of the notes that are shown with `--verbose` only."""
     return [
         reason.code
         for reason in envelope.reasons
@@ -91,9 +91,9 @@ def left_out(envelope: Envelope) -> list[str]:
 def show_verdict(
     envelope: Envelope, out: Output, *, details: bool = True, aside: str | None = None
 ) -> None:
-    """A preflight's verdict and reasons as text, most notes with `details` only.
+    """A preflight's verdict and reasons as text; most notes with `details` only.
 
-    `aside` goes on with the first line; None: without `details` it counts the notes.
+    `aside` continues the first line; None: without `details` it counts the notes.
     """
     from stepload.results.model import Finding
 
@@ -169,7 +169,7 @@ def show_figures(envelope: Envelope, out: Output, *, details: bool = True) -> No
 
 
 def _stiffness_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
-    """The stiffness that a result rests on, and the one that every bound of force goes by."""
+    """The stiffness that a result rests on, and the one that all force bounds use."""
     from stepload.envelope.bounds import largest_sliding_stiffness, stuck_ratio
     from stepload.units import format_quantity as f
 
@@ -187,7 +187,7 @@ def _stiffness_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
 
 
 def _law_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
-    """What theory says of the law; of a range both ends."""
+    """The contact law by theory; for a range both ends."""
     from stepload.units import format_quantity as f
 
     theory, top_n, secant_n = envelope.theory, envelope.top_force_n, envelope.secant_force_n
@@ -216,7 +216,7 @@ def _law_rows(envelope: Envelope) -> list[tuple[str, str, str]]:
 
 
 def _counted_rows(counted: CountedLimit) -> list[tuple[str, str, str]]:
-    """How well F_c is known and what of it is counted on."""
+    """Uncertainty of F_c, and the part of it that is relied on."""
     from stepload.envelope.limit_reasons import risk
     from stepload.units import format_quantity as f
 
@@ -235,7 +235,7 @@ def _counted_rows(counted: CountedLimit) -> list[tuple[str, str, str]]:
 
 
 def show_thresholds(limits: RunLimits, out: Output) -> None:
-    """The thresholds that a rule of the supervisor stops at, by the names they have in a record."""
+    """The thresholds at which the supervisor's rules stop a run, by their names in a record."""
     from stepload.units import format_quantity as f
 
     def shown(value: float, unit: str) -> str:
@@ -300,7 +300,7 @@ def preflight(
 
 
 def _show_left_out(envelope: Envelope, out: Output) -> None:
-    """How long a run takes, and what `--verbose` tells beside."""
+    """Duration of a run, and a hint to what `--verbose` adds."""
     from stepload.envelope.reason import PlanVerdict
 
     if envelope.verdict is not PlanVerdict.REFUSED:
@@ -368,7 +368,7 @@ def profiles(
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verbs."""
+    """Add this module's verbs."""
     app.command()(preflight)
     app.command()(schema)
     app.command()(profiles)

@@ -1,4 +1,4 @@
-"""The verb `pose`: where to put the plate and how to hold the arm."""
+"""The verb `pose`: the best position of the plate and joint angles of the arm."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stepload.results.terminal import AsJson, Output
 
 LONGEST_M = 10.0
 SOFTEST, STIFFEST = 1.0, 1e9
-"""Of a joint, as in the file of an arm."""
+"""Stiffness of a joint, in the unit used in the file of an arm."""
 
 
 def pose(
@@ -132,5 +132,5 @@ def _stiffnesses(text: str) -> list[float] | None:
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verb."""
+    """Add this module's verb."""
     app.command("pose")(pose)

@@ -22,10 +22,10 @@ Progress = Callable[["Engine", "Envelope"], None]
 
 
 class Display(NamedTuple):
-    """Where a run is shown (None: not at all), and where notices go: never left out.
+    """Display of a run (None: none), and of notices, which are never left out.
 
-    Both return at once, whatever the terminal does. `on_record` is told where the run is being
-    recorded.
+    Both return at once, even if the terminal blocks. `on_record` is called with the path of the
+    run's record.
     """
 
     show: Progress | None
@@ -37,7 +37,7 @@ REFRESH_S = 0.1
 
 
 def _line(item: Seen | str) -> None:
-    """A line on standard error; looks are shown by a bar alone."""
+    """Print a line on standard error; looks are shown only by a bar."""
     if isinstance(item, str):
         print(item, file=sys.stderr, flush=True)
 
@@ -64,7 +64,7 @@ def plain_lines(write: Callable[[str], None]) -> Progress:
 
 @contextmanager
 def progress(*, quiet: bool, watch: bool = False) -> Iterator[Display]:
-    """The display that fits where standard error goes; quiet leaves out the progress alone."""
+    """The display that suits standard error; `quiet` omits the progress only."""
     if quiet or watch or not sys.stderr.isatty():
         with pen(_line) as line:
             if quiet:
@@ -82,7 +82,7 @@ def progress(*, quiet: bool, watch: bool = False) -> Iterator[Display]:
 
 
 def _looks(hand_over: Show) -> Progress:
-    """Hands over what there is to see, ten times a second."""
+    """Passes on the state of the run ten times a second."""
     watcher = Watcher()
     due = [0.0]
 

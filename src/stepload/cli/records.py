@@ -14,7 +14,7 @@ from stepload.results.terminal import AsJson, Output
 
 
 def _broken_in(directory: Path) -> Path | None:
-    """The record in a run's directory that has the name of a finished one and is none."""
+    """The record in a run's directory that has the name of a finished one but is not finished."""
     from stepload.record.summary import read_summary
 
     record = directory / "run.mcap"
@@ -135,6 +135,6 @@ def replay(
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verbs."""
+    """Add this module's verbs."""
     app.command()(recover)
     app.command()(replay)

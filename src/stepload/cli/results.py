@@ -1,4 +1,4 @@
-"""Verbs that make something of several runs: calibrate, compare."""
+"""Verbs that combine several runs: calibrate, compare."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stepload.results.terminal import AsJson, Output
 
 CALIBRATION = "calibration.json"
 VERSUS = "vs"
-"""Parts groups of runs on the command line; a directory of that name is `./vs/run.mcap`."""
+"""Separates groups of runs on the command line; a directory of that name is `./vs/run.mcap`."""
 
 
 def calibrate(
@@ -97,7 +97,7 @@ def calibrate(
                 "--into goes with no dry run: its record is good for dry runs only",
                 hint="leave one of the two out",
             )
-        state_to_take_it(into)  # said before anything is pressed
+        state_to_take_it(into)  # refused before anything is pressed
     if two_spheres is not None and (given or made):
         raise BadInputError("--two-spheres takes its two runs and nothing else")
     if two_spheres is None and not made:
@@ -146,7 +146,7 @@ def calibrate(
     try:
         write_file(report, render(sealed(sealed_runs(document, found.runs), record)))
         output.line(f"report: {report}")
-    except OSError as error:  # the record is there: nothing is taken back for a picture of it
+    except OSError as error:  # the record is written: it is kept even if its picture fails
         output.line(f"report not written: {report}: {error.strerror}")
     if into is not None:
         put_record(into, record, found.record, date.today())
@@ -160,7 +160,7 @@ def _plate_modulus(text: str) -> float:
     """E/(1 − ν²) of "200 GPa, 0.29".
 
     Raises:
-        BadInputError: it is something else.
+        BadInputError: it has another form.
     """
     from stepload.units import parse_quantity
 
@@ -177,7 +177,7 @@ def _plate_modulus(text: str) -> float:
 
 
 def _groups(runs: list[Path]) -> list[list[Path]]:
-    """The runs, parted where the word `vs` stands."""
+    """The runs, split at the word `vs`."""
     groups: list[list[Path]] = [[]]
     for path in runs:
         if path == Path(VERSUS):
@@ -282,6 +282,6 @@ def compare(
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verbs."""
+    """Add this module's verbs."""
     app.command()(calibrate)
     app.command()(compare)

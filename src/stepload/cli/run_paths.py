@@ -1,4 +1,4 @@
-"""What names a run on the command line: its directory, its record, or its id."""
+"""Names of a run on the command line: its directory, its record, or its id."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import Annotated
 import typer
 
 RUNS = "STEPLOAD_RUNS"
-"""Names the directory where a run id is looked for; `runs` where it is not set."""
+"""Environment variable of the directory in which a run id is looked up; by default `runs`."""
 
 
 def runs_directory() -> Path:
-    """Where the runs are."""
+    """The directory of the runs."""
     return Path(os.environ.get(RUNS) or "runs")
 
 
 def run_path(text: str) -> Path:
-    """The path that a text names: a file, a directory, or that of a run's record by its id.
+    """The path for a text: a file, a directory, or the record of the run with this id.
 
     Raises:
-        BadInputError: no run or more than one has an id that begins so.
+        BadInputError: no run or more than one has an id that begins with it.
     """
     if os.path.lexists(text) or not _may_be_id(text):
         return Path(text)
@@ -31,7 +31,7 @@ def run_path(text: str) -> Path:
 
 
 def run_directory(text: str) -> Path:
-    """The directory of the run that a text names; raises as `run_path`."""
+    """The directory of the run named by a text; raises as `run_path`."""
     path = run_path(text)
     return path.parent if path.is_file() else path
 
@@ -41,7 +41,7 @@ def _may_be_id(text: str) -> bool:
 
 
 def run_ids(incomplete: str) -> list[str]:
-    """Ids of runs that begin so, for the shell's completion; paths it completes by itself."""
+    """Ids of runs that begin with a text, for the shell's completion; it completes paths itself."""
     if not _may_be_id(incomplete.ljust(6, "0")) or not runs_directory().is_dir():
         return []
     from stepload.data.catalog import rows

@@ -1,4 +1,4 @@
-"""What a run is seen to do, in words and numbers: for every display of its progress."""
+"""State of a run in words and numbers, for every display of its progress."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Seen(NamedTuple):
-    """One look at a run; `left_s` and `share` (of its time) do not go on while it is paused."""
+    """State of a run at one time; `left_s` and `share` (of its time) stop while it is paused."""
 
     elapsed_s: float
     left_s: float
@@ -24,16 +24,16 @@ class Seen(NamedTuple):
 
 
 class Watcher:
-    """Looks at a run; keeps count of the time that is left."""
+    """Observes a run; estimates the time that is left."""
 
     def __init__(self) -> None:
-        from stepload.envelope.remaining import Remaining  # now, and not in a tick
+        from stepload.envelope.remaining import Remaining  # computed now, and not in a tick
 
         self._make = Remaining
         self._remaining: Remaining | None = None
 
     def look(self, engine: Engine, envelope: Envelope) -> Seen | None:
-        """What there is to see; None before the first tick."""
+        """The present state; None before the first tick."""
         row = engine.row
         if row is None:
             return None
@@ -46,7 +46,7 @@ class Watcher:
 
 
 def _asked(engine: Engine) -> str:
-    """What the operator has asked for and has not got yet."""
+    """A request of the operator that is not carried out yet."""
     operator = engine.operator
     if operator.stop_level and not engine.safing:
         return "; ends after this step" if operator.stop_level == 1 else "; stops now"

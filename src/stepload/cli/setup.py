@@ -1,4 +1,4 @@
-"""Verbs of the first day: a rig file step by step, and a plan from answers."""
+"""Verbs for the first setup: a rig file step by step, and a plan from answers."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ AnswerFile = Annotated[
 
 
 class Terminal:
-    """Tells and asks where there is a terminal; without one nobody answers."""
+    """Shows text and asks questions on a terminal; without one there are no answers."""
 
     def __init__(self, out: Output) -> None:
         self._out = out
         self._asks = sys.stdin.isatty() and sys.stderr.isatty()
 
     def tell(self, line: str) -> None:
-        """One line for whoever sets up."""
+        """Show one line."""
         self._out.line(line)
 
     def ask(self, question: Question) -> str | None:
-        """The answer typed in; None without a terminal."""
+        """The typed answer; None without a terminal."""
         if not self._asks:
             return None
         form = " yes or no" if question.consent else ""
@@ -97,7 +97,7 @@ def _presets(begun: str) -> list[str]:
 
 
 def _rig_as_named(rig: Path, plan: Path) -> str:
-    """A rig as the plan names it: a profile, or a file from where the plan lies.
+    """A rig as named by the plan: a profile, or a file relative to the plan.
 
     Raises:
         BadInputError: it is neither.
@@ -169,6 +169,6 @@ def init(
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verbs."""
+    """Add this module's verbs."""
     app.command(context_settings=ANY_FLAGS)(setup)
     app.command(context_settings=ANY_FLAGS)(init)

@@ -1,4 +1,4 @@
-"""The directory that `--out` names: a picture in two forms, and the figures behind it."""
+"""The directory of `--out`: a picture in two formats, and its figures."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from stepload.errors import BadInputError
 
 
 def check_sheet(out: Path, name: str) -> None:
-    """Refuse, before anything is computed, to write over what is there.
+    """Refuse to overwrite files, before anything is computed.
 
     Raises:
         BadInputError: `out` is a file, holds such files already, or has no room.
@@ -31,10 +31,10 @@ def write_sheet(
     png: Callable[[], bytes],
     said: dict[str, object],
 ) -> str:
-    """Write the picture and the figures as `name`; the line that says so.
+    """Write the picture and the figures as `name`; returns a line that says so.
 
     Raises:
-        BadInputError: what was not there when it was checked is there now; it is left as it is.
+        BadInputError: a file has appeared since the check; it is not changed.
     """
     from stepload.record.plain import json_text
 

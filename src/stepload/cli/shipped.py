@@ -46,5 +46,5 @@ def copy(
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verbs."""
+    """Add this module's verbs."""
     app.add_typer(plans_app, name="plans")

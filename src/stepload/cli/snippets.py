@@ -1,4 +1,4 @@
-"""Verbs that hand a result on to other programs: snippet."""
+"""Verbs that export a result to other programs: snippet."""
 
 from __future__ import annotations
 
@@ -60,5 +60,5 @@ def snippet(
 
 
 def register(app: typer.Typer) -> None:
-    """Add this room's verbs."""
+    """Add this module's verbs."""
     app.command()(snippet)

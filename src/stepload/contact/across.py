@@ -1,4 +1,4 @@
-"""Numbers that say what force across the pressing axis does: what makes them complete."""
+"""Validity check of the numbers that describe the effect of lateral force."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A number together with the word whether its equation holds there."""
+"""A number with a flag that says whether it lies in the domain of its equation."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Domain(StrEnum):
 
 
 class Flagged(NamedTuple):
-    """`value` in the unit its function names; to be believed only where `domain` is INSIDE."""
+    """`value` in the unit that its function names; valid only where `domain` is INSIDE."""
 
     value: float
     domain: Domain

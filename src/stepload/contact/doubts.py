@@ -1,8 +1,8 @@
-"""Where the contact theory ends: what is doubtful of its equations at the forces that are used.
+"""Limits of the contact theory: doubts about its equations at the forces that are used.
 
-Every equation of this room is for small strains of bodies that are half-spaces seen from the
-contact. A payload may leave that at one force and not at another, so the forces are passed in:
-those of a plan before a run, those that were reached after it.
+Every equation of this package assumes small strains and bodies that are large against the contact
+(half-spaces). A payload may violate that at one force and not at another, so the forces are passed
+in: those of a plan before a run, those that were reached after it.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from stepload.contact.plastic import MODEL_END_FORCE
 from stepload.contact.rough import P0_MIN, RoughSphere, roughness_number
 
 SMOOTH_ALPHA = 0.05
-"""σ_eq over the smooth deformation, above which a contact is not smooth (Johnson, 13.5)."""
+"""Largest σ_eq over the smooth deformation of a contact that counts as smooth (Johnson, 13.5)."""
 LARGEST_DEPTH = 0.1
-"""Deformation over radius, up to which a sphere is taken for a paraboloid and a half-space."""
+"""Largest deformation over radius at which a sphere is treated as a paraboloid and half-space."""
 LARGEST_SLOPE = LARGEST_DEPTH**0.5
 """Slope of the gap at the edge of the contact: that of a sphere at `LARGEST_DEPTH`."""
 LARGEST_SHARE_OF_HEIGHT = 0.1
-"""Contact radius over height; there a layer on a rigid ground is some 10 % stiffer than a
+"""Contact radius over height at which a layer on a rigid ground is some 10 % stiffer than a
 half-space (Dimitriadis et al., Biophysical Journal 82 (2002) 2798)."""
 INCOMPRESSIBLE = 0.495
 HARDNESS_OVER_YIELD = 5.0
@@ -39,15 +39,15 @@ HARDNESS_OVER_YIELD = 5.0
 
 @dataclass(frozen=True, slots=True)
 class DomainDoubt:
-    """One equation that does not hold, or hardly, at the forces that are used.
+    """One equation that does not hold, or only roughly, at the forces that are used.
 
     Attributes:
         code: stable name; programs branch on it.
-        message: what is so, with number and limit.
+        message: the finding, with number and limit.
         remedy: what to do.
         value, limit, unit: the numbers.
-        impossible: the law means nothing here, not even roughly.
-        harmless: the law holds and another one of this room describes what is left out.
+        impossible: the law does not apply here, not even roughly.
+        harmless: the law holds, and another one of this package describes what it neglects.
     """
 
     code: str
@@ -65,10 +65,11 @@ class Pressed:
     """What is pressed, and with which forces.
 
     Attributes:
-        from_n, to_n: lowest and highest force in N that a result is made of.
+        from_n, to_n: lowest and highest force in N that a result uses.
         roughness_m, micro_hardness_pa: σ_eq and H_mic where they are stated.
         height_m: of the payload between tool and plate; 0 where it is not stated.
-        counted_limit_n: what of F_c is counted on; None where that is all of it, or nothing.
+        counted_limit_n: the part of F_c that is relied on; None where that is all of it, or
+            nothing.
     """
 
     geometry: Geometry

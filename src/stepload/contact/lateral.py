@@ -1,4 +1,4 @@
-"""What a force across the axis leaves of the elastic limit of a sphere on a plane.
+"""Reduction of the elastic limit of a sphere on a plane by lateral force.
 
 A sphere that is dragged along while it is pressed yields at a smaller force. In full sliding the
 tangential traction is t times the Hertzian pressure, t the force across over the force along the
@@ -44,15 +44,15 @@ _LOOKED_AT = np.arange(50, 601) / 1000.0
 
 
 def left_of_limit(poisson_ratio: float, share: float) -> float:
-    """g(t): the part of F_c that is left where the force across the axis is `share` of that along.
+    """g(t): share of F_c that remains where the lateral over the axial force is `share`.
 
-    Between the table's columns σ_M is taken as straight. It is the largest of stresses that are
-    convex in the share, so that is never too much of g, where g itself taken as straight is, by up
-    to 8 %. Of the two neighbouring rows the smaller counts. Beyond 0.6 nothing is left.
+    σ_M is interpolated linearly between the table's columns. It is the largest of stresses that are
+    convex in the share, so g is never overestimated; linear interpolation of g itself would be, by
+    up to 8 %. Of the two neighbouring rows the smaller value is used. Beyond 0.6 g is 0.
 
     Args:
-        poisson_ratio: of the body that yields, at most 0.5; below 0.2 the row of 0.2 counts, which
-            was not computed for it.
+        poisson_ratio: of the body that yields, at most 0.5; below 0.2 the row of 0.2 is used,
+            although it was not computed for that.
         share: t, at least 0.
 
     Raises:
@@ -68,7 +68,7 @@ def left_of_limit(poisson_ratio: float, share: float) -> float:
 
 
 def _left(poisson_ratio: float, share: FloatArray | float) -> FloatArray:
-    """g at shares of the table."""
+    """g at the shares of the table."""
     above = int(np.searchsorted(POISSON_RATIOS, max(poisson_ratio, POISSON_RATIOS[0])))
     below = max(above - 1, 0) if poisson_ratio < POISSON_RATIOS[above] else above
     stresses = [np.interp(share, SHARES, _STRESS[row]) for row in (below, above)]
@@ -77,9 +77,9 @@ def _left(poisson_ratio: float, share: FloatArray | float) -> FloatArray:
 
 
 def weakening(poisson_ratio: float, largest_share: float) -> float:
-    """The a for which g(t) is at least 1 - a t² at every share t up to the largest.
+    """The smallest a for which g(t) is at least 1 - a t² at every share t up to the largest.
 
-    Looked for every 0.001 from 0.05 on, and at the largest.
+    Checked every 0.001 from 0.05 on, and at the largest.
 
     Raises:
         DomainError: as `left_of_limit`; or the largest share is not above 0.

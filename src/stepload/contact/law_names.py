@@ -1,4 +1,4 @@
-"""The contact laws that a user may choose from, by the words that choose them."""
+"""The contact laws that a user may choose, by the names that select them."""
 
 from __future__ import annotations
 
@@ -14,4 +14,4 @@ LAW_NAMES = {
     "rough": "rough sphere (10)",
     "adhesive": "Hertz with adhesion",
 }
-"""What people call each of them."""
+"""Common name of each law."""

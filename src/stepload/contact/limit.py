@@ -21,11 +21,11 @@ class ElasticLimit:
 
 
 def softer_body(material: Material, plate: Material) -> Material | None:
-    """The body that yields first, or None where the yield strengths do not tell.
+    """The body that yields first, or None where the yield strengths do not determine it.
 
-    Lower yield strength decides. A plate of unknown yield strength is taken to be the harder body
-    only where its modulus is at least the payload's (a steel platen under a plastic payload).
-    Of a body whose modulus is a range nothing can be told: F_c goes with 1/E_eq².
+    It is the body with the lower yield strength. A plate of unknown yield strength counts as the
+    harder body only if its modulus is at least the payload's (a steel platen under a plastic
+    payload). None if a modulus is given as a range, since F_c is proportional to 1/E_eq².
 
     Raises:
         DomainError: a material constant is not physical.

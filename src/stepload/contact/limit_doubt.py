@@ -1,7 +1,7 @@
-"""How well the elastic limit F_c is known: its standard uncertainty and its lower end.
+"""Uncertainty of the elastic limit F_c: its standard uncertainty and its lower end.
 
-F_c (13) goes with Y³R²/E², so it is known much worse than the numbers it is made of. ln F_c is
-taken as normal, with the uncertainties of its sources in squares (GUM, JCGM 100, 5.1):
+F_c (13) is proportional to Y³R²/E², so it is known much less well than these numbers. ln F_c is
+taken as normal, with the uncertainties of its sources added in squares (GUM, JCGM 100, 5.1):
 
     u(ln F_c)² = (3 u_Y)² + (2 u_R)² + (2 u_E)² + (∂ln F_c/∂ν u_ν)²
 """
@@ -28,10 +28,10 @@ class Source:
     """One source of the uncertainty of F_c.
 
     Attributes:
-        what: the number, in words.
+        what: name of the number.
         sigma: its standard uncertainty; relative, of Poisson's ratio absolute.
-        sigma_ln: what it makes of ln F_c.
-        assumed: nobody stated it, so that of a handbook value was taken.
+        sigma_ln: its contribution to u(ln F_c).
+        assumed: it was not stated, so that of a handbook value is used.
         relative: whether `sigma` is a share.
     """
 
@@ -51,7 +51,7 @@ class Source:
 class DoubtedLimit:
     """F_c of one body with its uncertainty.
 
-    `sources` are told for the body that is taken to yield first; `sigma_ln` is u(ln F_c).
+    `sources` are the sources of its uncertainty; `sigma_ln` is u(ln F_c).
     """
 
     force_n: float
@@ -79,9 +79,9 @@ def doubted_limits(
 ) -> tuple[DoubtedLimit, ...]:
     """F_c and its uncertainty for each body that may yield first, the softer one before the other.
 
-    Yield strengths that lie close together, or of which one is hardly known, do not tell which
-    body yields first; the contact is elastic below the limits of both. Empty where theory has no
-    limit (`no_limit_reason`).
+    Yield strengths that are close together or poorly known do not determine which body yields
+    first; the contact is elastic below the limits of both. Empty where theory has no limit
+    (`no_limit_reason`).
 
     Raises:
         DomainError: a number outside the domain of the theory.
@@ -115,15 +115,15 @@ def lower_end(limits: tuple[DoubtedLimit, ...], coverage: float) -> float:
 
 
 def probability_below(limits: tuple[DoubtedLimit, ...], force_n: float) -> float:
-    """Probability, at the most, that a body yields below a force in N: the sum over the bodies."""
+    """Upper bound, a sum over the bodies, of the probability that one yields below a force."""
     return min(1.0, sum(limit.probability_below(force_n) for limit in limits))
 
 
 def _strength(body: Material, other: Material) -> tuple[Source, ...]:
-    """Yield strength and Poisson's ratios, of which the softer body's also acts through E_eq.
+    """Yield strength and Poisson's ratios; that of the yielding body also acts through E_eq.
 
-    ν raises P and lowers 1/E_eq, and the two partly cancel. What is taken is not below that of P
-    alone, as if they did not: P = 0.454 + 0.41 ν is a fit and no law.
+    ν raises P and lowers 1/E_eq, and the two partly cancel. The uncertainty used is not below that
+    of P alone, since P = 0.454 + 0.41 ν is only a fit.
     """
     p_slope = 3.0 * 0.41 / (0.454 + 0.41 * body.poisson_ratio)
     slope = max(p_slope, abs(p_slope - _modulus_slope(body, other)))
@@ -138,8 +138,8 @@ def _strength(body: Material, other: Material) -> tuple[Source, ...]:
 
 
 def _moduli(body: Material, other: Material) -> Source:
-    """E_eq: both moduli, each by its share; what makes one of them wrong may make the other wrong
-    the same way, so they are added and not squared."""
+    """E_eq: both moduli, each by its share; a common cause may affect both in the same direction,
+    so they are added and not squared."""
     sigma, assumed = 0.0, False
     for each, rest in ((body, other), (other, body)):
         stated = each.youngs_modulus_sigma_pa
@@ -165,7 +165,7 @@ def _radii(geometry: Geometry) -> tuple[Source, ...]:
 
 
 def _share(body: Material, other: Material) -> float:
-    """What of 1/E_eq (4) is this body's."""
+    """Share of 1/E_eq (4) that is this body's."""
     own = (1.0 - body.poisson_ratio**2) / body.youngs_modulus_pa
     return own * equivalent_modulus(body, other)
 

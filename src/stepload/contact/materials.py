@@ -1,4 +1,4 @@
-"""Materials and geometries: the numbers the contact theory takes in."""
+"""Materials and geometries: the inputs of the contact theory."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ class Material:
     """An isotropic linear elastic body; `yield_strength_pa` is None where it is not known.
 
     A `…_sigma` is the standard uncertainty of a number, in its unit; None where none is stated.
-    `…_ends` are the least and the most that it may be, where nothing better is known of it: the
-    number itself then lies between them and is no more than a guess.
+    `…_ends` are its least and largest possible values, where nothing better is known: the number
+    itself then lies between them and is only a guess.
     """
 
     name: str

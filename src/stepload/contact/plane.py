@@ -1,4 +1,4 @@
-"""The plane through touches about an axis: how a plate is tilted, and how well that is known."""
+"""Tilt of a plate, with its uncertainty, from touches on a circle about the axis."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ CIRCLE = 3
 
 @dataclass(frozen=True, slots=True)
 class Tilt:
-    """How a plate lies under a tool.
+    """Orientation of a plate under a tool.
 
     Attributes:
-        about_rad: turn about axes 1 and 2 that would make the tool stand upright on the plate.
-        angle_rad: size of that turn.
+        about_rad: rotation about axes 1 and 2 that would make the tool perpendicular to the plate.
+        angle_rad: size of that rotation.
         sigma_rad: standard uncertainty of each of the two.
-        hump_m: how much nearer the plate is in the middle than the plane of the circle says.
+        hump_m: height of the plate's middle above the plane through the circle, towards the tool.
         hump_sigma_m: standard uncertainty of that.
     """
 
@@ -43,11 +43,11 @@ def tilt_error_rad(radius_m: float, touch_error_m: float) -> float:
 def tilt_of(
     points_m: Sequence[Point], travel_m: Sequence[float], middle_m: float, touch_error_m: float
 ) -> Tilt:
-    """The tilt that touches on a circle about the axis show.
+    """The tilt that follows from touches on a circle about the axis.
 
     Args:
-        points_m: (3,) where the touches were, across the approach along axes 1 and 2.
-        travel_m: (3,) how far along the approach each was met.
+        points_m: positions of the three touches across the approach, along axes 1 and 2.
+        travel_m: (3,) travel along the approach at each touch.
         middle_m: the same on the axis itself.
         touch_error_m: standard uncertainty of one touch.
     """

@@ -2,12 +2,10 @@
 
 Traps of the model, all of them kept and documented rather than smoothed over:
 
-- F → 0 gives δ → 1.5715 σ κ^-0.16, not 0.
-- Below p0 = 0.01 the model is out of its domain; results are flagged `Domain.BELOW`.
-- At p0 = 0.47 the two branches of (12) do not meet: δ drops by 0.89 % as F rises, so δ(F) is
-  not monotone there.
-- At p0 = 1 the factor on the smooth deformation is 1.00035, not 1.
-- σ and the micro-hardness act through σ κ^-0.16 only: they cannot be told apart from a curve.
+- F → 0 gives δ → 1.5715 σ κ^-0.16, not 0. - Below p0 = 0.01 the model is out of its domain; results
+are flagged `Domain.BELOW`. - At p0 = 0.47 the two branches of (12) do not meet: δ drops by 0.89 %
+as F rises, so δ(F) is not monotone there. - At p0 = 1 the factor on the smooth deformation is
+1.00035, not 1. - σ and the micro-hardness act through σ κ^-0.16 only: a curve cannot separate them.
 """
 
 from __future__ import annotations
@@ -22,7 +20,7 @@ HARDNESS_OVER_YIELD = 5.0
 """Micro-hardness over yield strength where only the latter is known; good to a factor of 2.
 
 A Vickers hardness at large depth is 2.8 times the yield strength; at the depth of asperities it is
-higher. κ^-0.16 makes 11 % of that factor of 2.
+higher. κ^-0.16 turns that factor of 2 into 11 %.
 """
 P0_MIN = 0.01
 P0_BRANCH = 0.47
@@ -92,7 +90,7 @@ class RoughSphere:
 
     @property
     def scale_m(self) -> float:
-        """1.22 σ κ^-0.16 in m: the one length that the roughness acts by."""
+        """1.22 σ κ^-0.16 in m: the only length by which the roughness acts."""
         return 1.22 * self.roughness_m * float(self.kappa**-0.16)
 
     def pressure_ratio(self, force_n: float) -> float:

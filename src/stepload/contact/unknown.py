@@ -1,7 +1,7 @@
-"""Materials of which only a range is known: the softest and the stiffest body that they may be.
+"""Materials known only as a range: the softest and the stiffest body that they may be.
 
-Every bound of a run must hold at both ends. Between them it then holds too: n is that of the shape,
-K grows with E_eq alone.
+Every bound of a run must hold at both ends. It then also holds between them: n depends on the shape
+only, and K increases with E_eq.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def stiffest(body: Material) -> Material:
 
 
 def _known(body: Material, modulus_pa: float, ratio: float) -> Material:
-    """The material at one end: what was a range is a bound there, and has no uncertainty."""
+    """The material at one end: a range becomes its bound, without an uncertainty."""
     if not is_range(body):
         return body
     return replace(

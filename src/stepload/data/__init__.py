@@ -1,1 +1,1 @@
-"""Results as people hold them: columns, typed objects, files of other programs, a catalogue."""
+"""Results for users: columns, typed objects, files of other programs, a catalogue."""

@@ -1,4 +1,4 @@
-"""Every record of a directory identified again: what it said when it was made, and what now."""
+"""Repeated identification of every record of a directory: its result then and now."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from stepload.runner.digest import code_digest
 from stepload.runner.jobs import Pool, run_in_order
 
 DECIDING = ("contact", "envelope", "estimators", "evidence", "plan", "record", "results")
-"""Rooms whose code decides what a record says."""
+"""Packages whose code determines the result of a record."""
 AT_ONCE = 4
-"""Records in a batch: each takes about a second."""
+"""Records in a batch; each takes about a second."""
 
 
 @dataclass(frozen=True, slots=True)
 class Again:
-    """One record, then and now; texts are "" and numbers None where there is nothing to tell.
+    """One record, then and now; texts are "" and numbers None where there is no result.
 
     `chord_n_per_m` is the headline, `low_n_per_m` and `high_n_per_m` its 95 % interval; `problem`
     says why nothing could be identified now.
@@ -44,23 +44,23 @@ class Again:
 
     @property
     def differs(self) -> bool:
-        """Another verdict than then, or nothing to be identified any more."""
+        """Whether the verdict has changed, or nothing can be identified any more."""
         return self.verdict != self.verdict_then
 
 
 @dataclass(frozen=True, slots=True)
 class Reidentify:
-    """What all records of a directory are identified with."""
+    """Settings with which all records of a directory are identified."""
 
     wishes: Wishes
 
     @property
     def digest(self) -> str:
-        """Digest of the code that decides what a record says."""
+        """Digest of the code that determines the result of a record."""
         return _digest()
 
     def run(self, job: RunRow, /) -> Again:
-        """Identify one record; a record that has nothing to identify says why."""
+        """Identify one record; `problem` says why there is nothing to identify."""
         verdict = problem = ""
         value = low = high = None
         try:
@@ -89,9 +89,9 @@ def identify_all(
 
     Args:
         directory: where the records are.
-        wishes: what the user knows, the same for all.
-        pool: who does it; it must see the same files.
-        on_done: called with how many are done, and how many there are.
+        wishes: what the user states, the same for all.
+        pool: the worker pool; it must see the same files.
+        on_done: called with the number of finished records and of all records.
 
     Raises:
         BadInputError: it is no directory, or there is no record.

@@ -19,15 +19,15 @@ if TYPE_CHECKING:
 
 RECORD, PART = "run.mcap", "run.mcap.part"
 MOST_DEEP = 4
-"""Directories below the one that is asked for that are looked into."""
+"""Levels of subdirectories that are searched."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunRow:
-    """One run; texts are "" and numbers NaN where the record does not tell.
+    """One run; texts are "" and numbers NaN where the record does not state them.
 
-    `verdict` is what the evaluation says, `status` how the run ended, "unfinished" without an end.
-    `chord_n_per_m` is the headline, `low_n_per_m` and `high_n_per_m` its 95 % interval.
+    `verdict` is that of the evaluation; `status` says how the run ended, "unfinished" without an
+    end. `chord_n_per_m` is the headline, `low_n_per_m` and `high_n_per_m` its 95 % interval.
     `problem` says why a record could not be read.
     """
 
@@ -94,7 +94,7 @@ def write_parquet(found: Sequence[RunRow], path: Path) -> None:
 
 
 def chosen(found: Sequence[RunRow], wanted: Mapping[str, str]) -> list[RunRow]:
-    """The rows whose columns hold the wanted texts, whatever their case.
+    """The rows whose columns contain the wanted texts, ignoring case.
 
     Raises:
         BadInputError: there is no such column.
@@ -149,8 +149,8 @@ def find_run(text: str, directory: Path) -> Path:
 def _records(directory: Path, deep: int) -> Iterator[tuple[Path, str]]:
     """Records in a directory and below; links are not followed.
 
-    Files beside a run's record are its own, directories are not. A directory that cannot be looked
-    into is among them, with the reason; of a record that is "".
+    Other files next to a run's record belong to that run; subdirectories are searched. A directory
+    that cannot be read is returned with the reason, a record with "".
     """
     try:
         entries = sorted(directory.iterdir())

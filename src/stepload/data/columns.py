@@ -10,7 +10,7 @@ from stepload.errors import BadInputError
 
 
 def check_parquet(path: Path) -> None:
-    """Look whether a Parquet file can be written, before what is to be in it is made.
+    """Check that a Parquet file can be written, before its content is computed.
 
     Raises:
         BadInputError: pyarrow is not installed, or the file is there already.

@@ -21,11 +21,11 @@ from stepload.plan.problems import printable
 from stepload.record.rows import Phase
 
 EXCEL_ROWS = 1_048_575
-"""Rows below the header that a sheet of Excel takes."""
+"""Largest number of rows below the header in an Excel sheet."""
 
 
 class Format(StrEnum):
-    """What a table is written as."""
+    """Format of an exported table."""
 
     CSV = "csv"
     PARQUET = "parquet"
@@ -35,7 +35,7 @@ class Format(StrEnum):
 def tables(run: Run) -> dict[str, Table]:
     """Every table of a run by the name of its file: the curve, its levels, touches, raw streams.
 
-    Of a run that ended before there was a contact there are the raw streams alone.
+    A run that ended before a contact has the raw streams only.
     """
     found: dict[str, Table] = {}
     try:
@@ -109,13 +109,13 @@ def _refuse_existing(paths: list[Path]) -> None:
 
 
 def _in_a_name(text: str) -> str:
-    """A text of a record, which anybody may have written, as a part of a file's name."""
+    """A text of a record, whose content is not trusted, as a safe part of a file's name."""
     return re.sub(r"[^\w-]+", "_", text)[:80] or "run"
 
 
 @contextmanager
 def _whole(path: Path) -> Iterator[Path]:
-    """A file to write in the place of `path`, which becomes it at the end; else nothing is left."""
+    """A temporary file that replaces `path` at the end of the block, or is removed on an error."""
     part = path.with_name(f"{path.name}.part")
     try:
         yield part

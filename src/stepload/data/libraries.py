@@ -1,4 +1,4 @@
-"""Libraries that are there only for whoever wants their tables."""
+"""Optional libraries, needed only for their own kind of table."""
 
 from __future__ import annotations
 

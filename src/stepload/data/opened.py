@@ -1,4 +1,4 @@
-"""A run that is over, opened for people: columns, typed objects, and what it was made with."""
+"""A finished run opened for users: columns, typed objects, and its settings."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from stepload.results.stored import kept_plan
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """One finding of the preflight: `severity` is refuse, warn or note."""
+    """One reason of the preflight: `severity` is refuse, warn or note."""
 
     code: str
     severity: str
@@ -43,7 +43,7 @@ class Reason:
 
 @dataclass(frozen=True, slots=True)
 class Preflight:
-    """What the preflight said before the run: `verdict` is go, warn or refused."""
+    """Result of the preflight before the run: `verdict` is go, warn or refused."""
 
     verdict: str
     reasons: tuple[Reason, ...]
@@ -55,15 +55,15 @@ class Run:
 
     Raw streams are tables as the devices delivered them, not tared: `force`, `second_force` (None
     without one), `arm`, `displacement` (None without one), and `ticks`, what the engine decided in
-    each period. `curve` is what identification takes: tared force and compensated deformation on
+    each period. `curve` is the input of identification: tared force and compensated deformation on
     one time base.
 
     Attributes:
         path: the record.
         events: what happened, in the order of time.
-        metadata: what the run began with, flat texts: plan, rig, payload, operator, versions.
+        metadata: settings at the start of the run as texts: plan, rig, payload, operator, versions.
         outcome: its end: verdict, numbers of recorded and dropped messages.
-        results: what results.json holds; None where the run never came so far.
+        results: content of results.json; None where the run ended before it was written.
         partial: the record was never finished: interrupted, recovered or cut.
         damage: where and why reading ended early, "" where it did not.
     """
@@ -85,7 +85,7 @@ class Run:
 
     @property
     def run_id(self) -> str:
-        """Twelve hexadecimal digits that no other run has; "" in records that do not tell."""
+        """Twelve hexadecimal digits, unique to the run; "" in records that do not state it."""
         return self.metadata.get("run_id", "")
 
     @property
@@ -95,7 +95,7 @@ class Run:
 
     @property
     def started(self) -> datetime | None:
-        """When it was started, with its time zone; None where the record does not tell."""
+        """Start time of the run, with its time zone; None where the record does not state it."""
         try:
             return datetime.fromisoformat(self.metadata.get("started", ""))
         except ValueError:
@@ -103,7 +103,7 @@ class Run:
 
     @property
     def files(self) -> Mapping[str, bytes]:
-        """What the record holds beside its streams, by name: plan, rig, conditions, preflight."""
+        """Attached files of the record, by name: plan, rig, conditions, preflight."""
         return self._recording.attachments
 
     @cached_property
@@ -117,7 +117,7 @@ class Run:
 
     @cached_property
     def preflight(self) -> Preflight:
-        """What the preflight said.
+        """The result of the preflight.
 
         Raises:
             BadInputError: the record does not hold it.
@@ -147,9 +147,9 @@ class Run:
         """Force and deformation, one row per usable force sample.
 
         Columns: `time_s`; `force_n`, tared, drift of the zero taken out; `travel_m` since the first
-        touch, what the force across the axis does to it taken out where that was calibrated;
-        `deformation_m`, travel less the deflection of the system; `phase`, `cycle`, `step`,
-        `level_n` of the engine; `branch`, 1 while loading, -1 while unloading, else 0.
+        touch, corrected for lateral force where that was calibrated; `deformation_m`, travel less
+        the deflection of the system; `phase`, `cycle`, `step`, `level_n` of the engine; `branch`, 1
+        while loading, -1 while unloading, else 0.
 
         Raises:
             BadInputError: the run ended before there was a contact.
@@ -178,8 +178,8 @@ class Run:
     def wrench(self) -> Table:
         """The six components of the force sensor, in its frame, one row per row of `curve`.
 
-        Tared, drift of the zero between the looks at free air taken out. Columns: `time_s`, those
-        of `force`, `phase`, `cycle`. A component that the sensor does not have is NaN. Raises as
+        Tared, with the drift of the zero between tares subtracted. Columns: `time_s`, those of
+        `force`, `phase`, `cycle`. A component that the sensor does not have is NaN. Raises as
         `curve`.
         """
         press = self._press
@@ -199,7 +199,7 @@ class Run:
 
     @cached_property
     def contact(self) -> ContactQuality | Missing:
-        """How the contact of the whole run was made: force across, slips, place. Raises as `curve`.
+        """How the contact of the run was made: lateral force, slips, place. Raises as `curve`.
 
         `Missing` says why nothing is known, as with a force sensor of one axis.
         """
@@ -265,7 +265,7 @@ def _phase(name: Phase | str) -> Phase:
 def open_run(path: str | Path) -> Run:
     """Open a run: its directory or its record, finished, unfinished or resumed.
 
-    Of a record that was never finished there is what is whole; `Run.damage` says where it ends.
+    An unfinished record is read as far as it is intact; `Run.damage` says where it ends.
 
     Raises:
         BadInputError: there is no record of stepload, or nothing readable in it.

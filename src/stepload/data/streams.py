@@ -1,4 +1,4 @@
-"""Raw streams of a record as tables: the fields of the rows, vectors taken apart."""
+"""Raw streams of a record as tables: one column for each field or vector component."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def tick_table(columns: TickColumns) -> Table:
 
 
 def tables_of(streams: Recording | Stretch) -> dict[str, Any]:
-    """Every stream as a table, by name; None for one that there is not."""
+    """Every stream as a table, by name; None for a missing one."""
     second, gauge = streams.second_force, streams.displacement
     return {
         "force": force_table(streams.force),

@@ -1,4 +1,4 @@
-"""What a map says in words: what this rig measures, where (34) errs, what to buy."""
+"""A map in words: what this rig measures, where (34) is wrong, what to buy."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from stepload.envelope.benches import Bench, Specimen
 from stepload.units import format_quantity
 
 REQUIRED = 0.9
-"""A rig measures a payload that it calls IDENTIFIED, and rightly, in so many of its runs at least:
-the lower end of the 95 % interval of that share counts, never the share itself."""
+"""Share of its runs that a rig must call IDENTIFIED, and rightly, to measure a payload: the lower
+end of the 95 % interval of that share counts, never the share itself."""
 
 
 class Can(StrEnum):
@@ -27,7 +27,7 @@ class Can(StrEnum):
 
 
 def can(measured: Share) -> Can:
-    """What the bounds of a probability say."""
+    """Whether a rig measures a payload, from the bounds of its probability of doing so."""
     if measured.of and measured.low >= REQUIRED:
         return Can.YES
     return Can.NO if measured.high < REQUIRED else Can.UNSURE
@@ -50,17 +50,18 @@ class Map:
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """How stiff a payload may be on one row of a panel, all else as the row says.
+    """Range of stiffness of the payloads that are measured in one row of a panel.
 
     Attributes:
-        series, value, change: which row.
-        from_n_per_m, to_n_per_m: softest and stiffest column that is measured, with all between;
-            NaN where none is.
-        beyond_n_per_m: the next column, which is not; NaN where the map ends.
-        within_n_per_m: the stiffest column up to which the headline is right within 1/t as often,
-            whatever the run says of it; NaN where there is none.
+        series, value, change: the row.
+        from_n_per_m, to_n_per_m: softest and stiffest measured column, with all columns between
+            measured too; NaN where there is none.
+        beyond_n_per_m: the next column, which is not measured; NaN where the map ends.
+        within_n_per_m: the stiffest column in which the headline is right within 1/t as often,
+            whatever its verdict; NaN where there is none.
         k_max_n_per_m: (34).
-        unsure: the column beyond, or where none is measured any column, may be measured or not.
+        unsure: it is undecided whether the next column, or any column where none is measured, is
+            measured.
     """
 
     series: str
@@ -75,7 +76,7 @@ class Reach:
 
     @property
     def guideline(self) -> str:
-        """What is to be said of (34) here."""
+        """Comparison with the guideline (34) in this row."""
         if math.isnan(self.to_n_per_m):
             if self.unsure:
                 return "not tested: too few --samples"
@@ -90,7 +91,7 @@ class Reach:
 
 
 def reaches(found: Map) -> list[Reach]:
-    """How far every row of every panel reaches."""
+    """The range of every row of every panel."""
     groups: dict[tuple[str, float, str], list[Row]] = {}
     for row in found.rows:
         if row.point.series != PAYLOADS:
@@ -118,7 +119,7 @@ def _reach(series: str, value: float, change: str, rows: Sequence[Row]) -> Reach
 
 
 def _block(yes: Sequence[bool]) -> tuple[int, int]:
-    """First and last of the stiffest columns in a row that are all measured; last -1: none."""
+    """First and last of the stiffest block of measured columns; last -1: none."""
     last = max((i for i, each in enumerate(yes) if each), default=-1)
     first = last
     while first > 0 and yes[first - 1]:
@@ -128,14 +129,14 @@ def _block(yes: Sequence[bool]) -> tuple[int, int]:
 
 @dataclass(frozen=True, slots=True)
 class PayloadAnswer:
-    """What a rig does for one payload.
+    """Answer for one payload.
 
     Attributes:
         specimen: the payload.
-        can: whether the rig measures it as it is; NO where it is not pressed.
-        row: as the rig is; None where it is not pressed.
-        best: the one change that gains most; None where the rig measures it already, or no change
-            gains anything.
+        can: whether the rig measures it without a change; NO where it is not pressed.
+        row: result without a change; None where it is not pressed.
+        best: the most effective single change; None where the rig measures it already, or no change
+            helps.
     """
 
     specimen: Specimen
@@ -183,7 +184,7 @@ def payload_answers(found: Map) -> list[PayloadAnswer]:
 
 
 def payload_answer(specimen: Specimen, rows: Sequence[Row]) -> PayloadAnswer:
-    """The answer for one payload; of its rows the first is the rig as it is, the others changed."""
+    """The answer for one payload; its first row is the rig as it is, the others have a change."""
     if not rows:
         return PayloadAnswer(specimen, Can.NO, None, None)
     now = can(rows[0].measured)
@@ -193,7 +194,7 @@ def payload_answer(specimen: Specimen, rows: Sequence[Row]) -> PayloadAnswer:
 
 
 def gain(row: Row) -> tuple[float, float]:
-    """How good a row is: by what is measured, then by the width of the interval."""
+    """Sort key of a row: whether it is measured, then the width of the interval."""
     return row.measured.low, -math.inf if math.isnan(row.half_width) else -row.half_width
 
 
@@ -225,7 +226,7 @@ def _how_stiff(each: Reach, top_n: float) -> str:
 
 
 def extent(each: Reach) -> str:
-    """The stretch of stiffness that is measured, in words; a single column is no stretch."""
+    """The measured range of stiffness in words; a single column is no range."""
     if math.isnan(each.to_n_per_m):
         return "not shown" if each.unsure else "nothing"
     low, high = (format_quantity(n, "N/m") for n in (each.from_n_per_m, each.to_n_per_m))

@@ -1,4 +1,4 @@
-"""Make a map: rig, payloads, cells, rows."""
+"""Computation of a map: rig, payloads, cells, rows."""
 
 from __future__ import annotations
 
@@ -42,17 +42,17 @@ def make(
         rig: a profile that comes with stepload, or a rig file.
         payloads: payload files; each name once.
         shipped: more of them, left out where `payloads` has one of the same name.
-        top_n: top force; None: 300 N, or what the rig bears.
+        top_n: top force; None: 300 N, or the largest that the rig can press.
         samples: runs of each cell.
         seed: the same seed gives the same map, whatever the number of processes.
-        pool: who does it.
-        on_start: hears the number of cells before they are done.
-        on_row: hears each row.
-        only: series to do; none: all.
+        pool: the worker pool.
+        on_start: called with the number of cells before the computation.
+        on_row: called with each row.
+        only: series to compute; empty: all.
 
     Raises:
         BadInputError: no such rig or payload, or two payloads of one name.
-        PlanError: what is wrong in a file.
+        PlanError: a file is invalid.
     """
     base = bench(rig, top_n)
     bodies = [specimen(rig, path, base.top_n) for path in payloads]

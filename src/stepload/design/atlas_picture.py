@@ -87,7 +87,7 @@ def _panel(axes: Axes, rows: Sequence[Row], every: Sequence[Reach], title: str) 
 
 
 def _payloads(axes: Sequence[Axes], found: Map) -> str:
-    """A line for every payload at its stiffness at the map's force; what lies beyond, in words."""
+    """A line for every payload at its stiffness at the map's force; others are listed in words."""
     low, high = axes[0].get_xlim()
     specimens = found.specimens
     inside = sorted({each.at_top_n_per_m for each in specimens if low < each.at_top_n_per_m < high})

@@ -1,4 +1,4 @@
-"""A map as tables: for the terminal, for programs, for columns of a file."""
+"""A map as tables: for the terminal, as an object for programs, as columns of a file."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LEFT_OUT = (
 
 
 def payload_table(found: Map) -> Table:
-    """What the rig does for every payload."""
+    """Answers for every payload."""
     rows = []
     for each in payload_answers(found):
         body, best = each.specimen, each.best
@@ -53,7 +53,7 @@ def payload_table(found: Map) -> Table:
 
 
 def explained(found: Map) -> str:
-    """What the columns of the table of payloads count."""
+    """Explanation of the columns in the table of payloads."""
     return (
         f"Share of {found.samples} simulated runs each, with its 95 % interval. Within "
         f"±{1.0 / found.rig.conditions.t:.0%} (1/t): the headline is so close to the truth. A "
@@ -62,7 +62,7 @@ def explained(found: Map) -> str:
 
 
 def reach_table(found: Map) -> Table:
-    """How stiff a payload may be, row by row of the panels."""
+    """Measured range of stiffness, row by row of the panels."""
     rows = []
     for each in reaches(found):
         limit = format_quantity(each.k_max_n_per_m, "N/m")
@@ -72,7 +72,7 @@ def reach_table(found: Map) -> Table:
 
 
 def value_text(each: Reach) -> str:
-    """What a row of a panel has that the rig has not."""
+    """The change of a row against the rig as it is."""
     if each.change:
         return each.change
     if each.series == "sigma of K_s":

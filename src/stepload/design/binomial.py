@@ -1,4 +1,4 @@
-"""How often something happened, and between which probabilities that puts it."""
+"""Observed share of an event, with the confidence interval of its probability."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Share:
 
 
 def share(count: int, of: int) -> Share:
-    """The share of `count` in `of`; of none it is between 0 and 1."""
+    """The share of `count` in `of`; with `of` 0 the interval is 0 to 1."""
     from scipy.special import betaincinv
 
     tail = (1.0 - CONFIDENCE) / 2.0

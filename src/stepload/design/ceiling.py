@@ -1,4 +1,4 @@
-"""How hard a payload may be pressed on a rig, and what that hangs on."""
+"""The largest top force for a payload on a rig, and what limits it."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from stepload.results.conditions import planned
 from stepload.units import format_quantity
 
 TRIES = 3
-"""The safe force falls by a hundredth of what the asked one rises, for the drift that is allowed
-rises with it: asked so often it is exact to a millionth."""
+"""Iterations for the safe force. It falls by a hundredth of the rise of the requested force, since
+the allowed drift grows with that: three are exact to a millionth."""
 BELOW = 0.95
-"""A plan of this share of the largest safe force is never refused for its force."""
+"""Share of the largest safe force at which a plan is never refused for its force."""
 LOOKS = 3
-"""So often the force that the steps reach is looked for."""
+"""Iterations for the force that the steps reach."""
 ANY_N = 1e6
-"""More than any rig can push."""
+"""A force beyond that of any rig."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ceiling:
-    """The largest top force that is looked at.
+    """The largest top force to be tried.
 
     Attributes:
-        rig, payload: what they call themselves.
+        rig, payload: their names.
         top_n: the force.
-        why: what keeps it from being larger, a whole sentence.
+        why: what limits it, as a whole sentence.
     """
 
     rig: str
@@ -46,7 +46,7 @@ class Ceiling:
 
 
 def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
-    """What arm and sensor can push, what is safe, and what the table of the deflection covers.
+    """The largest force that arm and sensor can press, is safe, and is covered by the table.
 
     Args:
         rig: a profile that comes with stepload, or a rig file.
@@ -55,15 +55,15 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
 
     Raises:
         BadInputError: no such rig or payload.
-        PlanError: what is wrong in their files.
-        RefusedError: nothing is known of the payload's elastic limit, or no force is safe.
+        PlanError: one of their files is invalid.
+        RefusedError: the payload's elastic limit is not known, or no force is safe.
         DomainError: a number outside the domain of contact theory.
     """
     name, most_n = most_push(rig)
     why = f"{name} can press with {format_quantity(most_n, 'N')} at most"
     plan = plan_of(rig, payload, most_n, order)
     envelope = derive(plan)
-    # What a plan asks far beyond F_c says nothing of those below: its steps leave no room there.
+    # The safe force is not computed from a top force far beyond F_c: its steps leave no room.
     top_n = min(most_n, envelope.theory.counted.lower_n)
     for _ in range(TRIES):
         if top_n < most_n:
@@ -96,9 +96,9 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
 
 
 def _reached(rig: str, payload: Path, top_n: float, order: Order) -> float:
-    """The force that the steps of a plan surely reach; infinite where no plan tells it.
+    """The force that the steps of a plan reach for certain; infinite where no plan gives one.
 
-    Looked for again from there: the leash of a plan with less force may be another.
+    Iterated, since the leash of a plan with less force may differ.
     """
     looked_n, reached_n = BELOW * top_n, math.inf
     for _ in range(LOOKS):
@@ -126,7 +126,7 @@ def _no_force(envelope: Envelope) -> RefusedError:
 
 
 def _covered(sources: Sources) -> float:
-    """The force that the table of the deflection reaches; infinite without one."""
+    """The highest force of the deflection table; infinite without one."""
     table = sources.deflection()
     return math.inf if table is None else table.force_n[-1]
 
@@ -140,7 +140,7 @@ def _limit(envelope: Envelope) -> str:
 
 
 def _unsafe(plan: Plan, envelope: Envelope) -> str:
-    """Why the largest safe force is no larger: by the payload, or by the rig."""
+    """Why the largest safe force is not larger: because of the payload, or of the rig."""
     safe_n, rig = envelope.largest_safe_force_n, plan.rig
     stronger = replace(
         rig,

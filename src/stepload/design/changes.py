@@ -1,4 +1,4 @@
-"""What may be changed about a rig: its position, its gauge, its stiffness and how that is known."""
+"""Changes of a rig that a map tries: position, gauge, stiffness and its uncertainty."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ Change = Callable[[Conditions], Conditions]
 TABLE_ROWS = 10
 GAUGE_M, FINER, STIFFER = 1e-6, 4.0, 1.5
 KNOWN = 0.01
-"""A table of the pose, made with care: what its rows have in common."""
+"""Common uncertainty of the rows of a carefully measured table of the pose."""
 
 
 def as_it_is(told: Conditions) -> Conditions:
-    """Nothing."""
+    """No change."""
     return told
 
 
 def finer(told: Conditions, factor: float) -> Conditions:
-    """A travel that is resolved so many times finer, with so much less noise."""
+    """A travel with a resolution finer by this factor, and noise smaller by it."""
     sources = told.sources
     return replace(
         told,
@@ -38,7 +38,7 @@ def finer(told: Conditions, factor: float) -> Conditions:
 
 
 def gauged(told: Conditions, resolution_m: float) -> Conditions:
-    """A gauge across the contact, with noise of a third of its resolution; K_s leaves the chain."""
+    """A gauge across the contact, with noise of a third of its resolution; K_s no longer acts."""
     return replace(
         told,
         position_resolution_m=resolution_m,
@@ -52,7 +52,7 @@ def gauged(told: Conditions, resolution_m: float) -> Conditions:
 
 
 def stiffer(told: Conditions, factor: float) -> Conditions:
-    """A load path so many times as stiff, known as well as before as a share of itself."""
+    """A load path stiffer by this factor, with the same relative uncertainty."""
     sources = told.sources
     if sources.system_stiffness_n_per_m is None:
         return told
@@ -71,7 +71,7 @@ def known(told: Conditions, relative: float) -> Conditions:
     """A K_s with this relative standard uncertainty.
 
     Below 5 % that needs a table of the pose, whose rows have it in common; each row is as uncertain
-    as the misfit of the line was. A table that does not cover the secant's force is made anew.
+    as the misfit of the line was. A table that does not cover the secant's force is replaced.
     """
     sources = told.sources
     stiffness = sources.system_stiffness_n_per_m
@@ -97,13 +97,13 @@ def known(told: Conditions, relative: float) -> Conditions:
 
 
 def relative_sigma(told: Conditions) -> float:
-    """How well K_s is known, as a share of it; 0 where it is not in the chain."""
+    """Relative uncertainty of K_s; 0 where K_s does not act."""
     stiffness = told.sources.system_stiffness_n_per_m
     return told.sources.system_stiffness_sigma_n_per_m / stiffness if stiffness else 0.0
 
 
 def for_sale(told: Conditions) -> dict[str, Change]:
-    """What one can buy or do, by what it is called; the first is the rig as it is."""
+    """Possible changes by their names; the first is the rig as it is."""
     found: dict[str, Change] = {AS_IT_IS: as_it_is}
     resolution_um = told.position_resolution_m / FINER * 1e6
     found[f"position of {resolution_um:.3g} µm"] = lambda one: finer(one, FINER)

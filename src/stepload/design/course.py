@@ -1,4 +1,4 @@
-"""When a simulated run does what: steps up and down, twice, at a constant rate of samples."""
+"""Time course of a simulated run: steps up and down, twice, at a constant sample rate."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 RATE_HZ = 50.0
-"""Samples per second. A rig is faster: a map does not count on its averaging more noise."""
+"""Samples per second. A rig is faster, but averaging of more noise is not counted on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class Stretch:
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """A run's demand over N samples.
+    """The commanded force of a run over N samples.
 
     Attributes:
         time_s, force_n: (N,); 0 N in free air.
@@ -51,7 +51,7 @@ class Course:
 
     @property
     def loading(self) -> NDArray[np.bool_]:
-        """(N,) the samples at which the force is on its way up, or held there."""
+        """(N,) whether a sample is on the way up or in a hold there."""
         found = np.zeros(self.force_n.size, dtype=bool)
         for each in self.stretches:
             if each.loading:

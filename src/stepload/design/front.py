@@ -1,4 +1,4 @@
-"""Which plans are worth their time: none that is as fast has a narrower interval."""
+"""Pareto front of plans: those with no faster plan of a narrower interval."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from stepload.design.grid import Candidate
 from stepload.design.work import Row
 
 ALIKE = 1.02
-"""Intervals that differ by less than this factor are alike: the faster plan is the better one."""
+"""Intervals that differ by less than this factor count as equal: the faster plan is preferred."""
 LAYERS = 2
-"""A plan may look better than it is by chance, and then another one takes its place."""
+"""Number of fronts that are judged again, since a plan may look better than it is by chance."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """A plan and what came of its simulated runs."""
+    """A plan and the result of its simulated runs."""
 
     candidate: Candidate
     row: Row
@@ -30,12 +30,12 @@ class Tried:
 
     @property
     def half_width(self) -> float:
-        """Median half width of the interval, as a share; infinite where it is hopeless."""
+        """Median half width of the interval, as a share; infinite where it has none."""
         return math.inf if math.isnan(self.row.half_width) else self.row.half_width
 
     @property
     def text(self) -> str:
-        """What came of it in a few words."""
+        """The result in a few words."""
         share, half = self.row.measured, self.half_width
         width = f"interval ±{half:.1%}" if math.isfinite(half) else "interval wider than the figure"
         return (
@@ -45,7 +45,7 @@ class Tried:
 
     @property
     def duration_s(self) -> float:
-        """How long the plan takes."""
+        """Duration of the plan."""
         return self.candidate.duration_s
 
 
@@ -59,7 +59,7 @@ def front(tried: Sequence[Tried]) -> list[Tried]:
 
 
 def finalists(tried: Sequence[Tried]) -> list[Tried]:
-    """The front of the plans that may be good enough, and the front of the others of these."""
+    """The first `LAYERS` fronts of the plans that may be good enough."""
     left = [each for each in tried if each.can is not Can.NO]
     found: list[Tried] = []
     for _ in range(LAYERS):
@@ -70,9 +70,9 @@ def finalists(tried: Sequence[Tried]) -> list[Tried]:
 
 
 def choose(tried: Sequence[Tried], within_s: float) -> Tried | None:
-    """The narrowest of the plans that are shown to be good enough and take no longer than that.
+    """The plan with the narrowest interval among those shown to be good enough and fast enough.
 
-    Of intervals that are alike, that of the fastest plan. None where no plan is shown to be good
+    Of nearly equal intervals, that of the fastest plan. None where no plan is shown to be good
     enough in that time.
     """
     good = [each for each in tried if each.can is Can.YES and each.duration_s <= within_s]

@@ -1,4 +1,4 @@
-"""The plans that are looked at: top force, number of steps, ramps, holds."""
+"""The plans to be tried: top force, number of steps, ramps, holds."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ from stepload.units import format_quantity
 SHARES = (0.25, 0.5, 0.75, 1.0)
 """Top forces, as shares of the largest."""
 STEPS = (4, 6, 8, 12)
-"""Fewer steps would be faster still, but what happens between two of them only the ramps see."""
+"""Numbers of steps. Fewer would be faster, but only ramps show what happens between two steps."""
 HOLDS_S = (1.0, 2.0, 3.0, 5.0, 8.0)
 RAMPS_S = (1.0, 2.0)
-"""From one level to the next: what is damped stays behind the force in a fast one."""
+"""Ramp times from one level to the next; in a fast ramp a damped load path lags behind."""
 SERIES = "design"
 MISSED = ("level_out_of_reach", "slow_steps")
-"""Warnings of preflight that a level may not be reached: the run would not be the one simulated."""
+"""Preflight warnings that a level may not be reached, so that the run would differ."""
 
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A plan that preflight lets run up to its top force.
+    """A plan that preflight accepts up to its top force.
 
     Attributes:
         top_n, step_n: its forces.
         share: its top force is about this share of the largest.
         order: its steps, ramps and holds, and how long the arm takes for each.
-        duration_s: how long preflight says that it takes.
+        duration_s: its duration according to preflight.
         specimen: the payload at this top force.
         zero_drift_n_per_s: largest drift of the force's zero.
         damping_n_s_per_m: C_s of the load path.
@@ -69,7 +69,7 @@ class Candidate:
         )
 
     def job(self, index: int, told: Conditions, change: str = "") -> Job:
-        """Its simulated identifications, told what `told` says."""
+        """The job that simulates and identifies it under the conditions `told`."""
         body = self.specimen
         cell = Cell(
             Payload(body.secant_n_per_m, body.exponent, body.top_n),
@@ -84,7 +84,7 @@ class Candidate:
 
     @property
     def conditions(self) -> Conditions:
-        """What its identification is told."""
+        """The conditions of its identification."""
         assert self.specimen.conditions is not None
         return self.specimen.conditions
 
@@ -95,8 +95,8 @@ class Grid:
 
     Attributes:
         candidates: those that may run.
-        refused: how many may not; `because` is what preflight says of the
-            last, which has the largest top force, `hint` what to do about it.
+        refused: number of refused plans; `because` is preflight's reason for the last, which has
+            the largest top force, `hint` what to do about it.
     """
 
     candidates: tuple[Candidate, ...]
@@ -106,7 +106,7 @@ class Grid:
 
 
 def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
-    """Every plan of the grid that preflight lets run, and whose levels are reached."""
+    """Every plan of the grid that preflight accepts, and whose levels are reached."""
     found: list[Candidate] = []
     reasons: list[tuple[str, str]] = []
     for share, order in _orders():
@@ -150,7 +150,7 @@ def _orders() -> Iterator[tuple[float, Order]]:
 
 
 def _why(envelope: Envelope) -> tuple[str, str]:
-    """The first reason against a plan, and what would change it."""
+    """The first reason against a plan, and what to do about it."""
     against = [r for r in envelope.reasons if r.severity is Severity.REFUSE]
     first = (against or [r for r in envelope.reasons if r.code in MISSED])[0]
     return first.message, first.remedy

@@ -1,10 +1,9 @@
-"""All runs of a cell identified at once, by the gates and the budget that judge one run.
+"""Identification of all runs of a cell at once, by the gates and the budget of a single run.
 
 Stretches, weights and thresholds are those of the cell's `reference`; values, signs, creep in
-holds, shift of the touch, shape and the lines that follow from them are each run's own. Left out is
-what cannot change the headline: laws other than the believed one (but where none fits), the
-secants, the paper's fits. A run is brought to the forces of the reference by its compliance, to
-first order.
+holds, shift of the touch, shape and the resulting lines are computed for each run. Omitted is what
+cannot change the headline: laws other than the believed one (unless none fits), the secants, the
+paper's fits. A run is corrected to the forces of the reference by its compliance, to first order.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ from stepload.evidence.rehearse import TO_SIGMA
 from stepload.evidence.shape import rehearse_law
 
 TABLE = "deflection_table"
-"""What stops a run whose forces the rows of the table of the rig's deflection do not cover."""
+"""Name of the gate for runs whose forces exceed the rows of the rig's deflection table."""
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -38,13 +37,13 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """R identifications.
+    """Results of R identifications.
 
     Attributes:
         value_n_per_m: (R,) the headline; not above 0 where there is none.
         truth_n_per_m: (R,) the chord of the payload between the same forces.
         half_width: (R,) of the 95 % interval, as a share of the value.
-        identified: (R,) whether it is called so.
+        identified: (R,) whether the verdict is IDENTIFIED.
         vetoed: how many runs each gate stopped.
     """
 
@@ -140,7 +139,7 @@ def _value(own: Reference, name: str, travel: list[FloatArray]) -> FloatArray:
 
 
 def _period(own: Reference) -> float:
-    """Time between the tops of both cycles, as `drift_of` takes it."""
+    """Time between the tops of both cycles, computed as in `drift_of`."""
     later, earlier = (
         float(np.abs(weights) @ branch.path.time_s / np.abs(weights).sum())
         for branch, weights in own.signs["top_shift"].terms
@@ -152,7 +151,7 @@ def _creep(
     own: Reference, course: Course, runs: Runs, rate: FloatArray, span: FloatArray,
     fires: dict[str, BoolArray],
 ) -> FloatArray:  # fmt: skip
-    """(R,) what creep leaves in the budget; notes which runs its gates stop."""
+    """(R,) contribution of creep to the budget; records which runs its gates stop."""
     elastic, deflection = own.elastic, own.run.deflection
     loading: list[FloatArray] = []
     unloading: list[FloatArray] = []
@@ -212,7 +211,7 @@ def _touch(
 def _shape(
     own: Reference, deformation: FloatArray, span: FloatArray, fires: dict[str, BoolArray]
 ) -> FloatArray:
-    """(R,) ln(chord of the law/measured chord); notes the runs that no law fits at all."""
+    """(R,) ln(chord of the law/measured chord); records the runs that no law fits."""
     found = rehearse_law(own.data, own.fit, own.shapes, deformation.T, own.main)
     chi2 = found.chi2.copy()
     far = chi2 > FAR * own.allowed_chi2

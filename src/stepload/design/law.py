@@ -1,4 +1,4 @@
-"""What a drawn payload is: a power law through a depth at the top force, perhaps rough."""
+"""The law of a simulated payload: a power law through a depth at the top force, perhaps rough."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Payload:
-    """A payload as a map knows it.
+    """A payload of a map.
 
     Attributes:
         secant_n_per_m: of the smooth law at `at_n`, from the first touch.

@@ -1,4 +1,4 @@
-"""Design a plan: simulate every plan of the grid, judge the best ones again, choose."""
+"""Design of a plan: simulate every plan of the grid, judge the best ones again, choose."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from stepload.errors import RefusedError
 from stepload.runner.jobs import Pool
 
 AGAIN = 4
-"""The best plans are judged again by so many times as many runs, none of them the same."""
+"""The best plans are judged again with this multiple of runs, all of them new."""
 LONGER = 2.0
-"""So many times the given time is looked at, to tell what more time would buy."""
+"""Plans up to this multiple of the given time are tried, to show what more time would gain."""
 CALIBRATE = "stepload calibrate measures that table, in the pose of the experiment"
 Start = Callable[[int], None]
 
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """A plan that was designed, and what it was chosen from.
+    """A designed plan, and the plans that it was chosen from.
 
     Attributes:
         ceiling: the largest top force and its reason.
         within_s: time that was given.
         grid: the plans that were looked at.
-        tried: what came of them.
+        tried: their results.
         again: the best ones, judged again.
         chosen: the plan.
         seed, samples: of the draws.
@@ -77,16 +77,16 @@ def design(
     Args:
         rig: a profile that comes with stepload, or a rig file.
         payload: a payload file.
-        within_s: how long the plan may take, as preflight reckons it.
+        within_s: largest duration of the plan, as computed by preflight.
         surface: travel to the surface, with its unit.
         samples: simulated runs of each plan of the grid.
         seed: the same seed gives the same plan, whatever the number of processes.
-        pool: who does it.
-        on_start: hears the number of plans before they are tried.
+        pool: the worker pool.
+        on_start: called with the number of plans before they are tried.
 
     Raises:
         BadInputError: no such rig or payload.
-        PlanError: what is wrong in their files.
+        PlanError: one of their files is invalid.
         RefusedError: no plan is fast enough, or none was shown to be IDENTIFIED often enough.
     """
     limit = ceiling(rig, payload, Order(min(STEPS), max(HOLDS_S)))
@@ -113,7 +113,7 @@ def _try(candidates: Sequence[Candidate], work: Work, pool: Pool) -> list[Tried]
 
 
 def _check_time(limit: Ceiling, found: Grid, within_s: float, map_verb: str) -> None:
-    """Raise where no plan may run, or none so soon."""
+    """Refuse where no plan may run, or none is fast enough."""
     if not found.candidates:
         raise RefusedError(
             f"none of {found.refused} plans for {limit.payload} on {limit.rig} will do: preflight "
@@ -179,7 +179,7 @@ def _best(tried: Sequence[Tried], share: float) -> Candidate | None:
 
 
 def _to_buy(own: Tried, found: Sequence[Tried], limit: Ceiling) -> str:
-    """What would change it, as a sentence."""
+    """What would change the refusal, as a sentence."""
     if own.can is Can.UNSURE:
         return "so few runs do not show it either way: more --samples would tell"
     changed: dict[str, Tried] = {}

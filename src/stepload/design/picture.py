@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 KINDS = (".svg", ".png")
 DPI = 100
 COLOURS = (SAND, ORANGE, GREEN, BLUE)
-"""Of the top forces, the largest last."""
+"""Colours of the top forces, the largest last."""
 
 
 def check_picture(path: Path) -> None:
-    """A picture is an SVG or a PNG file that is not there yet.
+    """Check that a picture is an SVG or a PNG file that does not exist yet.
 
     Raises:
-        BadInputError: it is not.
+        BadInputError: it is not, or it exists.
     """
     if path.suffix.lower() not in KINDS:
         raise BadInputError(f"--picture {path}: no kind of picture", hint="name it .svg or .png")

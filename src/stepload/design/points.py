@@ -1,4 +1,4 @@
-"""The cells of a map: its panels, what one could buy, and the payloads."""
+"""The cells of a map: its panels, the possible changes, and the payloads."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stepload.estimators.conditions import Conditions
 SPHERE = 1.5
 COLUMNS = 18
 SOFTEST, STIFFEST, FARTHEST = 1.0 / 30.0, 10.0, 60.0
-"""Stiffnesses of a map as shares of K_max (34); up to the last one if a payload is as stiff."""
+"""Stiffnesses of a map as shares of K_max (34); the last ones only if a payload is as stiff."""
 EXPONENTS = (1.0, 1.25, 1.5, 1.75, 2.0)
 STIFFNESS_FACTORS = (0.25, 0.5, 1.0, 2.0, 4.0)
 KNOWN_TO = (0.003, 0.01, 0.03, 0.1, 0.3)
@@ -33,8 +33,8 @@ class Point:
     Attributes:
         series: a panel's name, "buy" or "payloads".
         index: its number within the series.
-        value: the figure that the panel varies, in its own unit; NaN elsewhere.
-        change: what was bought or done; "" in a panel.
+        value: the quantity that the panel varies, in its unit; NaN elsewhere.
+        change: name of the change; "" in a panel.
         payload: name of the payload; "" where a secant and an exponent stand for it.
         cell: what is drawn and identified.
     """
@@ -48,7 +48,7 @@ class Point:
 
 
 def columns(rig: Bench, specimens: Sequence[Specimen]) -> list[float]:
-    """Secant stiffnesses of a map in N/m, about K_max and as far as the payloads."""
+    """Secant stiffnesses of a map in N/m, around K_max and as far as the payloads."""
     middle = k_max(rig.conditions, rig.top_n)
     wanted = 1.3 * max((each.at_top_n_per_m for each in specimens), default=0.0)
     high = min(max(STIFFEST * middle, wanted), FARTHEST * middle)

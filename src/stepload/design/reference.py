@@ -1,8 +1,8 @@
-"""What all runs of a cell share: weights of the signs, thresholds, the fixed lines of the budget.
+"""Values shared by all runs of a cell: weights of the signs, thresholds, fixed budget lines.
 
-They are those of a run that has no error but the noise of its force, which decides where stretches
-end, made by the functions that make them of a measured run. One run differs from the next in its
-noise, little in where its stretches lie.
+They are computed by the functions for measured runs, from a run whose only error is the noise of
+its force, which decides where stretches end. Runs differ in their noise, but little in the position
+of their stretches.
 """
 
 from __future__ import annotations
@@ -41,21 +41,21 @@ _WORSE = 9.0
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """The run without other errors than noise, and what is derived from it once.
+    """The run without errors other than noise, and the values derived from it once.
 
     Attributes:
-        told: what the identification knows.
-        run: as evidence takes it.
+        told: the conditions of the identification.
+        run: the input of the evidence.
         branches: its branches in the order of time.
         main, elastic, drift: as in `evidence`.
         signs: every sign by name, "rate" among them.
         allowed_m: threshold of each.
-        creep: what its holds show; `creep_m` is the threshold of their mean.
+        creep: creep of its holds; `creep_m` is the threshold of their mean.
         hold_n: (H,) mean force of each hold, in the order of time.
         fixed_m: uncertainty of the chord's span from the sources, the worst length's.
         data, fit, shapes: the loading with its covariance, the law that is believed, and the shape
             parameters to fit it with.
-        allowed_chi2: what the best law may leave.
+        allowed_chi2: largest χ² of the best law.
     """
 
     told: Conditions
@@ -80,7 +80,7 @@ def reference(cell: Cell, course: Course) -> Reference:
     """The reference of a cell.
 
     Raises:
-        DomainError: no run of this payload on this rig has a stiffness.
+        DomainError: no stiffness can be determined for this payload on this rig.
     """
     told = cell.conditions
     law = cell.payload.deformation_m(course.force_n, np.array([told.rough_length_m or 0.0]))[0]
@@ -135,13 +135,13 @@ def reference(cell: Cell, course: Course) -> Reference:
 
 
 def near(shape: float) -> list[float]:
-    """Powers to try about one."""
+    """Powers to try near a given one."""
     found: list[float] = np.linspace(max(shape - _NEAR, 0.1), shape + _NEAR, _TRIES).tolist()
     return found
 
 
 def _believed(data: Whitened, run: Pressed) -> tuple[LawFit, list[float], LawFit]:
-    """The law that figures are read from, its shapes, and the power law.
+    """The law that gives the figures, its shapes to try, and the power law.
 
     Raises:
         DomainError: no power law can be fitted.

@@ -63,7 +63,7 @@ def data(found: Design) -> dict[str, Any]:
 
 
 def tried(each: Tried) -> dict[str, Any]:
-    """A plan and what came of it, as flat columns."""
+    """A plan and its result, as flat columns."""
     plan, row = each.candidate, each.row
     return {
         "top_force_n": plan.top_n,

@@ -1,4 +1,4 @@
-"""One drawn run as the whole pipeline takes it: what a record of it would hand to `evidence`."""
+"""One simulated run through the whole pipeline, in the form that its record would have."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ FloatArray = NDArray[np.float64]
 def pressed_of(
     told: Conditions, run: Course, force_n: FloatArray, travel_m: FloatArray, zero_step_n: float
 ) -> Pressed:
-    """A run as evidence is taken from it.
+    """A simulated run as the input of the evidence.
 
     Args:
-        told: what the identification knows.
+        told: the conditions of the identification.
         run: its course.
         force_n, travel_m: (N,) as measured.
         zero_step_n: change of the force's zero from tare to tare.
@@ -64,7 +64,7 @@ def pressed_of(
 
 
 def headline(told: Conditions, run: Course, runs: Runs, number: int) -> Quantity | None:
-    """The headline of one drawn run by the whole pipeline; None where the data bear none."""
+    """The headline of one simulated run by the whole pipeline; None where there is none."""
     taken = pressed_of(
         told, run, runs.force_n[number], runs.travel_m[number], float(runs.zero_step_n[number])
     )

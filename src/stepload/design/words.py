@@ -1,4 +1,4 @@
-"""A design in words: the plan, what to expect of it, what time and force would buy."""
+"""A design in words: the plan, its expected result, what more time or force would gain."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stepload.units import format_quantity
 
 
 def sentences(found: Design) -> list[str]:
-    """What there is to say of a design, each a whole sentence or two."""
+    """Sentences on a design, each item one or two."""
     return [_plan(found), _expected(found), _top(found), _time(found), _what_matters(found)]
 
 
@@ -60,7 +60,7 @@ def _time(found: Design) -> str:
 
 
 def _what_matters(found: Design) -> str:
-    """How far the interval goes by the top force, and how far by steps and holds."""
+    """Effect of the top force on the interval, and of steps and holds."""
     told = []
     for share in sorted(SHARES, reverse=True):
         own = [each for each in found.tried if each.candidate.share == share]

@@ -1,4 +1,4 @@
-"""Do a map: every cell is a job of its own, the same wherever and in whatever order it is done."""
+"""Computation of a map: every cell is a job whose result does not depend on place or order."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from stepload.runner.digest import code_digest
 from stepload.runner.jobs import Pool, run_in_order
 
 AT_ONCE, MOST_SAMPLES = 250, 1_250_000
-"""Runs that are drawn and identified together, and their samples: what memory a process takes."""
+"""Runs that are simulated together, and their samples, which limits the memory of a process."""
 BATCH = 4
-"""Cells that a process is given at once."""
+"""Number of cells in a batch of a process."""
 DECIDING = ("contact", "design", "estimators", "evidence")
-"""Rooms whose code decides what comes of a cell."""
+"""Packages whose code determines the result of a cell."""
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """One cell to be done: a series, a number in it, and what is there."""
+    """One cell to be computed: a series, its number there, and its content."""
 
     series: str
     index: int
@@ -45,22 +45,22 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What came of a cell.
+    """Result of a cell.
 
     Attributes:
         point: the cell.
         k_max_n_per_m: (34) of it.
-        within: how often the headline lies within 1/t of the truth.
-        identified: how often the run says IDENTIFIED.
-        measured: how often both.
-        covered: of the IDENTIFIED, how many intervals hold the truth.
+        within: share of runs whose headline lies within 1/t of the truth.
+        identified: share of runs with the verdict IDENTIFIED.
+        measured: share of runs with both.
+        covered: share of the IDENTIFIED runs whose interval contains the truth.
         half_width: median half width of the interval as a share of the headline; NaN where it is
             wider than the headline itself.
         veto: the gate that stopped most runs, "" where none did.
-        checked, agreed: runs that were put through the whole pipeline as well, and those of them
-            with the same verdict.
-        value_off: how far apart their headlines are where both are IDENTIFIED, as a share.
-        problem: why no run of this cell has a stiffness, "" where they have.
+        checked, agreed: number of runs that also went through the whole pipeline, and of those with
+            the same verdict.
+        value_off: relative difference of their headlines where both are IDENTIFIED.
+        problem: why no stiffness can be determined in this cell, "" where it can.
     """
 
     point: Point
@@ -79,7 +79,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """What all jobs of a map share.
+    """Common settings of all jobs of a map.
 
     Attributes:
         seed: of everything that is drawn.
@@ -93,7 +93,7 @@ class Work:
 
     @property
     def digest(self) -> str:
-        """Digest of the code that decides what comes of a cell."""
+        """Digest of the code that determines the result of a cell."""
         return _digest()
 
     def run(self, job: Job, /) -> Row:
@@ -149,7 +149,7 @@ class Work:
 
 
 def _own(cell: Cell) -> int:
-    """A number of the payload alone: rigs are compared on the same draws."""
+    """A seed that depends on the payload alone, so that rigs are compared on the same draws."""
     body = cell.payload
     text = f"{body.secant_n_per_m:.9e} {body.exponent:.9e} {cell.top_n:.9e}"
     return zlib.crc32(text.encode())
@@ -163,7 +163,7 @@ def _median(half: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
 def run_all(
     work: Work, jobs: Sequence[Job], pool: Pool, on_row: Callable[[Row], None] | None = None
 ) -> list[Row]:
-    """Do all jobs; the rows are in the order of the jobs, whoever does them."""
+    """Compute all jobs; the rows are in the order of the jobs, whatever the pool."""
     found: list[Row] = []
     for rows in run_in_order(work, jobs, pool, BATCH):
         for row in rows:

@@ -1,8 +1,9 @@
-"""Runs of one cell, drawn with errors of the sizes that the rig states, and their truth.
+"""Simulated runs of one cell, with errors of the sizes that the rig states, and their truth.
 
-What is drawn is not what the identification assumes: payloads are rough and creep where nobody has
-said so, the smooth error has another correlation length than the stated one, its size is as unsure
-as the calibration was, and the second loading does not repeat the first one's error exactly.
+The simulation deliberately differs from the assumptions of the identification: payloads have
+unstated roughness and creep, the smooth error has another correlation length than the stated one,
+its size is as uncertain as the calibration was, and the second loading does not repeat the first
+one's error exactly.
 """
 
 from __future__ import annotations
@@ -25,24 +26,24 @@ FloatArray = NDArray[np.float64]
 Rng = np.random.Generator
 
 ROUGHEST_M, FINEST_M = 3e-6, 0.1e-6
-"""Roughness lengths 1.22 σ κ^-0.16 of machined surfaces, where the payload does not state its own;
-half of the runs have none."""
+"""Range of roughness lengths 1.22 σ κ^-0.16 of machined surfaces, where the payload does not state
+its own; half of the runs have none."""
 ROUGH_SIGMA = 0.1
-"""How well a stated roughness length is known."""
+"""Relative standard uncertainty of a stated roughness length."""
 CREEP = 0.01
-"""Largest delayed deformation, as a share of the prompt one, of half of the runs."""
+"""Largest delayed deformation, as a share of the prompt one, in half of the runs."""
 CREEP_TAUS_S = (1.0, 3.0, 10.0, 30.0)
 LOOP = 0.03
 """Largest energy lost in a cycle, as a share of what is stored."""
 NOT_REPEATED = 0.2
-"""Largest share of the smooth error that is another one in every branch."""
+"""Largest share of the smooth error that differs in every branch."""
 LENGTH_FACTOR = 2.0
-"""A stated correlation length is right within this factor."""
+"""Factor within which the true correlation length lies about a stated one."""
 DRIFT_SHARE = 0.002
-"""Largest drift of the travel over a cycle of a map, as a share of the deformation at the top; in
-a longer cycle it drifts on."""
+"""Largest drift of the travel over a cycle of a map, as a share of the deformation at the top; in a
+longer cycle it grows."""
 ZERO_BOW = 0.25
-"""How much of a drift of the force's zero from tare to tare is no straight line."""
+"""Share of a zero drift from tare to tare that is not linear in time."""
 _GRID, _LENGTHS = 48, 4
 
 DRAWN = (
@@ -67,11 +68,11 @@ class Cell:
 
     Attributes:
         payload: its law.
-        conditions: what the identification is told.
+        conditions: the conditions of the identification.
         top_n: the top force.
         touch_n: force at which a touch is seen.
         zero_drift_n_per_s: largest drift of the force's zero.
-        damping_n_s_per_m: C_s of the load path, which gives way later than it is pressed.
+        damping_n_s_per_m: C_s of the load path, which delays its deflection.
         order: steps and holds of its runs.
     """
 
@@ -91,7 +92,7 @@ class Runs:
     Attributes:
         force_n, travel_m: (R, N) as measured, tared.
         zero_step_n: (R,) change of the force's zero from tare to tare.
-        rough_m: (R,) roughness lengths: with the payload, the truth.
+        rough_m: (R,) roughness lengths, which with the payload are the truth.
     """
 
     force_n: FloatArray
@@ -101,7 +102,7 @@ class Runs:
 
 
 def press(cell: Cell, run: Course, count: int, rng: Rng) -> Runs:
-    """Draw and press `count` runs."""
+    """Draw and simulate `count` runs."""
     told = cell.conditions
     sources = told.sources
     forces, place = np.unique(run.force_n, return_inverse=True)
@@ -113,7 +114,7 @@ def press(cell: Cell, run: Course, count: int, rng: Rng) -> Runs:
     at_force = law + _system(told, forces, gain, rng)
     softer = sources.temperature_sigma_k * sources.modulus_per_k * rng.standard_normal((count, 1))
     at_force -= softer * law / cell.payload.exponent
-    # A sensor's bend is in what it reads, and so in the forces that are held.
+    # A sensor's nonlinearity is in its readings, and so in the forces that are held.
     bent = linearity_errors(forces, sources.nonlinearity).T @ rng.standard_normal((2, count))
     travel = at_force[:, place]
     creeping = np.where(rng.uniform(size=count) < 0.5, rng.uniform(0.0, CREEP, count), 0.0)
@@ -140,7 +141,7 @@ def press(cell: Cell, run: Course, count: int, rng: Rng) -> Runs:
 
 
 def _roughness(told: Conditions, count: int, rng: Rng) -> FloatArray:
-    """(R,) lengths: as stated, or of a surface of which nobody has said anything."""
+    """(R,) roughness lengths: near the stated one, or of a surface of unstated roughness."""
     if told.rough_length_m is not None:
         return np.asarray(told.rough_length_m * np.exp(ROUGH_SIGMA * rng.standard_normal(count)))
     drawn = np.exp(rng.uniform(math.log(FINEST_M), math.log(ROUGHEST_M), count))
@@ -160,7 +161,7 @@ def _system(told: Conditions, forces: FloatArray, gain: FloatArray, rng: Rng) ->
 
 
 def _curves(told: Conditions, forces: FloatArray, count: int, rng: Rng) -> FloatArray:
-    """(R, M) smooth curves over force of unit variance, with lengths that nobody knows exactly."""
+    """(R, M) random smooth functions of force with unit variance and uncertain lengths."""
     top_n = float(forces.max())
     stated = told.sources.smooth_length_n
     low, high = (
@@ -201,7 +202,7 @@ def _add_smooth(travel: FloatArray, told: Conditions, run: Course, rng: Rng) -> 
 
 
 def _add_creep(travel: FloatArray, body: FloatArray, share: FloatArray, rng: Rng) -> None:
-    """Delayed deformation, each run with one time of its own."""
+    """Add delayed deformation, with one time constant in each run."""
     taus = rng.integers(len(CREEP_TAUS_S), size=share.size)
     for number, tau_s in enumerate(CREEP_TAUS_S):
         rows = np.flatnonzero((taus == number) & (share > 0.0))
@@ -212,7 +213,7 @@ def _add_creep(travel: FloatArray, body: FloatArray, share: FloatArray, rng: Rng
 
 
 def _add_loop(travel: FloatArray, run: Course, payload: Payload, loss: FloatArray) -> None:
-    """Unloading lies beyond loading, in both cycles alike."""
+    """Add hysteresis: the unloading lies beyond the loading, equally in both cycles."""
     q = 1.0 / payload.exponent
     area = 4.0 * (1.0 / (q + 1.0) - 1.0 / (2.0 * q + 1.0))
     height = loss * payload.at_n / payload.secant_n_per_m / ((payload.exponent + 1.0) * area)
@@ -224,7 +225,7 @@ def _add_loop(travel: FloatArray, run: Course, payload: Payload, loss: FloatArra
 
 
 def _add_in_time(travel: FloatArray, cell: Cell, run: Course, rng: Rng) -> None:
-    """Drift over the run, and what warming does over a loading."""
+    """Add drift over the run, and thermal growth over a loading."""
     sources, count = cell.conditions.sources, travel.shape[0]
     loading = run.branch(1, loading=True)
     loading_s = float(run.time_s[loading[-1].stop - 1] - run.time_s[loading[0].start])
@@ -236,13 +237,13 @@ def _add_in_time(travel: FloatArray, cell: Cell, run: Course, rng: Rng) -> None:
 
 
 def _add_lag(travel: FloatArray, run: Course, lag_s: FloatArray) -> None:
-    """Travel that is recorded late or early: its own rate times the lag."""
+    """Add the error of a time lag of the travel: its rate times the lag."""
     rate = np.diff(travel, axis=1, prepend=travel[:, :1]) * RATE_HZ
     travel += np.where(_moving(run), rate * lag_s[:, None], 0.0)
 
 
 def _add_damping(travel: FloatArray, cell: Cell, run: Course) -> None:
-    """What F = K_s x + C_s dx/dt takes off the deflection in a steady ramp: C_s/K_s² dF/dt."""
+    """Subtract the reduction of the deflection by damping in a steady ramp: C_s/K_s² dF/dt."""
     stiffness = cell.conditions.sources.system_stiffness_n_per_m
     if stiffness is None:
         return

@@ -1,4 +1,4 @@
-"""The file of a plan that was designed: written new, read back, and let run by preflight."""
+"""The file of a designed plan: written, read back, and checked by preflight."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LONGEST = 96
 
 
 def text_of(found: Design, path: Path, payload: Path, rig: str, surface: str, command: str) -> str:
-    """The plan as it stands in the file `path`; files are named from there."""
+    """The plan as text for the file `path`; other files are named relative to it."""
     plan = found.chosen.candidate
     lines = [
         "# Designed by simulation. Made by:",
@@ -54,10 +54,10 @@ def text_of(found: Design, path: Path, payload: Path, rig: str, surface: str, co
 
 
 def write(path: Path, text: str) -> None:
-    """Write the plan where nothing is yet; what preflight would not let run does not stay.
+    """Write the plan to a new file; it is removed if preflight refuses it.
 
     Raises:
-        BadInputError: something is there by now, or the text makes no plan.
+        BadInputError: the file exists by now, or the text is not a plan.
         RefusedError: preflight refuses it.
     """
     check_new("--out", path)
@@ -73,7 +73,7 @@ def write(path: Path, text: str) -> None:
 
 
 def _file(named: Path, home: Path) -> str:
-    """A file as a plan in `home` names it."""
+    """A file as named by a plan in `home`."""
     way = Path(os.path.relpath(named.resolve(), home.resolve().parent)).as_posix()
     return json.dumps(way if "/" in way else f"./{way}", ensure_ascii=False)
 

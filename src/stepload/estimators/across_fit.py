@@ -1,13 +1,13 @@
-"""What the force across the axis does to an arm, from runs against a block under several frictions.
+"""Effect of lateral force on an arm, from runs against a block under several frictions.
 
     s = s₀ + F/K_s + c · (F_across − t₀ F) − (C_s/K_s) ds/dt
 
-Every run has a zero s₀ of its own, K_s, C_s and c are one for all. A block that is pressed dry and
-then greased changes the share of force across in one direction only: along it c is told by the
-runs, across it nothing is. There c is taken as none, with the standard uncertainty of an arm of
-which nothing is known. The errors are those of K_s: smooth in force, of a size that the misfit
-tells with few degrees of freedom, and independent from run to run. Errors that repeat from run to
-run leave c alone; it is wrong by less than is said, then.
+Each run has its own zero s₀; K_s, C_s and c are common to all. A block that is pressed dry and then
+greased changes the lateral share in one direction only: the runs determine c along this direction
+and not perpendicular to it. There c is taken as zero, with the standard uncertainty of an unknown
+arm. The errors are those of K_s: smooth in force, of a size estimated from the misfit with few
+degrees of freedom, and independent from run to run. Errors that repeat from run to run do not
+affect c; its error is then smaller than stated.
 """
 
 from __future__ import annotations
@@ -30,22 +30,23 @@ from stepload.estimators.smooth import (
 from stepload.estimators.system import Cells, SeriesContact
 
 LEAST_GAIN = 0.5
-"""A direction counts as measured where its c is known better than this share of what is assumed of
-any arm."""
+"""A direction counts as measured where σ(c) is below this share of the value assumed for any
+arm."""
 MIN_FORCE = 0.4
 """Forces below this share of the largest are left out, as for K_s."""
 
 
 @dataclass(frozen=True, slots=True)
 class AcrossFit:
-    """What the runs tell.
+    """Result of the fit.
 
     Attributes:
-        across: c with its covariance, where any direction was measured; the shares in any case.
+        across: the shares at which K_s was measured; c with its covariance if a direction was
+            measured.
         directions: (D, 2) unit vectors across, in which c was measured; D from 0 to 2.
         sigma_m_per_n: (D,) standard uncertainty of c along each.
         shares: (R, 2) force across over force along, run by run.
-        stiffness_n_per_m: K_s by all runs, as if c were none.
+        stiffness_n_per_m: K_s from all runs, with c = 0.
     """
 
     across: Across
@@ -138,10 +139,10 @@ def _directions(
     lengths: Sequence[float],
     most: float,
 ) -> list[tuple[FloatArray, float, float]]:
-    """Directions across in which c is told to better than `most`, c there, and its σ.
+    """Lateral directions in which c is determined to better than `most`, with c and its σ.
 
-    They are those in which the forces across vary most and least once all else is taken out, so
-    that neither says anything about the other.
+    The directions are those of largest and smallest variation of the lateral force, after the other
+    columns are projected out, so that neither influences the other.
     """
     left = _left(apart, base)
     _, vectors = np.linalg.eigh(left.T @ left)
@@ -169,6 +170,6 @@ def _sigma(fit: LinearFit) -> float:
 
 
 def _left(values: FloatArray, columns: FloatArray) -> FloatArray:
-    """What is left of `values` (N, K) once `columns` (N, P) are fitted to them."""
+    """Residual of `values` (N, K) after a fit of `columns` (N, P)."""
     scaled = columns / np.linalg.norm(columns, axis=0)
     return np.asarray(values - scaled @ np.linalg.lstsq(scaled, values, rcond=None)[0])

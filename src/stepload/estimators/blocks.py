@@ -1,4 +1,4 @@
-"""Means over short blocks of time, and what a quantum leaves uncertain in them."""
+"""Means over short blocks of time, and the uncertainty that quantisation leaves in them."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def blocks(
 def quantum_sigma(quantum: float, noise: float) -> float:
     """Standard uncertainty of a mean of many quantised readings at rest.
 
-    Noise moves the readings over the edges of the quanta, and their mean then follows the true
-    value with what the noise leaves of a sawtooth: its harmonics q/(π k) times exp(−2 (π k σ/q)²).
+    Noise carries the readings over the edges of the quanta, so their mean follows the true value,
+    with the error of a sawtooth damped by the noise: harmonics q/(π k) times exp(−2 (π k σ/q)²).
     Without noise the true value lies anywhere in the quantum, q/√12.
     """
     if quantum <= 0.0:

@@ -32,7 +32,7 @@ class Spread:
         within_sd: standard deviation within a run; None where no run has two values.
         between_sd: standard deviation between runs beyond what the within-run spread explains; None
             for a single run.
-        p_value: how often runs alike would differ this much by chance; None where it is not known.
+        p_value: probability that equal runs differ this much by chance; None where it is not known.
         values: number of values per run.
     """
 
@@ -86,7 +86,7 @@ class FitPair:
     Attributes:
         secant_change: (S2 − S1)/mean, relative.
         n_change: n2 − n1.
-        k_ratio: K2/K1; says little where n differs, K carries the unit of n.
+        k_ratio: K2/K1; of little meaning where n differs, since the unit of K depends on n.
         normalised_error: |ln S2 − ln S1| over half the width of its 95 % interval: above 1 the two
             disagree; None where a budget is missing.
     """
@@ -197,11 +197,11 @@ class CurveComparison:
         inside_share: share of the curve's points inside the pointwise 95 % band.
         force_rms_n: rms difference in force.
         deformation_rms_m: rms difference in deformation at equal force.
-        secant_change: (S_curve − S_fit)/S_fit, both at `to_n`; None where the curve does not come
-            down to it.
+        secant_change: (S_curve − S_fit)/S_fit, both at `to_n`; None where the curve has no point as
+            low as that.
         to_n: the fit's secant force, or the highest that the corrected curve has.
-        chord_change: the same of the chord stiffness from `from_n` to `to_n`, which needs no zero;
-            None where the curve does not come down to `from_n`.
+        chord_change: the same for the chord stiffness from `from_n` to `to_n`, which needs no zero;
+            None where the curve has no point as low as `from_n`.
         from_n: 10 % of `to_n`.
         left_out: points of the curve at forces that the run has not reached.
     """

@@ -1,4 +1,4 @@
-"""What identification must be told beside the data."""
+"""Inputs of identification other than the data."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stepload.estimators.sources import Sources
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """What identification must be told beside the data; SI units.
+    """Inputs of identification other than the data; SI units.
 
     Attributes:
         sources: the uncertainty sources; `system_stiffness_n_per_m` None where the travel is the
@@ -25,23 +25,24 @@ class Conditions:
         elastic_limit_n: F_c, None where it is not known.
         roughness_m: σ_eq, None where the payload is smooth or not known.
         rough_length_m: 1.22 σ κ^-0.16 of the surface (11); 0 where it was declared smooth, None
-            where nobody has told it.
+            where it is not stated.
         p, s, t: those of (29)–(32).
         kind: "payload" or "system".
         theory_k, theory_n: the payload's contact law by theory (3), in N/m^n.
         modulus_pa: equivalent modulus (4) of payload and plate.
         plate_pa: E/(1 − ν²) of the plate alone.
-        laws: words of the laws that were chosen, see `contact.law_names`; none: all are weighed.
-        pose, temperature_c: of the run; "" and None where the plan does not tell.
-        across: what is known of the force across the axis.
+        laws: names of the chosen laws, see `contact.law_names`; empty: all laws are tried.
+        pose, temperature_c: of the run; "" and None where the plan does not state them.
+        across: what is known of the effect of lateral force.
         arm: whether a serial arm presses, which friction at the contact makes stiffer.
         stuck_ratio: its largest stiffness while friction holds the tip sideways, over K_s.
         lever_m: from the force sensor's origin to the contact; None where it is not stated.
         misalignment_rad: largest angle between the sensor's axis and the direction of the press.
         yields_m_per_n: how far the rig gives way along the press per newton, 1/K_s, whether or not
             that is in the travel; 0 where it is not known.
-        gauge_offset_m: how far beside the contact a gauge on a serial arm measures; 0 without one.
-        structure_note: what is to be said of `arm` where nobody has told it; "" where it is known.
+        gauge_offset_m: lateral distance from the contact at which a gauge on a serial arm measures;
+            0 without one.
+        structure_note: remark on `arm` where it is not stated; "" where it is.
     """
 
     sources: Sources
@@ -104,10 +105,10 @@ class Conditions:
         return force_n / stiffness if table is None else table.at(force_n)
 
     def bend_sigma(self, force_n: FloatArray) -> FloatArray:
-        """Standard uncertainties (M, N) in m of its independent errors, each one for all forces.
+        """Standard uncertainties (M, N) in m of the deflection, one row per independent error.
 
-        One is in proportion; where no table of the pose says how the system gives way at small
-        force, the other is a seat that nobody has looked at.
+        The first is proportional to the deflection. Without a table of the pose, the second is an
+        unmeasured seating of joints and mounts at small force.
         """
         stiffness = self.sources.system_stiffness_n_per_m
         if stiffness is None:

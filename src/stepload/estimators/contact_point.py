@@ -1,4 +1,4 @@
-"""Where the plate is touched, by the torques about the force sensor's origin.
+"""Location of the contact on the plate, from the torques about the force sensor's origin.
 
 With r from the sensor's origin to the place on the pressing axis at the contact's height and e from
 there to the contact, T = (r + e) × f. Of the two torques across the axis this leaves e (six axes,
@@ -17,12 +17,12 @@ from stepload.estimators.missing import Missing
 from stepload.estimators.wrench import Wrench
 
 OFF_AXIS_M = 2e-3
-"""A contact that is further beside the axis is worth a warning."""
+"""Largest distance of a contact from the pressing axis without a warning."""
 HIGH_SHARE = 0.3
-"""Above this share of the largest force the places of the holds are held against one another."""
+"""Only holds above this share of the largest force are compared with one another."""
 APART, LEAST_APART_M, SIGMAS = 3.0, 5e-4, 6.0
-"""By how much they must lie further apart than for a lever on the other side to speak for that:
-as a ratio, at least, and in standard uncertainties by noise."""
+"""Limits of the scatter of the places beyond which the lever must be on the other side: as a
+multiple of the scatter with that lever, in m, and in standard uncertainties by noise."""
 NO_HOLDS = "where the plate is touched is not known: there is no hold"
 OTHER_SIDE = (
     "where the plate is touched is not known: the torques fit a contact on the other side of the "
@@ -35,7 +35,7 @@ class ContactPoint:
     """Where the plate was touched during one hold while loading.
 
     `beside_m` is along the sensor's two axes across, in the order x, y, z; `sigma_m` the standard
-    uncertainty of each by noise alone: an error of the lever, times the share across, comes on top.
+    uncertainty of each by noise alone; an error of the lever, times the lateral share, adds to it.
     """
 
     cycle: int
@@ -50,11 +50,11 @@ class ContactPoint:
 
 
 def contact_points(wrench: Wrench, lever_m: float) -> tuple[ContactPoint, ...] | Missing:
-    """The place of every hold while loading, in the order of time.
+    """Place of the contact in every hold while loading, in the order of time.
 
-    The plate is taken to lie where its push comes from, as for a sensor that tells the force that
-    acts on it. One that tells the force that it exerts has the lever on its other side: where the
-    share across changes, the places of such a lever lie closer together, and none is told.
+    The sensor is assumed to report the force that acts on it. For one that reports the force that
+    it exerts, the lever is on the other side: where the lateral share varies, the places computed
+    with that lever scatter less, and `Missing` is returned.
 
     Args:
         wrench: samples in contact, finite, with torques.

@@ -1,4 +1,4 @@
-"""How a contact was made: force across the axis, slip, place and tilt, all of one run together."""
+"""How the contact of one run was made: lateral force, slip, place of the contact and tilt."""
 
 from __future__ import annotations
 
@@ -26,16 +26,17 @@ LEAST_SAMPLES = 20
 
 @dataclass(frozen=True, slots=True)
 class ContactQuality:
-    """What one run says of how its contact was made.
+    """How the contact of one run was made.
 
     Attributes:
-        branches: the share of the force across, branch by branch.
-        loop: what loading and unloading say together.
+        branches: the lateral share (lateral over axial force), branch by branch.
+        loop: comparison of the shares while loading and unloading.
         change: by how much the share changed from cycle 1 to 2, and its uncertainty; None without
             a second loading.
-        slips: slip events; `unseen_n` is the jump at the top force that is certain to be seen:
-            smaller ones may have happened.
-        points: where the plate was touched, hold by hold; `Missing` says why it is not known.
+        slips: detected slip events; `unseen_n` is the smallest jump at the top force that is
+            certain to be detected.
+        points: place of the contact, hold by hold; `Missing` gives the reason where it is not
+            known.
     """
 
     branches: tuple[BranchShare, ...]
@@ -47,19 +48,19 @@ class ContactQuality:
 
     @property
     def share(self) -> float:
-        """Median size of the share over the forces of the first loading."""
+        """Median size of the lateral share over the forces of the first loading."""
         return self.branches[0].size
 
     @property
     def eccentric(self) -> ContactPoint | None:
-        """The place that is told best, that of the largest force; None where it is not known."""
+        """The place at the largest force, the most accurate one; None where it is not known."""
         if isinstance(self.points, Missing):
             return None
         return max(self.points, key=lambda point: point.force_n)
 
 
 def contact_quality(wrench: Wrench | None, lever_m: float | None) -> ContactQuality | Missing:
-    """What a run says of its contact.
+    """Evaluate how the contact of a run was made.
 
     Args:
         wrench: its samples in contact; None where the sensor has one axis only.

@@ -1,4 +1,4 @@
-"""Cycles of a curve: where it is loaded, held and unloaded, told from force and travel alone."""
+"""Cycles of a curve: loading, hold and unloading, found from force and travel alone."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from stepload.estimators.fit import FloatArray
 TURN = 0.15
 """The force turns where it falls by this share of its last peak, or rises again by as much."""
 LEAST_PEAK = 0.02
-"""A peak below this share of the largest is none."""
+"""A peak below this share of the largest is not counted."""
 HELD_PEAK = 0.99
-"""What stays above this share of its peak is held."""
+"""Samples above this share of the cycle's peak belong to its hold."""
 RETREAT = 0.01
-"""Unloading retreats by this share of the whole travel at least: a force that relaxes does not."""
+"""Smallest retreat of an unloading, as a share of the whole travel; relaxation does not retreat."""
 STILL = 1e-3
-"""A travel within this share of its largest stands still."""
+"""A travel within this share of its largest counts as standing still."""
 _NOISE = 6.0
 
 
@@ -68,7 +68,7 @@ def cycles_of(force_n: FloatArray, travel_m: FloatArray | None = None) -> list[C
 
 
 class _Turn(NamedTuple):
-    """A cycle by its first sample, its peak and the sample behind its last; did it unload?"""
+    """A cycle: its first sample, its peak, the sample after its last, and whether it unloaded."""
 
     start: int
     peak: int
@@ -82,7 +82,7 @@ def _without_spikes(values: FloatArray) -> FloatArray:
         return values
     padded = np.pad(values, 2, mode="edge")
     a, b, c, d, e = (padded[i : i + values.size] for i in range(5))
-    # Neither the least nor the largest of four: two of them, and the fifth.
+    # The median of five: neither the least nor the largest of four, or else the fifth.
     low = np.maximum(np.minimum(a, b), np.minimum(c, d))
     high = np.minimum(np.maximum(a, b), np.maximum(c, d))
     return np.asarray(np.maximum(np.minimum(low, high), np.minimum(np.maximum(low, high), e)))

@@ -1,4 +1,4 @@
-"""Jumps of the travel under a force that stays: pop-in, slip, a crack. No law has them."""
+"""Jumps of the travel at nearly constant force: pop-in, slip, a crack. No contact law has them."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from stepload.estimators.curve_parts import white_noise
 from stepload.estimators.fit import FloatArray
 
 LEAST_JUMP = 0.01
-"""Share of the deformation that a jump has at least."""
+"""Smallest jump, as a share of the deformation."""
 SUDDEN = 6.0
-"""So many times as far as the travel goes about it in the same time."""
+"""Least ratio of the jump to the median travel of its neighbourhood in the same time."""
 SOFT = 0.2
-"""The force rises by less than this share of what the mean stiffness would make of the jump."""
+"""Largest rise of the force in a jump, as a share of the jump times the mean stiffness."""
 _LEAST_FORCE = 0.05
 _BLOCKS, _NEIGHBOURS = 4000, 20
 _NOISE, _QUANTA = 8.0, 3.0
@@ -34,7 +34,7 @@ def largest_jump(
 
     Args:
         travel_m, force_n: (N,) from the touch, in the order of time.
-        quantum_m: steps that the travel is read in; a few of them are no jump.
+        quantum_m: resolution of the travel; a change of a few quanta is no jump.
     """
     size = max(1, travel_m.size // _BLOCKS)
     count = travel_m.size // size

@@ -1,4 +1,4 @@
-"""What an imported curve tells of itself: noise, quantum, free air, touch."""
+"""Properties read from an imported curve itself: noise, quantum, free air, touch."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ LEAST_SLOPE = 0.15
 """A contact with an exponent up to 2.5 at 1 % of its peak force is at least that stiff, as a share
 of its mean stiffness; what is softer is free air."""
 REPEATS = 0.5
-"""A channel with fewer different values than this share of its samples is quantised."""
+"""A channel with fewer distinct values than this share of its samples is quantised."""
 FINEST = 1e-9
-"""A quantum below this share of the range of its channel is none."""
+"""A quantum below this share of the channel's range is ignored."""
 EXACT = 1e-5
-"""A channel whose noise and quantum are below this share of its range does not tell how well it was
-measured: it was computed, or smoothed."""
+"""A channel whose noise and quantum are below this share of its range was computed or smoothed: its
+data do not show how accurately it was measured."""
 TILT_SHARE, _TILT_STEPS = 0.1, 8
-"""A slope of the free air counts where it was seen over this share of the travel."""
+"""The slope of the force in free air is used only if it was seen over this share of the travel."""
 _DIFFERENCES, _SMOOTH = 4, 0.3
 _WINDOWS, _WINDOW = 64, 2048
 """Noise of long data is taken from so many windows of so many samples."""
@@ -60,9 +60,9 @@ def quantum(values: FloatArray) -> float:
 
 
 def is_exact(values: FloatArray) -> bool:
-    """Whether a channel is neither noisy nor quantised: nothing in it tells how good it is.
+    """Whether a channel is neither noisy nor quantised, so that its data do not show its accuracy.
 
-    Noise is the same to differences of every order; what is smooth is less and less.
+    White noise has the same size in differences of every order; a smooth signal becomes smaller.
     """
     least, noise = EXACT * float(np.ptp(values)), white_noise(values)
     if quantum(values) > least:
@@ -71,7 +71,7 @@ def is_exact(values: FloatArray) -> bool:
 
 
 def first_touch(force_n: FloatArray, touch_n: float) -> int:
-    """Index of the first sample of a contact that lasts; a spike in free air is none."""
+    """Index of the first sample of a lasting contact; a spike in free air does not count."""
     half = int(np.argmax(force_n >= 0.5 * force_n.max()))
     free = np.flatnonzero(force_n[:half] < touch_n)
     return int(free[-1]) + 1 if free.size else 0
@@ -85,15 +85,15 @@ class FreeAir(NamedTuple):
     at_m: float
 
     def at(self, travel_m: FloatArray) -> FloatArray:
-        """The force that free air would have shown there."""
+        """Force extrapolated from free air to a travel."""
         return np.asarray(self.mean_n + self.slope_n_per_m * (travel_m - self.at_m))
 
 
 def free_air(travel_m: FloatArray, force_n: FloatArray, band_n: float) -> FreeAir | None:
     """The force while the arm moves in free air; None where the data begin in contact or at rest.
 
-    Its slope counts only where it would be seen over the whole travel (by more than the band): it
-    is drift, or the light of a cantilever's reflection.
+    Its slope is used only where it exceeds the band over the whole travel: it is drift, or optical
+    interference of a cantilever.
 
     Args:
         travel_m, force_n: (N,) a loading, force not tared.
@@ -106,7 +106,7 @@ def free_air(travel_m: FloatArray, force_n: FloatArray, band_n: float) -> FreeAi
     span_m = float(np.ptp(travel_m))
     found = _line(travel_m[: end // 2 + 1], force_n[: end // 2 + 1], span_m, band_n)
     for _ in range(_TILT_STEPS):
-        # A tilt leaves the band before the touch: what follows the line is free air as well.
+        # A slope leaves the band before the touch: what follows the line is free air as well.
         further = first_touch(force_n - found.at(travel_m), band_n)
         if not found.slope_n_per_m or further <= end:
             break

@@ -1,4 +1,4 @@
-"""Which way an imported curve presses: every laboratory has its own signs."""
+"""Sign convention of an imported curve: which way force and travel count."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from stepload.estimators.curve_parts import white_noise
 from stepload.estimators.fit import FloatArray
 
 _AT_AN_END = 0.002
-"""Share of the samples that stand for an end of the travel."""
+"""Share of the samples that is taken as one end of the travel."""
 _CLEAR = 0.5
-"""An end with less than this share of the other's force is the one in free air."""
+"""An end whose force is below this share of the other's is the one in free air."""
 _SEEN, _NOISE = 0.05, 6.0
-"""The ends differ by at least this share of all the force there is, and by so many standard
-deviations of its noise, or nothing is turned."""
+"""Least difference of the two ends for a sign change: as a share of the force range, and in
+standard deviations of the noise."""
 
 
 class Signs(NamedTuple):
@@ -31,11 +31,10 @@ class Signs(NamedTuple):
 
 
 def signs(travel_m: FloatArray, force_n: FloatArray) -> Signs:
-    """Tell the deep end of the travel from the shallow one.
+    """Find the deep end of the travel, where the payload is pressed, and the signs that follow.
 
-    At the deep end the payload is pressed, whatever pulls elsewhere (adhesion may pull harder than
-    the test presses). The shallow end is the one without force; where an offset hides that, the one
-    where the data begin.
+    The force at the deep end counts as pressing even if adhesion pulls harder elsewhere. The
+    shallow end is the one without force; where an offset hides that, the one where the data begin.
 
     Args:
         travel_m, force_n: (N,) in the order of time.

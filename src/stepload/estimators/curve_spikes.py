@@ -9,24 +9,24 @@ from stepload.estimators.curve_parts import quantum
 from stepload.estimators.fit import FloatArray
 
 LEAST_SAMPLES = 32
-"""In a shorter table a glitch cannot be told from the top of a press."""
+"""Shortest table in which glitches are looked for: below it one looks like the top of a press."""
 WIDEST = 2
-"""Samples that a glitch has at most."""
+"""Largest number of samples in a glitch."""
 SUDDEN = 5.0
-"""A glitch is so many times as far off as the channel goes from sample to sample beside it: the
-top of a press and the dip of a snap-in, which one of their flanks leads to, are none."""
+"""Least ratio of a glitch to the steps between the samples next to it. The top of a press and the
+dip of a snap-in, which have a gradual flank, stay below."""
 MOST = 0.01
-"""A larger share of glitches is no glitch but the channel."""
+"""Above this share of outliers the channel is taken as it is, and none counts as a glitch."""
 _BESIDE, _ABOUT = 3, 12
 _NOISE, _QUANTA, _LEAST = 10.0, 4.0, 1e-3
 
 
 def spikes(values: FloatArray) -> NDArray[np.bool_]:
-    """Samples (N,) that lie off while both sides of them agree with each other.
+    """Samples (N,) that deviate while their neighbours on both sides agree with each other.
 
-    After Hampel, a sample is judged by the medians about it: it is further off than ten median
-    steps of its neighbourhood, four quanta and 0.1 % of the range. None is found in tables of
-    fewer than 32 samples, in the first and last three, and where more than 1 % would be.
+    After Hampel, a sample is compared with medians of its neighbourhood: it deviates by more than
+    ten median steps, four quanta and 0.1 % of the range. None is reported in tables of fewer than
+    32 samples, in the first and last three samples, or where more than 1 % would be.
 
     Args:
         values: (N,) a channel in the order of time.
@@ -47,7 +47,7 @@ def spikes(values: FloatArray) -> NDArray[np.bool_]:
 
 
 def _outside(values: FloatArray, steps: FloatArray, width: int, least: float) -> NDArray[np.intp]:
-    """Where `width` samples lie outside of both their neighbours, which hardly move."""
+    """Places where `width` samples lie outside both neighbours, which hardly move."""
     at = np.arange(_BESIDE, values.size - width - _BESIDE + 1)
     before, after = values[at - 1], values[at + width]
     inside = np.lib.stride_tricks.sliding_window_view(values, width)[at]

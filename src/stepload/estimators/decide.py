@@ -1,16 +1,17 @@
-"""Which fit to believe, and when it compares with the paper's tables.
+"""Choice of the fit to use, and whether it is comparable with the paper's tables.
 
-The zero of δ rules everything: where the touch is detected from a force threshold, every fit that
+The zero of δ is decisive: where the touch is detected from a force threshold, every fit that
 takes the zero as given is wrong by the same amount, whatever its treatment of noise.
 
 =====================================  =========================================================
-what is known                          believe
+joint fit                              fit to use
 =====================================  =========================================================
-zero detected from a force threshold   "joint": K, n and δ0 together; removes 90–96 % of the error
-none of these is usable                "rs_btls"; the doubts say why
+usable                                 "joint": K, n and δ0 together; removes 90–96 % of the error
+not usable                             the first usable of "rs_btls", "mixed_ls_tls", "odr",
+                                       "inverse_ls" and "rs_rtls"; the reasons say why
 =====================================  =========================================================
 
-"rs_btls" is always reported beside: it is the number of the paper's Table I. The paper took the
+"rs_btls" is always reported as well: it is the number of the paper's Table I. The paper took the
 zero as detected, so an exponent from a fit with free δ0 compares with the tables only where both
 fits agree. On a rough payload δ0 also absorbs the roughness: the force is then described better,
 and the exponent is still less comparable. "mixed_ls_tls" differing from "rs_btls" shows how much
@@ -33,22 +34,22 @@ from stepload.estimators.fit_all import above_elastic_limit
 from stepload.estimators.smooth import NORMAL_95
 
 EXPONENT_HALF_WIDTH = 0.1
-"""An exponent known worse than ± this is flagged."""
+"""An exponent with a larger 95 % half width is flagged."""
 SAME_EXPONENT = 0.02
 """Exponents closer than this compare whatever their σ (they are printed with two decimals)."""
 
 UNUSABLE = frozenset({Flag.NOT_CONVERGED, Flag.ILL_CONDITIONED, Flag.HOLD_WINDUP})
-"""Numerical doubts: a fit that has one is believed only where there is no other."""
+"""Numerical doubts: a fit with one of them is used only if every fit has one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """Which fit to believe.
+    """The chosen fit and the reasons.
 
     Attributes:
         believe: name of the fit in `fits`.
         why: the reasons, one sentence each, with numbers.
-        comparable_with_paper: whether its K and n may be set beside the paper's tables.
+        comparable_with_paper: whether its K and n may be compared with the paper's tables.
         fits: all fits with every doubt attached.
     """
 
@@ -73,7 +74,7 @@ def decide(
         peak_force_n: highest force of the data, to be held against `elastic_limit_n` (F_c).
         elastic_limit_n: F_c or the declared limit in N.
         sigma_n: σ of the exponent by estimator name, from the uncertainty budget; where it is
-            missing the covariance from the residuals stands in, which is too small.
+            missing the covariance from the residuals is used, which is too small.
         roughness_m: σ_eq of the payload; None or 0 where it is smooth.
 
     Raises:
@@ -139,7 +140,7 @@ def _choose(fits: Mapping[str, Fit]) -> tuple[str, tuple[str, ...]]:
 def _compare(
     fits: Mapping[str, Fit], believe: str, sigma_n: float | None, roughness_m: float | None
 ) -> tuple[bool, tuple[str, ...]]:
-    """Whether the believed exponent may be set beside the paper's, and why."""
+    """Whether the chosen exponent may be compared with the paper's, and why."""
     if believe in ("rs_btls", "rs_rtls"):
         return True, (f"{believe} is the paper's own estimator",)
     if "rs_btls" not in fits:

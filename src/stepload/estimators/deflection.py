@@ -22,22 +22,23 @@ from stepload.estimators.monotone import rising_curve
 LEAST_RELATIVE = 0.05
 """Least relative standard uncertainty of a K_s without a table of the same pose."""
 SEAT_RELATIVE, SEAT_REACH = 0.05, 0.15
-"""Without a table the system may give way by so much more at small force than its K_s says, as a
-share of its deflection at the largest force, within about this share of that force."""
+"""Assumed excess deflection of the system at small force where there is no table: as a share of its
+deflection at the largest force, and the share of that force within which it builds up."""
 BEGINS = 0.25
-"""A table begins at this share of the peak force at the latest: below its first row it is a
-straight line to nothing, and a chord begins at 10 %."""
+"""A table's first row must lie at or below this share of the peak force: below it the table is a
+straight line to zero, and a chord begins at 10 %."""
 REACHED = 0.97
-"""A run is held this near to its top force at least; a plan that has met `BEGINS` goes on to."""
+"""Least force that a run reaches over its planned top force. With it, a table that satisfies
+`BEGINS` for the plan also does for the run."""
 BEYOND = 1.05
-"""A table's highest row is a mean over forces; so far beyond it nothing is extrapolated."""
+"""Peak force over a table's highest row (a mean over forces) up to which no doubt is raised."""
 
 
 @lru_cache(maxsize=16)
 def _curve(
     force_n: tuple[float, ...], deflection_m: tuple[float, ...]
 ) -> Callable[[FloatArray], FloatArray]:
-    """The monotone curve through the rows and through nothing at 0 N."""
+    """The monotone curve through the rows and through 0 m at 0 N."""
     return rising_curve(np.array([0.0, *force_n]), np.array([0.0, *deflection_m]))
 
 
@@ -51,8 +52,8 @@ class DeflectionTable:
     Attributes:
         force_n: (M,) forces, rising, above 0.
         deflection_m: (M,) deflection there, rising, above 0.
-        sigma_m: (M,) standard uncertainty of each row. Neighbours err alike, over the correlation
-            length of the smooth error; an error of the whole table in proportion is not in it.
+        sigma_m: (M,) standard uncertainty of each row, correlated over the correlation length of
+            the smooth error; an error proportional to the whole table is not included.
     """
 
     force_n: tuple[float, ...]
@@ -69,12 +70,12 @@ class DeflectionTable:
 
     @property
     def last_compliance_m_per_n(self) -> float:
-        """Slope between the last two rows, 0 N counting as one."""
+        """Slope between the last two rows; the origin counts as a row."""
         force, deflection = self._rows
         return float((deflection[-1] - deflection[-2]) / (force[-1] - force[-2]))
 
     def at(self, force_n: FloatArray) -> FloatArray:
-        """Deflection (N,) in m at forces (N,); that of a pull is the mirror image of a push's."""
+        """Deflection (N,) in m at forces (N,); odd in the force, so that a pull mirrors a push."""
         size, last_n = np.abs(np.asarray(force_n, dtype=np.float64)), self.force_n[-1]
         inside = _curve(self.force_n, self.deflection_m)(np.minimum(size, last_n))
         further = np.maximum(size - last_n, 0.0) * self.last_compliance_m_per_n
@@ -85,7 +86,7 @@ class DeflectionTable:
         return np.asarray(np.interp(np.abs(force_n), self.force_n, self.sigma_m))
 
     def beyond(self, peak_force_n: float) -> str:
-        """What is doubtful about this table for a peak force; "" where its rows cover it."""
+        """The doubt about this table at a peak force; "" where its rows cover it."""
         last_n, first_n = self.force_n[-1], self.force_n[0]
         if REACHED * first_n > BEGINS * peak_force_n:
             return (
@@ -101,8 +102,8 @@ class DeflectionTable:
 
 
 def seat_sigma(force_n: FloatArray, stiffness_n_per_m: float) -> FloatArray:
-    """Standard uncertainty (N,) in m of what joints and mounts give way as they seat, at forces
-    (N,) of at least 0; K_s, a line through larger forces, does not see it."""
+    """Standard uncertainty (N,) in m of the seating of joints and mounts, at forces (N,) of at
+    least 0; K_s, the slope of a line at larger forces, does not include it."""
     top_n = float(force_n.max(initial=0.0))
     if top_n <= 0.0:
         return np.zeros_like(force_n)
@@ -111,7 +112,7 @@ def seat_sigma(force_n: FloatArray, stiffness_n_per_m: float) -> FloatArray:
 
 
 def least_sigma(stiffness_n_per_m: float, sigma_n_per_m: float) -> tuple[float, str]:
-    """σ(K_s) of a stiffness without a table of the same pose, and why it is not the stated one.
+    """σ(K_s) used without a table of the same pose, and why it differs from the stated one.
 
     The reason is "" where the stated uncertainty is larger already.
     """

@@ -1,4 +1,4 @@
-"""Rows of a table of the system's deflection δ_s(F): what makes them a table."""
+"""Validity check of the rows of a deflection table δ_s(F)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MOST_ROWS = 1000
 def table_problem(
     force_n: Sequence[float], deflection_m: Sequence[float], sigma_m: Sequence[float]
 ) -> str:
-    """Why these rows are no table; "" where they are one."""
+    """Why these rows are not a valid table; "" where they are."""
     counts = len(force_n), len(deflection_m), len(sigma_m)
     if len(set(counts)) > 1:
         return (

@@ -1,12 +1,12 @@
-"""The difference of two groups of runs, with the interval that is its own.
+"""The difference between two groups of runs, with its own interval.
 
 Every error of the budget enters the difference of ln(stiffness) with the weight of its run: −1/N in
-the first group, +1/N in the second (GUM, JCGM 100, 5.2.2, with correlations). What all runs share
-cancels but for the part that they feel differently: K_s with 1.3 % in one and 1.4 % in the other
-leaves 0.1 %. What each run has to itself is averaged.
+the first group, +1/N in the second (GUM, JCGM 100, 5.2.2, with correlations). An error that all
+runs share cancels except for the difference of its size: K_s with 1.3 % in one and 1.4 % in the
+other leaves 0.1 %. Errors of single runs are averaged.
 
-Repeats are believed more than a budget: where the scatter of the runs is larger than the budget of
-their own errors expects, it takes its place, widened after Student for few runs.
+Repeats take precedence over a budget: a scatter of the runs that is larger than the budget of their
+own errors predicts replaces it, widened after Student for few runs.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from stepload.estimators.origin import common
 from stepload.estimators.repeats import IntArray, Scatter, normal, scatter_of, within
 
 SIGNIFICANCE = 0.05
-"""How often runs of equal payloads may be called different."""
+"""Allowed probability of calling runs of equal payloads different."""
 POWER = 0.8
-"""How often a true difference of the smallest detectable size is called one."""
+"""Probability of detecting a true difference of the smallest detectable size."""
 SMOOTH = "smooth deformation error"
 REPEATABILITY = "repeatability beyond the budget"
 
 
 class Agreement(StrEnum):
-    """What a comparison comes to."""
+    """Verdict of a comparison."""
 
     AGREE = "agree"
     DIFFER = "differ"
@@ -44,14 +44,14 @@ class Agreement(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class DifferenceLine:
-    """What one source adds; all relative standard uncertainties.
+    """Contribution of one source; all relative standard uncertainties.
 
     Attributes:
         source: its name.
-        first, second: rms of what it is in a single run of the group.
-        own: what the runs' own part of it leaves in the difference, after averaging.
-        shared: what the shared part leaves in it, after cancelling.
-        left: both together.
+        first, second: rms of its size in a single run of the group.
+        own: contribution of its part that is independent between runs, after averaging.
+        shared: contribution of its shared part, after cancelling.
+        left: both combined.
         common: in words, which runs share it.
     """
 
@@ -66,7 +66,7 @@ class DifferenceLine:
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """Group 2 against group 1.
+    """Difference of group 2 from group 1.
 
     Attributes:
         quantity, from_n, to_n: what was compared, between which forces.
@@ -74,14 +74,15 @@ class Difference:
         relative: S2/S1 − 1, geometric means.
         interval: its 95 % interval; wider where several groups are compared with the first.
         half_width: of the interval of ln(S2/S1).
-        smallest_detectable: the relative difference that would have been called one in 80 of 100.
+        smallest_detectable: the relative difference that would be detected with a probability of 80
+            %.
         tolerance: the difference that matters, relative.
-        verdict, why: what it comes to.
+        verdict, why: the verdict and its reason.
         lines: one per source; in the widest case where it is not known what is shared.
         scatter: standard deviation of ln S between the runs of a group, pooled; None: no repeats.
         scatter_degrees: its degrees of freedom.
         scatter_expected: what the budget of the runs' own errors expects.
-        open_sources: sources of which the records do not tell whether they are shared.
+        open_sources: sources for which the records do not show whether they are shared.
     """
 
     quantity: str
@@ -114,14 +115,14 @@ class _Correlation(NamedTuple):
         return bool(np.any(self.most > self.least))
 
     def cases(self, group: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """What is not known is each run's own, or shared within a group alone (then nothing cancels
-        and nothing averages), or shared by all."""
+        """Ways in which unknown correlations are resolved: independent in every run, shared within
+        a group only (nothing cancels and nothing averages), or shared by all."""
         grouped = np.where(group[:, None] == group, self.most, self.least)
         return self.least, grouped, self.most
 
 
 class _Case(NamedTuple):
-    """One way in which what is not known could be."""
+    """One assumption about the correlations that are not known."""
 
     lines: tuple[DifferenceLine, ...]
     expected: float | None
@@ -242,7 +243,7 @@ def _correlations(runs: Sequence[Measured]) -> dict[str, _Correlation]:
 def _case(
     groups: _Groups, correlation: Mapping[str, FloatArray], known: Mapping[str, _Correlation]
 ) -> _Case:
-    """The lines of the difference where the correlations are these."""
+    """The lines of the difference for given correlations."""
     lines, expected = [], 0.0
     scatter, average = groups.scatter, float(groups.weight @ groups.weight)
     projection = within(groups.group)
@@ -297,7 +298,7 @@ def _shared(matrix: FloatArray) -> bool:
 
 
 def _told(matrix: FloatArray, group: IntArray) -> str:
-    """In words, which runs share a source."""
+    """Description of which runs share a source."""
     pairs = matrix[~np.eye(group.size, dtype=bool)]
     if not np.any(pairs):
         return "no"
@@ -311,7 +312,7 @@ def _told(matrix: FloatArray, group: IntArray) -> str:
 def _judge(
     change: float, halves: Sequence[float], smallest: float, tolerance: float
 ) -> tuple[Agreement, str]:
-    """The verdict: where something is not known, every case must come to the same."""
+    """The verdict; every assumption about unknown correlations must lead to the same one."""
     half = max(halves)
     said = f"{math.expm1(change):+.1%} ± {math.expm1(half):.1%}"
     seen = f"smallest difference that these runs could have shown: {smallest:.1%}"

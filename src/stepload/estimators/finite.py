@@ -1,4 +1,4 @@
-"""What LAPACK must not be given: on infinities its routines never return, or write to the terminal.
+"""Guard against non-finite matrices, on which LAPACK does not return or writes to the terminal.
 
 A decomposition of a matrix with an infinity does not end, and least squares of one with NaN put a
 line onto standard output, where programs expect JSON alone.
@@ -13,7 +13,7 @@ from stepload.estimators.fit import FloatArray
 
 
 def finite(matrix: FloatArray) -> FloatArray:
-    """The matrix itself.
+    """The matrix itself, if all its numbers are finite.
 
     Raises:
         DomainError: a number in it is not finite.

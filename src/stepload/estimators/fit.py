@@ -33,7 +33,7 @@ class Doubt:
 
 
 class Later:
-    """A number that is computed when first asked for; what it is computed from is let go then."""
+    """A number that is computed on first use; its inputs are released afterwards."""
 
     __slots__ = ("_compute", "_value")
 

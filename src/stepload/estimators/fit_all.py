@@ -31,7 +31,7 @@ def fit_all(
     sigma_m: float | None = None,
     sigma_n: float | None = None,
 ) -> dict[str, Fit]:
-    """All fits of one loading by name; what to make of them says `stepload.estimators.decide`.
+    """All fits of one loading by name; `stepload.estimators.decide` chooses among them.
 
     Args:
         selected: the samples.
@@ -71,7 +71,7 @@ def fit_all(
 
 
 def above_elastic_limit(peak_force_n: float, elastic_limit_n: float | None) -> tuple[Doubt, ...]:
-    """A doubt where the data go beyond F_c; none where no limit is given."""
+    """A doubt where the data exceed F_c; none where no limit is given."""
     if elastic_limit_n is None or peak_force_n <= elastic_limit_n:
         return ()
     message = (
@@ -82,9 +82,9 @@ def above_elastic_limit(peak_force_n: float, elastic_limit_n: float | None) -> t
 
 
 def _possible(attempts: list[Callable[[], Fit]]) -> list[Fit]:
-    """The fits that can be had; the first refusal where there is none.
+    """The fits that succeed; raises the first refusal where none does.
 
-    One estimator that fails on numbers it cannot work with does not take the others with it.
+    An estimator that fails on unsuitable data does not prevent the others.
     """
     fits, refusals = [], []
     for attempt in attempts:
@@ -124,9 +124,9 @@ def recursive_fit(selected: Selected, secant_force_n: float) -> Fit:
 
 
 def recursive_as_batch(deformation: FloatArray, force: FloatArray, secant_force_n: float) -> Fit:
-    """`recursive_fit` of samples that all enter it, as one decomposition.
+    """The result of `recursive_fit` for samples that all enter it, computed as one decomposition.
 
-    For the many calls that a sensitivity takes.
+    Fast, for the many calls of a numerical sensitivity.
     """
     points = positive(deformation, force, at_least=3)
     x, y = points.deformation_m, points.force_n

@@ -32,33 +32,33 @@ BoolArray = NDArray[np.bool_]
 
 BLOCK_S = 0.05
 NEAR_BLOCKS = 3
-"""Blocks on either side that a rate is taken over, and that are left out where it changes."""
+"""Blocks on either side over which a rate is taken; left out where the rate changes."""
 LEAST_LAG_SIGMA_S = 1e-3
-"""No alignment is trusted to better than this here."""
+"""Least standard uncertainty of the time alignment that is used here."""
 AT_REST, SLOW, FAST = 0.1, 0.4, 0.6
 """Shares of the fastest rate: at rest below the first; the rate varied if there are blocks below
 the second and above the third."""
 RATE_OF_NOISE = 10.0
-"""The fastest rate must be so many times what the noise of force makes of a rest."""
+"""Least ratio of the fastest rate to the rate that force noise causes at rest."""
 LEAST_BLOCKS = 10
 _ROUNDS = 4
 LOWEST_SHARE = 0.05
-"""Blocks below this share of the top force are left out: the law is not known there."""
+"""Blocks below this share of the top force are left out: there the law is not accurate enough."""
 
 
 @dataclass(frozen=True, slots=True)
 class HuntCrossley:
-    """What the rate of deformation does to the force.
+    """Dependence of the force on the rate of deformation.
 
     Attributes:
         dissipation_s_per_m: d of F = K δⁿ (1 + d δ̇); None where it is not determined.
         interval_s_per_m: its 95 % interval; None where it is not determined.
-        upper_bound_s_per_m: with 97.5 % the payload's d is not above it.
+        upper_bound_s_per_m: 97.5 % upper bound of the payload's d.
         sigma_s_per_m: standard uncertainty of d from all sources.
-        lag_sigma_s_per_m: what of it the lag is.
-        lag_sigma_s: the lag that counted.
+        lag_sigma_s_per_m: contribution of the lag to it.
+        lag_sigma_s: standard uncertainty of the lag that was used.
         rates_m_per_s: slowest and fastest rate of deformation.
-        why: in a sentence, why it is not determined or what it holds.
+        why: a sentence: why it is not determined, or what it includes.
     """
 
     dissipation_s_per_m: float | None
@@ -144,7 +144,7 @@ def hunt_crossley(
 
 
 def _tenth_largest(values: FloatArray) -> float:
-    """The value that as many blocks pass as a ramp needs; one outlier is no ramp."""
+    """The `LEAST_BLOCKS`-th largest value, so that single outliers do not count as a ramp."""
     return float(np.sort(values)[-min(LEAST_BLOCKS, values.size)])
 
 

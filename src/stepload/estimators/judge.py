@@ -1,4 +1,4 @@
-"""What the data of a run have shown about the payload."""
+"""Verdict on what the data of a run show about the payload."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class ResultVerdict(StrEnum):
-    """What the data have shown about the payload."""
+    """What the data have shown about the payload: the possible verdicts."""
 
     IDENTIFIED = "identified"
     MARGINAL = "marginal"
@@ -16,7 +16,7 @@ class ResultVerdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """What the data are good for, and why.
+    """The verdict on the data, and its reasons.
 
     `k_max_n_per_m` is (34) in N/m with the force that was reached; NaN where the position
     resolution is neither stated nor seen in the data.

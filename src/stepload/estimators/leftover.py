@@ -1,9 +1,9 @@
-"""The smooth error that the residuals of a run itself speak for.
+"""Smooth error estimated from the residuals of the run itself.
 
-Residuals do not show what the fit has absorbed, so their rms is no measure of the error behind
-them. How much of a smooth error a fit of (K, n, δ0) absorbs is known, however: what is left can be
-scaled up to the whole. It rests on very few degrees of freedom, since the fit takes three of about
-six that a smooth error has over a run, and is the last resort where no K_s run tells more.
+Residuals do not show what the fit has absorbed, so their rms underestimates the error. The share of
+a smooth error that a fit of (K, n, δ0) absorbs is known, however, so the residual can be scaled up
+to the whole. The estimate has very few degrees of freedom, since the fit takes three of the about
+six that a smooth error has over a run: use it only where there is no K_s run.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ def smooth_leftover(
     Args:
         fit: fit of K, n and zero.
         deformation_m, force_n: (N,) the points it was made from, forces positive.
-        white_sd_m: white noise of a point; what it leaves in the means is not counted as smooth.
+        white_sd_m: white noise of a point; its part in the means is not counted as smooth.
         length_n: correlation length of the smooth error; None: not known, its size is taken at the
             middle of the lengths that it may have.
 
     Returns:
-        None where the data are too few, or span too little force to tell.
+        None where there are too few data, or their range of force is too small.
     """
     lengths = smooth_lengths(length_n, float(force_n.max()))
     length_n = lengths[len(lengths) // 2]

@@ -1,7 +1,8 @@
-"""What a force sensor that is not quite straight does: its reading bends between zero and the top.
+"""Error of a force sensor that is not quite linear between zero and the top force.
 
-A certificate compares a sensor with a line; what is left is a bow to one side, or an S. Nothing in
-a run shows it: a contact that is a little stiffer reads the same. So it is stated, or assumed.
+A certificate compares a sensor with a line; what is left is a bow to one side, or an S. The data of
+a run cannot show it, since a slightly stiffer contact gives the same reading. So it is stated, or
+assumed.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 from stepload.estimators.fit import FloatArray
 
 ASSUMED_NONLINEARITY = 0.015
-"""Where nobody has stated it: data sheets of force sensors name 0.1 % to 2 %."""
+"""Nonlinearity assumed where none is stated; data sheets of force sensors give 0.1 % to 2 %."""
 _S_PEAK = math.sqrt(3.0) / 36.0
 
 

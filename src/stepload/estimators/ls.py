@@ -4,8 +4,8 @@ All of them come from the same five weighted moments. These are taken about the 
 squaring costs nothing: the result equals the singular value decomposition of the whole data matrix
 to 1e-12, while an uncentred Gram matrix would square a condition of 3e6 to 8e7.
 
-The data are read once: the moments also tell whether every point had a logarithm, and the force
-residual is found from the logarithms, should anybody ask for it.
+The data are read once: the moments also show whether every point had a logarithm, and the force
+residual is computed from the logarithms on demand.
 """
 
 from __future__ import annotations
@@ -224,7 +224,7 @@ def smallest_direction(triangle: FloatArray) -> tuple[float, float, tuple[Doubt,
 
 
 def ill_conditioned(smallest: float, next_smallest: float) -> tuple[Doubt, ...]:
-    """A doubt where two singular values are too close to tell their directions apart."""
+    """A doubt where two singular values are too close to distinguish their directions."""
     if smallest <= CLOSE_SINGULAR_VALUES * next_smallest:
         return ()
     message = (

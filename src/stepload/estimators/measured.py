@@ -44,11 +44,11 @@ Ask = Callable[[float, float], Measured]
 def at_common_forces(
     ranges: Sequence[tuple[float, float]], ask: Sequence[Ask]
 ) -> tuple[Measured, ...]:
-    """Ask every run for its quantity between forces that all of them have.
+    """Evaluate the quantity of every run between forces that all of them have.
 
     Args:
-        ranges: the forces (from_n, to_n) that each run has its quantity between.
-        ask: for each run, what evaluates it between two forces.
+        ranges: the forces (from_n, to_n) between which each run has its quantity.
+        ask: for each run, the function that evaluates it between two forces.
 
     Raises:
         DomainError: there is no range in common.

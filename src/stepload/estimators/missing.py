@@ -1,4 +1,4 @@
-"""A result that is not to be had, and why: never a number in its place."""
+"""A result that cannot be computed, with the reason: never a number in its place."""
 
 from __future__ import annotations
 

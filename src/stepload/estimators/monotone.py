@@ -35,7 +35,7 @@ def rising_curve(x: FloatArray, y: FloatArray) -> Callable[[FloatArray], FloatAr
 
 
 def _slopes(width: FloatArray, secant: FloatArray) -> FloatArray:
-    """Slopes at the points: weighted harmonic means of the secants' beside them."""
+    """Slopes at the points: weighted harmonic means of the neighbouring secants."""
     if len(secant) == 1:
         return np.repeat(secant, 2)
     before, after = 2.0 * width[1:] + width[:-1], width[1:] + 2.0 * width[:-1]

@@ -1,9 +1,9 @@
-"""Which errors two runs have in common: by the rig, the calibration, the sensor and the place.
+"""Which errors two runs have in common: by rig, calibration, sensor and place.
 
-An error that two runs share is one and the same number in both: it stands in neither their spread
-nor, as far as both feel it alike, in their difference. Whether it is shared is told by what the
-records say of the devices. What they do not say is not guessed: it stays open, and whoever judges
-has to look at both cases.
+An error that two runs share has the same value in both: it shows in neither their spread nor, where
+it acts equally on both, in their difference. Whether it is shared follows from the devices named in
+the records. What the records do not state is not guessed: it stays open, and both cases have to be
+considered.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 REPEATS = 0.9
-"""Correlation of the smooth error at one and the same place. It is never counted as repeating
-wholly: gear play and lubricant are part of it and differ from run to run."""
+"""Correlation of the smooth error at the same place. It is never counted as fully repeatable: gear
+play and lubricant are part of it and differ from run to run."""
 
 ACROSS_ALIKE = 0.9
-"""Correlation of what friction leaves in two runs of one share. Never counted as wholly the same:
-how an arm gives way is not quite one number where one payload sticks and another slides (`python -m
-stepload_verify.trials.coupling.compared`)."""
+"""Correlation of the errors that friction leaves in two runs of one lateral share. Never counted as
+fully repeatable: the compliance of an arm is not exactly one number where one payload sticks and
+another slides (`python -m stepload_verify.trials.coupling.compared`)."""
 OF_CALIBRATION = 0.5
-"""Correlation of what unknown friction leaves in two runs of one calibration: half of the variance
-of (share of the run less that of the calibration) is the calibration's."""
+"""Correlation of the errors that unknown friction leaves in two runs of one calibration: half of
+the variance of (share of the run less that of the calibration) is due to the calibration."""
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where the errors of a run come from; "" and None where the record does not tell.
+    """Where the errors of a run come from; "" and None where the record does not state it.
 
     Attributes:
         rig: name of the rig.
@@ -36,12 +36,12 @@ class Origin:
         axis: force axis with its sign.
         pose: the plan's name of the pose.
         kinematics: what else the errors of the travel depend on: the seed of a simulated rig.
-        calibration: which calibration K_s comes from.
+        calibration: the calibration that K_s comes from.
         stiffness_n_per_m: K_s and its standard uncertainty; None: no K_s in the chain.
         surface_m: travel of the arm at the touch before the loading.
         reach_m: travel over which the smooth error stays correlated.
-        across: how what the force across the axis leaves points, one figure for each independent
-            cause; empty where the share of the run or of the calibration is not known.
+        across: signed errors that lateral force leaves, one for each independent cause; empty where
+            the share of the run or of the calibration is not known.
     """
 
     rig: str = ""
@@ -58,7 +58,7 @@ class Origin:
 
 
 class Common(NamedTuple):
-    """Correlation of one source in two runs: between `least` and `most`, alike where known."""
+    """Correlation of a source in two runs: between `least` and `most`, equal where it is known."""
 
     least: float
     most: float
@@ -68,7 +68,7 @@ OWN, SAME, OPEN = Common(0.0, 0.0), Common(1.0, 1.0), Common(0.0, 1.0)
 
 
 def _same(*pairs: tuple[str, str]) -> Common:
-    """SAME where all agree, OWN where one differs, OPEN where one is not told by both."""
+    """SAME where all agree, OWN where one differs, OPEN where one is not stated by both."""
     if any(one and other and one != other for one, other in pairs):
         return OWN
     return SAME if all(one and other for one, other in pairs) else OPEN
@@ -112,8 +112,9 @@ def _smooth(one: Origin, other: Origin, apart_m: float) -> Common:
 
 
 def _across(one: Origin, other: Origin, apart_m: float) -> Common:
-    """How the rig gives way sideways is the same in one pose, and so is the share of the
-    calibration. Friction at the contact is the runs' own; of one payload it may be the same."""
+    """The lateral coupling of a rig is the same in one pose, and so is the share of the
+    calibration. Friction at the contact belongs to each run; with one payload it may be the
+    same."""
     same = _stiffness(one, other, apart_m)
     if same is OWN:
         return OWN
@@ -131,7 +132,7 @@ def _across(one: Origin, other: Origin, apart_m: float) -> Common:
 
 
 def _mounting(one: Origin, other: Origin, apart_m: float) -> Common:
-    """The sensor is as askew in all runs of a rig; a payload that was put in anew is not."""
+    """The sensor's misalignment is the same in all runs of a rig; a remounted payload's is not."""
     return OWN if _machine(one, other) is OWN else OPEN
 
 
@@ -148,25 +149,25 @@ _RULES: dict[str, Callable[[Origin, Origin, float], Common]] = {
     "misalignment of sensor and plate": _mounting,
     "gauge off the axis of an arm that turns": _turning,
 }
-"""Every other source is each run's own: noise, quanta, zero, lag, temperature, drift, creep and
-what the choice of the model adds."""
+"""Every other source is independent in each run: noise, quanta, zero, lag, temperature, drift,
+creep and the choice of the model."""
 
 
 def common(source: str, one: Origin, other: Origin, apart_m: float = 0.0) -> Common:
-    """How far an error is one and the same in two runs.
+    """Correlation of an error in two runs.
 
-    K_s: the same arm in the same pose and the same calibration. Gain: the same force sensor. Smooth
-    error: the same arm in the same pose, as far as it pressed at the same place of its travel:
-    0.9 exp(−½ (distance/reach)²). A pose without a name leaves K_s as one figure, but the smooth
-    error open: the same travel may then be another place.
+    K_s: the same arm in the same pose and the same calibration. Gain: the same force sensor and
+    axis. Smooth error: the same arm in the same pose, as far as it pressed at the same place of its
+    travel: 0.9 exp(−½ (distance/reach)²). With an unnamed pose K_s still counts as one figure, but
+    the smooth error is open: the same travel may then be another place.
 
-    Friction: as far as what it leaves points the same way in both, with one calibration; where the
-    shares are not known, by half at the least.
+    Friction: as far as the errors that it leaves have the same direction in both, with one
+    calibration; where the shares are not known, at least by half.
 
     Args:
         source: name of the source in a budget.
         one, other: where the errors of the two runs come from.
-        apart_m: how far the travels are apart at equal force, beside the surfaces.
+        apart_m: distance of the travels at equal force, in addition to that of the surfaces.
     """
     rule = _RULES.get(source)
     return OWN if rule is None else rule(one, other, apart_m)

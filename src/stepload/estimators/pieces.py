@@ -1,4 +1,4 @@
-"""One zero for the pieces of a run: what lies between them is set, drift or a touch, no compliance.
+"""A common zero for the pieces of a run, between which set, drift or a touch shifts the travel.
 
 Travel has one zero for the whole run, and from cycle to cycle (or where a pause opened the contact)
 it is shifted by what the contact has set and by what the machine has drifted. A fit of stiffness
@@ -21,7 +21,7 @@ IntArray = NDArray[np.integer]
 def piece_shifts(
     displacement_m: FloatArray, cell: IntArray, piece: IntArray
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """How far each sample's piece is shifted against the one with most cells.
+    """Shift of each sample's piece against the piece with most cells.
 
     Args:
         displacement_m: (N,) travel.
@@ -47,7 +47,7 @@ def piece_shifts(
     count = np.bincount(flat, minlength=shape[0] * shape[1]).reshape(shape)
     total = np.bincount(flat, displacement_m, minlength=shape[0] * shape[1]).reshape(shape)
     mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
-    # The first of equals: the zero of the run is that of its first piece.
+    # Of equals the first: the zero of the run is that of its first piece.
     reference = mean[int(np.argmax((count > 0).sum(axis=1)))]
     shared = np.isfinite(mean) & np.isfinite(reference)
     known = shared.any(axis=1)

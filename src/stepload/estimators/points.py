@@ -1,4 +1,4 @@
-"""Data points as the estimators take them: checked once, and what had to be left out said."""
+"""Data points as the estimators take them: checked once; a doubt states what was left out."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def checked(deformation_m: ArrayLike, force_n: ArrayLike) -> tuple[FloatArray, F
 
 
 def paired(deformation_m: ArrayLike, force_n: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Both as float arrays of one length; their numbers are not looked at.
+    """Both as float arrays of one length; their values are not checked.
 
     Raises:
         DomainError: they are not 1-D of one length.

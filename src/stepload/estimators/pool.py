@@ -1,10 +1,10 @@
-"""One system stiffness from several runs: weighted K_s, and the smooth error better known.
+"""One system stiffness from several runs: weighted K_s, and a better known smooth error.
 
 A single K_s run knows the size of its smooth error from two or three degrees of freedom, which
-nearly doubles every interval that rests on it. Runs with errors of their own (the contact found
-anew, another day) add up their degrees of freedom. Runs that repeat one and the same error do not,
-however well they agree: the misfits of the runs are therefore correlated with each other, and
-n runs of mean correlation r count as n/(1 + (n − 1) r) runs.
+nearly doubles every interval that rests on it. Runs with independent errors (a new touch, another
+day) add up their degrees of freedom. Runs that repeat the same error do not, however well they
+agree: the misfits of the runs are therefore correlated with each other, and n runs of mean
+correlation r count as n/(1 + (n − 1) r) runs.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ class PooledStiffness:
     """K_s of several runs of one rig in one pose.
 
     Attributes:
-        stiffness_n_per_m: mean, weighted with what each run's range of force tells at the pooled
-            size of the smooth error.
+        stiffness_n_per_m: mean, weighted with the information in each run's range of force at the
+            pooled size of the smooth error.
         sigma_n_per_m: its standard uncertainty, such that ± 1.96 σ covers 95 %.
         msde_m, smooth_error_m: rms over the runs of their misfit and smooth error.
         smooth_degrees: degrees of freedom of the smooth error; None where no run estimated it.
         damping_lower_bound_n_s_per_m: the lowest of the runs' bounds.
         force_range_n: lowest and highest force common to all runs.
         runs: number of runs.
-        independent_runs: for how many they count.
+        independent_runs: number of independent runs that they count as.
         misfit_correlation: mean correlation of the misfits of two runs; 0 for one run.
-        scatter: rms deviation of the runs over what their own uncertainties say; 0 for one run.
+        scatter: rms deviation of the runs over their own uncertainties; 0 for one run.
     """
 
     stiffness_n_per_m: float
@@ -112,7 +112,7 @@ def _widening(degrees: float | None) -> float:
 
 
 def _smooth_size(fit: SystemStiffnessFit) -> float:
-    """Size in m of the smooth error that the uncertainty of a run was made from."""
+    """Size in m of the smooth error on which the uncertainty of a run is based."""
     known = fit.contact_sigma_n_per_m**2 + fit.bend_sigma_n_per_m**2
     smooth = math.sqrt(max(fit.sigma_n_per_m**2 - known, 0.0))
     return smooth / (fit.error_gain_n_per_m2 * _widening(fit.smooth_degrees))

@@ -86,7 +86,7 @@ class RsRtls:
         return self._used
 
     def update(self, deformation_m: float, force_n: float) -> bool:
-        """Take one sample in; False where it was left out (at rest, or δ ≤ 0 or F ≤ 0).
+        """Add one sample; False where it was left out (at rest, or δ ≤ 0 or F ≤ 0).
 
         Raises:
             DomainError: a number is not finite.

@@ -1,4 +1,4 @@
-"""Creep and relaxation in the holds: how the contact goes on giving way at rest.
+"""Creep and relaxation in the holds: how the contact continues to give way at rest.
 
 The engine holds the *arm*, so in a hold the travel stands still while the force falls and the
 system springs back. Neither force nor deformation is constant; what the contact would have done at
@@ -13,7 +13,7 @@ The model is linear viscoelastic with one time: J(t)/J0 = 1 + a (1 − exp(−t/
 dz/dt = (e − z)/τ, where e is the instantaneous deformation that belongs to the force; its history
 counts from the first contact on, so ramps of finite length and the recovery in the holds on the way
 down are in it. A drift of the travel adds b t, with the same sign on the way up and down, where
-creep turns its sign: with holds on both ways the two are told apart.
+creep turns its sign: with holds on both ways the two can be distinguished.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ from stepload.estimators.sources import Sources
 
 BLOCK_S = 0.05
 SKIP_S = 0.2
-"""The beginning of a hold belongs to the arm that comes to rest and to the filters."""
+"""Time at the beginning of a hold that is skipped: the arm comes to rest and filters settle."""
 SHORTEST_S = 0.4
-"""A hold must go on for so long after that."""
+"""Least duration of a hold after that."""
 LEAST_BLOCKS = 6
 LEAST_HOLDS = 4
-"""So many holds show how much they differ."""
+"""Number of holds from which their scatter is used."""
 RESOLVED = 3.0
-"""A creep of so many standard uncertainties is resolved; its time was searched for, so 2 are not
-enough."""
+"""Standard uncertainties from which a creep counts as resolved; 2 are not enough, since its time
+was searched for."""
 SHORTEST_TIME_S, LONGEST_TIMES = 0.5, 10.0
-"""Times τ are looked for from the one, which the skipped beginning would hide, to so many times the
-longest hold, beyond which creep is a straight line."""
+"""Range of the times τ that are tried: from this one, which the skipped beginning would hide, to
+this multiple of the longest hold, beyond which creep is a straight line."""
 _TIMES = 48
 _LEAST_M = 1e-12
 _MODES = 8
@@ -61,14 +61,14 @@ class HoldSamples(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class HoldChange:
-    """What one hold shows between its first and its last block.
+    """Change over one hold, from its first block to its last.
 
     Attributes:
         force_n: mean force of the hold.
         loading: on the way up.
         lasted_s: time between the two blocks.
         force_change_n: change of the force.
-        deformation_change_m: u, change of the deformation as it were at constant force.
+        deformation_change_m: u, change of the deformation reduced to constant force.
         sigma_m: its standard uncertainty from noise and quanta.
         relative: u over the deformation by the law at that force.
         resolved: whether it is beyond 3 σ.
@@ -92,18 +92,19 @@ class Relaxation:
         holds: each hold by itself.
         creep_share: a.
         creep_sigma: its standard uncertainty: noise, quanta, drift.
-        relaxation_share: force lost at constant deformation in the end, n a/(1 + n a).
+        relaxation_share: share of the force that is finally lost at constant deformation, n a/(1 +
+            n a).
         time_s: τ; None where the holds do not bound it from both sides.
         time_interval_s: where the misfit rises by less than 4 of its own variances; an end that is
             not bounded by the data is None.
         per_decade: creep per decade of time since the middle of the ramp, relative to the
             deformation, from the holds on the way up.
         per_decade_sigma: its standard uncertainty.
-        drift_m_per_s: drift of the travel in the holds; None without holds on the way down: it is
-            in the creep then.
+        drift_m_per_s: drift of the travel in the holds; None without holds on the way down: the
+            creep then includes it.
         drift_sigma_m_per_s: its standard uncertainty.
-        resolved: whether there is creep beyond what noise and quanta may show.
-        why: in a sentence, what the numbers are worth.
+        resolved: whether the creep exceeds what noise and quanta can cause.
+        why: a sentence on how reliable the numbers are.
     """
 
     holds: tuple[HoldChange, ...]
@@ -237,7 +238,7 @@ def _rests(holds: Sequence[HoldSamples], fit: Fit) -> list[_Rest]:
 
 
 def _white_m(rest: _Rest, fit: Fit, sources: Sources) -> FloatArray:
-    """Standard deviation (B,) of u in each block: as stated, and as the blocks themselves show."""
+    """Standard deviation (B,) of u in each block: the larger of the stated and the observed one."""
     compliance = float(law_compliance(fit, np.array([rest.data.force_n.mean()]))[0])
     stiffness = sources.system_stiffness_n_per_m
     whole = compliance + (1.0 / stiffness if stiffness else 0.0)
@@ -248,10 +249,10 @@ def _white_m(rest: _Rest, fit: Fit, sources: Sources) -> FloatArray:
 
 
 def _ramp_m(rest: _Rest, fit: Fit, sources: Sources) -> float:
-    """Standard uncertainty of u from the first block to the last that quanta may hide.
+    """Standard uncertainty of u from the first block to the last that quantisation may cause.
 
-    A reading that stands still may hide a motion of up to a quantum: two errors of q/√12 at either
-    end, unless noise carries the readings over the edges.
+    A constant reading may hide a motion of up to a quantum: an error of q/√12 at either end, unless
+    noise carries the readings over the edges.
     """
     compliance = float(law_compliance(fit, np.array([rest.data.force_n.mean()]))[0])
     stiffness = sources.system_stiffness_n_per_m
@@ -299,11 +300,11 @@ def _lagging(time_s: FloatArray, elastic_m: FloatArray, tau_s: float) -> FloatAr
 
 
 class _Whitened(NamedTuple):
-    """One hold as unit white noise: (B, B) maps that take away its zero and weigh the rest.
+    """One hold as unit white noise: (B, B) maps that remove its zero and weight the rest.
 
-    What its quanta may hide walks at random within the hold: it may creep along or jump at any
-    time. The walk's first modes, `walk` (B, M) orthonormal with `shrink` (M,), are weighed down by
-    the inverse root of I + H Hᵀ.
+    The error hidden by the quanta is modelled as a random walk within the hold: it may creep or
+    jump at any time. The walk's first modes, `walk` (B, M) orthonormal with `shrink` (M,), are
+    weighed down by the inverse root of I + H Hᵀ.
     """
 
     weight: FloatArray
@@ -363,7 +364,7 @@ class _Fitted(NamedTuple):
         excess = max(cost / max(count - len(theta), 1), 1.0)
         variance = excess * np.diag(inverse)
         if len(rests) >= LEAST_HOLDS:
-            # Each hold left out in turn: what is wrong with a hold as a whole, such as a reading
+            # Jackknife: each hold is left out in turn. An error of a whole hold, such as a reading
             # that jumps by a quantum, shows in how much the result depends on it.
             left = [_inverse(whole - n) @ (right - m) for n, m in zip(normal, moment, strict=True)]
             variance = np.maximum(variance, (len(rests) - 1) * np.var(left, axis=0))
@@ -382,7 +383,7 @@ def _inverse(matrix: FloatArray) -> FloatArray:
 def _per_decade(
     rests: Sequence[_Rest], sources: Sources, fit: Fit, drift_m_per_s: float
 ) -> tuple[float, float]:
-    """Creep per decade of time and its sigma, from the holds on the way up together."""
+    """Creep per decade of time and its sigma, pooled over the holds on the way up."""
     top = bottom = hidden = noise = 0.0
     for rest in rests:
         if not rest.loading:

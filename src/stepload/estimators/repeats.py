@@ -1,4 +1,4 @@
-"""What runs that were repeated say of their own errors, against what their budget says."""
+"""Scatter of repeated runs against the errors that their budgets state."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from stepload.estimators.fit import FloatArray
 IntArray = NDArray[np.intp]
 
 LEAST_DEGREES = 2
-"""Degrees of freedom from which on a scatter may take the place of a budget: that of one repeat is
-so badly known that its interval would be six times as wide."""
+"""Degrees of freedom from which a scatter may replace a budget: that of one repeat is so uncertain
+that its interval would be six times as wide."""
 _TOO_SMALL, _TOO_LARGE = 0.1, 0.05
-"""A scatter speaks against a budget where chance gives one like it less often than this."""
+"""Probabilities of a chance scatter this small or this large, below which it overrides a budget."""
 
 
 class Scatter(NamedTuple):
@@ -26,22 +26,23 @@ class Scatter(NamedTuple):
     degrees: int
 
     def widened(self, level: float) -> float:
-        """Such that the factor of the normal distribution covers as Student's does (GUM G.3)."""
+        """The standard deviation widened for Student's distribution (GUM G.3)."""
         from scipy.special import stdtrit
 
         return self.sigma * float(stdtrit(self.degrees, level)) / normal(level)
 
     def beyond(self, expected: float, level: float) -> float:
-        """Variance of a run that the scatter asks for beyond the `expected` one of its budget.
+        """Variance of a run that the scatter requires beyond the `expected` variance of its budget.
 
-        The larger of both counts. A single repeat counts only where chance does not explain it.
+        At least 0, so that the larger of both counts. A single repeat counts only where chance does
+        not explain its scatter.
         """
         if self.degrees < LEAST_DEGREES and not self._too_large(expected):
             return 0.0
         return max(self.widened(level) ** 2 - expected, 0.0)
 
     def instead_of(self, stated: float, level: float) -> float | None:
-        """Variance that takes the place of a stated one that is too large for this scatter."""
+        """Variance that replaces a stated one too large for this scatter; None: it stays."""
         from scipy.special import chdtr
 
         if self.degrees < LEAST_DEGREES or not stated > 0.0:
@@ -62,7 +63,7 @@ class Scatter(NamedTuple):
 
 
 def within(group: IntArray) -> FloatArray:
-    """(N, N) projection onto what differs within groups; `group` (N,) names each run's."""
+    """(N, N) projection onto the differences within groups; `group` (N,) names each run's group."""
     alike = (group[:, None] == group).astype(np.float64)
     return np.asarray(np.eye(group.size) - alike / alike.sum(axis=1))
 

@@ -1,4 +1,4 @@
-"""Run-in: what repeated loading does to a contact, and when it has stopped doing it.
+"""Run-in: the effect of repeated loading on a contact, and when it has ended.
 
 Cycles *without* lift-off measure shakedown: asperities and material settle while the bodies stay
 together. Cycles *with* lift-off also measure seating, and only they can show the residual
@@ -23,7 +23,7 @@ STEADY_CYCLES = 3
 SECANT_CHANGE = 0.01
 ENERGY_CHANGE = 0.10
 SPAN_OF_THREE = 3.31
-"""The span of three values alike stays below this many standard deviations (95 %)."""
+"""Span of three equal values, in standard deviations, that is not exceeded in 95 %."""
 RESOLVED_LOOP = 0.02
 """A loop thinner than this share of the stored energy counts as closed: its change is noise."""
 
@@ -58,17 +58,17 @@ class Cycle:
 
 @dataclass(frozen=True, slots=True)
 class RunIn:
-    """What the cycles say.
+    """Result of the cycles.
 
     Attributes:
         cycles: all of them in order.
-        lift_off: whether the contact was parted between them.
+        lift_off: whether the contact was opened between them.
         virgin: the first cycle, where the contact had not been pressed before; None otherwise.
         steady: the last cycle, once the last three agree; None while they do not.
         secant_tolerance: the change of the chord stiffness that was allowed, max(1 %, 2u).
         secant_change: relative span of the chord stiffness over the last three cycles.
         energy_change: relative span of the loop energy over them.
-        energy_tolerance: what of it was allowed, 10 % or what the noise of the loops explains.
+        energy_tolerance: its allowed value, 10 % or what the noise of the loops explains.
         shakedown_m: shift of the deformation at F_low from the first cycle to the last.
         residual_indentation_m: shift of the touch from the first to the last; None without lift-off
             or touch points.
@@ -103,7 +103,7 @@ def run_in(
         deformation_m, force_n: (N,) loading and unloading in the order of time, one zero for all.
         cycle: (N,) number of the cycle of each sample; samples with 0 belong to none.
         secant_force_n: where the secants of the fits are taken.
-        lift_off: whether the contact was parted between cycles.
+        lift_off: whether the contact was opened between cycles.
         virgin: whether the contact had not been pressed before the first cycle.
         secant_sigma: relative standard uncertainty u of a cycle's secant from what changes between
             cycles (noise, quanta; not K_s, which is common to all).
@@ -207,7 +207,7 @@ def _evaluate(
     loop_n: FloatArray,
     secant_force_n: float,
 ) -> Cycle:
-    # A hold at the top belongs half to either branch: the middle of it parts them.
+    # A hold at the top belongs to both branches, half to each: they are split at its middle.
     at_top = np.flatnonzero(force_n >= 0.99 * force_n.max())
     top = int(at_top[at_top.size // 2])
     loading = _Branch(force_n[: top + 1], deformation_m[: top + 1])

@@ -63,7 +63,7 @@ def at_rate(time_s: ArrayLike, rate_hz: float) -> IndexArray:
         raise DomainError(f"rate is {rate_hz:g} Hz; it must be finite and greater than 0 Hz")
     if time.size == 0:
         return np.empty(0, dtype=np.intp)
-    # A hair is added so that a sample due on the edge of a period counts to it.
+    # A small margin, so that a sample at the edge of a period counts to it.
     periods = np.floor((time - time[0]) * rate_hz + 1e-6)
     return np.flatnonzero(np.diff(periods, prepend=-1.0) > 0.0)
 

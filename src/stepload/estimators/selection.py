@@ -1,4 +1,4 @@
-"""Which samples of a loading are looked at: chosen once for every fit, budget line and figure."""
+"""Selection of the samples of a loading, made once for every fit, budget line and figure."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SAMPLES = 3000
 """Samples that a batch fit is made from."""
 RECURSIVE_RATE_HZ = 100.0
 RATE_WINDOW_S = 0.1
-"""The force rate is taken over so long: long against noise, short against a ramp."""
+"""Window of the force rate: long against noise, short against a ramp."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +109,7 @@ def compensated(
     system_stiffness_n_per_m: float | None,
     deflection: DeflectionTable | None = None,
 ) -> FloatArray:
-    """Travel (L,) less what the system gives way (27): by its table, by K_s, or not at all.
+    """Travel (L,) less the deflection of the system (27): by its table, by K_s, or not at all.
 
     Raises:
         DomainError: K_s is not finite and positive.
@@ -124,7 +124,7 @@ def compensated(
 def payload_deformation(
     displacement_m: FloatArray, force_n: FloatArray, system_stiffness_n_per_m: float
 ) -> FloatArray:
-    """δ_p = δ - F/K_s (27): what is left for the payload when the system has taken its share.
+    """δ_p = δ - F/K_s (27): the payload's part of the displacement.
 
     Args:
         displacement_m: (L,) displacement of payload and system together in m.

@@ -63,7 +63,7 @@ def zero_given_sensitivity(
 ) -> FloatArray:
     """Sensitivity (3, N) of least squares about F = K δ^n, to first order in the residuals.
 
-    With both sigmas the distances are those to the curve (18), else they are deformations.
+    With both sigmas the residuals are distances to the curve (18), otherwise deformations.
 
     Raises:
         DomainError: data that cannot tell K and n apart.

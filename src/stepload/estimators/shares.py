@@ -1,10 +1,10 @@
-"""Force across the pressing axis as a share of that along it, while loading and while unloading.
+"""Lateral share (force across the pressing axis over axial force) while loading and unloading.
 
-Friction shows in it. Where a contact slides both ways, the share on the way down is another one
-than on the way up: a loop. So it is where the edge of a contact slips that sticks in its middle. A
+It shows friction. Where a contact slides both ways, the share differs between the way up and the
+way down: a loop. The same happens where a contact sticks in its middle and slips at its edge. A
 share that is the same both ways and at every force may be a contact that slides one way from its
 first touch on, or an arm that gives way sideways, or a plate that is not square to the axis: one
-press cannot tell them apart.
+press cannot distinguish them.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from stepload.estimators.fit import FloatArray
 from stepload.estimators.wrench import Wrench
 
 PLACES = 10
-"""Forces at which a share is told: middles of equal parts between the least force and the top."""
+"""Number of forces at which a share is computed, evenly spaced from the least force to the top."""
 LEAST_SHARE = 0.1
-"""Below this share of the top force nothing is told: a small force makes any share."""
+"""Below this share of the top force no share is computed: a small force makes any ratio."""
 SIGMAS = 4.0
 LOOP, LOOP_OF_SHARE = 0.01, 0.25
-"""A difference of the shares at half the top force that is no loop yet: absolute, and as a part of
-the larger one. Of contacts that slid in simulation 95 % had above 0.3."""
+"""Largest difference of the shares at half the top force that is not yet a loop: absolute, and
+relative to the larger share. Of contacts that slid in simulation 95 % had above 0.3."""
 NEIGHBOURS, PLATEAU = 3, 0.1
-"""Over so many neighbouring forces a share that slides stays the same, within this part of the
-difference of both ways."""
+"""A sliding share is constant over this many neighbouring forces, within this part of the
+difference of the two branches."""
 NOTICED = 0.02
-"""A share below is not worth a word: tilt and mounting of a good rig make as much."""
+"""Shares below this are not reported: tilt and mounting of a good rig cause as much."""
 SAME = 0.25
 """A share whose scatter over the forces is below this part of itself is called constant."""
 TILT_SIGMA_RAD = math.radians(0.64)
-"""How far the half sum of both sliding angles was from the truth at 5 N in simulation (six axes,
-item 6), at 10 N by 0.45 degrees."""
+"""Error of the half sum of both sliding angles at 5 N in simulation (six axes, item 6); at 10 N
+0.45 degrees."""
 
 Kind = Literal["little", "slides", "loop", "constant", "changes"]
 
@@ -46,9 +46,9 @@ class BranchShare:
 
     Attributes:
         cycle: its number; `rising` whether it is the loading.
-        force_n: (P,) the forces in N at which it is told.
+        force_n: (P,) the forces in N at which it is computed.
         share: (P, 2) for the sensor's two axes across, with sign; NaN where nothing was measured.
-        sigma: (P,) standard uncertainty of each of the two by noise alone.
+        sigma: (P,) standard uncertainty of each of the two components, from noise alone.
     """
 
     cycle: int
@@ -65,7 +65,7 @@ class BranchShare:
 
     @property
     def size(self) -> float:
-        """Size of the median."""
+        """Size of the median share."""
         return float(np.hypot(*self.median))
 
     def at_half(self) -> tuple[FloatArray, float]:
@@ -75,13 +75,13 @@ class BranchShare:
 
     @property
     def top_n(self) -> float:
-        """The force that the places were laid out up to."""
+        """The top force for which the places were chosen."""
         return float(self.force_n[-1] + 0.5 * (self.force_n[1] - self.force_n[0]))
 
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """What loading and unloading of the first cycle say together.
+    """Comparison of the shares while loading and while unloading in the first cycle.
 
     Attributes:
         kind: "little": below 2 %; "slides": the branches differ, and each keeps its share over
@@ -139,7 +139,7 @@ def _branch(
 
 
 def loop_of(branches: list[BranchShare]) -> Loop | None:
-    """What the first cycle's branches say together; None without its loading."""
+    """Compare the branches of the first cycle; None without its loading."""
     first = [branch for branch in branches if branch.cycle == branches[0].cycle]
     up = next((branch for branch in first if branch.rising), None)
     down = next((branch for branch in first if not branch.rising), None)
@@ -167,9 +167,9 @@ def loop_of(branches: list[BranchShare]) -> Loop | None:
 
 
 def _both_ways(up: BranchShare, down: BranchShare) -> tuple[FloatArray, FloatArray] | None:
-    """Shares of both ways where each keeps its own over neighbouring forces and they differ most.
+    """Shares of both branches, where each is constant over neighbouring forces, that differ most.
 
-    A contact that sticks has shares that follow the force; they pass through those of sliding.
+    The shares of a sticking contact vary with the force; they pass through those of sliding.
     """
     best, most = None, 0.0
     for first in range(PLACES - NEIGHBOURS + 1):
@@ -183,9 +183,9 @@ def _both_ways(up: BranchShare, down: BranchShare) -> tuple[FloatArray, FloatArr
 
 
 def _tilt_bound(up: FloatArray, down: FloatArray) -> float | None:
-    """(atan r+ + atan r-)/2 along the direction in which the shares differ, and its doubt.
+    """(atan r+ + atan r-)/2 along the direction in which the shares differ, and its uncertainty.
 
-    Only where the friction has turned round: the shares lie on both sides of none.
+    Only where the friction has reversed: the shares have opposite signs.
     """
     direction = (up - down) / float(np.hypot(*(up - down)))
     forth, back = float(up @ direction), float(down @ direction)
@@ -196,7 +196,7 @@ def _tilt_bound(up: FloatArray, down: FloatArray) -> float | None:
 
 
 def change_of_share(branches: list[BranchShare]) -> tuple[float, float] | None:
-    """By how much the loading's share at high force differs from cycle 1 to 2, and its uncertainty.
+    """Size of the change of the loading's share from cycle 1 to 2, and its uncertainty.
 
     Over the upper half of the forces: below, a contact that stays closed between the cycles still
     has the friction of the unloading. None without a second loading.

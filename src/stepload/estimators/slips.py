@@ -1,12 +1,12 @@
-"""Slip events: jumps of the force across the pressing axis that no change of the load explains.
+"""Slip events: jumps of the lateral force that no change of the load explains.
 
-The force across follows the load with the running ratio r of the two. What it does beside that over
-40 ms is compared with what noise can do and with a share of the load (six axes, item 5)::
+The lateral force follows the load with the running ratio r of the two. Its deviation from that over
+40 ms is compared with the noise and with a share of the load (six axes, item 5)::
 
     |ΔF_across - r ΔF| > max(6 σ √(2/k), 1 % of F)        means over k samples, 8 ms
 
-three samples in a row at 500 Hz. A contact that slides smoothly makes no such jump: its share
-tells.
+three samples in a row at 500 Hz. A contact that slides smoothly makes no such jump: it shows in its
+lateral share.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from stepload.estimators.wrench import Wrench
 
 MEAN_S, COMPARED_S, LASTS_S = 0.008, 0.04, 0.006
 RATIO_S = 0.3
-"""The ratio r is that of so much time before."""
+"""Time before a sample over which the ratio r is taken."""
 SIGMAS, SHARE = 6.0, 0.01
 LEAST_SHARE = 0.02
-"""Below this share of the top force nothing is looked for: a touch is no slip."""
+"""Below this share of the top force slips are not looked for: a touch is no slip."""
 STEADY = 0.5
-"""A jump stands out: what happened just before and after it is at most this part of it."""
+"""Largest change just before and after a jump, as a part of the jump."""
 
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """One event: when, at which force along the axis, by how much the force across jumped.
+    """One slip event: its time, the axial force, and the jump of the lateral force.
 
-    `seen_s` is when it had been seen, by samples up to then alone.
+    `seen_s` is the time at which the samples up to then suffice to detect it.
     """
 
     time_s: float
@@ -65,7 +65,7 @@ def _windows(period_s: float) -> _Windows:
 
 
 def smallest_seen_n(noise_n: float, period_s: float, force_n: float) -> float:
-    """The jump in N that is certain to be seen at a force along: threshold and two deviations."""
+    """The smallest jump in N that is certain to be detected at an axial force."""
     own = noise_n * math.sqrt(2.0 / _windows(period_s).mean)
     return max(SIGMAS * own, SHARE * force_n) + 2.0 * own
 
@@ -73,7 +73,7 @@ def smallest_seen_n(noise_n: float, period_s: float, force_n: float) -> float:
 def slips_of(wrench: Wrench, top_n: float) -> tuple[Slip, ...]:
     """Every slip event, in the order of time.
 
-    Branch by branch: where the load turns round, friction does too, without a jump.
+    Evaluated branch by branch: where the load reverses, friction does too, without a jump.
 
     Args:
         wrench: samples in contact, finite.
@@ -120,7 +120,7 @@ def _in_branch(wrench: Wrench, part: slice, w: _Windows, least_n: float) -> Iter
         sides = left[max(peak - w.apart, 0)], left[min(peak + w.apart, size.size - 1)]
         beside = max(float(np.hypot(*each)) for each in sides)
         if beside > STEADY * size[peak]:
-            continue  # it goes on: a slide or a corner of the ramp, no jump
+            continue  # it continues: a slide or a corner of the ramp, no jump
         quarter = (end - begin) // 4
         inner = left[begin + quarter : end - quarter].mean(axis=0)
         jump = float(np.hypot(*(inner - 0.5 * (sides[0] + sides[1]))))
@@ -133,7 +133,7 @@ def _in_branch(wrench: Wrench, part: slice, w: _Windows, least_n: float) -> Iter
 
 
 def _rows_of(over: np.ndarray, least: int) -> Iterator[tuple[int, int]]:
-    """Begin and end of every row of at least so many."""
+    """Begin and end of every run of at least this many true values."""
     steps = np.flatnonzero(np.diff(over.view(np.int8), prepend=0, append=0))
     for begin, end in zip(steps[::2].tolist(), steps[1::2].tolist(), strict=True):
         if end - begin >= least:

@@ -1,4 +1,4 @@
-"""Errors that vary slowly with force: what a fit absorbs and no residual shows.
+"""Errors that vary slowly with force, which a fit absorbs and no residual shows.
 
 The position error of an arm (kinematics, gear ripple, an unmodelled bend of K_s) changes smoothly
 along the stroke. Taken as a stationary random function of force with the squared-exponential
@@ -18,8 +18,8 @@ from stepload.estimators.finite import finite
 from stepload.estimators.fit import FloatArray
 
 SHORTEST, LONGEST = 1.0 / 12.0, 1.0 / 1.5
-"""Shares of the peak force between which a length that nobody has measured may lie. A shorter error
-averages out, a longer one is a slope that K_s and its uncertainty hold."""
+"""Range of an unknown correlation length, as shares of the peak force. A shorter error averages
+out, a longer one is a slope that the uncertainty of K_s covers."""
 _LENGTHS = 5
 
 NORMAL_95 = 1.959964
@@ -40,7 +40,7 @@ def smooth_correlation(force_n: FloatArray, length_n: float) -> FloatArray:
 
 
 def smooth_lengths(length_n: float | None, peak_force_n: float) -> tuple[float, ...]:
-    """Correlation lengths in N to be carried through: the known one, or a range (5,) of the peak.
+    """Correlation lengths in N to be tried: the known one, or a range (5,) in shares of the peak.
 
     Raises:
         DomainError: a length, or the peak that stands in for it, that is not positive and finite.
@@ -55,11 +55,11 @@ def smooth_lengths(length_n: float | None, peak_force_n: float) -> tuple[float, 
 
 
 def worst_of(covariances: Sequence[FloatArray]) -> FloatArray:
-    """A covariance (P, P) that is at least each of these in every direction.
+    """A covariance (P, P) that is an upper bound of each of these in every direction.
 
-    Which length is the worst differs from parameter to parameter and for what is made of them. Two
-    matrices are diagonal together in the basis that makes their sum a unit matrix; the larger of
-    both stands there (an upper bound in the Loewner order).
+    The worst length differs between the parameters and their combinations. Two matrices are both
+    diagonal in the basis that makes their sum the unit matrix; the larger entries of both are taken
+    there (an upper bound in the Loewner order).
     """
     worst = covariances[0]
     for other in covariances[1:]:

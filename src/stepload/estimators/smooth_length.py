@@ -1,9 +1,9 @@
-"""How far in force the smooth error of a rig stays alike, from what K_s runs leave over.
+"""Correlation length in force of a rig's smooth error, from the misfits of K_s runs.
 
-The misfit of each run is taken for a smooth error with the correlation of `identify.smooth` and
-white noise beside it, a straight line free (it is K_s): the likelihood of the misfits, with what
-the line absorbs counted (REML), over lengths and shares of noise. Few correlation lengths lie in
-one run, so the answer is often that the data cannot tell; then it is not made up.
+The misfit of each run is modelled as a smooth error with the correlation of `estimators.smooth`
+plus white noise and a free straight line (it is K_s): the likelihood of the misfits, with what the
+line absorbs counted (REML), over lengths and shares of noise. Few correlation lengths lie in one
+run, so the data often do not determine it; then none is given.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from stepload.estimators.smooth import smooth_correlation
 
 CHI2_95 = 3.841459
 WIDEST = 4.0
-"""A length that is known to a wider factor than this counts as not determined."""
+"""Largest factor of the interval at which a length still counts as determined."""
 SHAPE = 1.5
-"""The least factor of an interval either way: no error has just the correlation assumed here, and
-without noise that shape alone would tell its length to a few per cent."""
+"""Least factor of the interval either way: no error has exactly the correlation assumed here, and
+without noise that shape alone would determine its length to a few per cent."""
 _GRID = 17
 _POINTS = 40
 _NOISE = (3e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
@@ -41,17 +41,17 @@ class SmoothLength:
 def measure_length(
     misfits: Sequence[tuple[FloatArray, FloatArray]], *, runs: float | None = None
 ) -> SmoothLength | None:
-    """The correlation length that the misfits of K_s runs speak for.
+    """Estimate the correlation length from the misfits of K_s runs.
 
     Args:
-        misfits: of each run the forces (N,) in N and what is left (N,) in m there; any straight
-            line in it is free.
-        runs: for how many independent runs they count; None: all.
+        misfits: for each run the forces (N,) in N and the misfit (N,) in m there; any straight line
+            in it is free.
+        runs: number of independent runs that they count as; None: all.
 
     Returns:
-        None where they cannot tell: every length, or noise alone, explains them as well, or the
-        interval is wider than a factor of `WIDEST` or reaches lengths that could not be told apart
-        from a straight line or from noise.
+        None where it is not determined: every length, or noise alone, explains them as well, or the
+            interval is wider than a factor of `WIDEST` or reaches lengths that cannot be
+            distinguished from a straight line or from noise.
     """
     usable = [_thinned(force, left) for force, left in misfits if force.size > 2 * len(_NOISE)]
     if not usable:
@@ -82,7 +82,7 @@ def measure_length(
 
 
 def _thinned(force_n: FloatArray, left_m: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Means over at most `_POINTS` steps of force: the likelihood costs their cube."""
+    """Means over at most `_POINTS` steps of force: the cost of the likelihood is cubic in them."""
     width = float(np.ptp(force_n)) / _POINTS
     _, index = np.unique(np.floor(force_n / width) if width else force_n, return_inverse=True)
     count = np.bincount(index)

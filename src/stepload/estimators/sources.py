@@ -1,4 +1,4 @@
-"""Sources of error of a press run, and what each does to (ln K, n, δ0)."""
+"""Sources of error of a press run, and the effect of each on (ln K, n, δ0)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stepload.estimators.sensitivity import law_compliance
 from stepload.estimators.smooth import few_degrees, propagate_smooth, smooth_lengths, worst_of
 
 LEAST_SIGMA = 1e-6
-"""A channel without any noise still has weight in a fit of both: this share of its range."""
+"""Least noise assumed for a channel without noise in a fit of both, as a share of its range."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,9 +32,9 @@ class Sources:
             line is then widened so that the 1.96 σ of the budget still cover 95 % (GUM G.4).
         smooth_length_n: its correlation length in force; None: not known, `smooth_lengths` of the
             data are carried through and the worst of them counts.
-        force_noise_n, position_noise_m: white noise of one of the points given to the fit.
-        force_resolution_n, position_resolution_m: quanta. An error of position is one and the same
-            as long as the travel stays within a quantum.
+        force_noise_n, position_noise_m: white noise of a single point given to the fit.
+        force_resolution_n, position_resolution_m: quanta. The error of position is constant while
+            the travel stays within a quantum.
         zero_sigma_m: uncertainty of δ = 0. Two-parameter fits take the zero as given, so it must
             hold the deformation at the touch threshold; a joint fit, which fits it, ignores it.
         lag_sigma_s: uncertainty of the time between force and position after alignment.
@@ -42,9 +42,10 @@ class Sources:
         gain_sigma: relative uncertainty of the force calibration.
         nonlinearity: largest departure of the force reading from a line, as a share of the largest
             force of the data.
-        temperature_sigma_k: how well the temperature is known, and how far it may run during the
-            data; with `position_m_per_k` (thermal growth of the loop, spread evenly over the points
-            in the order given) and `modulus_per_k` (relative change of the payload's modulus).
+        temperature_sigma_k: standard uncertainty of the temperature, which also covers its change
+            during the data; with `position_m_per_k` (thermal growth of the loop, spread evenly over
+            the points in the order given) and `modulus_per_k` (relative change of the payload's
+            modulus).
         deflection_force_n, deflection_m, deflection_sigma_m: rows of the table δ_s(F) that was
             subtracted in place of F/K_s; empty without one. `system_stiffness_sigma_n_per_m` is
             then what is common to all rows, in proportion (a contact in series).
@@ -101,7 +102,7 @@ def _least(values: FloatArray) -> float:
 
 
 class Part(NamedTuple):
-    """What one source adds: its name, its size in words, (3, 3) covariance of (ln K, n, δ0)."""
+    """Contribution of one source: name, size in words, (3, 3) covariance of (ln K, n, δ0)."""
 
     source: str
     size: str
@@ -115,7 +116,7 @@ def parts(
     sources: Sources,
     sensitivity: FloatArray,
 ) -> list[Part]:
-    """Every source carried through `sensitivity` (3, N).
+    """Every source propagated through `sensitivity` (3, N).
 
     The list has the same sources in the same order for every fit.
     """

@@ -1,11 +1,11 @@
-"""System stiffness K_s from its own run (26), with a σ that can be believed.
+"""System stiffness K_s from its own run (26), with a realistic standard uncertainty σ.
 
     F = K_s δ_s + C_s dδ_s/dt + F_0
 
 The errors of a K_s run are errors of position, smooth in force; the fit is therefore made as
 δ = c + F/K_s − (C_s/K_s) dδ/dt, with an intercept: without it a 2 µm zero error biases K_s by −3 %.
 
-What K_s cannot tell:
+Limits:
 
 - The contact it is pressed against is in series with it. Use the stiffest flat contact, run in, in
   the pose of the payload run. Below `min_force_fraction` of the range the contact rules and the
@@ -58,7 +58,7 @@ class SeriesContact:
 
 @dataclass(frozen=True, slots=True)
 class SystemStiffnessFit:
-    """K_s with what is needed to trust it.
+    """K_s with what is needed to judge it.
 
     Attributes:
         stiffness_n_per_m: K_s.
@@ -78,12 +78,12 @@ class SystemStiffnessFit:
         contact_share: part of the measured compliance that was subtracted as series contact.
         contact_sigma_n_per_m: part of `sigma_n_per_m` that comes from that contact: common to all
             runs against it.
-        bend_sigma_n_per_m: part of it that comes from a significant nonlinearity.
-        error_gain_n_per_m2: what is left of it per metre of smooth error.
+        bend_sigma_n_per_m: part of `sigma_n_per_m` that comes from a significant nonlinearity.
+        error_gain_n_per_m2: the remaining part of `sigma_n_per_m`, per metre of smooth error.
         force_range_n: lowest and highest force used.
         points: samples used.
-        misfit_force_n, misfit_m: (M,) cells of force over the fitted range, and what the line
-            leaves there.
+        misfit_force_n, misfit_m: (M,) cells of force over the fitted range, and the misfit of the
+            line there.
     """
 
     stiffness_n_per_m: float
@@ -244,7 +244,7 @@ def _fit(
 
 @dataclass(frozen=True, slots=True)
 class Cells:
-    """Means (M,) over the samples of a cell of force; `across_n` (M, K) of what went with them."""
+    """Means (M,) over the samples of a cell of force; `across_n` (M, K) of the extra columns."""
 
     force_n: FloatArray
     displacement_m: FloatArray

@@ -1,7 +1,7 @@
-"""The table δ_s(F) of a pose from K_s runs: what the line (26) makes one number of, force by force.
+"""The table δ_s(F) of a pose from K_s runs, of which the line (26) gives a single number.
 
-Loading only: that is what a payload is identified from, and a load path has a loop. What the
-contact takes is taken out as in the fit of K_s, and so is what moves late (C_s). Rows lie so far
+It holds the loading only, from which a payload is identified, since a load path has hysteresis. The
+contact's deformation and the damping (C_s) are subtracted as in the fit of K_s. Rows lie so far
 apart that a quantum of position is small between them.
 """
 
@@ -23,15 +23,15 @@ from stepload.estimators.system import SeriesContact, SystemStiffnessFit, gather
 
 FEWEST, MOST = 4, 24
 QUANTA = 4.0
-"""Between two rows the system gives way by so many quanta or smooth errors."""
+"""Least change of deflection between two rows, in quanta or in smooth errors."""
 LEAST_SHARE = 0.03
-"""Below this share of the top force a touch is noise."""
+"""Forces below this share of the top are left out: there the touch dominates."""
 _FINE = 120
 
 
 @dataclass(frozen=True, slots=True)
 class MeasuredTable:
-    """Rows of δ_s(F) and what they have in common; `table` None where `problem` says why not."""
+    """Rows of δ_s(F) and their common errors; `table` is None where `problem` gives the reason."""
 
     table: DeflectionTable | None
     common: float
@@ -54,7 +54,7 @@ def loading_curve(
     contact: SeriesContact,
     fit: SystemStiffnessFit,
 ) -> LoadingCurve:
-    """What is left of travel (N,) when contact and damping are out of it, in cells of force.
+    """Travel (N,) less contact and damping, averaged in cells of force.
 
     Args:
         time_s, displacement_m, force_n, piece: (N,) of all loadings of a run, as for the fit.

@@ -40,7 +40,7 @@ def two_sphere_difference(
     second_contact: SeriesContact,
     length_n: float | None = None,
 ) -> TwoSphereFit:
-    """Take K_s out of the chain with two reference spheres pressed at the same forces.
+    """K_s by the difference of two reference spheres pressed at the same forces.
 
     K_s bends alike in both runs, so the difference of travel is the difference of the contacts,
     s·(δ_1(F) − δ_2(F)) + c, which gives the scale s of theory without K_s; the mean of both runs
@@ -49,10 +49,10 @@ def two_sphere_difference(
     Args:
         first_m, second_m: (N,) travel of the two runs at `force_n`, any zeros.
         force_n: (N,) common forces; a few hundred points at most.
-        first_contact, second_contact: theory for the two contacts (7). Where theory is taken at its
-            word `relative_sigma` has no part here: s is fitted.
+        first_contact, second_contact: theory for the two contacts (7). Their `relative_sigma` is
+            not used, since s is fitted.
         length_n: correlation length of the smooth position error; None: not known, and of the
-            lengths that it may have the one that makes K_s least sure counts.
+            lengths that it may have the one that gives the largest uncertainty of K_s counts.
 
     Raises:
         DomainError: shapes that differ, too few points, contacts too much alike to be told apart.
@@ -104,7 +104,7 @@ def _fit(
     if not compliance > 0:
         raise DomainError(f"fitted K_s is {1 / compliance:.4g} N/m; it must be positive")
     scale_sigma = scale.sigma(1) * few_degrees(scale.degrees)
-    # rest takes s as exact; an error of s goes straight into the slope.
+    # rest takes s as exact; an error of s directly changes the slope.
     leak = float(rest.sensitivity[1] @ mean_contact) * scale_sigma
     own = rest.sigma(1) * few_degrees(rest.degrees)
     return TwoSphereFit(

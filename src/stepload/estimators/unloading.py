@@ -33,10 +33,10 @@ from stepload.estimators.sources import Sources
 
 FROM_SHARE, TO_SHARE = 0.2, 0.95
 OTHER_SHARES = ((0.4, 0.95), (0.2, 0.8))
-"""The same branch without its lower and without its upper part."""
+"""Ranges of the same branch without its lower and without its upper part."""
 LEAST_POINTS = 20
 LEAST_RANGE = 0.5
-"""The branch must reach down to so much below the top, as a share of it."""
+"""Least extent of the branch below its top force, as a share of that force."""
 SAMPLES = 3000
 SPIKE = 5
 """Samples of a median."""
@@ -47,7 +47,7 @@ OPINION = "second opinion only: from −11 to +8 % of its value on an ideal cont
 
 @dataclass(frozen=True, slots=True)
 class Indentation:
-    """What depth and stiffness at the top say of a sphere.
+    """Depth and stiffness at the top, evaluated for a sphere.
 
     Attributes:
         depth_m: h at the top, from the zero of the loading.
@@ -185,7 +185,7 @@ def _shape(fit: Fit, deformation_m: FloatArray, force_n: FloatArray, top_n: floa
 
 
 def _top(force_n: FloatArray) -> float:
-    """The force that the branch starts from: the highest of medians, no single spike of noise."""
+    """The force at which the branch begins: the highest of medians, no single spike of noise."""
     whole = force_n.size // SPIKE * SPIKE
     return float(np.median(force_n[:whole].reshape(-1, SPIKE), axis=1).max())
 

@@ -110,7 +110,7 @@ def _profile(n: float, x: FloatArray, y: FloatArray, vx: FloatArray, vy: FloatAr
     rest -= log_k
     weighted = weights * rest
     slope = -2.0 * float(weighted @ x) - 2.0 * n * float(vx @ (weighted * weighted))
-    # x where the point really is: its share of the residual taken off (an errors-in-both model).
+    # x of the true point: its share of the residual subtracted (an errors-in-both model).
     true_x = x + n * vx * weighted
     cross = float(weights @ true_x)
     normal = np.array([[total, cross], [cross, float((weights * true_x) @ true_x)]])

@@ -22,7 +22,7 @@ class Wrench:
         cycle: number of the cycle.
         held: number of the hold that a sample lies in, 0 between holds.
         noise_n: standard deviation of one reading across, of each of the two.
-        torque_n_m: (N, 2) torque about the same two axes; None where the sensor tells none.
+        torque_n_m: (N, 2) torque about the same two axes; None where the sensor measures none.
         torque_noise_n_m: standard deviation of one reading of each.
         turn: +1 where the two axes and the direction of the plate's push are right-handed in this
             order, -1 where they are left-handed; see `turn_of`.
@@ -40,7 +40,7 @@ class Wrench:
     turn: float = 1.0
 
     def finite(self) -> Wrench:
-        """Without the samples that hold something that is no number."""
+        """Without the samples that contain a non-finite number."""
         keep = np.isfinite(self.force_n) & np.isfinite(self.time_s)
         keep &= np.isfinite(self.across_n).all(axis=1)
         if self.torque_n_m is not None:
@@ -56,6 +56,6 @@ class Wrench:
 
 
 def turn_of(axis: str) -> float:
-    """The handedness of a pressing axis "+fx" … "-fz" and the two others in the order x, y, z."""
+    """Handedness of a pressing axis "+fx" … "-fz" and the two other axes in the order x, y, z."""
     sign = -1.0 if axis[0] == "-" else 1.0
     return -sign if axis[1:] == "fy" else sign

@@ -1,6 +1,6 @@
-"""What the data of a run can bear: well-posed stiffnesses, the laws that fit, and the gates.
+"""Conclusions that the data of a run support: stiffnesses, the laws that fit, and the gates.
 
-A law is an assumption; the data are not. Stiffnesses are read where they need the least of it,
-several laws are held against each other, and what a second cycle, a hold or a side force tells
-against an elastic contact is looked at before a number is called identified.
+A law is an assumption; the data are not. Stiffnesses are read where they depend least on a law,
+several laws are compared, and signs of an inelastic contact in a second cycle, a hold or the
+lateral force are checked before a number is called identified.
 """

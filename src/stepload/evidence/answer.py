@@ -1,4 +1,4 @@
-"""All together: from the cycles of a run to figures with intervals and verdicts."""
+"""The whole evaluation: from the cycles of a run to figures with intervals and verdicts."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ from stepload.units import format_quantity
 UPPER_SHARE = 0.7
 """The upper chord begins at this share of the top force."""
 AS_HIGH = 0.95
-"""Cycles are compared that reach this share of the first one's top force."""
+"""Only cycles that reach this share of the first one's top force are compared."""
 
 
 @dataclass(frozen=True, slots=True)
 class LawRow:
-    """How well a law fits: χ², degrees of freedom, whether the data cannot tell it from the best
-    one, whether the figures may rest on it."""
+    """Fit of one law: χ², degrees of freedom, whether the data cannot distinguish it from the best
+    law, and whether the figures may rest on it."""
 
     name: str
     chi2: float
@@ -54,16 +54,16 @@ class LawRow:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What the data of a run can bear.
+    """The evaluation of a run.
 
     Attributes:
         headline: the chord stiffness.
         quantities: every stiffness by kind, the headline among them.
         exponent: n of the power law; None where no power law fits.
-        gates: all gates that were looked at.
+        gates: all gates that were evaluated.
         laws: the laws that were tried, the best first.
-        drift_m_per_s: drift that was taken out; None where it cannot be seen.
-        notes: what this run cannot show, and what was taken for granted.
+        drift_m_per_s: drift that was subtracted; None where it cannot be determined.
+        notes: what this run cannot show, and what was assumed.
     """
 
     headline: Quantity
@@ -76,7 +76,7 @@ class Evidence:
 
 
 def weigh(run: Pressed) -> Evidence:
-    """Read every figure that the run can bear.
+    """Compute every figure that the data of the run support.
 
     Raises:
         DomainError: too little in contact, or a deformation that does not rise with the force.
@@ -103,7 +103,7 @@ def weigh(run: Pressed) -> Evidence:
     chosen = [chosen_fits(data, run.laws, each, run.roughness) for data, each in fitted]
     shape = shape_of(first, main, elastic, data, laws, chosen[here], run.roughness, drawn[0])
     power = laws.get(POWER.name)
-    # A choice that cannot be fitted with the length that stands for all is not believed at all.
+    # A chosen law that cannot be fitted with the middle correlation length is not used at all.
     counting = [each for each in chosen if each and chosen[here]] if run.laws else every
     misfit = _misfit(loops, shape.law, elastic, drawn, main) if shape.law is not None else []
     notes, blocking = _cannot_show(run, loops)
@@ -145,7 +145,7 @@ def weigh(run: Pressed) -> Evidence:
 
 
 def _positive(loop: Loop) -> Loop:
-    """A cycle without the stretches of no force."""
+    """A cycle without its stretches of zero force."""
 
     def kept(branch: Branch) -> Branch:
         path, keep = branch.path, branch.path.force_n > 0.0
@@ -161,14 +161,14 @@ def _positive(loop: Loop) -> Loop:
 
 
 def _whole(loops: tuple[Loop, ...]) -> tuple[Loop, ...]:
-    """The first cycle and those that came as high: one that was cut short shows nothing."""
+    """The first cycle and the others that reach its top force: an interrupted one shows nothing."""
     top_n = float(loops[0].loading.path.force_n.max())
     later = (loop for loop in loops[1:] if float(loop.loading.path.force_n.max()) > AS_HIGH * top_n)
     return (loops[0], *later)
 
 
 def _raw_chord(first: Branch) -> Chord:
-    """The chord before anything is corrected.
+    """The chord before any correction.
 
     Raises:
         DomainError: there is none.
@@ -215,7 +215,7 @@ def _fitted(
 def _misfit(
     loops: Sequence[Loop], law: LawFit, elastic: Elastic, drawn: Sequence[FloatArray], main: Chord
 ) -> list[Gate]:
-    """The gate of what a law leaves, where two loadings show it."""
+    """The gate of the misfit that a law leaves, where two loadings show it."""
     loadings = {id(loop.loading) for loop in loops}
     visits = [
         visit(branch, elastic, travel)
@@ -243,7 +243,7 @@ def _rows(
 def _chosen(
     words: Sequence[str], found: Mapping[str, Quantity], unbound: Mapping[str, Quantity]
 ) -> str:
-    """What the choice of laws assumes, and what it changes."""
+    """Remarks on what the choice of laws assumes and changes."""
     names = " or ".join(LAW_NAMES[word] for word in words)
     touch = "secant_from_touch"
     if touch not in found:
@@ -256,7 +256,7 @@ def _chosen(
 
 
 def _cannot_show(run: Pressed, loops: Sequence[Loop]) -> tuple[list[str], list[str]]:
-    """What this run cannot show: remarks, and what blocks every figure."""
+    """What this run cannot show: remarks, and doubts that block every figure."""
     notes = list(run.notes)
     blocking: list[str] = []
     if loops[0].unloading is None and len(loops) < 2:

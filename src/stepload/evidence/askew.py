@@ -1,4 +1,4 @@
-"""What a contact that is not square, slips or is touched off the axis leaves in a result."""
+"""Errors from a contact that is tilted, slips or lies off the axis."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from stepload.evidence.quantity import Line
 from stepload.units import format_quantity
 
 TILT_RAD = math.radians(3.0)
-"""A tilt of the plate that is not excluded where nobody has measured it."""
+"""Tilt of the plate that is allowed for where none was measured."""
 SIDEWAYS_OVER_ALONG = 3.3
 """Compliance of an arm's tip across the press over that along it: at most this in 90 % of tool-down
 poses of a UR5e (2.9) and a UR10e (3.2); median 1.4 and 1.2, a UR3e 3.0 and 8.1. Joint stiffnesses
-assumed. A guided axis whose lateral stiffness is 2e6 N/m beside 3.5e6 N/m along has 1.7."""
+assumed. A guided axis with a stiffness of 2e6 N/m laterally and 3.5e6 N/m axially has 1.7."""
 TANGENTIAL_OVER_NORMAL = 0.8
-"""Mindlin: stiffness of a contact across over that along it."""
+"""Lateral over axial stiffness of a contact (Mindlin)."""
 UNKNOWN_SHARE = 0.3
-"""Force across over force along where the data do not tell: friction of 0.3 that slides."""
+"""Lateral over axial force where the data do not give it: sliding with a friction of 0.3."""
 TURN_RAD_PER_N = 3e-5
 """Standard deviation of how far an arm's tool turns about an axis across the press. The size over
 tool-down poses has a median and a 90th percentile of 35 and 69 µrad/N (UR3), 23 and 45 (UR5), 27
-and 47 (UR10); two alike axes of this deviation would have 35 and 64 (six axes, item 1)."""
+and 47 (UR10); two independent axes with this deviation would have 35 and 64 (six axes, item 1)."""
 SHARE_CHANGE = 0.05
-"""By how much the share across may change from the first loading to the second."""
+"""Largest change of the lateral share from the first loading to the second."""
 SIGMAS = 4.0
 ANY_WAY = math.sqrt(1.0 / 6.0)
-"""Standard deviation of what an angle of up to 1 in an unknown direction makes along a given one:
-all angles alike likely (1/3), all directions too (1/2)."""
+"""Standard deviation of the component along a given direction of an angle of up to 1 in an unknown
+direction: sizes uniform (1/3), directions uniform (1/2)."""
 
 Compliance = Callable[[float], float]
 """dδ/dF of the payload in m/N at a force in N."""
@@ -44,14 +44,14 @@ class Askew:
     """The contact of one run, and how well rig and plate are aligned.
 
     Attributes:
-        quality: what the run says of it; `Missing` where the sensor tells nothing across.
-        arm: whether a serial arm presses: it turns, and nobody has squared its plate.
-        share: size of the force across over that along near the top; None where it is not known.
+        quality: evaluation of the contact; `Missing` where the sensor has no lateral axes.
+        arm: whether a serial arm presses, which turns under load and whose plate was not squared.
+        share: size of lateral over axial force near the top; None where it is not known.
         coupling: travel across over travel along of a tip that may slide, along each axis (1 σ).
         misalignment_rad: largest angle between sensor and press.
-        tilt_rad: tilt of the plate that is not excluded.
+        tilt_rad: possible tilt of the plate.
         yields_m_per_n: how the rig gives way along the press per newton.
-        gauge_offset_m: how far beside the contact a gauge on an arm measures; 0 without one.
+        gauge_offset_m: lateral distance of a gauge on an arm from the contact; 0 without one.
     """
 
     quality: ContactQuality | Missing = field(default_factory=lambda: Missing(NOT_IN_DATA))
@@ -64,10 +64,10 @@ class Askew:
     gauge_offset_m: float = 0.0
 
     def lines(self, power: float, from_n: float, to_n: float, span_m: float) -> list[Line]:
-        """The lines of the budget that do not depend on what happened in the run.
+        """Lines of the budget that do not depend on the events of the run.
 
         Args:
-            power: how a share of the force changes the deformation.
+            power: relative change of the deformation over that of the force.
             from_n, to_n: forces of the chord in N.
             span_m: its deformation in m.
         """
@@ -90,14 +90,14 @@ class Askew:
 
     @property
     def _climb(self) -> float:
-        """Rise of a plate per way along it, in a direction that nobody knows (1 σ)."""
+        """Slope of the plate along an unknown direction (1 σ)."""
         return math.tan(self.tilt_rad) / math.sqrt(3.0)
 
     def slip_m(self, from_n: float, to_n: float, payload: Compliance) -> tuple[float, float]:
-        """By how much slips between the chord's forces may have moved the tip along the axis.
+        """Possible axial motion of the tip in m due to slips between the chord's forces.
 
-        Of the first loading, which the chord is read from. Seen ones together, and one that could
-        not be seen at the top force.
+        Of the first loading, from which the chord is read: the sum over detected slips, and for an
+        arm one slip that is just too small to be detected at the top force.
 
         Args:
             from_n, to_n: forces of the chord in N.
@@ -115,13 +115,13 @@ class Askew:
         return seen_m, unseen_m
 
     def _moved_m(self, jump_n: float, payload_m_per_n: float) -> float:
-        """What a jump of the force across in N lets the tip move along the axis."""
+        """Axial motion of the tip in m that a jump of the lateral force in N allows."""
         across = SIDEWAYS_OVER_ALONG * self.yields_m_per_n
         across += payload_m_per_n / TANGENTIAL_OVER_NORMAL
         return jump_n * across * math.tan(self.tilt_rad)
 
     def gates(self, slipped_m: float, span_m: float) -> list[Gate]:
-        """What must be quiet; `slipped_m` is the first figure of `slip_m`."""
+        """Gates of the contact; `slipped_m` is the first figure of `slip_m`."""
         if isinstance(self.quality, Missing):
             return []
         found = [_slip_gate(slipped_m, span_m, self.tilt_rad)]
@@ -136,7 +136,7 @@ class Askew:
 
     @property
     def notes(self) -> list[str]:
-        """What is to be known beside the figures; empty where there is nothing to say."""
+        """Remarks for the reader of the figures; empty where there are none."""
         if isinstance(self.quality, Missing):
             return []
         point = self.quality.eccentric
@@ -149,7 +149,8 @@ class Askew:
 def coupling_of(across: Across, yields_m_per_n: float) -> float:
     """Travel across over travel along of a tip that may slide, along each axis (1 σ).
 
-    The three numbers tell it: what a force across does along the axis, a force along does across.
+    It follows from the three numbers by reciprocity: the axial motion per lateral force equals the
+    lateral motion per axial force.
     """
     if across.per_newton_m is None or not yields_m_per_n > 0.0:
         return CROSS_COMPLIANCE

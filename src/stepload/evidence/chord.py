@@ -2,7 +2,7 @@
 
 (F_top - F_ref)/(δ(F_top) - δ(F_ref)) needs no zero of the deformation and no law, so it stays true
 for every shape of a contact. ASTM E111 leaves out secant and initial tangent moduli for the same
-reason: both hang on where a curve begins.
+reason: both depend on where a curve begins.
 """
 
 from __future__ import annotations

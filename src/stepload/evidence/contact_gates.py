@@ -1,4 +1,4 @@
-"""The gates of the contact itself: time, touch and the force across the axis."""
+"""The gates of the contact itself: time, touch and lateral force."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from stepload.evidence.signs import branches_of, hold_creep, signs_of
 
 OF_TWO_CYCLES = ("gap_change", "set", "reload")
 UNSEEN = 0.02
-"""What one cycle cannot show of set, creep and drift, as a share of the deformation."""
+"""Set, creep and drift that a single cycle cannot exclude, as a share of the deformation."""
 SLOW_CREEP = 2.0
-"""A first loading creeps by at most so many times what its second one then differs, where the
-creep takes longer than about two seconds: 0.43 to 1.0 of it for 2 to 40 s and holds of 0.5 s."""
+"""Largest ratio of the creep of the first loading to its difference from the second one, for creep
+that takes longer than about two seconds: 0.43 to 1.0 for 2 to 40 s and holds of 0.5 s."""
 HARMLESS_TOUCH = 0.03
-"""Touches are found one by one: a shift below this share of the deformation is no sign."""
+"""Largest harmless shift of the touch, as a share of the deformation."""
 
 
 class ContactSigns(NamedTuple):
-    """Gates, and what they leave in the budget, as standard uncertainties in m."""
+    """Gates, and their contribution to the budget as standard uncertainties in m."""
 
     gates: list[Gate]
     time_m: float
@@ -54,14 +54,14 @@ def contact_signs(
     drift: Drift | None,
     drawn: Sequence[FloatArray],
 ) -> ContactSigns:
-    """Look at every sign that a contact is not elastic.
+    """Evaluate every sign that a contact is not elastic.
 
     Args:
         run: the run.
         loops: its cycles, drift taken out.
         main: the chord.
-        elastic: what the cycles are held against.
-        drift: what was taken out.
+        elastic: the elastic contact with which the cycles are compared.
+        drift: the drift that was subtracted.
         drawn: rehearsed travel of every branch, see `rehearse.draws`.
     """
     signs = {sign.name: sign for sign in signs_of(loops, elastic.at)}
@@ -72,11 +72,11 @@ def contact_signs(
     rate = rate_sign(loops, elastic)
     if "gap" in signs:
         if "gap_change" not in signs:
-            # A second loading without its unloading has set and reload to tell all the same.
+            # A second loading without its unloading still shows set and reload.
             alone_m = math.hypot(abs(signs["gap"].value_m) / math.sqrt(3.0), UNSEEN * main.span_m)
             time_m = max(time_m, alone_m)
         else:
-            # A loop that repeats in both cycles changes nothing from one to the other.
+            # A loop that is the same in both cycles changes nothing between them.
             beyond_m = max(abs(signs["gap"].value_m) - rehearsed["gap"], 0.0)
             time_m = max(time_m, beyond_m / math.sqrt(3.0))
         if "gap_change" not in signs or creep is None or rate is None:
@@ -100,14 +100,14 @@ def contact_signs(
         limit_m = creep_threshold(samples, creep.holds, run.sources, whole)
         total_m = limit_m * creep.total_per_mean
         gates += creep_gates(creep, limit_m, total_m, main.span_m)
-        # What was found beyond the noise is all of it or none. Beside it stands what holds of this
+        # The creep beyond the noise counts with all of it or none. Added is what holds of this
         # length do not exclude; slow creep would have shown between the loadings as well.
         noise_m = total_m / TO_SIGMA
         unseen_m = min(noise_m, SLOW_CREEP * rehearsed.get("reload", math.inf) / math.sqrt(3.0))
         found_m = math.sqrt(max(creep.total_m**2 - noise_m**2, 0.0) / 3.0)
         creep_m = math.hypot(found_m, unseen_m)
     if run.zero_step_n is not None:
-        # Between two looks at free air the zero is within half the step of an even drift.
+        # Between two tares the zero is within half the step of an even drift.
         harm_m = 0.5 * abs(run.zero_step_n) * elastic.at(main.from_n)
         gates.append(zero_gate(run.zero_step_n, harm_m, main.span_m))
         zero_m = harm_m / math.sqrt(3.0)
@@ -131,7 +131,7 @@ def _touch(
     elastic: Elastic,
     drift: Drift | None,
 ) -> Gate:
-    """The gate of the points of touch, drift and unequal forces taken out."""
+    """The gate of the points of touch, after subtraction of drift and unequal forces."""
     one, other = touches
     at_n = max(0.5 * (one.force_n + other.force_n), 1e-3 * main.to_n)
     pressed_m = elastic.travel(np.array([one.force_n, other.force_n]))

@@ -1,4 +1,4 @@
-"""Drift: from the top of one cycle to the top of the next, and out of everything."""
+"""Drift, from the top of one cycle to the top of the next, and its subtraction."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Drift:
 def drift_of(loops: Sequence[Loop], compliance: Compliance, sources: Sources) -> Drift | None:
     """Drift between the tops of the first two cycles; None where there is only one.
 
-    Both tops are held alike, so creep of the payload is in both.
+    Both tops are held in the same way, so both contain the payload's creep.
     """
     shift = next((s for s in signs_of(loops, compliance) if s.name == "top_shift"), None)
     if shift is None:
@@ -43,7 +43,7 @@ def drift_of(loops: Sequence[Loop], compliance: Compliance, sources: Sources) ->
 
 
 def without_drift(loop: Loop, rate_m_per_s: float, start_s: float) -> Loop:
-    """A cycle with a drift since `start_s` taken out of travel, deformation and holds."""
+    """A cycle whose travel, deformation and holds have the drift since `start_s` subtracted."""
 
     def corrected(branch: Branch) -> Branch:
         gone = rate_m_per_s * (branch.path.time_s - start_s)

@@ -1,4 +1,4 @@
-"""The elastic contact that a run is held against: a power law through its first loading."""
+"""The elastic reference contact of a run: a power law through its first loading."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stepload.evidence.laws import POWER
 from stepload.evidence.loops import Branch, Deflection
 
 _SIGMA = 0.005
-"""Errors of this share of the deformation, alike everywhere, are good enough for slopes."""
+"""Uniform error for the fit, as a share of the deformation; only slopes are used of it."""
 _STEP = 0.01
 
 

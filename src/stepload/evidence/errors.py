@@ -1,4 +1,4 @@
-"""What is known of the errors of the deformation along a path, source by source."""
+"""The known errors of the deformation along a path, source by source."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from stepload.estimators.sources import Sources
 from stepload.evidence.path import Path
 
 ALIKE_SHARE = 0.1
-"""The error of a quantum is forgotten over about so much of a quantum."""
+"""Correlation length of the error of a quantum, in quanta."""
 LEAST_SHARE = 1e-4
-"""Nothing is known better than this share of the deformation."""
+"""Least standard uncertainty, as a share of the deformation."""
 
 
 class Component(NamedTuple):
@@ -31,14 +31,14 @@ class Component(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What the errors depend on beside the sources.
+    """Inputs of the errors other than the sources.
 
     Attributes:
         compliance_m_per_n: (B,) dδ/dF of the payload along the path.
         system_m_per_n: (B,) of the rest of the chain.
         system_sigma_m: (M, B) standard uncertainties of the system's deflection: independent
             errors, each one for the whole path.
-        table_sigma_m: (B,) of the rows of its table, alike over the smooth length.
+        table_sigma_m: (B,) of the rows of its table, correlated over the smooth length.
         expected_m: (B,) travel as a law gives it, without the errors of the sensor.
         drift_sigma_m_per_s: of the drift that was taken out.
     """
@@ -52,7 +52,7 @@ class Context:
 
 
 def middle(count: int) -> int:
-    """Which of so many assumed lengths stands for all where one must: about one load step."""
+    """Index of the assumed length that is used where only one can be: about one load step."""
     return min(1, count - 1)
 
 
@@ -128,8 +128,8 @@ def _system_size(sources: Sources) -> str:
 
 
 def _force_variance(path: Path, sources: Sources) -> FloatArray:
-    """Variance (B,) of the mean force of each stretch: a quantum that noise does not break up
-    is the same error in all its samples."""
+    """Variance (B,) of the mean force of each stretch. Without noise a quantum causes the same
+    error in all its samples."""
     quantum = sources.force_resolution_n**2 / 12.0
     broken = sources.force_noise_n >= 0.5 * sources.force_resolution_n
     noise = sources.force_noise_n**2 / path.count
@@ -137,8 +137,8 @@ def _force_variance(path: Path, sources: Sources) -> FloatArray:
 
 
 def quantum_covariance(expected_m: FloatArray, span_m: FloatArray, quantum_m: float) -> FloatArray:
-    """Covariance (B, B) of the error of a quantum: the same where the true travel is the same, of
-    another size a fifth of a quantum away; smaller where a stretch crosses several quanta.
+    """Covariance (B, B) of the quantisation error: fully correlated where the true travel is the
+    same, uncorrelated a fifth of a quantum away; smaller where a stretch crosses several quanta.
 
     Args:
         expected_m: (B,) travel without the quantum, as a law gives it.

@@ -1,8 +1,8 @@
-"""How well a chord will be known, before it is measured: the sources of error alone.
+"""Expected uncertainty of a chord before it is measured, from the sources of error alone.
 
-A loading without any error stands for the one that is to come. What a contact adds of its own
-(creep, set, a shape that no law has) cannot be known before, so the interval of the run itself is
-wider, never narrower.
+A loading without any error is used in place of the coming one. Effects of the contact (creep, set,
+a shape that no law has) cannot be known before, so the interval of the run itself is wider, never
+narrower.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
 
 SAMPLES_HZ = 50.0
-"""Samples per second. A rig is faster: nothing is expected of its averaging more noise."""
+"""Samples per second. A rig is faster, but averaging of more noise is not counted on."""
 
 
 def loading(
     levels_n: FloatArray, *, from_n: float, rate_n_per_s: float, hold_s: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Time in s, force in N and number of the hold (N,) of a loading by its plan.
+    """Planned course of a loading: time in s, force in N and number of the hold, (N,) each.
 
     Args:
         levels_n: rising, the last one the top.

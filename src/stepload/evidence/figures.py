@@ -23,20 +23,20 @@ from stepload.evidence.quantity import Exponent, Line, Quantity, log_interval
 from stepload.evidence.union import Read, at_point, union
 
 EXPONENT_HALF_WIDTH = 0.1
-"""An exponent known worse than this is not identified."""
+"""An exponent with a larger half width is not identified."""
 OPEN = 5.0
-"""A stiffness whose interval spans more than so many powers of e is open."""
+"""A stiffness counts as undetermined if the logarithm of its interval is wider than this."""
 REACHED = 1.06
-"""A force asked for counts as reached where the data end at most so little below: a step of small
-force is held within its band."""
+"""A requested force counts as reached if it is at most this factor above the highest force of the
+data: a step of small force is held within its band."""
 TWO_LOOKS = 2.2414
-"""Quantile of the normal distribution at 1 - 0.025/2: either of two looks misses in 5 %."""
+"""Quantile of the normal distribution at 1 - 0.025/2: two looks together miss in 5 %."""
 HOPELESS = 1.0
-"""A figure whose interval is wider than itself is not identifiable."""
+"""Half width, as a share of the figure, above which it is not identifiable."""
 
 
 class Discrepancies(NamedTuple):
-    """What gates leave in the budget: standard uncertainties in m, and a relative one."""
+    """Contributions of the gates to the budget: standard uncertainties in m, and a relative one."""
 
     time_m: float
     creep_m: float
@@ -47,17 +47,17 @@ class Discrepancies(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What figures are read from.
+    """Inputs of the figures.
 
     Attributes:
         main: the chord.
         upper: the chord of the uppermost forces: where a tangent at the top is read.
-        path: of the loading it was read from.
+        path: of the loading that they are read from.
         errors: the components of the covariance, once per correlation length that may be.
         law_sets: the laws that figures rest on, fitted with each of them; empty where there are
             none.
-        power: 1/n of the power law: how a share of the force changes the deformation.
-        left: what the gates leave in the budget.
+        power: 1/n of the power law: relative change of the deformation over that of the force.
+        left: contributions of the gates to the budget.
         gates: all gates.
         doubts: sentences that block every figure.
         law_doubts: sentences that block what rests on a law.
@@ -170,10 +170,10 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
 
 
 def _of_looks(run: Pressed, relative: float) -> list[Line]:
-    """What it costs that the loading might have ended earlier for what it had shown.
+    """Line for a loading that might have ended at an earlier level because of its own deformation.
 
-    An error that ends it is one that makes the deformation large. Most of it is one and the same at
-    all levels, so all looks together count as two: `TWO_LOOKS` in place of 1.96.
+    An error that makes the deformation large may end it. Most of that error is common to all
+    levels, so all looks together count as two: `TWO_LOOKS` in place of 1.96.
     """
     if not run.looked:
         return []
@@ -182,28 +182,28 @@ def _of_looks(run: Pressed, relative: float) -> list[Line]:
 
 
 def _as_rough(laws: Mapping[str, LawFit], roughness: Roughness) -> bool:
-    """Whether the surface is known to be rough and the data do not speak against it."""
+    """Whether the surface is known to be rough and the data are consistent with that."""
     lowest = min(fit.chi2 for fit in laws.values())
     rough = laws.get(ROUGH.name)
     return bool(roughness.length_m) and rough is not None and rough.chi2 <= lowest + CANNOT_TELL
 
 
 def _believed(laws: Mapping[str, LawFit], roughness: Roughness) -> LawFit:
-    """The law that a value is read from; the others only widen it."""
+    """The law that gives the value; the other laws only widen the interval."""
     if _as_rough(laws, roughness):
         return laws[ROUGH.name]
     return laws.get(POWER.name) or min(laws.values(), key=lambda fit: fit.chi2)
 
 
 def _open(kind: str, at_n: float, blocked: Sequence[str]) -> Quantity:
-    """A stiffness that the data leave open."""
+    """A stiffness that the data do not determine."""
     why = (*blocked, "the deformation from touch may be none: the data leave this open")
     interval = (0.0, math.inf)
     return Quantity(kind, math.nan, interval, 0.0, at_n, (), ResultVerdict.NOT_IDENTIFIABLE, why)
 
 
 def _readers(at_n: float, *, with_plane: bool) -> dict[str, Read]:
-    """How the length behind each stiffness is read from a law; F/length is the stiffness."""
+    """Functions that read a length from a law, by kind of stiffness: stiffness = F/length."""
 
     def tangent(fit: LawFit, shape: float) -> FloatArray:
         return fit.slope_gradient(shape, at_n) * at_n
@@ -225,7 +225,7 @@ def _of_laws(
     roughness: Roughness,
     at_n: float,
 ) -> tuple[float, float, float, list[Line]] | None:
-    """Stiffness, interval of the laws that are alike, and lines."""
+    """Stiffness, low and high end over the laws that the data cannot distinguish, and lines."""
     laws = law_sets[middle(len(law_sets))]
     believed = _believed(laws, roughness)
     kept = [list(each.values()) for each in law_sets]
@@ -250,7 +250,7 @@ def _of_laws(
 
 
 def _upper(read_from: Reading, roughness: Roughness) -> Line:
-    """By how much more than their errors allow the law and the data differ in the upper chord."""
+    """Difference of law and data in the upper chord beyond what their errors explain."""
     upper, here = read_from.upper, middle(len(read_from.law_sets))
     believed, parts = _believed(read_from.law_sets[here], roughness), read_from.errors[here]
 
@@ -266,7 +266,7 @@ def _upper(read_from: Reading, roughness: Roughness) -> Line:
 
 
 def _sensitivity(fit: LawFit, read: Read, path: Path, parts: Sequence[Component]) -> FloatArray:
-    """(B,): the weighed fit's length against each deformation, its shape parameter included."""
+    """(B,) derivatives of a length of the weighted fit, with a free shape, by the deformations."""
     point = fit.best
     covariance = np.sum([part.covariance for part in parts], axis=0)
     u = path.force_n / fit.top_n
@@ -274,7 +274,7 @@ def _sensitivity(fit: LawFit, read: Read, path: Path, parts: Sequence[Component]
     rest = point.coefficients[1:]
     basis = fit.law.basis(u, point.shape)
     moved = (fit.law.basis(u, point.shape + step) @ rest - basis @ rest) / step
-    moved *= float(fit.law.grid.size > 1)  # a shape that is given does not follow the data
+    moved *= float(fit.law.grid.size > 1)  # a law with a single shape does not follow the data
     columns = np.column_stack([np.ones_like(u), basis, moved])
     weight = np.linalg.solve(covariance, columns)
     estimator = np.linalg.pinv(columns.T @ weight) @ weight.T
@@ -323,8 +323,8 @@ def _made(
 
 
 def exponent(read_from: Reading) -> Exponent | None:
-    """n of the power law; laws that fit as well with an exponent of their own widen it. None where
-    no figure rests on a power law of free exponent."""
+    """n of the power law, widened by other laws that fit as well with their own exponents; None
+    where no figure rests on a power law of free exponent."""
     law_sets = read_from.law_sets
     power = law_sets[middle(len(law_sets))].get(POWER.name) if law_sets else None
     if power is None:
@@ -353,7 +353,7 @@ def exponent(read_from: Reading) -> Exponent | None:
 
 
 def _own_exponent(fit: LawFit) -> float:
-    """The exponent of a law that has it by its nature."""
+    """The exponent of a law that has a fixed one."""
     if fit.law.parameters == 1:
         return 1.0 / fit.best.shape
     return 1.0 if fit.law is BILINEAR else 1.5

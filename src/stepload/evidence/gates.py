@@ -1,8 +1,8 @@
-"""Gates: what must be quiet before a figure is called identified.
+"""Gates: conditions that must hold before a figure is called identified.
 
-A gate has a statistic, a threshold and a sentence. Thresholds come from rehearsals of the run's
-own ideal contact (see `rehearse`), but never below a share of the deformation that does no harm:
-smaller effects stand in the budget instead.
+A gate has a statistic, a threshold and a sentence. Thresholds come from rehearsals of the run's own
+ideal contact (see `rehearse`), but are never below a harmless share of the deformation: smaller
+effects are in the budget instead.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from stepload.units import format_quantity
 HARMLESS = 0.01
 """Signs below this share of the chord's deformation do not veto."""
 HARMLESS_DRIFT = 0.05
-"""A drift correction above this share is no correction any more."""
+"""Largest drift correction, as a share of the chord's deformation."""
 LATERAL_SHARE = 0.05
-"""Largest force across the axis, as a share of the force along it, with one K_s."""
+"""Largest lateral force, as a share of the axial force, with a single K_s."""
 STRONG_LATERAL = 0.3
-"""The same where its effect on the arm is taken out: beyond it contacts slide, and F_c falls below
-0.83 of what it is without (sphere, sliding, von Mises)."""
+"""The same where its effect on the arm is corrected: beyond it contacts slide, and F_c falls below
+0.83 of its value without lateral force (sphere, sliding, von Mises)."""
 LARGEST_CORRECTION = 0.2
-"""What is taken out for the force across the axis, as a share of the deformation. A tenth of it may
-be left where the plate is tilted: 2 % of the deformation, less than the interval of most runs."""
+"""Largest correction for lateral force, as a share of the deformation. A tenth of it may remain
+where the plate is tilted: 2 % of the deformation, less than the interval of most runs."""
 FRICTION_HARMLESS = 0.05
-"""What friction of unknown size might do to the deflection at the most, as a share of the
+"""Largest change of the deflection that unknown friction may cause, as a share of the
 deformation."""
 CREEP_SHARE = 0.03
-"""Creep over a loading, beyond which it is not settled, as a share of the deformation."""
+"""Largest creep over a settled loading, as a share of the deformation."""
 FAR = 2.0
-"""A χ² so many times the allowed one speaks against the stated errors, not only against a law."""
+"""From this multiple of the allowed χ² on the stated errors are wrong, not only the law."""
 
 Blocks = Literal["all", "law"]
 
@@ -47,7 +47,7 @@ class Gate:
         threshold: what it must not exceed, in the same unit.
         unit: "m" or "" for a share.
         blocks: "all" figures, or only those that rest on a "law" or a zero.
-        sentence: what it means when it fires; "" while it does not.
+        sentence: what it means if it has fired; "" if not.
     """
 
     name: str
@@ -59,7 +59,7 @@ class Gate:
 
     @property
     def fires(self) -> bool:
-        """Whether the threshold is exceeded; a statistic that is no number exceeds every one."""
+        """Whether the threshold is exceeded; NaN exceeds every threshold."""
         return not self.value <= self.threshold
 
 
@@ -87,13 +87,13 @@ _MEANS = {
 def gate(
     name: str, value: float, threshold: float, unit: str, blocks: Blocks, sentence: str
 ) -> Gate:
-    """A gate whose sentence is kept only where it fires."""
+    """A gate whose sentence is kept only if it fires."""
     made = Gate(name, value, threshold, unit, blocks, sentence)
     return made if made.fires else Gate(name, value, threshold, unit, blocks, "")
 
 
 def sign_gate(sign: Sign, rehearsed_m: float, span_m: float, blocks: Blocks = "all") -> Gate:
-    """The gate of a sign that vanishes for an elastic contact."""
+    """The gate of a sign that is zero for an elastic contact."""
     threshold = max(rehearsed_m, HARMLESS * span_m)
     text = _MEANS[sign.name].format(
         at=format_quantity(sign.force_n, "N"), value=format_quantity(sign.value_m, "m"),
@@ -107,7 +107,7 @@ def creep_gates(creep: HoldCreep, rehearsed_m: float, total_m: float, span_m: fl
 
     Args:
         creep: what the holds show.
-        rehearsed_m: how large the mean over all holds may be where nothing creeps.
+        rehearsed_m: largest mean over all holds of a contact that does not creep.
         total_m: the same of `creep.total_m`.
         span_m: deformation of the chord.
     """
@@ -129,7 +129,7 @@ def _creep(name: str, value: float, threshold: float) -> Gate:
 
 
 def drift_gate(shift_m: float, elapsed_s: float, span_m: float) -> Gate:
-    """The gate of a drift correction; `shift_m` is what drift does between the chord's forces."""
+    """The gate of a drift correction; `shift_m` is the drift between the chord's forces."""
     text = (
         f"the rig drifts by {format_quantity(shift_m, 'm')} in the {elapsed_s:.0f} s of the "
         f"loading, {abs(shift_m) / span_m:.1%} of the deformation (allowed {HARMLESS_DRIFT:.0%}): "
@@ -154,7 +154,7 @@ def touch_gate(shift_m: float, threshold_m: float, limit_n: float | None) -> Gat
 
 
 def zero_gate(step_n: float, harm_m: float, span_m: float) -> Gate:
-    """The gate of the force's zero: what a step between two looks at free air may have done."""
+    """The gate of the force's zero: the possible effect of its change between two tares."""
     text = (
         f"the zero of force moves by {format_quantity(step_n, 'N')} from one look at free air to "
         "the next; taken out as if it were even, it may still be "
@@ -165,7 +165,7 @@ def zero_gate(step_n: float, harm_m: float, span_m: float) -> Gate:
 
 
 def lateral_gate(share: float) -> Gate:
-    """The gate of force across the axis."""
+    """The gate of the lateral force."""
     text = (
         f"the force across the axis reaches {share:.1%} of that along it (allowed "
         f"{LATERAL_SHARE:.0%}): the arm bends sideways, and its deflection is not that of K_s"
@@ -174,7 +174,7 @@ def lateral_gate(share: float) -> Gate:
 
 
 def strong_lateral_gate(share: float) -> Gate:
-    """The gate of a force across the axis whose effect on the arm was taken out."""
+    """The gate of a lateral force whose effect on the arm was corrected."""
     text = (
         f"the force across the axis reaches {share:.1%} of that along it (allowed "
         f"{STRONG_LATERAL:.0%}): the contact slides, and yields at a smaller force"
@@ -183,7 +183,7 @@ def strong_lateral_gate(share: float) -> Gate:
 
 
 def correction_gate(taken: float) -> Gate:
-    """The gate of what was taken out for the force across the axis, over the deformation."""
+    """The gate of the correction for lateral force, as a share of the deformation."""
     text = (
         f"what was taken out for the force across the axis is {taken:.1%} of the deformation "
         f"(allowed {LARGEST_CORRECTION:.0%}): press where the arm couples less, or reduce the "
@@ -193,7 +193,7 @@ def correction_gate(taken: float) -> Gate:
 
 
 def other_friction_gate(away: float) -> Gate:
-    """The gate of a force across the axis that is another share than in the calibration."""
+    """The gate of a lateral share that differs from that of the calibration."""
     text = (
         f"the force across the axis differs by {away:.1%} of that along it from the calibration "
         f"(allowed {LATERAL_SHARE:.0%}): the arm bends sideways otherwise, and one K_s does not "
@@ -203,7 +203,7 @@ def other_friction_gate(away: float) -> Gate:
 
 
 def friction_gate(worst: float) -> Gate:
-    """The gate of friction that nobody has measured; `worst` of the deformation at the most."""
+    """The gate of unknown friction; `worst`: its largest effect over the deformation."""
     text = (
         "how friction at the contact compares with that of the calibration is not known; it may "
         f"change the arm's deflection by up to {worst:.1%} of the deformation (allowed "
@@ -219,7 +219,7 @@ def shape_gates(
     """The gates of a law's shape.
 
     Args:
-        law: what the law is called.
+        law: name of the law.
         advantage: χ² of the law less that of the best other law.
         allowed: how much is allowed.
         better: name of that law.
@@ -241,8 +241,8 @@ def shape_gates(
 
 
 def fit_gate(chi2: float, allowed: float, law: str) -> Gate:
-    """The gate of the lack of fit of the best law; far beyond what is allowed the stated errors
-    are too small, and with them every interval."""
+    """The gate of the lack of fit of the best law; far beyond the allowed value the stated errors,
+    and so all intervals, are too small."""
     far = chi2 > FAR * allowed
     text = (
         f"no law fits: the best one ({law}) leaves χ² = {chi2:.3g} (allowed {allowed:.3g}) with "
@@ -252,7 +252,7 @@ def fit_gate(chi2: float, allowed: float, law: str) -> Gate:
 
 
 def misfit_gate(misfit_m: float, spread_m: float, allowed_m: float, law: str) -> Gate:
-    """The gate of what a law leaves (rms) against the spread of one visit from the next."""
+    """The gate of a law's misfit (rms) against the spread between two loadings."""
     found, scatter, allowed = (format_quantity(x, "m") for x in (misfit_m, spread_m, allowed_m))
     text = (
         f"the law ({law}) does not fit: it leaves {found} rms (allowed {allowed}), and loading "
@@ -262,5 +262,5 @@ def misfit_gate(misfit_m: float, spread_m: float, allowed_m: float, law: str) ->
 
 
 def fired(gates: Sequence[Gate], *, of_law: bool) -> tuple[str, ...]:
-    """Sentences of the gates that block a figure, one that rests on a law or not."""
+    """Sentences of the gates that block a figure that rests on a law, or one that does not."""
     return tuple(g.sentence for g in gates if g.fires and (of_law or g.blocks == "all"))

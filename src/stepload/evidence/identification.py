@@ -1,4 +1,4 @@
-"""From force and travel to a law with an interval that can be believed."""
+"""From force and travel to a law with a reliable interval."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ REPORTED = ("rs_btls", "rs_rtls", "joint")
 """Always reported: the paper's two fits and the one with a fitted zero."""
 BUDGETED = (*REPORTED, "odr", "inverse_ls")
 LEAST_SAMPLES = LEAST_STRETCHES
-"""Points of a loading in contact: fewer have no local stiffness."""
+"""Least number of points of a loading in contact; fewer have no local stiffness."""
 
 
 @dataclass(frozen=True, slots=True)
 class Identification:
     """The result of one run.
 
-    `evidence` says what the data can bear, its headline first; None where they bear no stiffness,
-    and `judgement` says why. `run` is what it was read from, to be asked at other forces. The fits
-    are those of the paper and others beside them; `deformation_m`, `force_n` (M,) are the points
-    that the batch fits were made from.
+    `evidence` holds the figures that the data support; None where they support no stiffness, and
+    `judgement` says why. `run` is its input, from which figures at other forces can be read. The
+    fits are those of the paper and others; `deformation_m`, `force_n` (M,) are the points that the
+    batch fits were made from.
     """
 
     fits: Mapping[str, Fit]
@@ -61,12 +61,12 @@ class Identification:
 
     @property
     def headline(self) -> Quantity | None:
-        """The chord stiffness; None where the data bear none."""
+        """The chord stiffness; None where the data support none."""
         return self.evidence.headline if self.evidence is not None else None
 
     @property
     def quantities(self) -> Mapping[str, Quantity]:
-        """Every stiffness by kind; empty where the data bear none."""
+        """Every stiffness by kind; empty where the data support none."""
         return self.evidence.quantities if self.evidence is not None else {}
 
     @property
@@ -81,8 +81,8 @@ class Identification:
 
 
 def _zero_sigma(fits: Mapping[str, Fit], conditions: Conditions) -> float:
-    """How wrong the zero may be that the fits take as given: how far the touch is beyond it, or
-    how far from the touch it is found where it is fitted. 0 where the zero is given."""
+    """Error of the zero that the fits take as given: the travel up to the touch threshold, or the
+    distance of a fitted zero from the touch if larger. 0 where the zero is given."""
     fit, touch_n = fits.get("joint") or next(iter(fits.values())), conditions.touch_force_n
     if touch_n <= 0.0 or not 0.0 < fit.k < math.inf:
         return 0.0
@@ -121,11 +121,11 @@ def _budgets(
 
 
 def identify(selected: Selected, conditions: Conditions, run: Pressed) -> Identification:
-    """Fit, weigh the evidence, state the uncertainty and judge.
+    """Fit, evaluate the evidence, state the uncertainty and judge.
 
     Args:
         selected: the samples of the first loading, for the fits.
-        conditions: what the data do not tell themselves.
+        conditions: inputs other than the data.
         run: all cycles, for the evidence.
 
     Raises:
@@ -179,7 +179,7 @@ def identify(selected: Selected, conditions: Conditions, run: Pressed) -> Identi
 def _judged(
     evidence: Evidence | None, problem: str, conditions: Conditions, peak_n: float
 ) -> Judgement:
-    """The headline's verdict, and how far the rig was stretched by (34)."""
+    """The headline's verdict, and K_max by (34) at the force that was reached."""
     sources, k_max, reach = conditions.sources, math.nan, []
     resolution_m = conditions.position_resolution_m
     if not math.isnan(resolution_m):

@@ -1,4 +1,4 @@
-"""Fits of all laws to one loading, weighed with what is known of the errors."""
+"""Fits of all laws to one loading, weighted with the covariance of its errors."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from stepload.evidence.laws import (
 
 CHI2_95 = 3.841459
 CANNOT_TELL = 4.0
-"""Laws whose χ² is no further than this above the best are not told apart by the data."""
+"""Laws whose χ² is within this distance of the best cannot be distinguished by the data."""
 ROUGHEST = 0.15
-"""Largest 1.22 σ κ^-0.16 of a surface whose roughness nobody has told, as a share of the smooth
-deformation at the top: 5 µm rms on the paper's plastic sphere at 300 N."""
+"""Largest 1.22 σ κ^-0.16 of a surface of unstated roughness, as a share of the smooth deformation
+at the top: 5 µm rms on the paper's plastic sphere at 300 N."""
 ROUGHNESS_SIGMA = 0.2
 """Relative uncertainty of a roughness length 1.22 σ κ^-0.16 that was stated."""
 
 
 @dataclass(frozen=True, slots=True)
 class Roughness:
-    """What is known of the roughness: its length 1.22 σ κ^-0.16 in m, 0 for a surface that was
-    declared smooth, None where nobody has told it."""
+    """Knowledge of the roughness: its length 1.22 σ κ^-0.16 in m, 0 for a surface that was declared
+    smooth, None where it is not stated."""
 
     length_m: float | None = None
 
@@ -117,8 +117,8 @@ class LawFit:
 def fit_law(data: Whitened, law: Law, roughness: Roughness | None = None) -> LawFit | None:
     """Fit a law at every shape parameter of its grid; None where none is possible.
 
-    A stated roughness holds the rough law to its length, within 20 %; a surface that was declared
-    smooth is not fitted as a rough one.
+    A stated roughness restricts the rough law to its length, within 20 %; a surface that was
+    declared smooth is not fitted as a rough one.
     """
     if law is ROUGH and roughness is not None and roughness.length_m == 0.0:
         return None
@@ -139,7 +139,7 @@ def fit_law(data: Whitened, law: Law, roughness: Roughness | None = None) -> Law
 def _points(
     data: Whitened, law: Law, shapes: Sequence[float], roughness: Roughness | None
 ) -> list[Point]:
-    """The law at those of the shape parameters where it can be told and gives way to a force."""
+    """The law at the shape parameters where it is determined and has a positive compliance."""
     columns = data.columns(law, shapes)
     norm = np.linalg.norm(columns, axis=1)
     q, r = np.linalg.qr(columns / norm[:, None])
@@ -172,7 +172,7 @@ def fit_laws(data: Whitened, roughness: Roughness, *, adhesive: bool) -> dict[st
     Args:
         data: a loading.
         roughness: what is known.
-        adhesive: whether the force went below zero about the touch.
+        adhesive: whether the force was negative near the touch.
     """
     laws: list[Law] = [POWER, HERTZ_LINEAR, BILINEAR, STIFFENING, PLASTIC, ROUGH]
     if adhesive:
@@ -184,13 +184,13 @@ def fit_laws(data: Whitened, roughness: Roughness, *, adhesive: bool) -> dict[st
 def chosen_fits(
     data: Whitened, words: Sequence[str], laws: Mapping[str, LawFit], roughness: Roughness
 ) -> dict[str, LawFit]:
-    """The laws of these words that can be fitted, by name; those in `laws` are fitted already."""
+    """The laws of these names that can be fitted, by name; those in `laws` are fitted already."""
     chosen = [LAWS[word] for word in words]
     found = {law.name: laws.get(law.name) or fit_law(data, law, roughness) for law in chosen}
     return {name: fit for name, fit in found.items() if fit is not None}
 
 
 def alike(fits: Sequence[LawFit]) -> tuple[LawFit, ...]:
-    """The laws that the data cannot tell apart, the best first."""
+    """The laws that the data cannot distinguish, the best first."""
     ordered = sorted(fits, key=lambda fit: fit.chi2)
     return tuple(fit for fit in ordered if fit.chi2 <= ordered[0].chi2 + CANNOT_TELL)

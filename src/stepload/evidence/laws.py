@@ -2,7 +2,8 @@
 
 For a given shape parameter every law here is linear: δ = δ0 + Σ c_j b_j(F), with coefficients that
 must not be negative. Forces are in units of the top force, so that a shape parameter means the same
-at every load. What a law calls its touch is the limit F → 0, which for a rough contact is not 0.
+at every load. The touch of a law is the limit F → 0, at which the deformation of a rough contact is
+not 0.
 """
 
 from __future__ import annotations
@@ -34,11 +35,11 @@ class Law:
     """One law.
 
     Attributes:
-        name: what people call it.
+        name: its common name.
         basis: from u = F/F_top (N,), positive, and the shape parameter to columns (N, k).
         at_touch: the same at F → 0, (k,).
         grid: shape parameters to try, rising.
-        parameters: how many numbers it takes from the data beside its zero.
+        parameters: how many numbers are fitted besides its zero.
     """
 
     name: str
@@ -61,7 +62,7 @@ def _bilinear(u: FloatArray, knee: float) -> FloatArray:
 
 
 def _stiffening(u: FloatArray, knee: float) -> FloatArray:
-    """Hertz, with less give from `knee` on."""
+    """Hertz's law with a smaller compliance from `knee` on."""
     return np.stack([u**HERTZ, np.minimum(u, knee) ** HERTZ], axis=1)
 
 
@@ -74,7 +75,7 @@ def _rough(u: FloatArray, ratio: float) -> FloatArray:
     radius = 3.51 - 2.51 * p0
     low = 0.5 * 1.605**2 * (smooth + ratio) + 8.0 * 1.605 * np.sqrt(p0) * smooth / denominator
     high = 0.5 * radius**2 * smooth + 8.0 * p0 * radius * smooth / denominator
-    # Both branches moved to their middle where they meet: the step of 0.89 % is the model's.
+    # Both branches are moved to their middle where they meet, which removes the step of 0.89 %.
     blend = 1.0 / (1.0 + np.exp(-(p0 - P0_BRANCH) / 0.02))
     return np.asarray((1.0 - blend) * low + blend * high)[:, None]
 
@@ -104,7 +105,7 @@ def _nothing(size: int) -> Callable[[float], FloatArray]:
 
 
 def _fixed(word: str, n: float) -> Law:
-    """A power law without freedom of its exponent."""
+    """A power law with a fixed exponent."""
     return Law(LAW_NAMES[word], _power, _nothing(1), np.array([1.0 / n]), 1)
 
 
@@ -134,9 +135,9 @@ LAWS = {
         np.geomspace(1e-3, 0.3, 16), 2,
     ),
 }  # fmt: skip
-"""Every law by the word that chooses it."""
+"""Every law, by the name that selects it."""
 POWER, HERTZ_LINEAR, BILINEAR = LAWS["power"], LAWS["hertz-linear"], LAWS["two-springs"]
 STIFFENING, PLASTIC = LAWS["stop"], LAWS["elastic-plastic"]
 ROUGH, ADHESIVE = LAWS["rough"], LAWS["adhesive"]
 FIXED = (LAWS["hertz"], LAWS["cone"], LAWS["linear"])
-"""Exponents that theory knows."""
+"""Exponents that follow from theory."""

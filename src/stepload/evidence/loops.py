@@ -15,24 +15,23 @@ LEAST_STRETCHES = 6
 
 
 LEAST_HELD = 0.05
-"""Rests that make up less than this share of their branch's time are the turn of a motion, no
-holds."""
+"""Rests below this share of their branch's time are reversals of the motion, no holds."""
 EARLY = 8
-"""Creep is counted from the mean of the first eighth of a hold to that of its last half."""
+"""Creep is measured from the mean of the first eighth of a hold to that of its last half."""
 BETWEEN = 0.75 - 0.5 / EARLY
 """The middles of both are apart by this share of the hold."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hold:
-    """One hold: how far the deformation went in it.
+    """One hold: the change of the deformation in it.
 
     Attributes:
         force_n: mean force in N.
         lasted_s: its length.
         crept_m: deformation in its last half less that in its first eighth.
-        eased_n: the same of the force; negative where it has eased.
-        samples: how many samples that eighth has.
+        eased_n: the same of the force; negative where it relaxed.
+        samples: number of samples in the first eighth.
     """
 
     force_n: float
@@ -42,8 +41,8 @@ class Hold:
     samples: int
 
     def creep(self, compliance_m_per_n: float) -> float:
-        """Creep in m at constant force, however the arm held on: where it held its position the
-        force has eased instead."""
+        """Creep in m reduced to constant force: an arm that held its position let the force relax
+        instead."""
         return self.crept_m - compliance_m_per_n * self.eased_n
 
 
@@ -66,7 +65,7 @@ class Loop:
 
 
 Deflection = Callable[[FloatArray], FloatArray]
-"""Deflection in m of everything but the payload at forces (N,) in N."""
+"""Deflection in m of everything but the payload, from forces (N,) in N."""
 
 
 def loops_of(
@@ -76,7 +75,7 @@ def loops_of(
 
     Args:
         tracks: number, loading and unloading of each cycle, the first one first.
-        deflection: what the system takes of the travel.
+        deflection: the system's part of the travel.
         force_noise_n: standard deviation of one force sample.
     """
     top_n = max(float(loading.force_n.max()) for _, loading, _ in tracks)

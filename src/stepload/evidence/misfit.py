@@ -1,12 +1,12 @@
-"""Lack of fit against the spread of the run itself, whatever errors were stated.
+"""Lack of fit of a law against the scatter of the run itself, independent of stated errors.
 
-A lack-of-fit test in the sense of the analysis of variance holds what a law leaves against the pure
-error, which only repeated visits of the same force can tell. Both are read from the run, so errors
-that were stated too large hide no misfit here. What is smooth over force repeats from visit to
-visit and is in the one and not in the other; so the ratio has no F distribution even where the law
-is true, and what it may be comes from rehearsals of the run's own ideal contact. How well
-such errors repeat nobody states: what the stated errors alone may leave is allowed too, but only up
-to a share of the deformation; beyond it the spread has to bear it out.
+A lack-of-fit test in the sense of the analysis of variance compares the misfit of a law with the
+pure error, which only repeated visits of the same force can show. Both are read from the run, so
+errors that were stated too large hide no misfit. An error that is smooth over force repeats from
+visit to visit and is in the misfit but not in the pure error; so the ratio has no F distribution
+even for the true law, and its threshold comes from rehearsals of the run's own ideal contact. How
+well such errors repeat is not known: a misfit that the stated errors alone explain is allowed too,
+but only up to a share of the deformation; beyond it the scatter has to confirm it.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from stepload.evidence.path import Path
 from stepload.evidence.rehearse import QUANTILE
 
 TRUSTED = 0.02
-"""Stated errors are trusted, without any spread, for a misfit of this share of the deformation."""
+"""Largest misfit, as a share of the deformation, that the stated errors alone may explain."""
 HEAVIEST = 3.0
-"""One stretch (a hold) counts at most so many times the usual one: its quantum is one number."""
+"""Largest weight of one stretch (a hold) over the usual one: its quantum is one number."""
 
 
 class Visit(NamedTuple):
-    """One loading: its path, what it is off the elastic contact by (B,), the same rehearsed (B, R),
-    in m."""
+    """One loading: its path, its deviation from the elastic contact (B,), and the same of the
+    rehearsals (B, R), in m."""
 
     path: Path
     off_m: FloatArray
@@ -40,19 +40,19 @@ class Visit(NamedTuple):
 
 
 def visit(branch: Branch, elastic: Elastic, drawn: FloatArray) -> Visit:
-    """A loading against the elastic contact; `drawn` (B, R) is its rehearsed travel in m."""
+    """Compare a loading with the elastic contact; `drawn` (B, R) is its rehearsed travel in m."""
     force_n = branch.path.force_n
     off_m = branch.deformation_m - elastic.deformation(force_n)
     return Visit(branch.path, off_m, drawn - elastic.travel(force_n)[:, None])
 
 
 def misfit_of(visits: Sequence[Visit], elastic: Elastic, law: LawFit, span_m: float) -> Gate | None:
-    """The gate of what a law leaves, against the spread between two loadings.
+    """The gate of a law's misfit, against the spread between two loadings.
 
     Args:
-        visits: the loadings, that of the law first; with one of them there is no pure error.
+        visits: the loadings, that of the law first; a single one has no pure error, and no gate.
         elastic: the contact that was rehearsed.
-        law: the one that is believed, or was chosen.
+        law: the law in use, or the chosen one.
         span_m: deformation between the chord's forces.
     """
     if len(visits) < 2:
@@ -83,8 +83,8 @@ def _rms(left_m: FloatArray, weights: FloatArray) -> FloatArray:
 def _spread(
     first: Visit, second: Visit, weights: FloatArray, one_m: FloatArray, other_m: FloatArray
 ) -> FloatArray:
-    """Standard deviation (R,) of one visit, from the difference of two at the same forces; what
-    all forces have in common is no scatter."""
+    """Standard deviation (R,) of one visit, from the difference of two at the same forces; a shift
+    common to all forces is no scatter."""
     order = np.argsort(second.path.force_n)
     force = second.path.force_n[order]
     place = np.clip(np.searchsorted(force, first.path.force_n), 1, force.size - 1)
@@ -98,8 +98,8 @@ def _spread(
 def _left(
     elastic: Elastic, law: LawFit, path: Path, off_m: FloatArray, weights: FloatArray
 ) -> FloatArray:
-    """What a law leaves (R,), rms, of deviations (B, R) from it: its zero, its size and, where it
-    is free, its power follow them."""
+    """Rms misfit (R,) of a law for deviations (B, R) from it; its zero, its size and, if free, its
+    power are fitted to them."""
     u = path.force_n / elastic.top_n
     curve = u ** (law.best.shape if law.law.parameters == 1 else elastic.q)
     root = np.sqrt(weights)[:, None]

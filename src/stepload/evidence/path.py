@@ -18,7 +18,7 @@ from stepload.estimators.fit import FloatArray
 IntArray = NDArray[np.intp]
 
 STEP_OF_FORCE, STEP_OF_RANGE = 0.05, 0.0025
-"""A stretch spans at most so much of its own force and of the largest one together."""
+"""Largest change of force within a stretch: this share of its force plus that of the largest."""
 
 
 @dataclass(frozen=True, slots=True)

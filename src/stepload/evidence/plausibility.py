@@ -1,8 +1,8 @@
-"""Are these metres and newtons? What a file says of its units is believed only if it can be true.
+"""Plausibility of units: values of a file are doubted if they cannot be metres and newtons.
 
-A wrong unit is a factor of a thousand, and no fit is the worse for it: the law is a power, and the
-interval is relative. Only knowledge from outside tells: the payload's law by theory, the stiffness
-of the machine that was worth stating, and what instruments and contacts can be.
+A wrong unit is a factor of a thousand, and no fit shows it: the law is a power, and the interval is
+relative. Only outside knowledge does: the payload's law by theory, the stated stiffness of the
+machine, and the possible range of instruments and contacts.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from stepload.estimators.fit import FloatArray
 from stepload.units import format_quantity
 
 THEORY_FACTOR = 5.0
-"""Deformations that differ by more than this from those of the payload's law are doubted."""
+"""Largest factor between the deformation and that of the payload's law without a doubt."""
 LARGEST_DEFORMATION_M, LARGEST_TRAVEL_M = 0.01, 0.1
 LARGEST_FORCE_N = 1e6
 COARSEST_QUANTUM_M, COARSEST_QUANTUM_N = 1e-4, 1e3
 LEAST_SYSTEM_SHARE = 0.005
-"""A machine that takes a smaller share of the travel need not have been corrected for."""
+"""A machine whose deflection is a smaller share of the travel may be left uncorrected."""
 
 
 def plausibility(
@@ -30,7 +30,7 @@ def plausibility(
     theory_k: float | None = None,
     theory_n: float | None = None,
 ) -> tuple[str, ...]:
-    """What makes the magnitudes of a loading hard to believe, in sentences; each is a doubt.
+    """Doubts about the magnitudes of a loading, one sentence each.
 
     Args:
         deformation_m, force_n: (N,) of the payload while it is pressed, from its touch.

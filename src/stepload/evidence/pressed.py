@@ -1,4 +1,4 @@
-"""A run as evidence is taken from it."""
+"""A run in the form that the evidence is computed from."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from stepload.evidence.sideways import Sideways
 class Touch(NamedTuple):
     """One point of touch: when, at which travel in m, at which force in N.
 
-    `blur_m` is how far the arm went from one sample to the next: force and travel of a touch need
-    not be of the same moment.
+    `blur_m` is the arm's travel between two samples: force and travel of a touch may be that much
+    apart in time.
     """
 
     time_s: float
@@ -32,32 +32,32 @@ class Touch(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Pressed:
-    """A run as this room takes it.
+    """A run in the form that the evidence is computed from.
 
     Attributes:
         tracks: number, loading and unloading (or None) of each cycle in the order of time; one
             zero of travel for all.
-        deflection: what the system takes of the travel, in m at forces (N,).
+        deflection: the system's part of the travel, in m at forces (N,).
         deflection_sigma: its standard uncertainties (M, N) at forces (N,): independent errors, each
             one for all forces.
-        table_sigma: the same of a table's rows: neighbours err alike, over the smooth length.
+        table_sigma: the same of a table's rows, correlated over the smooth length.
         sources: what is known of the errors.
         roughness: what is known of the surface.
         touches: the first point of touch and the last; None without two.
-        zero_step_n: largest change of the force's zero from one look at free air to the next; None
-            without two.
-        sideways: the force across the axis, and what it leaves.
+        zero_step_n: largest change of the force's zero from one tare to the next; None without two.
+        sideways: the lateral force, and the uncertainty that it causes.
         askew: how the contact was made, and how well rig and plate are aligned.
-        adhesive: whether the force went below zero about the touch.
+        adhesive: whether the force was negative near the touch.
         elastic_limit_n: F_c as it is believed, None where it is not known.
         secant_force_n: where secants from touch and tangents are wanted.
-        accuracy: half width that is asked for, 1/t.
-        laws: words of the laws that were chosen, see `contact.law_names`; none: all are weighed.
+        accuracy: required half width, 1/t.
+        laws: names of the chosen laws, see `contact.law_names`; empty: all laws are tried.
         between_n: forces of the chord; None: 10 % of the top force, and the top.
-        looked: whether the loading might have ended at an earlier level for what it had shown.
-        notes: sentences from elsewhere that are to be known beside the figures.
-        doubts: the same that block every figure.
-        law_doubts: sentences that block what rests on a law, and so on the zero of the force.
+        looked: whether the loading might have ended at an earlier level because of its deformation.
+        notes: sentences to be reported with the figures.
+        doubts: sentences that block every figure.
+        law_doubts: sentences that block figures that rest on a law, and so on the zero of the
+            force.
     """
 
     tracks: Sequence[tuple[int, Track, Track | None]]

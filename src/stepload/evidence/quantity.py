@@ -1,4 +1,4 @@
-"""A figure with its interval, the lines that make it, and whether it may be called identified."""
+"""A figure with its interval, the lines of its budget, and its verdict."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ class Quantity:
 
     Attributes:
         kind: "chord", "secant_from_touch", "secant_from_mean_plane" or "tangent".
-        value_n_per_m: NaN where the data leave it open.
+        value_n_per_m: NaN where the data do not determine it.
         interval_n_per_m: nominal 95 %, (low, high).
-        from_n, to_n: between which forces it holds; `from_n` is 0 where the touch is one end.
-        lines: what the interval is made of.
-        verdict: whether it may be believed.
-        why: why it is not identified, and what it rests on; whole sentences.
+        from_n, to_n: the forces between which it holds; `from_n` is 0 where the touch is one end.
+        lines: contributions to the interval.
+        verdict: whether it is identified.
+        why: whole sentences: why it is not identified, and what it rests on.
     """
 
     kind: str
@@ -61,7 +61,7 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class Exponent:
-    """n of the power law, over the laws that the data cannot tell apart."""
+    """n of the power law, over the laws that the data cannot distinguish."""
 
     value: float
     interval: tuple[float, float]

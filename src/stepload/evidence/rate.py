@@ -1,8 +1,8 @@
-"""Whether deformation depends on the rate: holds against the ramps that lead to and from them.
+"""Rate dependence of the deformation: holds compared with the ramps that lead to and from them.
 
-An elastic contact has one deformation at one force, however fast that came. A viscous one stays
-behind its force in a ramp and catches up in the hold, often before the first samples of the hold
-are over, so that the hold itself looks settled. A force that is recorded late does the opposite.
+An elastic contact has the same deformation at a force, however fast it was applied. A viscous one
+lags behind its force in a ramp and catches up in the hold, often during the first samples of the
+hold, so that the hold itself looks settled. A force that is recorded late has the opposite effect.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from stepload.evidence.path import IntArray, Path
 from stepload.evidence.signs import Sign
 
 REACH = 0.1
-"""Stretches of a ramp within this share of a hold's force are held against it."""
+"""Stretches of a ramp within this share of a hold's force are compared with it."""
 
 
 def rate_sign(loops: Sequence[Loop], elastic: Elastic) -> Sign | None:
-    """Deformation in the holds less that of the ramps about them at the same force, in m.
+    """Deformation in the holds less that of the neighbouring ramps at the same force, in m.
 
-    The mean over the holds of the first two loadings that have a ramp on both sides: what creeps or
-    drifts evenly over such a place cancels. None without any.
+    The mean over the holds of the first two loadings that have a ramp on both sides: steady creep
+    or drift cancels. None without any.
     """
     found: list[tuple[Branch, FloatArray]] = []
     for loop in loops[:2]:

@@ -1,4 +1,4 @@
-"""Rehearsals of the run's own ideal contact: how large a sign may be where there is nothing.
+"""Rehearsals of the run's own ideal contact: the size of a sign that noise alone can cause.
 
 The forces of the run are taken as they were, the deformation as the fitted power law gives it, and
 the rig's stated errors are drawn: smooth error, quanta, noise, lag, a loop of up to 3 % of the
@@ -27,7 +27,7 @@ TO_SIGMA = 2.576
 """The size of a normal error at that quantile in standard deviations."""
 LARGEST_LOOP = 0.03
 NOT_REPEATED = 0.2
-"""Share of the smooth error that is another one in every branch."""
+"""Share of the smooth error that is different in every branch."""
 _WITHIN = 5
 """Places within a stretch at which its quantum is looked at."""
 _GRID = 48
@@ -36,7 +36,7 @@ _GRID = 48
 def draws(
     branches: Sequence[Branch], ideal: Elastic, run: Pressed, length_n: float
 ) -> list[FloatArray]:
-    """Travel (B, REHEARSALS) of every branch; the error of K_s is the same in all of them."""
+    """Travel (B, REHEARSALS) of every branch; the error of K_s is common to all of them."""
     sources = run.sources
     rng = np.random.default_rng(12345)
     grid = np.linspace(0.0, ideal.top_n, _GRID)
@@ -50,7 +50,7 @@ def draws(
     for branch in branches:
         path = branch.path
         own = root @ rng.standard_normal((_GRID, REHEARSALS))
-        # A slow drift puts every branch elsewhere within the quantum.
+        # A slow drift moves every branch to another place within the quantum.
         place = rng.uniform(0.0, 1.0, REHEARSALS) * sources.position_resolution_m
         smooth = sources.smooth_error_m * (common + NOT_REPEATED * own)
         travel = ideal.travel(path.force_n)[:, None] + place + _interpolated(
@@ -86,7 +86,7 @@ def _read(
     sources: Sources,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """What a sensor with noise and a quantum reads of the mean of each stretch."""
+    """Mean of each stretch as read by a sensor with noise and a quantum."""
     quantum, noise = sources.position_resolution_m, sources.position_noise_m
     if quantum <= 0.0:
         return np.asarray(
@@ -103,7 +103,7 @@ def _read(
 def thresholds(
     signs: Sequence[Sign], branches: Sequence[Branch], drawn: Sequence[FloatArray]
 ) -> dict[str, float]:
-    """The 99 % quantile of the size of every sign, in m."""
+    """The 99 % quantile of the absolute value of every sign, in m."""
     index = {id(branch): travel for branch, travel in zip(branches, drawn, strict=True)}
     return {
         sign.name: float(
@@ -121,9 +121,9 @@ def creep_threshold(samples: int, holds: int, sources: Sources, whole_m_per_n: f
 
     Args:
         samples: of the early part of a hold.
-        holds: over how many the mean goes.
+        holds: number of holds that are averaged.
         sources: of the errors.
-        whole_m_per_n: compliance of payload and system: what noise of force does.
+        whole_m_per_n: compliance of payload and system, for the effect of force noise.
     """
     rng = np.random.default_rng(54321)
     shape = (2, max(holds, 1), REHEARSALS)

@@ -1,4 +1,4 @@
-"""Whether the law that is believed describes the loading, and how well any law does."""
+"""Whether the chosen law describes the loading, and how well any law does."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from stepload.evidence.loops import Branch
 from stepload.evidence.rehearse import QUANTILE
 
 ANOTHER_LAW = 5.0
-"""A law whose χ² is lower by more than this describes the data better than the power law."""
+"""Least χ² difference by which another law describes the data better than the power law."""
 LEAST_OFF = 0.01
-"""Chords of a fit and of the data may always differ by this share."""
+"""Difference of the chords of fit and data that is always allowed, as a share."""
 LEAST_REDUCED_CHI2 = 1.5
-"""A law is never refused for a χ² below this per degree of freedom."""
+"""χ² per degree of freedom below which a law is never rejected."""
 _NEAR, _TRIES = 0.12, 49
 
 
@@ -37,7 +37,7 @@ class Rehearsed(NamedTuple):
 def rehearse_law(
     data: Whitened, fit: LawFit, shapes: Sequence[float], deformation_m: FloatArray, main: Chord
 ) -> Rehearsed:
-    """Fit a law to rehearsed deformations (B, R) with the shape parameters to try."""
+    """Fit a law to rehearsed deformations (B, R) at the shape parameters to try."""
     y = data.whiten(deformation_m)
     square = np.einsum("ij,ij->j", y, y)
     best = np.full(y.shape[1], math.inf)
@@ -59,8 +59,8 @@ def rehearse_law(
 
 
 class Shape(NamedTuple):
-    """Gates of the shape, ln(chord of the law that is believed without a choice / measured chord),
-    and the law that the gates are about; None where no power law fits."""
+    """Gates of the shape, ln(chord of the law used without a choice / measured chord), and the law
+    that the gates are about; None where no power law fits."""
 
     gates: list[Gate]
     off: float
@@ -77,7 +77,7 @@ def shape_of(
     roughness: Roughness,
     drawn: FloatArray,
 ) -> Shape:
-    """Hold the power law, or the rough one where the roughness is stated, against the others; where
+    """Compare the power law, or the rough one where the roughness is stated, with the others; where
     laws were chosen, the best of them.
 
     Args:
@@ -124,7 +124,7 @@ def _off(fit: LawFit, main: Chord) -> float:
     """ln(chord of a law / measured chord).
 
     Raises:
-        DomainError: the law that fits best goes back where the force grows.
+        DomainError: the deformation of the best law decreases with the force.
     """
     shape = fit.best.shape
     gradient = fit.gradient(shape, main.to_n) - fit.gradient(shape, main.from_n)
@@ -137,7 +137,7 @@ def _off(fit: LawFit, main: Chord) -> float:
 def _against(
     said: str, law: LawFit, others: Sequence[LawFit], off: float, rehearsed: Rehearsed
 ) -> list[Gate]:
-    """The gates of a law beside others."""
+    """The gates of a law compared with others."""
     best = min(others, key=lambda fit: fit.chi2, default=law)
     allowed = max(float(np.quantile(np.abs(rehearsed.off), QUANTILE)), LEAST_OFF)
     advantage = max(law.chi2 - best.chi2, 0.0)

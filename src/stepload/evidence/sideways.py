@@ -1,4 +1,4 @@
-"""What the force across the axis leaves in the budget, and when it speaks against a figure."""
+"""Contribution of lateral force to the budget, and the gates that it may fire."""
 
 from __future__ import annotations
 
@@ -18,37 +18,37 @@ from stepload.evidence.gates import (
 )
 
 GUIDED_COMPLIANCE = 0.3
-"""C_xz/C_zz of a guided axis, or of a rig of which nobody has told how it gives way."""
+"""C_xz/C_zz of a guided axis, or of a rig of unstated structure."""
 LEFT_OVER = 0.05
-"""Standard uncertainty of a correction with three numbers, as a share of itself. In simulation it
-left 1/18 to 1/20 of the bias of one number where all slides or sticks alike, a tenth on a plate
-that was tilted by 3 degrees: joints turn, and the plate's normal is not the tool's axis."""
+"""Standard uncertainty of a correction with three numbers, as a share of the correction. In
+simulation 1/18 to 1/20 of the bias of one number remained where all slides or all sticks, a tenth
+on a plate tilted by 3 degrees: joints turn, and the plate's normal is not the tool's axis."""
 UNKNOWN_FRICTION = 0.9 * 0.5 / math.sqrt(3.0)
-"""Standard uncertainty of a deflection, as a share of itself, on a serial arm where nobody knows
-how the friction of the payload compares with that of the calibration. Coupling C_xz/C_zz of 0.9
-(90th percentile of poses; median 0.3) times a difference of the shares across of up to 0.5 either
-way, all alike likely: 0.26. With a difference of 0.3 the 95 % intervals of 128 simulated runs held
-the truth in 83 %, with 0.5 in 90 %: a tip that sticks, or a dry block beside a payload that slides,
-is further off than two contacts that slide (`python -m stepload_verify.trials.coupling`)."""
+"""Standard uncertainty of a deflection, as a share of it, on a serial arm where the friction of the
+payload is not known relative to that of the calibration. Coupling C_xz/C_zz of 0.9 (90th percentile
+of poses; median 0.3) times a difference of the lateral shares of up to 0.5 either way, uniformly
+distributed: 0.26. With a difference of 0.3 the 95 % intervals of 128 simulated runs contained the
+truth in 83 %, with 0.5 in 90 %: a tip that sticks, or a dry block and a payload that slides, differ
+more than two contacts that slide (`python -m stepload_verify.trials.coupling`)."""
 
 Rule = Literal["guided", "unknown", "one number", "three numbers"]
 
 
 @dataclass(frozen=True, slots=True)
 class Sideways:
-    """The force across the axis of one run.
+    """The lateral force of one run.
 
     Attributes:
-        rule: "guided": a guided axis, or one of which nothing is told; of an arm, "three numbers":
-            its effect was taken out; "one number": how far its share is from that of the
+        rule: "guided": a guided axis, or a rig of unstated structure; for an arm, "three numbers":
+            the effect was corrected; "one number": the difference of its share from that of the
             calibration is known; "unknown": it is not.
-        share: size of the force across over that along; None where the sensor does not tell.
+        share: size of lateral over axial force; None where the sensor does not measure it.
         away: the same less the share that K_s was measured at.
         relative: standard uncertainty of the deflection that it leaves, as a share of it.
-        taken: what the three numbers take out, as a share of the deflection.
+        taken: the correction by the three numbers, as a share of the deflection.
         stuck_ratio: largest stiffness while friction holds the tip, over K_s.
-        errors: the independent causes of `relative` with their signs: runs of one rig err alike as
-            far as theirs point the same way; empty where that is not known.
+        errors: the independent parts of `relative` with their signs, which give the correlation
+            between runs of one rig; empty where they are not known.
     """
 
     rule: Rule
@@ -61,7 +61,7 @@ class Sideways:
 
     @property
     def size(self) -> str:
-        """How it stands in the budget."""
+        """Its size, as shown in the budget."""
         if self.rule == "unknown":
             return "friction not known to be that of the calibration"
         if self.rule == "one number":
@@ -85,7 +85,7 @@ class Sideways:
 
     @property
     def note(self) -> str:
-        """What this run cannot show for it; "" where nothing is missing."""
+        """What this run cannot show because of it; "" where nothing is missing."""
         if self.rule == "unknown":
             return (
                 "friction holds an arm's tip sideways and makes it stiffer along the axis; whether "
@@ -98,8 +98,8 @@ class Sideways:
 def expected_sideways(
     across: Across, stiffness_n_per_m: float | None, *, arm: bool, stuck_ratio: float
 ) -> Sideways:
-    """What is to be expected before a run: nothing, where its share can be told and held against
-    that of the calibration, else what friction of unknown size leaves."""
+    """Expectation before a run: no contribution where its share can be compared with that of the
+    calibration, otherwise that of unknown friction."""
     if across.at_share is not None or across.per_newton_m is not None:
         return Sideways("guided")
     return sideways(
@@ -117,12 +117,12 @@ def sideways(
     arm: bool,
     stuck_ratio: float,
 ) -> Sideways:
-    """Which rule holds for a run, and what follows.
+    """Choose the rule for a run, and evaluate it.
 
     Args:
         across: what is known of the arm.
         stiffness_n_per_m: K_s; None where it is not in the travel.
-        share: (2,) force across over force along, with sign; None where the sensor does not tell.
+        share: (2,) signed lateral over axial force; None where the sensor does not measure it.
         size: its size, noise taken out.
         away: size of the share less that of the calibration, noise taken out.
         arm: whether a serial arm presses, not a guided axis.
@@ -147,6 +147,6 @@ def sideways(
 
 
 def _along(share: FloatArray) -> tuple[float, ...]:
-    """How the errors of shares (2,) point: nobody knows how the rig couples, but it does not
-    change from run to run."""
+    """Signed errors for shares (2,): the coupling of the rig is not known, but constant between
+    runs."""
     return tuple(map(float, share))

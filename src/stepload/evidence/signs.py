@@ -1,4 +1,4 @@
-"""Signs of something that is not elastic: what two cycles, unloading and holds say.
+"""Signs of inelastic behaviour, from two cycles, unloading and holds.
 
 Each sign is a length in metres that vanishes for an elastic contact on a steady rig. All but the
 creep in holds are weighted sums of the travel, so that rehearsals cost one product each.
@@ -18,9 +18,9 @@ from stepload.evidence.loops import BETWEEN, Branch, Deflection, Loop
 from stepload.evidence.site import Site, hold_site, site, top_site
 
 LOWEST_SHARE = 0.15
-"""Without holds on the way down the gap is taken at this share of the top force."""
+"""Share of the top force at which the gap is taken if there are no holds on the way down."""
 FOOT_SHARE = 0.03
-"""At this share of the top force, or where the data begin above it, a seat is looked for."""
+"""Share of the top force at which a seat is looked for, or where the data begin above it."""
 
 Compliance = Callable[[float], float]
 """dδ/dF in m/N at a force in N: of payload and system together."""
@@ -87,9 +87,9 @@ def signs_of(loops: Sequence[Loop], compliance: Compliance) -> list[Sign]:
 
 
 def _seat(loops: Sequence[Loop], compliance: Compliance) -> Sign | None:
-    """At the foot of the first loading: the next branch that comes down as far, less the first.
+    """Shift at the foot of the first loading: the next branch that comes as low, less the first.
 
-    None where none does, or where the foot is no lower than where gaps are looked at.
+    None where there is none, or where the foot is not below half the force of `LOWEST_SHARE`.
     """
     first = loops[0].loading
     later = loops[1].loading if len(loops) > 1 else loops[0].unloading
@@ -135,7 +135,7 @@ def _gap(loop: Loop, low_n: float, compliance: Compliance) -> Sign | None:
 
 
 def _shift(name: str, pair: Sequence[tuple[Branch, Site]], compliance: Compliance) -> Sign:
-    """The second less the first, brought to one force."""
+    """The second less the first, reduced to one force."""
     (one, at), (other, there) = pair
     value = float(there.weights @ other.path.travel_m - at.weights @ one.path.travel_m)
     force_n = 0.5 * (at.force_n + there.force_n)
@@ -157,7 +157,8 @@ class HoldCreep:
         unloading_m: mean over those while unloading; None without any.
         total_m: over the first loading between the chord's forces: the sum over its holds, at
             their pace for the time between them too.
-        total_per_mean: what an error of the mean over all holds, each with its own, is in that.
+        total_per_mean: error of `total_m` per error of the mean over all holds, whose errors are
+            independent.
         holds: how many; `lasted_s` their median length.
     """
 
@@ -172,11 +173,11 @@ class HoldCreep:
 def hold_creep(
     loops: Sequence[Loop], from_n: float, compliance: Compliance, deformation: Deflection
 ) -> HoldCreep | None:
-    """What the holds of the first two cycles show; None without holds.
+    """Creep in the holds of the first two cycles; None without holds.
 
-    A hold sees the creep of its own time only. Between holds the contact creeps as well, and short
-    holds see little of it: what they find is taken on to the whole loading, in proportion to the
-    deformation that creeps and the time that it has.
+    A hold shows the creep during its own time only. Between holds the contact creeps as well, and
+    short holds show little of it: their creep is extrapolated to the whole loading, in proportion
+    to the creeping deformation and its time.
 
     Args:
         loops: the cycles.

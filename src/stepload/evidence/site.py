@@ -1,4 +1,4 @@
-"""The deformation at one force, read locally from a branch: a weighted sum, no law."""
+"""The deformation at one force, read locally from a branch: a weighted sum, without a law."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ AT_TOP = 0.97
 """A hold of at least this share of the largest force is the top."""
 _FEWEST = 3
 _HEAVIEST = 3.0
-"""One stretch (a hold) weighs at most so many times the usual one: its quantum is one number."""
+"""Largest weight of one stretch (a hold) over the usual one: its quantum is one number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ def top_site(path: Path) -> Site:
     largest_n = float(path.force_n.max())
     held = (path.held > 0) & (path.force_n >= AT_TOP * largest_n)
     if held.any():
-        # The hold that was reached first is the top; a later one of the same level adds creep.
+        # The first hold at the top is used; a later one of the same level adds creep.
         last = held & (path.held == path.held[held][0])
         weights = np.where(last, path.count, 0.0)
         weights /= weights.sum()

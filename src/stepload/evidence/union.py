@@ -1,7 +1,7 @@
-"""The interval of a figure over all laws that the data cannot tell apart.
+"""The interval of a figure over all laws that the data cannot distinguish.
 
-Averaging over laws by their evidence is no remedy: the data do not weigh them. So the interval is
-the union of the profile-likelihood intervals of all of them.
+Averaging over laws by their evidence is no remedy: the data do not prefer any of them. So the
+interval is the union of the profile-likelihood intervals of all of them.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ def at_point(fit: LawFit, point: Point, read: Read) -> tuple[float, float] | Non
 
 
 def union(law_sets: Sequence[Sequence[LawFit]], read: Read) -> Range | None:
-    """The union over the laws that are alike in each of several sets (one per assumption about the
-    errors); None where one of them leaves the length open."""
+    """The union over the laws that the data cannot distinguish, in each of several sets (one per
+    assumption about the errors); None where one of them leaves the length undetermined."""
     low, high = math.inf, -math.inf
     for laws in law_sets:
         for fit in alike(laws):

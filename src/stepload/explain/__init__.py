@@ -1,1 +1,1 @@
-"""What each code means that stepload prints or writes."""
+"""Explanations of the codes that stepload prints or writes."""

@@ -1,4 +1,4 @@
-"""The explanations of all codes, from their table; those of keys are the plan's own."""
+"""The explanations of all codes, read from their table; keys are explained by the plan itself."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ GROUPS = {
     "fit": "doubts about one fit",
     "exit": "exit codes",
 }
-"""What the codes of each group are."""
+"""Meaning of each group of codes."""
 
 
 @cache
@@ -35,12 +35,12 @@ def explanations() -> tuple[Explanation, ...]:
 
 
 def explained(code: str) -> tuple[Explanation, ...]:
-    """What a code means; more than one where groups share it.
+    """Explanations of a code; more than one where groups share it.
 
-    Where no code is called so, the keys of a plan that are, or the threshold of a run.
+    If no code has this name, the keys of a plan or the threshold of a run that have it.
 
     Raises:
-        BadInputError: there is no such code; with those that are near.
+        BadInputError: there is no such code; the message names similar ones.
     """
     wanted = code.strip().strip("[]").lower().replace("-", "_").replace(" ", "_")
     found = tuple(each for each in explanations() if each.code.lower() == wanted)

@@ -1,4 +1,4 @@
-"""Keys of a plan by their last word, for who has met one in a message."""
+"""Keys of a plan by their last word, for a user who met one in a message."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from stepload.plan.model import Plan
 from stepload.plan.sections import Entry, Kind, nested_kinds, written_entries
 
 KEY = "key"
-"""Group of these; they are no codes."""
+"""Group name of keys, which are no codes."""
 
 
 def keys_called(name: str) -> tuple[Explanation, ...]:
-    """Every key of a plan that is called so, with all places where it may stand."""
+    """Every key of a plan with this name, with all places where it may stand."""
     places: dict[str, tuple[Entry, list[str]]] = {}
     for path, entry in _below(Plan, ""):
         if entry.name == name:

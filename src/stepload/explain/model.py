@@ -1,4 +1,4 @@
-"""What is said of a code."""
+"""The explanation of a code."""
 
 from __future__ import annotations
 

@@ -8,11 +8,11 @@ from stepload.envelope.limits import RunLimits
 from stepload.explain.model import Explanation
 
 THRESHOLD = "threshold"
-"""Group of these; they are no codes."""
+"""Group name of thresholds, which are no codes."""
 
 
 def thresholds_called(name: str) -> tuple[Explanation, ...]:
-    """The threshold that is called so, if there is one."""
+    """The threshold with this name, if there is one."""
     return tuple(
         Explanation(
             THRESHOLD,

@@ -1,1 +1,1 @@
-"""A run while it goes on: what viewers see of it over the network."""
+"""A run while it is under way, as viewers see it over the network."""

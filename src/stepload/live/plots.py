@@ -23,7 +23,7 @@ NEAR, CLOSE = 0.7, 0.9
 
 
 class Plots:
-    """Keeps what `State.told` says from time to time, and draws it."""
+    """Keeps successive values of `State.told`, and draws them."""
 
     def __init__(self) -> None:
         self._force: deque[tuple[float, float]] = deque(maxlen=MOST_POINTS)
@@ -32,7 +32,7 @@ class Plots:
         self._told: Mapping[str, Any] = {}
 
     def take(self, told: Mapping[str, Any], trace: Iterable[Point]) -> None:
-        """Keep one more look, and what came between it and the last one."""
+        """Keep one more state, and the points since the last one."""
         self._told = told
         for time_s, force_n, deformation_um in trace:
             self._force.append((time_s, force_n))
@@ -74,7 +74,7 @@ class Plots:
         return Text(plot(points, columns, lines, title, y_range=(0.0, max(top_n, 1.0))))
 
     def _margins(self, columns: int) -> Text:
-        """How much of each rule's limit is used now, and the most so far."""
+        """Share of each rule's limit that is used now, and its largest value so far."""
         text, used = Text("limits used (most so far): "), len("limits used (most so far): ")
         now = self._told.get("margins", {})
         for rule in (each for each in RULES if each in self._largest):

@@ -1,4 +1,4 @@
-"""The live topic of its own: what it holds, as JSON Schema."""
+"""Content of stepload's own live topic, as JSON Schema."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ from stepload.results.stored import plan_of
 _SHOWN = (
     OSError, DamageError, SteploadError, ValueError, LookupError, TypeError, ArithmeticError,
 )  # fmt: skip
-"""What a record that nobody foresaw may raise: it ends the display in words."""
+"""Exceptions that an unexpected record may raise; they end the display with a message."""
 LOOK_S, DRAW_S = 0.1, 0.25
 NICE = 10
 
@@ -52,7 +52,7 @@ class Screen:
         self._tail.close()
 
     def look(self) -> None:
-        """Take in what is new."""
+        """Take in the new part of the record."""
         self._tail.read()
         _, events = self._tail.events()
         rows = self._tail.rows()
@@ -84,14 +84,14 @@ class Screen:
             self._foot = f"{share:.0%}, about {clock(left_s)} left"
 
     def drawn(self, columns: int, lines: int) -> RenderableType:
-        """What it looks like now."""
+        """The present display as text."""
         foot = Text(f"{self._foot}   {KEYS}".strip(), style="dim", no_wrap=True)
         head = Text(self._head, style="bold", no_wrap=True, overflow="ellipsis")
         return Group(head, self._plots.drawn(columns, lines), foot)
 
 
 class Lines:
-    """Lines from a pipe, as they come; `ended` where nobody holds its other end any more."""
+    """Lines from a pipe, as they come; `ended` once its writing end is closed."""
 
     def __init__(self, fd: int) -> None:
         self._fd = fd

@@ -30,14 +30,14 @@ if TYPE_CHECKING:
     import foxglove
 
 PERIOD_S = 1.0 / 30.0
-"""Of what viewers get: the newest sample of each stream, and every event."""
+"""Period of the updates for viewers: the newest sample of each stream, and every event."""
 LINGER_S = 0.5
 NICE = 10
 READY, FAILED = "ready", "failed"
 
 
 class Publisher:
-    """Gives a record's news to whoever is connected."""
+    """Publishes the new content of a record to all connected viewers."""
 
     def __init__(self, tail: Tail) -> None:
         self._tail = tail
@@ -47,7 +47,7 @@ class Publisher:
         self._tick_ns = 0
 
     def publish(self) -> None:
-        """Whatever is new since the last time."""
+        """Publish the new content since the last call."""
         self._tail.read()
         for each in self._tail.announced:
             if each.topic not in self._channels:

@@ -1,4 +1,4 @@
-"""What a viewer is told of a run beside its raw streams: forces, limits, deformation, margins."""
+"""State of a run for viewers besides its raw streams: forces, limits, deformation, margins."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ LONGEST_TARE_S = 60.0
 TRACE_S = 0.05
 MOST_POINTS = 10_000
 Point = tuple[float, float, float | None]
-"""Time in s, force in N, and deformation in µm where something is pressed."""
+"""Time in s, force in N, and deformation in µm where something is pressed, else None."""
 
 
 class State:
-    """Follows a run's rows and events; `told` is what there is to say after the newest tick.
+    """Follows a run's rows and events; `told` is the state after the newest tick, for viewers.
 
-    `taken` are the ticks that came with the last look.
+    `taken` are the ticks of the last update.
 
     Streams are written one after the other, so the samples of the newest ticks may come with the
     next ticks: they wait for those, or for the end.
 
-    The supervisor looks at every tick again, for what it thinks of margins is in no row.
+    The supervisor is run again on every tick, since its margins are not recorded.
 
     Args:
         metadata, attachments: of the record.
 
     Raises:
-        BadInputError: the record does not say what the limits are.
+        BadInputError: the record does not contain the limits.
     """
 
     def __init__(self, metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> None:
@@ -77,7 +77,7 @@ class State:
         *,
         ended: bool = False,
     ) -> None:
-        """Follow what has come since the last time; `ended`: nothing more will."""
+        """Process the rows since the last call; `ended`: nothing more will come."""
         self._force += rows_of(ForceSample, force)
         self._recent += rows_of(ForceSample, force)
         self._arm += rows_of(ArmSample, arm)
@@ -125,7 +125,7 @@ class State:
             self._touch_m = float(told["position_m"])
 
     def _take_zero(self, start_s: float, end_s: float, zero_n: float) -> None:
-        """The mean wrench of a tare; along the pressing axis it is the one that the run took."""
+        """The mean wrench of a tare; its axial component is the zero that the run used."""
         wrenches = [s.wrench for s in self._recent if start_s <= s.receive_time_s <= end_s]
         mean = np.mean(wrenches, axis=0).tolist() if wrenches else [0.0] * 6
         mean[self._index] = self._sign * zero_n
@@ -133,7 +133,7 @@ class State:
         self.tared = True
 
     def trace(self) -> list[Point]:
-        """Twenty points a second of the run's time, since it was last asked."""
+        """Points at 20 Hz of the run's time, since the last call."""
         found = list(self._trace)
         self._trace.clear()
         return found
@@ -146,7 +146,7 @@ class State:
         return tuple(a - b for a, b in zip(self.force.wrench, self._zero, strict=True))
 
     def told(self) -> dict[str, Any] | None:
-        """The newest tick for people; None before the first. Forces in N, lengths in µm."""
+        """The newest tick for display; None before the first. Forces in N, lengths in µm."""
         row = self.row
         if row is None:
             return None
@@ -171,7 +171,7 @@ class State:
         }
 
     def _deformation_um(self, force_n: float) -> float | None:
-        """Of the payload since the first touch; None before it and where nothing is pressed."""
+        """Deformation in µm since the first touch; None before it or if nothing is pressed."""
         pressing = self.row is not None and self.row.phase in (*LOADING, *UNLOADING)
         if self.arm is None or not pressing or self._touch_m != self._touch_m:
             return None

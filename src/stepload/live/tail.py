@@ -1,4 +1,4 @@
-"""Reads a record while it is being written: whatever has become whole since the last look."""
+"""Reads a record while it is being written: the messages completed since the last call."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from stepload.record.scan import (
 )
 
 _ANY_SIZE = 1 << 40
-"""The file grows, so its size bounds nothing."""
+"""Size limit of a growing file: none."""
 
 
 class Announced(NamedTuple):
-    """One channel of the record, as it names itself."""
+    """One channel of the record, with its schema."""
 
     topic: str
     schema: str
@@ -45,7 +45,7 @@ class Message(NamedTuple):
 
 
 class _Newest(Reading):
-    """A reading that remembers the channels and the newest message of each."""
+    """Reader state: the channels, and the newest message of each."""
 
     def __init__(self, scan: Scan) -> None:
         super().__init__(scan)
@@ -105,7 +105,7 @@ class Tail:
         self._file.close()
 
     def read(self) -> None:
-        """Take in what has become whole."""
+        """Read what has been completed."""
         data = self._rest + self._file.read()
         at = 0
         if self._at == 0:
@@ -135,7 +135,7 @@ class Tail:
 
     @property
     def metadata(self) -> dict[str, str]:
-        """What the run began with."""
+        """The metadata at the start of the run."""
         return self._reading.metadata.get("run", {})
 
     @property
@@ -149,13 +149,13 @@ class Tail:
         return found
 
     def events(self) -> tuple[list[Message], tuple[Event, ...]]:
-        """Every event since it was last asked: the bytes, and what they say."""
+        """Every event since the last call: the bytes, and the decoded events."""
         messages, self._reading.events = self._reading.events, []
         texts, self._reading.texts = self._reading.texts, []
         return messages, events_in(texts)
 
     def rows(self) -> tuple[TickColumns, ForceColumns, ArmColumns, ForceColumns]:
-        """Ticks, force, arm and second force since it was last asked."""
+        """Ticks, force, arm and second force since the last call."""
         return (
             self._stream("tick", TickColumns),
             self._stream("force", ForceColumns),

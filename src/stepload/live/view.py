@@ -1,4 +1,4 @@
-"""Starts and ends the processes that show a run: to viewers, and in the terminal."""
+"""Starts and ends the processes that display a run: for viewers, and in the terminal."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ END_TIMEOUT_S = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where viewers connect."""
+    """Address at which viewers connect."""
 
     host: str
     port: int
 
     @property
     def url(self) -> str:
-        """As viewers want it."""
+        """The address as a URL for viewers."""
         host = f"[{self.host}]" if ":" in self.host else self.host
         return f"ws://{host}:{self.port}"
 
     @property
     def loopback(self) -> bool:
-        """Whether only programs of this machine reach it."""
+        """Whether it can be reached from this machine only."""
         return ipaddress.ip_address(self.host).is_loopback
 
 
@@ -59,19 +59,19 @@ def address_of(text: str) -> Address:
 
 
 class LiveView:
-    """Viewers can connect to `address`; `follow` says which record they see."""
+    """A server to which viewers connect at `address`; `follow` selects the record."""
 
     def __init__(self, address: Address, process: subprocess.Popen[str]) -> None:
         self.address = address
         self._process = process
 
     def follow(self, record: Path) -> None:
-        """Show the run that is recorded there; a view that has broken down shows nothing."""
+        """Show the run recorded there; a server that has failed shows nothing."""
         _tell(self._process, str(record.absolute()))
 
 
 class DrawnScreen:
-    """The terminal's screen; lines for it go to `say`, those that come too early or late to `line`.
+    """The terminal's screen; lines for it go to `say`, and to `line` while it is not drawn.
 
     Args:
         process: that draws it.
@@ -94,7 +94,7 @@ class DrawnScreen:
 
 
 def _tell(process: subprocess.Popen[str], line: str) -> bool:
-    """One line for a process; False where it takes none any more."""
+    """Send one line to a process; False if it takes none any more."""
     assert process.stdin is not None
     try:
         process.stdin.write(line + "\n")
@@ -138,7 +138,7 @@ def live_view(address: Address) -> Iterator[LiveView]:
 
 
 def _bound(address: Address, answer: IO[str]) -> Address:
-    """The address that the server has bound, with its port where any would do."""
+    """The address that the server has bound, with the actual port if any was allowed."""
     ready, _, _ = select.select([answer], [], [], START_TIMEOUT_S)
     word, _, told = (answer.readline() if ready else "").strip().partition(" ")
     if word != "ready":
@@ -150,7 +150,7 @@ def _bound(address: Address, answer: IO[str]) -> Address:
 
 
 def _end(process: subprocess.Popen[str]) -> None:
-    """Let the process end by itself; it has nothing that must be kept."""
+    """Let the process end by itself, or kill it after a time; it holds nothing to be saved."""
     assert process.stdin is not None
     with contextlib.suppress(OSError):
         process.stdin.close()

@@ -1,4 +1,4 @@
-"""The geometry of a serial arm: where its frames are and how its tip moves with its joints."""
+"""Geometry of a serial arm: its frames, and the motion of its tip per joint angle."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ LONGEST_TOOL_M = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Tool:
-    """What stands between the flange and the contact point.
+    """What is mounted between the flange and the contact point.
 
     Attributes:
-        offset: the contact point from the flange, as arms tell their TCP: x, y, z in m, rotation
+        offset: the contact point from the flange, in the form of a TCP: x, y, z in m, rotation
             vector in rad. The tool presses along z of that frame.
-        source: where that comes from, in words.
+        source: origin of that value, in words.
     """
 
     offset: SixFloats
@@ -47,7 +47,7 @@ class Tool:
 
     @property
     def on_axis(self) -> bool:
-        """Whether turning the flange about its own axis leaves the contact where it is."""
+        """Whether turning the flange about its own axis does not move the contact."""
         m = self.matrix
         return bool(np.hypot(m[0, 3], m[1, 3]) < 1e-9 and m[2, 2] > 1.0 - 1e-12)
 
@@ -84,5 +84,5 @@ def jacobian(placed: FloatArray, tip_m: FloatArray) -> FloatArray:
 
 
 def reach_m(arm: ArmKinematics) -> float:
-    """Sum of the lengths a of the links: about how far the arm reaches from its base's axis."""
+    """Sum of the lengths a of the links: about the arm's reach from its base's axis."""
     return float(np.sum(np.abs(arm.a_m)))

@@ -1,4 +1,4 @@
-"""What stands in an arm's way: its table, its own base and upper arm, and poses without a way out.
+"""Collision check: table, base, upper arm; and singular poses.
 
 Kept simple, and no substitute for looking: links are lines between the frames of the joints, as
 thick as `link_radius` says. The real ones stand beside these lines.
@@ -12,16 +12,17 @@ from stepload.plan.kinematics import ArmKinematics
 from stepload.posture.chain import BoolArray, FloatArray
 
 ON_A_LINK = 5
-"""Points that are looked at on each link."""
+"""Number of points that are checked on each link."""
 LEAST_SPREAD = 0.03
-"""Smallest over largest gain of the joints on the tip's motion, lengths in units of the reach. An
-arm that is stretched, folded or has two axes in line is below and cannot move every way."""
+"""Least ratio of the smallest to the largest gain of the joints on the tip's motion, lengths in
+units of the reach. An arm that is stretched, folded or has two axes in line is below it and cannot
+move in every direction."""
 
 
 def clear(
     arm: ArmKinematics, placed: FloatArray, tip_m: FloatArray, floor_m: FloatArray
 ) -> BoolArray:
-    """Whether poses (N,) keep clear: frames (N, 7, 4, 4), tips (N, 3), as booleans.
+    """Whether poses (N,) are free of collisions: frames (N, 7, 4, 4), tips (N, 3), as booleans.
 
     Elbow, forearm and wrist stay above the table, the plane through the lower of base and plate;
     forearm and wrist stay clear of the base's column, and wrist and tool of the upper arm.
@@ -53,7 +54,7 @@ def _distance(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatAr
 
 
 def mobile(jacobian: FloatArray, reach_m: float) -> BoolArray:
-    """Whether the tip of poses (N, 6, 6) can move every way, as booleans."""
+    """Whether the tip of poses (N, 6, 6) can move in every direction, as booleans."""
     scaled = jacobian / np.array([reach_m] * 3 + [1.0] * 3)[:, None]
     gains = np.linalg.svd(scaled, compute_uv=False)
     return np.asarray(gains[:, -1] > LEAST_SPREAD * gains[:, 0])

@@ -1,6 +1,6 @@
-"""How an arm gives way at its tip: C = J diag(1/k) Jᵀ, and what that means for a press.
+"""Compliance of an arm at its tip, C = J diag(1/k) Jᵀ, and its effect on a press.
 
-Only the joints give way here. Links, bearings, tool, sensor and plate give way too: a real load
+Only the joints are compliant here. Links, bearings, tool, sensor and plate are too: a real load
 path is softer than its arm.
 """
 
@@ -14,7 +14,7 @@ from stepload.posture.chain import FloatArray, IndexArray
 
 _SOFTEST = 1e-12
 _FLATTEST = 1e-9
-"""Sideways compliance below this share of the largest counts as none: nothing moves that way."""
+"""Sideways compliance below this share of the largest counts as zero: no motion that way."""
 
 
 def compliance(jacobian: FloatArray, stiffness: FloatArray) -> FloatArray:
@@ -27,14 +27,14 @@ def compliance(jacobian: FloatArray, stiffness: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True)
 class GivesWay:
-    """What a press along `press` meets; arrays (...,).
+    """Stiffness of an arm in a press along `press`; arrays (...,).
 
     Attributes:
         free_n_per_m: K_zz = 1/C_zz: force over travel while the tip may slide sideways.
         stuck_n_per_m: the same while the tip is held sideways, [C⁻¹]_zz of the three translations.
         flat_n_per_m: the same of a flat contact, whose rotation is held too, [C⁻¹]_zz of all six.
         sideways: sideways over axial motion while the tip may slide.
-        tilt_rad_per_n: how far the tool tips over per newton, about axes across the press.
+        tilt_rad_per_n: tilt of the tool per newton, about axes across the press.
         stuck_share: |f_xy|/f_z while the tip is held: below this friction coefficient it slides.
     """
 
@@ -80,7 +80,7 @@ def gives_way(c: FloatArray, press: FloatArray) -> GivesWay:
 
 
 def _held_whole(c: FloatArray, press: FloatArray) -> FloatArray:
-    """[C⁻¹]_zz of matrices (..., 6, 6); beyond all bounds where C cannot be inverted."""
+    """[C⁻¹]_zz of matrices (..., 6, 6); infinite where C cannot be inverted."""
     values, vectors = np.linalg.eigh(c)
     seen = np.einsum("...kl,k->...l", vectors[..., :3, :], press)
     least = _SOFTEST * values[..., -1:]
@@ -95,7 +95,7 @@ def _across(press: FloatArray) -> FloatArray:
 
 
 def _solved(lateral: FloatArray, coupled: FloatArray) -> FloatArray:
-    """lateral⁻¹ coupled, without the directions that do not give way: no force is needed there."""
+    """lateral⁻¹ coupled, without the directions of zero compliance: no force is needed there."""
     values, vectors = np.linalg.eigh(lateral)
     seen = np.einsum("...kl,...k->...l", vectors, coupled)
     stiff = values < _FLATTEST * values[..., -1:]

@@ -1,4 +1,4 @@
-"""What is left of a ranking when joint stiffness is assumed."""
+"""Reliability of a ranking that is based on assumed joint stiffness."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stepload.posture.compliance import compliance, gives_way
 from stepload.posture.search import Poses
 
 WRONG_BY = 2.0
-"""Every joint may be as much softer or stiffer than assumed, by itself."""
+"""Factor by which every joint may be softer or stiffer than assumed, independently."""
 DRAWS, RANKINGS = 4000, 200
 FEW, MANY = 10, 2000
 UPPER = 97.5
@@ -21,14 +21,14 @@ UPPER = 97.5
 
 
 def factors(draws: int, seed: int = 1) -> FloatArray:
-    """By how much joints are off, (draws, 6): evenly spread in their logarithm, independent."""
+    """Random factors of the joint stiffnesses, (draws, 6): independent, log-uniform."""
     most = np.log(WRONG_BY)
     return np.exp(np.random.default_rng(seed).uniform(-most, most, (draws, JOINTS)))
 
 
 @dataclass(frozen=True, slots=True)
 class Largest:
-    """Upper ends of the 95 % intervals of what a held contact adds, over all joints' doubt.
+    """Upper ends of the 95 % intervals of the stiffening by a held contact, over joint stiffnesses.
 
     Attributes:
         stuck_ratio: K_stuck/K_zz, a tip held sideways.
@@ -40,7 +40,7 @@ class Largest:
 
 
 def largest(jacobian: FloatArray, stiffness: FloatArray, press: FloatArray) -> Largest:
-    """That of a pose (6, 6) with assumed joint stiffness (6,)."""
+    """The ratios of a pose (6, 6) with assumed joint stiffness (6,)."""
     drawn = gives_way(compliance(jacobian, stiffness * factors(DRAWS)), press)
     return Largest(
         float(np.percentile(drawn.stuck_ratio, UPPER)),
@@ -50,7 +50,7 @@ def largest(jacobian: FloatArray, stiffness: FloatArray, press: FloatArray) -> L
 
 @dataclass(frozen=True, slots=True)
 class Ranking:
-    """How a ranking by assumed stiffness agrees with one by joints that are off.
+    """Agreement of a ranking by assumed joint stiffness with rankings by wrong ones.
 
     Attributes:
         stiffness, stiffness_worst: rank correlation of K_zz, median and 5 % case of all draws.
@@ -68,9 +68,9 @@ class Ranking:
 
 
 def ranking(poses: Poses, stiffness: FloatArray, press: FloatArray) -> Ranking | None:
-    """The same poses ranked for arms whose joints are off; None for fewer than ten poses.
+    """Compare rankings for arms of other joint stiffness; None for fewer than ten poses.
 
-    Of very many poses every so many-th is looked at.
+    Of very many poses only an evenly spaced part is used.
     """
     jacobians = poses.jacobian[:: 1 + len(poses.jacobian) // MANY]
     if len(jacobians) < FEW:

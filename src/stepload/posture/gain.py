@@ -1,4 +1,4 @@
-"""What a stiffer pose means for a payload: the guideline K_max (34) at its system stiffness."""
+"""Benefit of a stiffer pose for a payload: the guideline K_max (34) at its system stiffness."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from stepload.plan.tree import Mapping, parse_tree
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """What is pressed how hard, as far as it decides which pose will do.
+    """The press for which poses are chosen.
 
     Attributes:
         top_n: the top force.
-        told: of an identification on this rig.
+        told: the conditions of an identification on this rig.
         payload: its name, "" where none is given.
         secant_n_per_m: its stiffness at the top force by theory, 0 without a payload.
-        why: what lowered the top force, "" where nothing did.
+        why: why the top force was lowered, "" where it was not.
     """
 
     top_n: float
@@ -35,15 +35,15 @@ class Press:
 
     @property
     def gauge(self) -> bool:
-        """Whether a gauge across the contact takes K_s out of the chain."""
+        """Whether there is a gauge across the contact, so that K_s does not act."""
         return self.told.sources.system_stiffness_n_per_m is None
 
     def resolution_binds(self, stiffness_n_per_m: float) -> bool:
-        """Whether the resolution of the travel decides (34) there, and not the pose."""
+        """Whether (34) is limited by the resolution of the travel there, and not by the pose."""
         return not self.gauge and self._guideline(stiffness_n_per_m).binding is Binding.RESOLUTION
 
     def k_max(self, stiffness_n_per_m: float) -> float:
-        """(34) in N/m where the arm is so stiff; the same everywhere with a gauge."""
+        """K_max (34) in N/m at a stiffness of the arm; constant with a gauge."""
         if self.gauge:
             return k_max(self.told, self.top_n)
         return self._guideline(stiffness_n_per_m).k_max_n_per_m
@@ -56,11 +56,11 @@ class Press:
 
 
 def press_of(rig: str, payload: Path | None) -> Press:
-    """The press of a payload file or of a plan's payload; of 300 N, or 80 % of what the rig can.
+    """The press of a payload file or of a plan's payload; else 300 N, at most 80 % of the rig.
 
     Raises:
         BadInputError: no such rig or payload, or a force that the rig cannot press with.
-        PlanError: what is wrong in their files.
+        PlanError: one of their files is invalid.
         RefusedError: the payload must not be pressed.
     """
     own = bench(rig, None)

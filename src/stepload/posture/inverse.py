@@ -1,7 +1,7 @@
-"""Joint angles of a pose, in closed form, of arms that are built like Universal Robots' are.
+"""Joint angles of a pose, in closed form, for arms built like those of Universal Robots.
 
 Such an arm turns about an upright axis, then about three parallel ones, then about two that cross
-at right angles: up to eight ways to hold the flange in one pose. Others are refused.
+at right angles: up to eight configurations for one pose of the flange. Other arms are refused.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _TINY = 1e-9
 
 
 def check_closed_form(arm: ArmKinematics) -> None:
-    """Raises RefusedError where the arm is not built like that."""
+    """Raises RefusedError where the arm is not of that kind."""
     alike = (
         all(abs(a - b) < _TINY for a, b in zip(arm.alpha_rad, _TWISTS, strict=True))
         and all(abs(arm.a_m[i]) < _TINY for i in _ZERO_A)
@@ -42,7 +42,7 @@ def inverse(arm: ArmKinematics, flange: FloatArray) -> FloatArray:
     """Joint angles (N, 8, 6) in rad of flange poses (N, 4, 4); NaN where there are none.
 
     Angles are within the ranges of the joints, as near to 0 as these allow. Where the last axis is
-    parallel to the second the sixth angle is free, and nothing is given.
+    parallel to the second the sixth angle is free, and the result is NaN.
     """
     made = np.full((len(flange), BRANCHES, JOINTS), np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -86,7 +86,7 @@ def _branch(
 
 
 def _within(arm: ArmKinematics, joints_rad: FloatArray) -> FloatArray:
-    """Each angle by whole turns into its joint's range; NaN in all of a pose where one cannot."""
+    """Shift each angle by whole turns into its joint's range; a pose is NaN if one cannot be."""
     low, high = np.array(arm.low_rad), np.array(arm.high_rad)
     near = np.remainder(joints_rad + math.pi, math.tau) - math.pi
     near = near + math.tau * np.where(near < low, np.ceil((low - near) / math.tau), 0.0)

@@ -1,4 +1,4 @@
-"""What the joints of an arm can push in a pose, its own weight carried."""
+"""The push that the joints of an arm can exert in a pose in addition to its own weight."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ GRAVITY_M_S2 = 9.81
 
 
 def weight_torque_n_m(arm: ArmKinematics, placed: FloatArray) -> FloatArray:
-    """Torque (N, 6) with which the joints carry the links, base upright; frames (N, 7, 4, 4)."""
+    """Joint torques (N, 6) that carry the links' weight, base upright; frames (N, 7, 4, 4)."""
     centre = np.stack([arm.centre_x_m, arm.centre_y_m, arm.centre_z_m], axis=-1)
     where = np.einsum("nijk,ik->nij", placed[:, 1:, :3, :3], centre) + placed[:, 1:, :3, 3]
     axis, origin = placed[:, :-1, :3, 2], placed[:, :-1, :3, 3]
@@ -28,7 +28,7 @@ def push_n(
 ) -> FloatArray:
     """Largest push (N,) along `press` before a joint reaches its largest torque.
 
-    NaN where torques and masses are not known. The tool's weight is not in it.
+    NaN where torques and masses are not known. The tool's weight is neglected.
     """
     if not arm.max_torque_n_m:
         return np.full(len(placed), np.nan)

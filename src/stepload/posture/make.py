@@ -1,4 +1,4 @@
-"""A search for a rig, whole: which arm, which tool, which joint stiffness, which poses."""
+"""The whole search for a rig: its arm, tool, joint stiffness and poses."""
 
 from __future__ import annotations
 
@@ -33,22 +33,22 @@ from stepload.posture.search import (
 )
 
 TOOL_M = 0.12
-"""Flange to contact where nobody tells it."""
+"""Assumed distance from flange to contact where none is stated."""
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One pose with what is to be said of it.
+    """One pose with its figures.
 
     Attributes:
         name: "1" for the best, or that of a calibration.
         tip_m: contact point in the base.
         joints_rad: (6,); `start_rad` those of the start, None of a calibration.
-        figures: how the arm gives way there.
-        largest: how stiff a held contact may be there, with what the doubt of the joints leaves.
+        figures: stiffness of the arm there.
+        largest: upper bounds of the stiffening by a held contact there, for uncertain joints.
         measured_n_per_m: K_s of a calibration, None elsewhere.
         k_max_n_per_m: (34) there.
-        push_n: what the joints can push there; NaN where that is not known.
+        push_n: largest push of the joints there; NaN where that is not known.
         changes: of C_zz when the arm draws back by 2 mm and 20 mm.
     """
 
@@ -66,19 +66,19 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Posture:
-    """What was found, and what it rests on.
+    """Result of a search, and its inputs.
 
     Attributes:
-        rig: what the rig calls itself.
-        arm, tool, task, press: what was asked.
-        stiffness: what the joints are taken to be.
+        rig: name of the rig.
+        arm, tool, task, press: the inputs.
+        stiffness: joint stiffness that was used.
         poses: every pose that can be reached.
         best: the best of them, each of another place.
         calibrated: the poses of the calibrations.
         median_n_per_m: K_zz of the median pose; `median_k_max_n_per_m` is (34) there.
-        ranking: how much of the order is left when the joints are off.
+        ranking: reliability of the order for uncertain joints.
         typical_changes: of C_zz over 2 mm and 20 mm, medians and 90th percentiles, (2, 2).
-        remarks: what else is to be said.
+        remarks: further remarks.
     """
 
     rig: str
@@ -114,7 +114,7 @@ def make(
 
     Args:
         rig: a profile that comes with stepload, or a rig file.
-        arm: name or file of the arm; None: what the rig says.
+        arm: name or file of the arm; None: that of the rig.
         press: unit vector of the press in the base.
         tool_m: flange to contact along the flange's axis; None: the TCP of a calibration, or
             `TOOL_M`.
@@ -122,8 +122,8 @@ def make(
         joint_stiffness: six numbers in place of the assumed ones.
 
     Raises:
-        BadInputError: what is wrong with one of these.
-        PlanError: what is wrong in a file.
+        BadInputError: one of these is invalid.
+        PlanError: a file is invalid.
         RefusedError: a rig of one axis, an arm of another build, or no pose.
     """
     own = plan_of(rig, payload_folder() / "stiff-flat.yaml", PROBE_N).rig
@@ -185,7 +185,7 @@ def _arm_of(rig: Rig, arm: str | None) -> str:
 def _calibrations(
     rig: Rig, chain: ArmKinematics, paths: Sequence[Path], press: FloatArray
 ) -> tuple[list[Held], list[str]]:
-    """Those that were given and the rig's own; what is to be said of them."""
+    """The given calibrations and the rig's own; and remarks on them."""
     found, remarks = [read_held(path, chain, press) for path in paths], []
     own = rig.system_stiffness.record
     if own is not None and own.is_file() and own.resolve() not in {p.resolve() for p in paths}:

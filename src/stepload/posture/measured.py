@@ -1,4 +1,4 @@
-"""Joint stiffness from calibrations: what was measured in some poses, carried to all others."""
+"""Joint stiffness from calibrations: measured in some poses, applied to all others."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from stepload.posture.chain import FloatArray, Tool, frames, jacobian
 from stepload.posture.compliance import GivesWay, compliance, gives_way
 
 FACTOR = 2.0
-"""Assumed joint stiffness is believed to be right within this factor."""
+"""Factor within which assumed joint stiffness is expected to be right."""
 SAME_WAY_DEG = 5.0
-"""Tool and press of a calibration may differ by so much."""
+"""Largest difference of tool and press directions to those of a calibration."""
 PRIOR = 0.35
-"""σ of the logarithm of a factor before anything is measured: 2 is two of them away."""
+"""Prior σ of the logarithm of a factor: a factor of 2 is two σ."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,16 +49,16 @@ class Held:
     sigma_n_per_m: float
 
     def gives_way(self, stiffness: FloatArray) -> GivesWay:
-        """How the arm gives way there, by joint stiffness (6,)."""
+        """Stiffness of the arm there, for joint stiffness (6,)."""
         return gives_way(compliance(self.jacobian, stiffness), self.press)
 
     def by(self, stiffness: FloatArray) -> float:
-        """K_zz of the arm there in N/m, by joint stiffness (6,)."""
+        """K_zz of the arm there in N/m, for joint stiffness (6,)."""
         return float(self.gives_way(stiffness).free_n_per_m)
 
 
 def why_not(record: CalibrationRecord, arm: ArmKinematics, press: FloatArray) -> str:
-    """Why a calibration says nothing of the joints in a press that way; "" where it does."""
+    """Why a calibration cannot be used for a press of that direction; "" if it can."""
     if record.simulated:
         return "it was made in a dry run"
     if len(record.joints_rad) != JOINTS:
@@ -80,7 +80,7 @@ def read_held(path: Path, arm: ArmKinematics, press: FloatArray) -> Held:
 
     Raises:
         PlanError: it is none.
-        BadInputError: it says nothing of the joints, or nothing of a press that way.
+        BadInputError: it has no joint angles, or cannot be used for a press of that direction.
     """
     record = read_calibration(path)
     if why := why_not(record, arm, press):
@@ -93,7 +93,7 @@ def read_held(path: Path, arm: ArmKinematics, press: FloatArray) -> Held:
 
 
 def held(name: str, record: CalibrationRecord, arm: ArmKinematics) -> Held:
-    """The pose of a calibration that `why_not` has nothing against."""
+    """The pose of a calibration, after the check of `why_not`."""
     assert record.tcp_offset is not None
     tool = Tool(record.tcp_offset, f"TCP of {name}")
     joints = np.array(record.joints_rad)
@@ -107,12 +107,12 @@ def held(name: str, record: CalibrationRecord, arm: ArmKinematics) -> Held:
 
 @dataclass(frozen=True, slots=True)
 class JointStiffness:
-    """What the joints are taken to be.
+    """Joint stiffness and its origin.
 
     Attributes:
         values_n_m_per_rad: (6,).
-        source: where that comes from, in words.
-        remarks: what is to be said of it.
+        source: origin of the values, in words.
+        remarks: remarks on it.
     """
 
     values_n_m_per_rad: FloatArray
@@ -121,11 +121,11 @@ class JointStiffness:
 
 
 def fitted(values: FloatArray, calibrations: Sequence[Held]) -> JointStiffness:
-    """Assumed joint stiffness (6,) scaled to what calibrations have measured.
+    """Assumed joint stiffness (6,) scaled to the stiffness measured by calibrations.
 
-    One calibration gives one factor for all joints. Of two and more each kind of gear, the joints
-    of one assumed stiffness, has its own, between 1/2 and 2, by least squares of the logarithm;
-    what the poses cannot tell apart stays near what was assumed.
+    One calibration gives one factor for all joints. With two and more, each kind of gear (joints of
+    one assumed stiffness) has its own factor, between 1/2 and 2, by least squares of the logarithm;
+    kinds that the poses do not distinguish stay near the assumed values.
     """
     if len(calibrations) == 1:
         (one,) = calibrations

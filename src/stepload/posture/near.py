@@ -1,4 +1,4 @@
-"""How near its pose a stiffness holds: what a few millimetres of travel change."""
+"""Change of a pose's stiffness over a few millimetres of travel."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from stepload.posture.chain import FloatArray, Tool, frames, jacobian
 from stepload.posture.inverse import inverse
 
 TRAVELS_M = (2e-3, 2e-2)
-"""A press, and a start pose that is off."""
+"""Travel of a press, and of a start pose that is off."""
 MOST = 0.01
-"""Largest change over the first of them: a good calibration knows K_s to as much."""
+"""Largest acceptable change over the first of them: a good calibration knows K_s as well."""
 
 
 def changes(
@@ -19,7 +19,7 @@ def changes(
 ) -> FloatArray:
     """Relative change of C_zz of poses (N, 6) when they draw back by each of `TRAVELS_M`: (N, 2).
 
-    Along the tool's own axis, the arm held the same way.
+    Along the tool's own axis, in the same arm configuration.
     """
     placed = frames(arm, joints_rad)
     contact = placed[:, -1] @ tool.matrix

@@ -1,4 +1,4 @@
-"""Looks at every pose of a grid that an arm can reach, and takes the best of each place."""
+"""Evaluation of every pose of a grid that an arm can reach, and choice of the best places."""
 
 from __future__ import annotations
 
@@ -28,33 +28,34 @@ from stepload.posture.near import MOST, changes
 from stepload.units import format_quantity
 
 STEP = 0.05
-"""Of the grid, as a share of the reach."""
+"""Step of the grid, as a share of the reach."""
 MOST_STEPS = 60
 SMALLEST_RADIUS, LARGEST_RADIUS, LOWEST, HIGHEST = 0.3, 1.2, -0.4, 0.9
-"""How far the grid goes where nobody says, as shares of the reach; nearer to the base there is no
-room for a plate."""
+"""Default range of the grid, as shares of the reach; nearer to the base there is no room for a
+plate."""
 TURNS = 8
-"""Directions about the base, and turns of the tool, that are looked at where they matter."""
+"""Number of directions about the base, and of tool rotations, that are tried if they matter."""
 LARGEST_TURN_RAD = 0.7
-"""A joint that turns further between start and plate goes another way, not straight down."""
+"""Largest turn of a joint between start and plate; beyond it the arm does not go straight down."""
 ALIKE = 1.1
-"""Stiffnesses that differ by less than this factor are alike: the lower stuck share is better."""
+"""Stiffnesses within this factor count as equal: the lower stuck share is preferred."""
 APART = 0.15
-"""Places nearer than this share of the reach are one place."""
+"""Places nearer than this share of the reach count as one place."""
 BEST = 5
 TWINS = 1e-7
-"""Figures that differ by less are those of one arm and its mirror image."""
+"""Figures that differ by less belong to one arm configuration and its mirror image."""
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What is asked of a pose.
+    """Requirements on a pose.
 
     Attributes:
         press: unit vector of the press in the base, shape (3,).
         radius_m, height_m: from and to, of the contact from the base's axis and above its foot.
-        travel_m: the start is so far back along the press, and must be reached the same way.
-        force_n: what the joints must be able to push.
+        travel_m: distance of the start back along the press, which must be reachable in the same
+            configuration.
+        force_n: force that the joints must be able to push.
     """
 
     press: FloatArray
@@ -65,7 +66,7 @@ class Task:
 
     @property
     def upright(self) -> bool:
-        """Whether the press is along the base's axis, so that its direction is all the same."""
+        """Whether the press is along the base's axis, so that no direction about it differs."""
         return bool(math.hypot(self.press[0], self.press[1]) < 1e-9)
 
 
@@ -77,10 +78,10 @@ class Poses:
         joints_rad: (N, 6); `start_rad` those of the start.
         tip_m: contact points (N, 3) in the base.
         jacobian: (N, 6, 6).
-        figures: how the arm gives way there.
-        push_n: what the joints can push there, NaN where that is not known.
+        figures: stiffness of the arm there.
+        push_n: largest push of the joints there, NaN where that is not known.
         changes: of C_zz when the arm draws back by each of `TRAVELS_M`, (N, 2).
-        refused: why others are none, in words, with how many ways to hold the arm.
+        refused: reasons why other poses were refused, with the number of configurations.
     """
 
     joints_rad: FloatArray
@@ -120,10 +121,10 @@ def _steps(ends: tuple[float, float], step: float) -> FloatArray:
 
 
 def grid(arm: ArmKinematics, tool: Tool, task: Task) -> Iterator[FloatArray]:
-    """Contact frames (N, 4, 4) in the base: all places, by direction and turn of the tool.
+    """Contact frames (N, 4, 4) in the base: all places, by direction and rotation of the tool.
 
-    Where a press is upright every direction about the base is alike, and where the tool is on the
-    flange's axis every turn of it.
+    For an upright press all directions about the base are equivalent, and for a tool on the
+    flange's axis all its rotations.
     """
     step = STEP * reach_m(arm)
     by_height = np.meshgrid(_steps(task.radius_m, step), _steps(task.height_m, step))
@@ -150,7 +151,7 @@ def search(arm: ArmKinematics, stiffness: FloatArray, tool: Tool, task: Task) ->
     """Every pose of the grid that can be reached.
 
     Raises:
-        RefusedError: the arm's joints have no closed form, or it reaches no place of the grid.
+        RefusedError: the arm has no closed-form inverse, or it reaches no place of the grid.
     """
     check_closed_form(arm)
     found = [_reached(arm, stiffness, tool, task, contact) for contact in grid(arm, tool, task)]
@@ -180,7 +181,7 @@ def _range(ends: tuple[float, float]) -> str:
 def _reached(
     arm: ArmKinematics, stiffness: FloatArray, tool: Tool, task: Task, contact: FloatArray
 ) -> Poses:
-    """Those of contact frames (N, 4, 4), by all ways to hold the arm."""
+    """The reachable poses of contact frames (N, 4, 4), in all configurations of the arm."""
     flange = contact @ np.linalg.inv(tool.matrix)
     above = flange.copy()
     above[:, :3, 3] -= task.travel_m * task.press
@@ -221,10 +222,10 @@ def _reached(
 
 
 def _unlike(place: IndexArray, figures: GivesWay, turned: FloatArray) -> IndexArray:
-    """Indices of poses of which no two are each other's mirror image at one place.
+    """Indices of poses without the mirror image of another one at the same place.
 
-    An arm with its shoulder on the other side stands as its own mirror image and gives way the same
-    way: of the two that whose joints are turned less in sum is kept.
+    An arm with its shoulder on the other side is its own mirror image with the same stiffness: of
+    the two, the one with the smaller sum of joint angles is kept.
     """
     stiffness, share = np.log(figures.free_n_per_m), figures.stuck_share
     order = np.lexsort((share, stiffness, place))
@@ -241,8 +242,8 @@ def _unlike(place: IndexArray, figures: GivesWay, turned: FloatArray) -> IndexAr
 def best(poses: Poses, reach: float, many: int = BEST) -> list[int]:
     """Indices of the best poses, each of another place, the best first.
 
-    Of the poses that are as stiff as the stiffest, within `ALIKE`, that with the least stuck share;
-    then the same of what is further away.
+    Among the poses within `ALIKE` of the stiffest one, that with the least stuck share; then the
+    same among the poses that are further away.
     """
     left = np.ones(len(poses.joints_rad), dtype=bool)
     stiffness, share = poses.figures.free_n_per_m, poses.figures.stuck_share

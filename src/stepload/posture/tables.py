@@ -17,7 +17,7 @@ from stepload.units import format_quantity
 
 
 def place_table(found: Posture) -> Table:
-    """Where the plate stands and how the arm is held."""
+    """Position of the plate and joint angles of the arm."""
     rows = [
         (
             each.name, *_place(each), degrees(each.joints_rad),
@@ -43,7 +43,7 @@ def place_table(found: Posture) -> Table:
 
 
 def stiffness_table(found: Posture) -> Table:
-    """How the arm gives way there."""
+    """Stiffness of the arm there."""
     rows = [_figures(each) for each in (*found.best, *found.calibrated)]
     figures = found.poses.figures
     rows.append(
@@ -91,7 +91,7 @@ def _newton(force_n: float) -> str:
 
 
 def degrees(joints_rad: FloatArray) -> str:
-    """Joint angles as people type them at a pendant."""
+    """Joint angles in the form typed at a pendant."""
     return " ".join(f"{each:.1f}" for each in np.degrees(joints_rad) + 0.0)
 
 
@@ -161,7 +161,7 @@ def _row(each: Row) -> dict[str, Any]:
 
 
 def stiffest(found: Posture) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Radius, height (M,) of every place that is reached, and K_zz of its stiffest pose."""
+    """Radius, height (M,) of every reachable place, and K_zz of its stiffest pose."""
     place = np.round(np.stack([found.poses.radius_m, found.poses.tip_m[:, 2]], axis=-1), 6)
     unique, index = np.unique(place, axis=0, return_inverse=True)
     places: FloatArray = np.asarray(unique, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Poses in words: which is the best, what it gains, and how far all that may be believed."""
+"""Poses in words: the best one, its benefit, and how reliable the ranking is."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stepload.units import format_quantity
 
 
 def sentences(found: Posture) -> list[str]:
-    """What there is to say of a search, each a whole sentence or two."""
+    """Sentences on a search, each item one or two."""
     return [
         _best(found),
         *(_calibration(found, each) for each in found.calibrated),
@@ -29,13 +29,13 @@ def sentences(found: Posture) -> list[str]:
 
 
 WORTH = 1.1
-"""A pose that is stiffer by less than this factor is not worth a move."""
+"""Least ratio of stiffness for which a change of the pose is recommended."""
 HOLDS = 0.9
-"""A rank correlation from which on an order is said to hold."""
+"""Least rank correlation at which an order is called reliable."""
 
 
 def up(value: float) -> str:
-    """A bound with two decimals, never below what it was."""
+    """A bound with two decimals, rounded up."""
     return f"{math.ceil(value * 100.0 - 1e-9) / 100.0:.2f}"
 
 

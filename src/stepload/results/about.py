@@ -1,4 +1,4 @@
-"""Which run a result is of, and what computed it: the head of results.json."""
+"""Head of results.json: the run that a result belongs to, and the software that computed it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import stepload
 from stepload.record.reader import Recording
 
 SCHEMA = "stepload-results/1"
-"""Names the schema of results.json. Within a version keys are added, never taken or changed."""
+"""Name of the schema of results.json. Within a version keys are added, never removed or changed."""
 
 _TEXTS = (
     "run_id", "started", "plan", "payload", "rig", "specimen", "batch", "operator", "notes",
@@ -26,7 +26,7 @@ _DEVICES = {
     "second_force": "second_force_sensor",
     "displacement": "displacement_sensor",
 }
-"""Keys of the results by what a record calls the devices."""
+"""Keys of the results, by the record's names of the devices."""
 
 
 def schema_text() -> str:
@@ -38,7 +38,7 @@ def about(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> dict
     """The head of the results of a run.
 
     Args:
-        metadata: what its record begins with.
+        metadata: of the record.
         attachments: files of the record; those of the plan are named with their SHA-256.
     """
     tags = [tag for tag in metadata.get("tags", "").split("\n") if tag]
@@ -62,5 +62,5 @@ def about(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> dict
 
 
 def about_recording(recording: Recording) -> dict[str, Any]:
-    """The same of a record."""
+    """The head of the results, from a record."""
     return about(recording.metadata, recording.attachments)

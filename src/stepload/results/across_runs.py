@@ -1,4 +1,4 @@
-"""What system runs tell of the force across the axis, and the same runs without its effect."""
+"""Effect of lateral force in system runs, and the same runs corrected for it."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from stepload.results.press_data import LOADING, UNLOADING
 from stepload.results.saved import SavedRun
 
 TYPICAL_SHARE = 0.3
-"""The share of a payload for which it is said how well the correction is known."""
+"""Lateral share of a payload for which the uncertainty of the correction is reported."""
 NOT_KNOWN = "under which friction K_s was measured is not known"
 
 
 @dataclass(frozen=True, slots=True)
 class AcrossRuns:
-    """The fit, None where nothing was recorded or an axis is guided; and in words what it says."""
+    """The fit, None where nothing was recorded or an axis is guided; and its description."""
 
     fit: AcrossFit | None
     told: str
@@ -45,21 +45,21 @@ class AcrossRuns:
         }
 
     def taken_out(self, runs: Sequence[SavedRun]) -> tuple[SavedRun, ...]:
-        """The runs without what the force across does, so that all have the shares of the mean."""
+        """The runs corrected for lateral force, so that all have the mean lateral share."""
         if self.fit is None:
             return tuple(runs)
         return tuple(_without(run, self.fit.across) for run in runs)
 
 
 def across_of_runs(runs: Sequence[SavedRun]) -> AcrossRuns:
-    """What the runs tell of the force across the axis.
+    """Evaluate the effect of lateral force in K_s runs.
 
     Args:
         runs: against a block, K_s runs of one arm in one pose.
 
     Raises:
         DomainError: a run has too little force.
-        BadInputError: some runs tell the force across and others do not.
+        BadInputError: some runs recorded the lateral force and others did not.
     """
     if not all(run.conditions.arm for run in runs):
         return AcrossRuns(None, "")
@@ -99,7 +99,7 @@ def _without(run: SavedRun, across: Across) -> SavedRun:
 
 
 def _told(fit: AcrossFit) -> str:
-    """How well the correction is known, for people."""
+    """Uncertainty of the correction, in words."""
     sizes = np.linalg.norm(fit.shares, axis=1)
     span = f"shares of {sizes.min():.1%} to {sizes.max():.1%} across"
     of_any = CROSS_COMPLIANCE * TYPICAL_SHARE

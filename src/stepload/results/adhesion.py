@@ -1,4 +1,4 @@
-"""Does the contact pull? The force about a touch, where it closes and where it opens."""
+"""Detection of adhesion, from the force where a contact closes and opens."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ CLOSING_OPENING = (
     Phase.RETRACT,
 )
 SIGMAS = 6.0
-"""A pull this many times the noise of one sample is none of its extremes."""
+"""Least pull, in standard deviations of one sample, that is not an extreme of the noise."""
 
 
 def pulls(data: PressData) -> bool:
     """Whether the tared force falls below zero by more than noise where a contact closes or opens.
 
-    An arm that shakes its sensor while it turns back looks the same; then one law more is tried,
-    which widens what rests on a zero and hides nothing.
+    An arm that shakes its sensor at a reversal looks the same; then an additional law is tried,
+    which can only widen the intervals of figures that rest on a zero.
     """
     about = np.isin(data.phase, CLOSING_OPENING)
     if not about.any():

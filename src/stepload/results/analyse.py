@@ -1,4 +1,4 @@
-"""From the recording of a run to its evaluation."""
+"""Evaluation of the recording of a run."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from stepload.results.pressed import pressed
 from stepload.results.until import levels_to_load
 
 WHOLE_TICKS, MEAN_TICKS = 250_000, 80_000
-"""A run longer than the first is evaluated as so many means."""
+"""A run with more ticks than the first number is reduced to about the second number of means."""
 CONTACT_MODULUS_SIGMA = 0.1
 """Relative uncertainty of a series contact computed from handbook moduli."""
 
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """A run and what its data say; None where it did not get so far, `problem` says why."""
+    """Evaluation of a run; parts that could not be computed are None, and `problem` says why."""
 
     envelope: Envelope
     outcome: RunOutcome
@@ -52,7 +52,7 @@ class Evaluation:
 
 
 def identify_payload(data: PressData, conditions: Conditions) -> Identification:
-    """Identify the virgin contact: the first cycle's loading, judged with all that followed.
+    """Identify the virgin contact: the first cycle's loading, judged with all later cycles.
 
     Raises:
         BadInputError: there is no load step, or too little in it.
@@ -77,7 +77,7 @@ def identify_payload(data: PressData, conditions: Conditions) -> Identification:
 
 
 def series_contact(conditions: Conditions) -> SeriesContact | None:
-    """The contact that a run pressed on, by theory; None where the record does not tell it."""
+    """The contact that a run pressed on, by theory; None where the record does not state it."""
     if conditions.theory_k is None or conditions.theory_n is None:
         return None
     return SeriesContact(conditions.theory_k, conditions.theory_n, CONTACT_MODULUS_SIGMA)
@@ -87,8 +87,8 @@ def identify_system(data: PressData, conditions: Conditions) -> SystemStiffnessF
     """K_s from loading and unloading of a run against a stiff flat contact (26).
 
     Raises:
-        BadInputError: there is no load step, or too little in it; or travel was measured across
-            the contact, which leaves K_s out.
+        BadInputError: there is no load step, or too little in it; or travel was measured across the
+            contact, where K_s does not act.
     """
     if data.gauge:
         raise BadInputError(
@@ -111,15 +111,15 @@ def identify_system(data: PressData, conditions: Conditions) -> SystemStiffnessF
 
 
 def pieces(data: PressData) -> NDArray[np.intp]:
-    """(N,) which cycle and which contact each sample belongs to, as one number."""
+    """(N,) number that identifies the cycle and the contact of each sample."""
     return np.asarray(data.cycle * (len(data.touches) + 1) + data.contact, dtype=np.intp)
 
 
 def whole_cycles(events: Sequence[Event], levels: int) -> list[int]:
-    """Cycles of which every level was held on the way up, and the lowest on the way down.
+    """Cycles with every level held on the way up, and the lowest held on the way down.
 
-    A pause on the way down cuts a cycle short, a run that ended early its last one, and a run that
-    was resumed may begin in the middle of one.
+    A cycle is incomplete after a pause on the way down, at the end of a run that ended early, and
+    perhaps at the beginning of a resumed run.
     """
     up: dict[int, set[int]] = {}
     down = set()
@@ -137,7 +137,7 @@ def whole_cycles(events: Sequence[Event], levels: int) -> list[int]:
 def _cycles(
     plan: Plan, recording: Recording, data: PressData, found: Identification
 ) -> RunIn | None:
-    """What the whole cycles of a plan say; see `cycles_of_run`."""
+    """Evaluation of the complete cycles of a plan; see `cycles_of_run`."""
     procedure = plan.procedure
     if not procedure.unload:
         return None
@@ -158,7 +158,7 @@ def cycles_of_run(
     lift_off: bool,
     touched_before: bool,
 ) -> RunIn | None:
-    """What the whole cycles say; None where one was meant to be, or two were and none is whole.
+    """Evaluate the complete cycles; None for one planned cycle, or two with none complete.
 
     Args:
         data: of the run.
@@ -174,7 +174,7 @@ def cycles_of_run(
     if cycles < 2:
         return None
     if not whole and cycles < STEADY_CYCLES:
-        return None  # no run-in was asked for; what the cycles cannot show is told apart from it
+        return None  # no run-in was asked for; what the cycles cannot show is reported separately
     if not whole or (whole[0] != 1 and not touched_before):
         raise BadInputError(
             "no run-in: cycle 1, the virgin one, was not pressed and unloaded to its last step"
@@ -215,15 +215,15 @@ def cycles_of_run(
 
 
 def condensed(ticks: int) -> int:
-    """How many samples are read as one mean, to bound the memory that a long run takes."""
+    """Number of samples averaged into one mean, which bounds the memory of a long run."""
     return 1 if ticks <= WHOLE_TICKS else -(-ticks // MEAN_TICKS)
 
 
 def evaluate(run: Evaluation, conditions: Conditions | None = None) -> Evaluation:
-    """A run with all that its recording says; what cannot be had is None, `problem` says why.
+    """Evaluate the recording of a run; missing parts are None, and `problem` says why.
 
     Args:
-        conditions: to identify under, in place of those that the plan tells.
+        conditions: of the identification, in place of those that follow from the plan.
     """
     plan = run.envelope.plan
     try:
@@ -242,7 +242,7 @@ def evaluate(run: Evaluation, conditions: Conditions | None = None) -> Evaluatio
 
 
 def beyond_theory(run: Evaluation) -> tuple[str, ...]:
-    """Where the forces that were reached lie outside of what theory holds for, in sentences."""
+    """Doubts about theory at the forces that were reached, as sentences."""
     headline = run.identification.headline if run.identification is not None else None
     if headline is None:
         return ()

@@ -1,4 +1,4 @@
-"""From system runs to a calibration record: K_s, how far to trust it, and where it holds."""
+"""Calibration record from system runs: K_s, its uncertainty, and where it is valid."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ FloatArray = NDArray[np.float64]
 
 VALID_DAYS = 180
 _LEVELS = 200
-"""Common forces of the two runs of the difference method."""
+"""Number of common forces of the two runs in the difference method."""
 _LEAST_SHARE = 0.05
-"""Forces below this share of the top are left out there: the touch is noise."""
+"""Forces below this share of the top are left out there: the touch dominates."""
 
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
     """A calibration record and what it was made from.
 
-    `length` is None where the runs cannot tell how far their smooth error stays alike,
-    `table_problem` says why the record holds no table.
+    `length` is None where the runs do not determine the correlation length of their smooth error;
+    `table_problem` says why the record has no table.
     """
 
     record: CalibrationRecord
@@ -55,7 +55,7 @@ def from_system_runs(runs: Sequence[SavedRun], *, valid_days: int = VALID_DAYS) 
     """Pool runs against a stiff flat contact (26).
 
     Raises:
-        BadInputError: a run that is not made for it, or runs of different rigs or poses.
+        BadInputError: a run of another kind, or runs of different rigs or poses.
     """
     origin, runs = _origin(runs, valid_days), labelled(runs)
     for run in runs:
@@ -89,9 +89,9 @@ def from_system_runs(runs: Sequence[SavedRun], *, valid_days: int = VALID_DAYS) 
 def _fits(
     runs: Sequence[SavedRun],
 ) -> tuple[tuple[SystemStiffnessFit, ...], SmoothLength | None]:
-    """K_s of each run, with the length of the smooth error that the runs themselves tell.
+    """K_s of each run, with the correlation length of the smooth error estimated from the runs.
 
-    Where they cannot, that of their plans counts, and without one the worst that may be.
+    Where they do not determine it, that of their plans is used, or without one the worst possible.
     """
     fits = tuple(identify_system(run.data, run.conditions) for run in runs)
     length = measure_length(
@@ -133,7 +133,7 @@ def _table(
 
 
 def _rows(made: MeasuredTable) -> dict[str, Any]:
-    """The keys of the record that a table fills; none without one."""
+    """The keys of the record that describe a table; none without one."""
     if made.table is None:
         return {}
     return {
@@ -150,8 +150,8 @@ def from_two_spheres(
     """K_s from two reference spheres of known radii and materials: the difference method.
 
     Raises:
-        BadInputError: runs that do not tell their contact, have too little force in common, or
-            spheres too much alike.
+        BadInputError: runs without a known contact, too small a common range of force, or spheres
+            too similar.
     """
     origin = _origin((first, second), valid_days)
     first, second = labelled((first, second))
@@ -195,7 +195,7 @@ def _at_least_one(degrees: float | None) -> float | None:
 
 
 def _origin(runs: Sequence[SavedRun], valid_days: int) -> dict[str, Any]:
-    """What a record says beside its figures: where, when and from what it was made.
+    """Origin of a calibration: where, when and from what it was made.
 
     Raises:
         BadInputError: they do not belong together.
@@ -256,10 +256,10 @@ def _structure(run: SavedRun) -> str:
 
 
 def common_pose(runs: Sequence[SavedRun]) -> dict[str, Any]:
-    """How the arm stood in all runs, as far as it told; that of the first.
+    """Pose of the arm in all runs, as far as it was recorded: that of the first run.
 
     Raises:
-        BadInputError: it stood differently, or in one run it did not tell.
+        BadInputError: the poses differ, or one run did not record its pose.
     """
     first, *others = (run.stood for run in runs)
     for run, other in zip(runs[1:], others, strict=True):
@@ -290,7 +290,7 @@ def _loading(run: SavedRun) -> tuple[FloatArray, FloatArray]:
 
 
 def _at(force_n: FloatArray, travel_m: FloatArray, grid_n: FloatArray) -> FloatArray:
-    """Travel on a grid of forces, means over a grid step; a hold counts as one place."""
+    """Travel on a grid of forces, averaged over a grid step, so that a hold counts once."""
     step = float(grid_n[1] - grid_n[0])
     index = np.round((force_n - grid_n[0]) / step).astype(np.intp)
     inside = (index >= 0) & (index < grid_n.size)

@@ -1,4 +1,4 @@
-"""A calibration for people and for programs."""
+"""A calibration as a document for people and as an object for programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which figures a calibration has: its runs over one another, what their lines leave, the table."""
+"""Figures of a calibration: its runs in one plot, the misfit of their lines, the table."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Named = tuple[str, FloatArray, FloatArray]
 
 
 def figures_of(found: Calibration) -> list[Figure]:
-    """The figures of a calibration, drawn when they are wanted; the first is the sheet's."""
+    """The figures of a calibration, drawn on demand; the first is the sheet's."""
     stiffness = found.record.stiffness_n_per_m
     made = [
         Figure(

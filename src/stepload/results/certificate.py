@@ -15,7 +15,7 @@ from stepload.results.model import Certificate, Figure, Table
 from stepload.results.quality import summary
 
 MOST_REMARKS, LONGEST_REMARK = 3, 170
-"""Reasons that have room on the first sheet; all of them stand on the next."""
+"""Largest number of reasons on the first sheet; all of them are on the next."""
 
 
 def run_certificate(
@@ -30,7 +30,7 @@ def run_certificate(
     Args:
         run: its evaluation.
         levels: its holds.
-        reasons: all that is to be said about the result.
+        reasons: all remarks on the result.
         law: the figure that shows the result; None where there is none.
         system: the table of the system stiffness where the run measures that.
     """
@@ -66,13 +66,13 @@ def run_certificate(
 
 
 def _contact(found: Identification | None) -> Facts:
-    """How the contact was made, where a run tells it."""
+    """How the contact was made, where the run recorded it."""
     line = "" if found is None else summary(found.run.askew.quality).removeprefix("contact: ")
     return [("Contact", line)] if line else []
 
 
 def few(reasons: Sequence[str]) -> list[str]:
-    """The first reasons, cut short, and how many more there are."""
+    """The first reasons, shortened, and how many more there are."""
     shown = [short(reason, LONGEST_REMARK) for reason in reasons[:MOST_REMARKS]]
     cut = any(len(reason) > len(each) for reason, each in zip(reasons, shown, strict=False))
     left = len(reasons) - len(shown)

@@ -1,4 +1,4 @@
-"""Several runs side by side, and against a curve from elsewhere."""
+"""Comparison of several runs with each other, and with a curve from elsewhere."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ INSIDE = 0.95
 
 @dataclass(frozen=True, slots=True)
 class ComparedRun:
-    """One run: its virgin loading, and the reported fits of every cycle by itself."""
+    """One run: its virgin loading, and the reported fits of every cycle separately."""
 
     run: SavedRun
     found: Identification
@@ -75,10 +75,10 @@ class AgainstCurve:
     """One run's believed fit against the curve.
 
     `half_width` is that of the 95 % interval of ln of the run's secant, `smallest_detectable` the
-    relative difference that would have been seen in 80 of 100; the curve counts as exact. All
+    relative difference that would be detected with 80 % probability; the curve counts as exact. All
     figures are those of the corrected curve: its forces were multiplied by `correction`, the ratio
     of the equivalent moduli (V-A), 1 where none was given. `secant_n_per_m` is the curve's own
-    secant at `result.to_n`, None where it does not come down to it.
+    secant at `result.to_n`, None where it has no point as low as that.
     """
 
     run: str
@@ -95,8 +95,8 @@ class AgainstCurve:
 class Comparison:
     """Everything that was compared; secants are at `secant_force_n`.
 
-    `groups` are the places in `runs` of runs that are repeats of each other, `differences` those of
-    every group against the first; `tolerance` is the relative difference that matters.
+    `groups` are the indices into `runs` of repeats, `differences` those of every group from the
+    first; `tolerance` is the relative difference that matters.
     """
 
     secant_force_n: float
@@ -112,10 +112,10 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class CurveGiven:
-    """A curve from another machine or finite elements, and the modulus it was made with.
+    """A curve from another machine or finite elements, and its modulus.
 
     `modulus_pa` is its equivalent modulus (4); `plate_pa` E/(1 − ν²) of its counter body, where
-    that alone differs from the run's. None for both: it needs no correction.
+    that alone differs from the run's. Both None: it needs no correction.
     """
 
     curve: Curve
@@ -138,12 +138,12 @@ def compare(
         secant_force_n: where all secants are taken. None: the lowest of the runs' own secant
             forces, or the highest force that all have reached if that is lower.
         given: a curve to compare with.
-        sizes: how many runs each group of repeats has; None: told by plan and payload.
+        sizes: number of runs in each group of repeats; None: grouped by plan and payload.
         tolerance: the relative difference that matters; None: the accuracy 1/t of the plans.
 
     Raises:
-        BadInputError: fewer than two things to compare, a run given twice or one that has nothing
-            to identify, or a tolerance that is none.
+        BadInputError: fewer than two things to compare, a run given twice or one with nothing to
+            identify, or an invalid tolerance.
     """
     if len(runs) + (given is not None) < 2:
         raise BadInputError(
@@ -291,7 +291,7 @@ def _against(each: ComparedRun, given: CurveGiven, tolerance: float) -> AgainstC
 
 
 def _friction(each: ComparedRun) -> float:
-    """What friction may do to the arm, as a share of the stiffness; no fit's budget knows of it."""
+    """Effect of friction on the arm, as a share of the stiffness; no fit's budget has it."""
     lines = each.found.headline.lines if each.found.headline is not None else ()
     return next((line.relative for line in lines if line.source == "force across the axis"), 0.0)
 

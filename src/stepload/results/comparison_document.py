@@ -1,4 +1,4 @@
-"""A comparison for people and for programs."""
+"""A comparison as a document for people and as an object for programs."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def comparison_document(found: Comparison) -> Document:
 
 
 def _named(found: Comparison) -> str:
-    """The groups by the names of their runs, cut where there are many."""
+    """The groups by the names of their runs, shortened if there are many."""
     groups = [" + ".join(found.runs[place].run.name for place in group) for group in found.groups]
     text = " against ".join(groups)
     return text if len(text) <= LONGEST_TITLE else f"{text[: LONGEST_TITLE - 1]}…"
@@ -177,7 +177,7 @@ def _difference_table(each: Difference) -> Table:
 
 
 def _reasons(found: Comparison) -> list[str]:
-    """Every difference in a sentence, where there is more than one."""
+    """Every difference as a sentence, if there is more than one."""
     if len(found.differences) < 2:
         return []
     return [f"{' + '.join(each.second)}: {each.verdict}, {each.why}" for each in found.differences]
@@ -244,14 +244,14 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
 
 
 def _v1_word(found: Comparison, judged: Verdict) -> str:
-    """The verdict in the words that version 1 has for it."""
+    """The verdict by its name in version 1 of the schema."""
     if judged.word == Agreement.DIFFER:
         return "disagree" if found.differences else "differs"
     return judged.word
 
 
 def verdict(found: Comparison) -> Verdict:
-    """Whether what was compared agrees: runs by their groups, else a run and the curve."""
+    """Whether the compared results agree: runs by their groups, else a run and the curve."""
     if found.differences:
         worst = max(found.differences, key=_gravity)
         told = (

@@ -1,4 +1,4 @@
-"""Which figures a comparison has, what their captions say, and how they are drawn."""
+"""Figures of a comparison, their captions, and how they are drawn."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from stepload.units import format_quantity as f
 
 LAWS = "laws"
 MOST_NAMES = 14
-"""Runs that a legend names; more of them are not told apart by colours either."""
+"""Largest number of runs with an entry in the legend; more cannot be distinguished by colour."""
 COLOURS = (BLUE, ORANGE, GREEN, RED, INK, GREY)
 
 
 def figures_of(found: Comparison) -> list[Figure]:
-    """The figures of a comparison, drawn when they are wanted."""
+    """The figures of a comparison, drawn on demand."""
     known = {each.run.name: virgin_band(each) for each in found.runs}
     laws = {name: band for name, band in known.items() if band is not None}
     made = []
@@ -61,7 +61,7 @@ def figures_of(found: Comparison) -> list[Figure]:
 
 
 def _points(found: Comparison) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Deformation from the believed zero and force of the points that every fit was made from."""
+    """Deformation from the believed zero, and force, of the points that every fit used."""
     return {
         each.run.name: (each.found.deformation_m - each.found.fit.zero_m, each.found.force_n)
         for each in found.runs

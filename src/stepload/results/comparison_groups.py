@@ -1,4 +1,4 @@
-"""Which runs are repeats of each other, and how the groups of them differ."""
+"""Groups of repeated runs, and the differences between them."""
 
 from __future__ import annotations
 
@@ -25,15 +25,16 @@ if TYPE_CHECKING:
 
 
 def grouped(runs: Sequence[SavedRun], sizes: Sequence[int] | None) -> tuple[tuple[int, ...], ...]:
-    """Places of the runs that are repeats of each other, the first run's group first.
+    """Indices of the runs that are repeats of each other, the first run's group first.
 
     Args:
         runs: all runs.
-        sizes: how many runs each group has, in the order of the runs. None: runs of one plan and
-            payload are repeats; where all are, each stands by itself and is held against the first.
+        sizes: number of runs in each group, in the order of the runs. None: runs of one plan and
+            payload are repeats; if all are, each is a group of its own and is compared with the
+            first.
 
     Raises:
-        BadInputError: the sizes do not add up, or a run is there twice.
+        BadInputError: the sizes do not add up, or a run is given twice.
     """
     ids = [run.metadata.get("run_id") or str(run.path) for run in runs]
     if len(set(ids)) < len(ids):
@@ -55,7 +56,7 @@ def grouped(runs: Sequence[SavedRun], sizes: Sequence[int] | None) -> tuple[tupl
 
 
 def common_estimator(runs: Sequence[ComparedRun]) -> str | None:
-    """The fit that all runs are compared by: the believed one of most of them that all have."""
+    """The fit by which all runs are compared: the most frequent believed fit that all runs have."""
     believed = [each.found.believe for each in runs]
     order = [*sorted(set(believed), key=believed.count, reverse=True), "joint", *REPORTED]
     return next((name for name in order if all(name in r.found.budgets for r in runs)), None)
@@ -64,9 +65,9 @@ def common_estimator(runs: Sequence[ComparedRun]) -> str | None:
 def differences(
     runs: Sequence[ComparedRun], groups: Sequence[Sequence[int]], tolerance: float
 ) -> tuple[Difference, ...]:
-    """Every group against the first; none where the runs have no interval in common.
+    """Every group compared with the first; none where the runs have no interval in common.
 
-    A run that is not identifiable can show neither agreement nor difference.
+    A run that is not identifiable, or lateral shares too different for one K_s, gives CANNOT_TELL.
     """
     if len(groups) < 2:
         return ()
@@ -114,7 +115,7 @@ def _doubted(found: Difference, runs: Sequence[ComparedRun]) -> Difference:
 
 
 def shares_apart(runs: Sequence[Sideways]) -> float:
-    """Largest difference of the shares across of runs of whose arm one K_s is known; else 0."""
+    """Largest difference of the lateral shares between runs of the rule "one number"; else 0."""
     known = [np.array(each.errors) for each in runs if each.rule == "one number"]
     pairs = combinations(known, 2)
     return max((float(np.linalg.norm(one - other)) for one, other in pairs), default=0.0)
@@ -123,7 +124,7 @@ def shares_apart(runs: Sequence[Sideways]) -> float:
 def pair_half_width(
     one: ComparedRun, other: ComparedRun, estimator: str, tolerance: float
 ) -> float | None:
-    """Half width of ln(S2/S1) of two runs by themselves; None where a budget is missing."""
+    """Half width of ln(S2/S1) of two single runs; None where a budget is missing."""
     try:
         values = [
             secant_of(each, estimator, 0.0, each.found.fits[estimator].secant_force_n)

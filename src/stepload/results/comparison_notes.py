@@ -1,4 +1,4 @@
-"""What is to be said beside a comparison: what was taken as shared, and what was left out."""
+"""Notes of a comparison: which errors were taken as shared, and what was left out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from stepload.results.comparison import ComparedRun, CurveGiven
 
 REACHED = 0.98
-"""A force counts as reached from this share of it on: levels are held that well."""
+"""Least share of a force that counts as reached: levels are held that well."""
 
 
 def notes_of(
@@ -96,7 +96,7 @@ def _run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: floa
 
 
 def _sharing_notes(runs: Sequence[ComparedRun]) -> list[str]:
-    """What the records tell of the errors that the runs may share."""
+    """Notes on the errors that the runs may share, according to their records."""
     origins = [origin_of(each.run) for each in runs]
     notes = []
     chains = {

@@ -1,4 +1,4 @@
-"""What runs are compared by: one quantity of each, with the budget and the origin of its errors."""
+"""The quantity by which runs are compared, with its budget and the origin of its errors."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class Line(Protocol):
 
     @property
     def source(self) -> str:
-        """Its name; what is shared goes by it."""
+        """Its name, which identifies shared errors."""
 
     @property
     def relative(self) -> float:
-        """Of the quantity, ≥ 0."""
+        """Relative standard uncertainty of the quantity, ≥ 0."""
 
 
 class Stiffness(Protocol):
@@ -53,7 +53,7 @@ class Stiffness(Protocol):
 
 
 def measured(run: SavedRun, quantity: str, found: Stiffness) -> Measured:
-    """Any stiffness of a run as comparisons take it."""
+    """Any stiffness of a run in the form used for comparisons."""
     return Measured(
         run=run.name,
         quantity=quantity,
@@ -66,10 +66,10 @@ def measured(run: SavedRun, quantity: str, found: Stiffness) -> Measured:
 
 
 def chord_of(each: ComparedRun, from_n: float, to_n: float) -> Measured:
-    """The chord stiffness of a run between two forces, read again where they are not its own.
+    """The chord stiffness of a run between two forces, computed anew where they are not its own.
 
     Raises:
-        DomainError: the data bear no chord there.
+        DomainError: the data support no chord there.
     """
     headline = each.found.headline
     if headline is None or (from_n, to_n) != (headline.from_n, headline.to_n):
@@ -78,7 +78,7 @@ def chord_of(each: ComparedRun, from_n: float, to_n: float) -> Measured:
 
 
 def secant_of(each: ComparedRun, estimator: str, from_n: float, to_n: float) -> Measured:
-    """The secant stiffness (28) of one fit as comparisons take it.
+    """The secant stiffness (28) of one fit in the form used for comparisons.
 
     Raises:
         DomainError: the fit has no budget, or the forces are not those of its secant.

@@ -71,5 +71,5 @@ def comparison_sheet(
 
 
 def _common(runs: Sequence[ComparedRun], of: Callable[[ComparedRun], str]) -> str:
-    """What the runs have in common, or all that they have, each once."""
+    """The value that the runs have in common, or all their values, each once."""
     return stated(", ".join(dict.fromkeys(filter(None, map(of, runs)))))

@@ -1,4 +1,4 @@
-"""Conditions of an identification from a plan or a record; in the record as conditions.json."""
+"""Conditions of an identification, from a plan or from a record's conditions.json."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def planned(envelope: Envelope) -> Conditions:
 
 
 def measured(conditions: Conditions, data: PressData) -> Conditions:
-    """The same with noise and lag as the run itself found them."""
+    """The same with noise and lag as measured in the run."""
     sources = conditions.sources
     lag_sigma_s = data.lag.sigma_s
     if data.lag_corrected_s == 0.0:
@@ -58,10 +58,10 @@ def to_bytes(conditions: Conditions) -> bytes:
 
 
 def from_attachments(attachments: Mapping[str, bytes]) -> Conditions:
-    """Read a record's conditions; the record may be anybody's.
+    """Read a record's conditions; the content of the record is not trusted.
 
     Raises:
-        BadInputError: not there, or not what it should be.
+        BadInputError: they are missing or invalid.
     """
     raw = attachments.get(FILE)
     if raw is None:
@@ -84,8 +84,8 @@ _TABLE = ("deflection_force_n", "deflection_m", "deflection_sigma_m")
 
 
 def _as_arm(data: dict[str, Any]) -> dict[str, Any]:
-    """A record that does not say what pressed, or how well an arm was aligned, taken the careful
-    way: as a serial arm whose plan states nothing. What is old is not known better for it."""
+    """Conservative defaults for a record that does not state what pressed, or how well an arm was
+    aligned: a serial arm whose plan states nothing."""
     told = "arm" in data
     if not (data.get("arm", True) and ("misalignment_rad" not in data or not told)):
         return data
@@ -103,10 +103,11 @@ def _as_arm(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _sources(data: dict[str, Any]) -> Sources:
-    """The sources of a record; one that knows no table has a K_s without one, and one that does not
-    speak of the force sensor's linearity is of a time before it was asked.
+    """The sources of a record. Older records without a table have a K_s without one, and older
+    records without the force sensor's linearity get the assumed one.
 
-    Its 50 N of smooth length was nobody's measurement either, but the constant of that version.
+    The smooth length of a record without a table is dropped: it was a constant of 50 N, not a
+    measurement.
     """
     rows = {name: tuple(map(float, data.get(name, ()))) for name in _TABLE}
     sources = Sources(**{"nonlinearity": ASSUMED_NONLINEARITY, **data, **rows})
@@ -121,7 +122,7 @@ def _sources(data: dict[str, Any]) -> Sources:
 
 
 def _across(data: Any) -> Across:
-    """What a record knows of the force across the axis; of earlier versions nothing."""
+    """Knowledge of lateral force in a record; none in earlier versions."""
     if data is None:
         return Across()
     told: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in data.items()}

@@ -1,4 +1,4 @@
-"""How a run went, as tables: against what was predicted, its timing, how it ended, the rig."""
+"""Course of a run, as tables: compared with the prediction, its timing, its end, the rig."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def force_budget_table(envelope: Envelope, *, page_only: bool = False) -> Table:
-    """What the guarded approach may add to the force, term by term."""
+    """Possible contributions of the guarded approach to the force, term by term."""
     return table(
         f"Force budget at the guarded speed of {f(envelope.guarded_speed_m_s, 'm/s')}",
         fields.FORCE_TERM, envelope.force_budget, page_only=page_only,
@@ -30,7 +30,7 @@ def force_budget_table(envelope: Envelope, *, page_only: bool = False) -> Table:
 
 
 def predicted_table(run: Evaluation) -> Table:
-    """What preflight and theory said before the run, beside what was measured."""
+    """Predictions of preflight and theory, and the measured values."""
     envelope, found, outcome = run.envelope, run.identification, run.outcome
     theory, seen, procedure = envelope.theory, envelope.identifiability, envelope.plan.procedure
     newton, stiffness = quantity("N"), quantity("N/m")
@@ -81,19 +81,19 @@ def predicted_table(run: Evaluation) -> Table:
 
 
 def _shown(show: Show, value: float | tuple[float, float]) -> str:
-    """A figure, or both ends of what it may be, the lower one first."""
+    """A figure, or both ends of its range, the lower one first."""
     if isinstance(value, tuple):
         return " to ".join(_shown(show, each) for each in sorted(value))
     return show(value) if math.isfinite(value) else NOTHING
 
 
 def _smooth(each: Quantity, law: ContactLaw) -> float:
-    """The same stiffness of the smooth law."""
+    """The stiffness of the same kind from the smooth law."""
     return (each.to_n - each.from_n) / (law.deformation(each.to_n) - law.deformation(each.from_n))
 
 
 def health_tables(run: Evaluation) -> list[Table]:
-    """Whether the loop was in time, and where the times of the streams come from."""
+    """Whether the loop was in time, and the origin of the times of the streams."""
     late = run.outcome.lateness
     rows = [
         ("ticks", f"{late.ticks}"),
@@ -120,7 +120,7 @@ def _clock_table(press: PressData) -> Table:
 
 
 def ending_table(outcome: RunOutcome) -> Table:
-    """How the run ended: the rule that stopped it with its figures, and what went wrong besides."""
+    """How the run ended: the rule that stopped it with its figures, and further errors."""
     rows = [("status", outcome.status.value), ("why", outcome.why)]
     if (cause := outcome.cause) is not None:
         rows += [("rule", cause.rule), ("because", f"{cause.message}{cause.numbers}")]
@@ -132,12 +132,12 @@ def ending_table(outcome: RunOutcome) -> Table:
 
 
 def safing_table(outcome: RunOutcome) -> Table:
-    """What was done to make the rig safe."""
+    """The actions that made the rig safe."""
     return table("Safing", fields.SAFING, outcome.safing, page_only=True)
 
 
 def rig_table(recording: Recording) -> Table:
-    """What the record says of the run, word for word."""
+    """The record's metadata of the run, unchanged."""
     rows = [
         (key, value)
         for key, value in sorted(recording.metadata.items())

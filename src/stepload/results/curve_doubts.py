@@ -1,4 +1,4 @@
-"""What is doubtful about a curve from elsewhere before any law is fitted, and its smooth error."""
+"""Doubts about a curve from elsewhere before any law is fitted, and its smooth error."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ from stepload.units import format_quantity
 FloatArray = NDArray[np.float64]
 
 SMOOTH_LENGTH_SHARE = 1.0 / 6.0
-"""The size of a smooth error that nobody has stated is read from the residuals as one that changes
-over this share of the peak force: 50 N of 300 N on the step-load rigs."""
+"""Assumed correlation length for estimating an unstated smooth error from residuals, as a share of
+the peak force: 50 N of 300 N on the step-load rigs."""
 NO_FREE_AIR = (
     "no free air before the touch: the zero of the force is the file's word, and a preload that "
     "was tared away would falsify this figure (--tared, if it was tared in free air)"
 )
 BELOW_ZERO = 0.02
-"""Forces so far below zero, as a share of the peak, are no noise; one row in a hundred of them no
+"""Negative forces of this share of the peak are no noise; from one row in a hundred on they are no
 accident."""
 LEAST_UNCERTAINTY = 1e-5
-"""Residuals below this share of the deformation are of rounding, not of a measurement."""
+"""Residuals below this share of the deformation are rounding errors, no measurement."""
 
 
 def check_stiffness(curve: Curve, wishes: Wishes) -> None:
-    """Refuse a K_s that is missing, or that is out of the curve already.
+    """Refuse a K_s that is missing, or that the curve is already corrected for.
 
     Raises:
-        BadInputError: with which of the two.
+        BadInputError: either of the two.
     """
     compensated = curve.displacement_m is not None
     if compensated and wishes.system_stiffness_n_per_m is not None:
@@ -58,7 +58,7 @@ def check_stiffness(curve: Curve, wishes: Wishes) -> None:
 def check_what_is_left(
     selected: Selected, travel_m: FloatArray, force_n: FloatArray, stiffness: float
 ) -> None:
-    """Refuse a K_s that takes all of the travel.
+    """Refuse a K_s whose deflection takes up all of the travel.
 
     Raises:
         BadInputError: at the highest forces nothing is left for the payload.
@@ -77,7 +77,7 @@ def check_what_is_left(
 
 
 def machine_doubts(curve: Curve) -> Iterator[str]:
-    """A travel that may hold the machine's own deflection."""
+    """Doubt about a travel that may include the machine's own deflection."""
     if curve.perhaps_machine:
         yield (
             f"the column {curve.perhaps_machine!r} may hold the machine's own deflection: call it "
@@ -86,7 +86,7 @@ def machine_doubts(curve: Curve) -> Iterator[str]:
 
 
 def zero_doubts(zeroed: Zeroed) -> Iterator[str]:
-    """A force far below zero, where no free air before the touch says what zero is."""
+    """Doubt about a force far below zero, if there is no free air to define its zero."""
     force_n = zeroed.whole.force_n
     low_n = -max(BELOW_ZERO * float(force_n.max()), TOUCH_NOISE * zeroed.noise_n)
     if not zeroed.seen_free and np.mean(force_n < low_n) > BELOW_ZERO / 2.0:
@@ -98,7 +98,7 @@ def zero_doubts(zeroed: Zeroed) -> Iterator[str]:
 
 
 def jump_doubts(selected: Selected, quantum_m: float) -> Iterator[str]:
-    """A deformation that jumps."""
+    """Doubt about a deformation that jumps."""
     jump = largest_jump(selected.deformation_m, selected.force_n, quantum_m=quantum_m)
     if jump is not None:
         yield (
@@ -110,10 +110,10 @@ def jump_doubts(selected: Selected, quantum_m: float) -> Iterator[str]:
 def with_leftover(
     selected: Selected, conditions: Conditions, noise_m: float, wishes: Wishes
 ) -> tuple[Conditions, list[str], bool]:
-    """The smooth error as the residuals of the run speak for it.
+    """Estimate the smooth error from the residuals of the run, unless it is stated.
 
     Returns:
-        The conditions with it, what to say about it, and whether there is any.
+        The conditions with it, notes about it, and whether it is known.
     """
     if wishes.smooth_error_m is not None:
         if wishes.smooth_length_n is not None:

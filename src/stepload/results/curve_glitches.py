@@ -1,4 +1,4 @@
-"""A curve from elsewhere without the rows in which a reading has failed."""
+"""Removal of rows with failed readings from a curve from elsewhere."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stepload.units import format_quantity
 
 
 def without_glitches(curve: Curve) -> tuple[Curve, list[str]]:
-    """The rows in which neither force nor travel jumps away and back, and what to say of others."""
+    """The rows without a glitch of force or travel, and notes on the others."""
     travel_m = curve.displacement_m if curve.displacement_m is not None else curve.position_m
     assert travel_m is not None
     off = {"force": spikes(curve.force_n), "travel": spikes(travel_m)}

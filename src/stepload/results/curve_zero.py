@@ -29,14 +29,14 @@ TOUCH_SHARE = 0.01
 """A curve's touch is where the force passes this share of its peak, at least six times noise."""
 TOUCH_NOISE = 6.0
 SAME_PEAK = 0.95
-"""The first cycle that reaches this share of the largest force is the loading; where cycles grow,
-only what is above all earlier peaks is loaded for the first time."""
+"""The first cycle that reaches this share of the largest force is the loading; in growing cycles,
+only the forces above all earlier peaks are a first loading."""
 LIGHT_TOUCH = 0.1
-"""A press below this share of the largest, and left again, is a search for the touch."""
+"""A first press below this share of the largest force, which is released again, is a touch."""
 ADHESION = 0.02
-"""A pull before the touch of this share of the peak is adhesion."""
+"""Least pull before the touch that counts as adhesion, as a share of the peak."""
 LEAST_SPAN = 0.3
-"""A loading covers at least this share of the peak force, or there is none in the data."""
+"""Least range of force of a loading, as a share of the peak."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ class Zeroed:
     """Whole channels, turned, tared and zeroed; where the touch is and which force found it.
 
     `touch_n` is 0 and `begin` 0 where the zero of the file is kept; `seen_free` says whether free
-    air before the touch tells the zero of the force.
+    air before the touch shows the zero of the force.
     """
 
     whole: Branch
@@ -88,7 +88,7 @@ def zero(curve: Curve, *, keep_zero: bool) -> Zeroed:
     """Turn, tare and zero a curve.
 
     Args:
-        keep_zero: a zero that the file states stays where the data begin in contact.
+        keep_zero: keep the zero of the file where the data begin in contact.
 
     Raises:
         BadInputError: there is no pressing in the data.
@@ -151,7 +151,7 @@ def zero(curve: Curve, *, keep_zero: bool) -> Zeroed:
 
 
 def first_loading(zeroed: Zeroed) -> tuple[NDArray[np.intp], list[str]]:
-    """Indices of what is loaded for the first time, and what to say of the rest.
+    """Indices of the first loading, and notes on the rest.
 
     Raises:
         BadInputError: the data hold no loading.
@@ -239,7 +239,7 @@ def _tare_notes(air: FreeAir, travel_m: FloatArray, band_n: float) -> Iterator[s
 
 
 def _pull(before_n: FloatArray, least_n: float) -> float:
-    """How far the force was pulled down before the touch, three samples at least; 0 for less."""
+    """Size of the pull before the touch, over at least three samples; 0 if there are fewer."""
     if before_n.size < 3:
         return 0.0
     pull_n = -float(np.partition(before_n, 2)[2])
@@ -247,7 +247,7 @@ def _pull(before_n: FloatArray, least_n: float) -> float:
 
 
 def _is_soft(travel_m: FloatArray, force_n: FloatArray, touch: int) -> bool:
-    """Whether what is before the touch is too soft for any contact; it may be a few samples."""
+    """Whether the data before the touch are too soft for any contact."""
     if touch == 0:
         return False
     moved_m = float(travel_m[touch] - travel_m[0])

@@ -1,4 +1,4 @@
-"""Results as objects for programs: what `--json` prints and results.json and the record hold."""
+"""Results as objects for programs: the content of `--json`, results.json and the record."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def identification_data(found: Identification) -> dict[str, Any]:
 
 
 def _evidence_data(found: Identification) -> dict[str, Any]:
-    """The headline, every other figure, and the gates that were looked at."""
+    """The headline, every other figure, and the evaluated gates."""
     evidence = found.evidence
     if evidence is None:
         return {"headline": None, "quantities": {}, "exponent": None, "gates": [], "laws": []}
@@ -74,7 +74,7 @@ def system_data(fit: SystemStiffnessFit) -> dict[str, Any]:
 
 
 def _measured_data(press: PressData) -> dict[str, Any]:
-    """What the run itself has measured beside the law."""
+    """Quantities that the run measured in addition to the law."""
     return {
         "noise_n": press.noise_n,
         "zero_shift_n": press.zero_shift_n,
@@ -97,7 +97,7 @@ def _run_in_data(found: RunIn) -> dict[str, Any]:
 
 
 def outcome_data(outcome: RunOutcome, envelope: Envelope) -> dict[str, Any]:
-    """What is known of a run before anything is evaluated."""
+    """Settings of a run that are known before anything is evaluated."""
     cause = outcome.cause
     return {
         "status": outcome.status,
@@ -120,7 +120,7 @@ def outcome_data(outcome: RunOutcome, envelope: Envelope) -> dict[str, Any]:
 
 
 def run_data(run: Evaluation) -> dict[str, Any]:
-    """The object of a run; the one of its identification is in it where there is one."""
+    """The object of a run, including that of its identification where there is one."""
     made = {
         **about_recording(run.recording),
         "simulated": run.dry_run,

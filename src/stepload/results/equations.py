@@ -1,4 +1,4 @@
-"""The numbered equations that a page names: what each says, and of which paper it is."""
+"""The numbered equations that a page cites: their content, and the paper they come from."""
 
 from __future__ import annotations
 
@@ -44,23 +44,23 @@ EQUATIONS = {
     35: "(34) of a system that decides: s K_s/t",
     36: "(34) of a resolution that decides: K_r/(2 p t)",
 }
-"""By the numbers of the paper, as docs and titles cite them."""
+"""Equations by their numbers in the paper, as docs and titles cite them."""
 
 _CITED = re.compile(r"\((\d{1,2})\)")
 
 
 def cited(document: Document) -> list[int]:
-    """Numbers of the equations that the document's own words name, rising.
+    """Numbers of the equations that the document's own words cite, rising.
 
-    What comes from somebody's file (facts, cells, texts) is not looked at, except for the first
-    column of a table, which holds the names of its rows.
+    Content of a user's file (facts, cells, texts) is not searched, except for the first column of a
+    table, which holds the names of its rows.
     """
     found = {int(number) for text in _words(document) for number in _CITED.findall(text)}
     return sorted(found & EQUATIONS.keys())
 
 
 def equation_table(document: Document) -> Table:
-    """Every equation that the document names, with its citation; no rows where it names none."""
+    """Every equation that the document cites, with its reference; no rows where it cites none."""
     rows = [(f"({number})", EQUATIONS[number]) for number in cited(document)]
     return Table(
         "Equations", ("number", "what it says"), rows, (f"Numbers are those of {PAPER}.",),

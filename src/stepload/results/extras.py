@@ -1,7 +1,7 @@
-"""Results in their own right beside the law: relaxation, unloading, loss, damping.
+"""Further results of a run besides the law: relaxation, unloading, loss, damping.
 
-Each is an object or a `Missing` that says why there is none. Nothing here can fail a run: what the
-numbers do not allow is told, never raised.
+Each is an object or a `Missing` that says why there is none. Nothing here can fail a run: numerical
+errors are reported, never raised.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
 
 @dataclass(frozen=True, slots=True)
 class Extras:
-    """What a run says beside its law; `Missing` where it says nothing.
+    """Further results of a run; `Missing` where there is none.
 
     Attributes:
         relaxation: creep compliance from the holds.
@@ -51,7 +51,7 @@ class Extras:
 
 
 def extras_of(data: PressData, found: Identification, geometry: Geometry | None = None) -> Extras:
-    """Everything beside the law that a run gives.
+    """Compute all further results of a run.
 
     Args:
         data: of the run.
@@ -74,7 +74,7 @@ def extras_of(data: PressData, found: Identification, geometry: Geometry | None 
 
 
 def _told(compute: Callable[[], T | Missing]) -> T | Missing:
-    """What `compute` finds; what the numbers forbid is a reason, no error."""
+    """The result of `compute`; a numerical error becomes a `Missing` with the reason."""
     try:
         return compute()
     except (DomainError, np.linalg.LinAlgError, ArithmeticError) as error:
@@ -108,7 +108,7 @@ def _relaxation(
 
 
 def _cycles(data: PressData) -> list[int]:
-    """Cycles with both ways, up and down."""
+    """Cycles with both loading and unloading."""
     up, down = (np.unique(data.cycle[data.branch(phases)]) for phases in (LOADING, UNLOADING))
     return [int(cycle) for cycle in np.intersect1d(up, down) if cycle > 0]
 
@@ -168,7 +168,7 @@ def _damping(
 
 
 def extras_data(extras: Extras) -> dict[str, Any]:
-    """The object for programs: null where there is no result, `missing` says why."""
+    """The object for programs: null where there is no result; `missing` says why."""
     made: dict[str, Any] = {"missing": {}}
     for name in ("relaxation", "unloading", "loss", "hunt_crossley"):
         found = getattr(extras, name)

@@ -1,4 +1,4 @@
-"""What was pressed, against what and with what: (name, value) pairs for a report's first sheet."""
+"""The facts of a report's first sheet: payload, plate and rig as (name, value) pairs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stepload.units import format_quantity as f
 
 NOT_STATED = "not stated"
 LONGEST = 100
-"""Characters of a value on the first sheet; the run's table has the whole of it."""
+"""Largest number of characters of a value on the first sheet; the run's table has all of it."""
 
 Facts = list[tuple[str, str]]
 
@@ -41,12 +41,12 @@ def short(text: str, longest: int = LONGEST) -> str:
 
 
 def stated(text: str) -> str:
-    """`text` for the first sheet, or that nobody has stated it."""
+    """`text` for the first sheet, or a note that it was not stated."""
     return short(text) or NOT_STATED
 
 
 def other_elastic_limit(envelope: Envelope, found: Identification | None) -> float | None:
-    """The F_c that a result was judged by, in N, where it is not the plan's; None where it is."""
+    """The F_c used for a result, in N, where it differs from the plan's; else None."""
     used_n = None if found is None else found.conditions.elastic_limit_n
     if used_n is None or math.isclose(used_n, envelope.theory.elastic_limit_n, rel_tol=1e-6):
         return None
@@ -56,7 +56,7 @@ def other_elastic_limit(envelope: Envelope, found: Identification | None) -> flo
 def specimen_facts(
     envelope: Envelope, recording: Recording, found: Identification | None = None
 ) -> Facts:
-    """What was pressed and against what; `found` tells the F_c of the result."""
+    """What was pressed and against what; `found` provides the F_c of the result."""
     told, payload = recording.metadata, envelope.plan.payload
     counted, limit_n = envelope.theory.counted, envelope.theory.elastic_limit_n
     limit = f"{f(limit_n, 'N')}, {counted.equation}"
@@ -81,7 +81,7 @@ def specimen_facts(
 def rig_facts(
     envelope: Envelope, recording: Recording, found: Identification | None = None
 ) -> Facts:
-    """With what and by whom; `found` tells the K_s that was taken out, the plan's or another."""
+    """Rig and operator; `found` provides the K_s that was subtracted, the plan's or another."""
     plan, told = envelope.plan, recording.metadata
     stiffness = plan.rig.system_stiffness
     facts = [("Rig", short(plan.rig.name))]
@@ -110,7 +110,7 @@ def rig_facts(
 
 
 def _given_instead(plan: Plan, found: Identification | None) -> str | None:
-    """The K_s that was taken out of the travel where it is not the plan's; None where it is."""
+    """The K_s that was subtracted from the travel where it differs from the plan's; else None."""
     if found is None:
         return None
     sources, known = found.conditions.sources, known_stiffness(plan)
@@ -123,7 +123,7 @@ def _given_instead(plan: Plan, found: Identification | None) -> str | None:
 
 
 def _counted(plan: Plan) -> str:
-    """K_s with the standard uncertainty that it counts with, and what else is known of it."""
+    """K_s with the standard uncertainty that was used, and further notes on it."""
     known, value = known_stiffness(plan), plan.rig.system_stiffness.stiffness_n_per_m
     text = f"{f(value, 'N/m')} ± {f(known.sigma_n_per_m, 'N/m')} (standard uncertainty)"
     if known.table is not None:
@@ -132,7 +132,7 @@ def _counted(plan: Plan) -> str:
 
 
 def started_on(text: str) -> date | None:
-    """The day of a time of a record; None where it is none."""
+    """The day of a time stamp of a record; None where it is invalid."""
     try:
         return datetime.fromisoformat(text).date()
     except ValueError:
@@ -140,7 +140,7 @@ def started_on(text: str) -> date | None:
 
 
 def source_of(stiffness: SystemStiffness, day: date | None) -> str:
-    """Where K_s comes from, and how old it was on the day of the run."""
+    """Origin of K_s, and its age on the day of the run."""
     told = [str(stiffness.provenance)]
     if stiffness.record is not None:
         told.append(f"record {stiffness.record.name}")

@@ -1,4 +1,4 @@
-"""Every figure of a run's results, told once: see `model.Field`."""
+"""Every figure of a run's results, defined once: see `model.Field`."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ KINDS = {
     "secant_from_mean_plane": "secant (28) from mean plane",
     "tangent": "tangent",
 }
-"""What people call each stiffness; the headline has the star."""
+"""Displayed name of each stiffness; the headline has the star."""
 
 _known = math.isfinite
 
@@ -147,7 +147,7 @@ SIGNS = {
     "lack_of_fit": "χ² of the best law",
     "misfit": "what the law leaves, against the scatter of loading again",
 }
-"""What people call each sign."""
+"""Displayed name of each sign."""
 
 GATE: tuple[Field[Gate], ...] = (
     named("name", "sign", lambda name: SIGNS[name]),
@@ -182,7 +182,7 @@ CYCLE: tuple[Field[Cycle], ...] = (
 
 
 def smooth_error(size_m: float, degrees: float | None) -> str:
-    """A smooth error and how well its size is known."""
+    """A smooth error and the uncertainty of its size."""
     known = "" if degrees is None else f", known with {degrees:.2g} degrees of freedom"
     return f"{quantity('m')(size_m)}{known}"
 
@@ -196,7 +196,7 @@ SYSTEM: tuple[Field[SystemStiffnessFit], ...] = (
         label="nonlinearity",
     ),
 )
-"""What a table of several runs shows; a run by itself shows the rest too."""
+"""Fields of a table of several runs; a single run shows the others too."""
 
 SYSTEM_REST: tuple[Field[SystemStiffnessFit], ...] = (
     named("stiffness_upper_n_per_m", "upper limit, if the contact is in series", quantity("N/m")),

@@ -49,7 +49,7 @@ PHASE_TINT = {
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What the run measured on one time base; equal lengths (N,)."""
+    """Measured data of a run on one time base; equal lengths (N,)."""
 
     time_s: FloatArray
     force_n: FloatArray
@@ -79,7 +79,7 @@ def figure_of(
 
 
 def _lay_out(figure: Figure) -> None:
-    """What saving would do by drawing the whole figure once for nothing: place its axes."""
+    """Place the axes without drawing, which saving would do by drawing the whole figure once."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     engine = figure.get_layout_engine()
@@ -103,7 +103,7 @@ def svg_of(figure: Figure) -> str:
 
 
 def plain(text: str) -> str:
-    """A name from somebody's file as a label: no mathematics, nothing that hides it."""
+    """A name from a user's file as a label, without mathematics or hidden characters."""
     shown = "".join(c if c.isprintable() else "?" for c in text).replace("$", r"\$")
     return f" {shown}"  # a label that begins with an underscore is left out of a legend
 
@@ -191,7 +191,7 @@ Law = Callable[[FloatArray], FloatArray]
 
 @dataclass(frozen=True, slots=True)
 class Curves:
-    """Force over payload deformation: what was measured and what is said of it; SI, (N,) each.
+    """Force over payload deformation: measurement and laws; SI, (N,) each.
 
     Attributes:
         loading, unloading: (deformation, force) as measured; the second may be empty.
@@ -282,7 +282,7 @@ def ellipse(k_axis: FloatArray, n_axis: FloatArray, points: Sequence[tuple[str, 
 
 
 def misfit(force_n: FloatArray, misfit_m: FloatArray) -> str:
-    """What the line of (26) leaves: misfit in m over force, (N,) each."""
+    """Misfit of the line (26) in m over force, (N,) each."""
     with figure_of(3.0) as (figure, (axes,)):
         axes.plot(force_n, misfit_m * 1e6, ".", ms=4, color=BLUE)
         axes.axhline(0.0, color=INK, lw=0.8)

@@ -1,4 +1,4 @@
-"""A curve from elsewhere, made ready: turned, tared, zeroed, split into cycles, and doubted."""
+"""Preparation of a curve from elsewhere: signs, tare, zero, cycles, and doubts."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ FloatArray = NDArray[np.float64]
 
 SECANT_FORCE_N = 300.0
 LEAST_SECANT_SHARE = 0.1
-"""Below this share of the peak, 300 N is no force to quote a secant at."""
+"""Least share of a curve's peak force at which the default secant force of 300 N is used."""
 
 TAKEN_AS_GUIDED = (
     "a curve does not say what pressed: taken as a guided axis. A serial arm is stiffer where "
@@ -45,7 +45,7 @@ TAKEN_AS_GUIDED = (
 
 @dataclass(frozen=True, slots=True)
 class PreparedCurve:
-    """What can be said of a curve before any law is fitted.
+    """A curve before any law is fitted.
 
     Attributes:
         selected: the first loading, from the touch to the end of its hold; deformation of the
@@ -53,10 +53,10 @@ class PreparedCurve:
         conditions: what is known of the errors, as stated or as the data show them.
         cycles: all cycles, with one zero of travel; the travel still holds the deflection of the
             system where `conditions.sources.system_stiffness_n_per_m` is not None.
-        notes: what was turned, taken out and assumed, in sentences.
-        doubts: what stands against an identification, in sentences.
-        law_doubts: what stands against a figure that needs the zero of the force.
-        error_known: False where neither the data nor the caller tell how good the channels are:
+        notes: sign changes, corrections and assumptions, in sentences.
+        doubts: doubts that block every figure, in sentences.
+        law_doubts: doubts that block figures that need the zero of the force.
+        error_known: False where neither the data nor the caller give the accuracy of the channels:
             there is no interval then, and no K_max.
         adhesion_n: how far the force was pulled down before the touch; 0 where it was not.
     """
@@ -75,7 +75,8 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
     """Make a curve ready for identification.
 
     Raises:
-        BadInputError: K_s is missing or too much, or there is no pressing in the data.
+        BadInputError: K_s is missing, superfluous or too small, or there is no pressing in the
+            data.
     """
     if curve.perhaps_machine and wishes.system_stiffness_n_per_m is not None:
         curve = replace(
@@ -178,7 +179,7 @@ def deformation_curve(curve: Curve) -> Curve:
 
 
 def pressed_system(curve: Curve) -> Branch:
-    """A curve of the system alone, turned and tared; travel from its touch.
+    """A curve of the system alone, with signs and tare corrected; travel from its touch.
 
     Raises:
         BadInputError: there is no pressing.
@@ -187,7 +188,7 @@ def pressed_system(curve: Curve) -> Branch:
 
 
 def _fitted_zero(travel_m: FloatArray, force_n: FloatArray) -> float:
-    """Zero of a law fitted with it; 0 where none can be fitted."""
+    """Zero from a fitted law; 0 where none can be fitted."""
     chosen = uniform_in_force(force_n)
     try:
         return joint(travel_m[chosen], force_n[chosen]).zero_m
@@ -196,9 +197,10 @@ def _fitted_zero(travel_m: FloatArray, force_n: FloatArray) -> float:
 
 
 def _resolution(travel_m: FloatArray, quantum_m: float, wishes: Wishes) -> float:
-    """Position resolution (29) in m as the steps of the travel show it, beside its noise.
+    """Position resolution (29) in m, from the steps of the travel.
 
-    NaN where neither is seen nor noise stated: such a travel was computed or smoothed, or is short.
+    NaN where the travel has neither steps nor noise, and no noise is stated: it was computed or
+    smoothed, or is short.
     """
     return math.nan if not wishes.position_noise_m and is_exact(travel_m) else quantum_m
 

@@ -31,13 +31,13 @@ from stepload.results.wishes import Wishes
 
 
 def is_record(path: Path) -> bool:
-    """Whether a path names a record of ours, going by its name."""
+    """Whether a path is a record of stepload, judged by its name."""
     return path.is_dir() or path.suffix.lower() in (".mcap", ".part")
 
 
 class FromFile(NamedTuple):
-    """What a file says: the identification, what had to be assumed, and of a record of ours its
-    cycles, what it says beside the law, and whether a simulated rig made it."""
+    """Result of a file: the identification, the assumptions, and for a record its cycles, its
+    further results, and whether a simulated rig made it."""
 
     found: Identification
     notes: tuple[str, ...]
@@ -47,10 +47,10 @@ class FromFile(NamedTuple):
 
 
 def identify_file(path: Path, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
-    """Identify a payload from a record (.mcap) or a CSV curve; also what had to be assumed.
+    """Identify a payload from a record (.mcap) or a CSV curve; also returns the assumptions.
 
     Raises:
-        BadInputError: the file is not what it should be, or has nothing to identify.
+        BadInputError: the file is invalid, or has nothing to identify.
     """
     with untrusted(path):
         if not is_record(path):
@@ -59,10 +59,10 @@ def identify_file(path: Path, wishes: Wishes) -> tuple[Identification, tuple[str
 
 
 def results_of_file(path: Path, wishes: Wishes) -> FromFile:
-    """The same with all that a record of ours says beside the law.
+    """The same with all further results of a record.
 
     Raises:
-        BadInputError: the file is not what it should be, or has nothing to identify.
+        BadInputError: the file is invalid, or has nothing to identify.
     """
     if not is_record(path):
         return FromFile(*identify_file(path, wishes))
@@ -90,7 +90,7 @@ def _identify_record(run: SavedRun, wishes: Wishes) -> tuple[Identification, tup
 
 
 def _cycles(run: SavedRun, found: Identification) -> RunIn | None:
-    """The whole cycles, as far as the record itself tells what they were to be."""
+    """The complete cycles, with the number of levels taken from the record itself."""
     levels = [int(number(event, "step")) for event in run.events if event.kind == "held"]
     return cycles_of_run(
         run.data, found,
@@ -105,7 +105,7 @@ def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
     """System stiffness from a record or a CSV curve with positions; whether it was simulated.
 
     Raises:
-        BadInputError: the file is not what it should be, or has nothing to identify.
+        BadInputError: the file is invalid, or has nothing to identify.
     """
     with untrusted(path):
         if is_record(path):
@@ -126,7 +126,7 @@ def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
 
 
 def identify_curve(curve: Curve, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
-    """Identify a payload from a curve of anybody's; also what had to be assumed.
+    """Identify a payload from a curve from elsewhere; also returns the assumptions.
 
     Raises:
         BadInputError: there is nothing in it to identify.
@@ -137,7 +137,7 @@ def identify_curve(curve: Curve, wishes: Wishes) -> tuple[Identification, tuple[
 
 
 def _without_errors(found: Identification) -> Identification:
-    """The same of numbers that do not tell how well they were measured: no interval, no K_max."""
+    """The identification without intervals and K_max, for data of unknown accuracy."""
     judged, evidence = found.judgement, found.evidence
     if evidence is not None:
         quantities = {kind: without_interval(q) for kind, q in evidence.quantities.items()}

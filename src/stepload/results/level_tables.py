@@ -14,7 +14,7 @@ from stepload.results.press_data import TouchPoint
 from stepload.units import format_quantity
 
 SHEET_ROWS = 8
-"""Load levels that have room on the first sheet; of more, some are left out there."""
+"""Largest number of load levels on the first sheet; of more, some are left out there."""
 
 
 def _metres(value: float) -> str | None:
@@ -37,9 +37,9 @@ def _yes(settled: bool) -> str:
 
 @dataclass(frozen=True, slots=True)
 class LevelRow:
-    """A level of the first loading; `again_m` is how far its deformation differs in the last one.
+    """A level of the first loading; `again_m` is its change of deformation in the last loading.
 
-    `again_m` is brought to the force of the first loading by the slope between the levels; None
+    `again_m` is corrected to the force of the first loading by the slope between the levels; None
     where the level was not loaded again.
     """
 
@@ -54,7 +54,7 @@ def first_loading(levels: Sequence[Level]) -> list[Level]:
 
 
 def level_rows(levels: Sequence[Level]) -> list[LevelRow]:
-    """The levels of the first loading, each with what the last loading says of it."""
+    """The levels of the first loading, each with its change in the last loading."""
     first = first_loading(levels)
     if len(first) < 2:
         return [LevelRow(each, None) for each in first]
@@ -103,7 +103,7 @@ HOLD: tuple[Field[Level], ...] = (
 
 
 def _headed(made: Table, what: str) -> Table:
-    """The same with `what` the arm's way stands for."""
+    """The fields with `what` as the quantity shown for the arm's motion."""
     columns = [column.replace("deformation", what) for column in made.columns]
     return Table(made.title, columns, made.rows, made.notes, made.page_only, made.headline)
 
@@ -116,7 +116,7 @@ def sheet_table(
 ) -> Table:
     """The load levels of the first loading for the first sheet, with the touches' repeatability.
 
-    `what` is "travel" where the deflection of the system was not taken out.
+    `what` is "travel" where the deflection of the system was not subtracted.
     """
     rows = level_rows(levels)
     shown = _some(rows)
@@ -159,7 +159,7 @@ def hold_table(levels: Sequence[Level], what: str = "deformation") -> Table:
 
 
 def touch_repeatability(touches: Sequence[TouchPoint], resolution_m: float) -> str:
-    """How well the touches before the first loading repeat, and how far the last one moved."""
+    """Repeatability of the touches before the first loading, and the shift of the last one."""
     first = [touch for touch in touches if touch.purpose in ("first", "again")]
     told = []
     if len(first) > 1:

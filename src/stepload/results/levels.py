@@ -1,4 +1,4 @@
-"""What was held: force, deformation and creep of every hold, as the engine and the data tell."""
+"""Force, deformation and creep of every hold, from the events of the engine and the data."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stepload.results.press_data import PressData, number
 
 HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
 END_SHARE = 0.1
-"""Creep is the mean of the last tenth of a hold less the mean of its first."""
+"""Share of a hold that is averaged at its beginning and its end for the creep."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,14 +23,14 @@ class Level:
     """One hold of a load level.
 
     Attributes:
-        cycle, step: numbers from 1; `loading` tells the way up from the way down.
-        level_n: the force that was aimed at.
+        cycle, step: numbers from 1; `loading` is True on the way up.
+        level_n: the commanded force.
         start_s, end_s: on the run's clock.
-        settled: whether the level was reached, and the force came to rest in the time it had.
-        force_n, deformation_m: means over the hold; the deflection of the system is taken out of
+        settled: whether the level was reached and the force came to rest within the allowed time.
+        force_n, deformation_m: means over the hold; the deflection of the system is subtracted from
             the deformation. NaN where the record has no sample of the hold.
         force_change_n, creep_m: from the first tenth of the hold to its last.
-        samples: how many samples the means are of.
+        samples: number of samples in the means.
     """
 
     cycle: int
@@ -53,7 +53,7 @@ def levels_of(
     """Every hold of a run in the order of time.
 
     Raises:
-        BadInputError: an event of a hold does not say what it should.
+        BadInputError: an event of a hold lacks a value.
     """
     held = np.isin(data.phase, HOLDS)
     time_s, force_n = data.time_s[held], data.force_n[held]

@@ -1,8 +1,8 @@
-"""What results are made of, whoever shows them.
+"""Elements of results, independent of how they are shown.
 
-A `Field` tells one figure once: what it is called in JSON, its heading for people, where its value
-comes from and how people read it. Objects for programs and tables for people follow from the same
-fields. A `Document` is a whole result for people; `terminal` and `page` show it.
+A `Field` defines one figure once: its name in JSON, its heading for people, the origin of its value
+and its format. Objects for programs and tables for people follow from the same fields. A `Document`
+is a whole result for people; `terminal` and `page` show it.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ class Field(Generic[T]):
     """One figure of a `T`.
 
     Attributes:
-        value: from the `T` to the figure, in SI; None where it has none.
+        value: function from a `T` to the figure, in SI; None where there is none.
         key: its name in JSON; "" where it is for people only.
         label: its heading; "" where it is for programs only.
-        show: how people read it.
+        show: format for people.
     """
 
     value: Callable[[T], Any]
@@ -39,12 +39,12 @@ class Field(Generic[T]):
     show: Show = str
 
     def text(self, item: T) -> str:
-        """What people read of `item`."""
+        """The figure of `item` as text for people."""
         value = self.value(item)
         return NOTHING if value is None else self.show(value)
 
     def of(self, part: Callable[[S], T | None]) -> Field[S]:
-        """The same figure of an `S` that has a `T` as its part, or None where it has not."""
+        """The same figure for an `S` that has a `T` as its part, or None where it has not."""
 
         def value(whole: S) -> Any:
             found = part(whole)
@@ -59,7 +59,7 @@ def named(key: str, label: str = "", show: Show = str) -> Field[Any]:
 
 
 def by_name(label: str, fields: Iterable[Field[T]]) -> list[Field[tuple[str, T]]]:
-    """The fields of an item that has a name beside it, which is shown first."""
+    """The fields of an item with a name, which is shown first."""
     name: Field[tuple[str, T]] = Field(lambda pair: pair[0], label=label)
     return [name, *(field.of(lambda pair: pair[1]) for field in fields)]
 
@@ -75,8 +75,8 @@ def number(form: str) -> Show:
 
 
 def interval(unit: str) -> Show:
-    """Shows two numbers of one SI unit as an interval; where both have the same unit, it is named
-    once and both end at the same decimal."""
+    """Shows two numbers of one SI unit as an interval; a common unit is named once, and both have
+    the same number of decimals."""
 
     def show(ends: Sequence[float]) -> str:
         (low, _, of), (high, _, other) = (format_quantity(end, unit).partition(" ") for end in ends)
@@ -99,7 +99,7 @@ def data(fields: Iterable[Field[T]], item: T) -> dict[str, Any]:
 class Table:
     """A table for people; `notes` stand below.
 
-    A terminal leaves out what is `page_only`, and shows the `headline` table beside the verdict.
+    A terminal omits a `page_only` table, and shows the `headline` table with the verdict.
     """
 
     title: str
@@ -126,11 +126,11 @@ def table(
 
 
 SHEET_ROWS = 12
-"""Rows of a table that have room on the first sheet of a report."""
+"""Largest number of rows of a table on the first sheet of a report."""
 
 
 def first_rows(each: Table) -> Table:
-    """The table as the first sheet has room for it; a note says what was left out there."""
+    """The table shortened for the first sheet; a note says what was left out there."""
     if len(each.rows) <= SHEET_ROWS:
         return each
     left = f"{SHEET_ROWS} of {len(each.rows)} rows; all of them are in the details."
@@ -139,7 +139,7 @@ def first_rows(each: Table) -> Table:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that was found: how it is marked ("ok", "warn" …), what is so, what to do."""
+    """One finding: its mark ("ok", "warn" …), the finding itself, and what to do."""
 
     mark: str
     text: str
@@ -147,14 +147,14 @@ class Finding:
 
 
 SIMULATED = "SIMULATED: no payload was pressed; every force and travel here is computed."
-"""What stands on top of all that came from a simulated rig."""
+"""Line shown above all results from a simulated rig."""
 
 Mood = Literal["good", "doubt", "bad"]
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What a result comes to: one word, and one sentence with the figure that matters."""
+    """Verdict of a result: one word, and one sentence with the decisive figure."""
 
     mood: Mood
     word: str
@@ -172,7 +172,7 @@ class Card:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One picture; `alt` says in words what it shows, `draw` makes the SVG when it is wanted."""
+    """One picture; `alt` describes it in words, `draw` makes the SVG on demand."""
 
     name: str
     title: str
@@ -183,18 +183,18 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """The first page: what a quality file or the appendix of a paper needs, on one sheet.
+    """The first page, on one sheet: the content for a quality file or the appendix of a paper.
 
     Attributes:
         heading: what kind of sheet it is.
         facts: columns of (name, value): what was pressed; with what, by whom.
         tables: results with their intervals.
-        levels: what the figure's curve was held at, beside it; None where there is none.
+        levels: load levels of the figure's curve, shown next to it; None where there are none.
         figure: the one that shows the result; None where there is nothing to show.
-        remarks: what has to be said on this page; the document's reasons are on the next.
+        remarks: remarks for this page; the document's reasons are on the next.
         signatures: who signs: (role, name as far as it is known).
         foot: which run this is; repeated at the foot of every printed page.
-        seal: the sum of its record; "" where that is not finished yet, or there is none.
+        seal: checksum of its record; "" where that is not finished yet, or there is none.
     """
 
     heading: str
@@ -223,5 +223,5 @@ class Document:
     figures: Sequence[Figure] = ()
     texts: Sequence[tuple[str, str]] = ()
     simulated: bool = False
-    """Whether a simulated rig is behind it: whoever shows it says so on top."""
+    """Whether it comes from a simulated rig, which every display states at the top."""
     certificate: Certificate | None = None

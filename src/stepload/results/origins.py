@@ -1,4 +1,4 @@
-"""Where the errors of a recorded run come from, as its record tells."""
+"""Origin of the errors of a recorded run, as its record states it."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from stepload.results.saved import SavedRun
 
 
 def origin_of(run: SavedRun) -> Origin:
-    """What decides which errors the run shares with others.
+    """Everything that decides which errors the run shares with others.
 
-    A simulated rig is another one than the real one of its name, and each of its seeds draws a
-    travel with other errors.
+    A simulated rig differs from the real one of its name, and each of its seeds draws other errors
+    of the travel.
     """
     sources, told = run.conditions.sources, run.metadata
     rig = told.get("rig", "")
@@ -41,7 +41,8 @@ def origin_of(run: SavedRun) -> Origin:
 def _device(text: str) -> tuple[str, ...]:
     """Make with serial number, and calibration; empty where the number is not known.
 
-    The text is that of `session.files.device_metadata`. Firmware is left out: it decides no error.
+    The text is that of `session.files.device_metadata`. Firmware is left out: it does not determine
+    any error.
     """
     make, _, rest = text.partition(", firmware ")
     if not make or make.endswith((" ", " unknown")):
@@ -59,7 +60,7 @@ def _surface_m(data: PressData) -> float | None:
 
 
 def _reach_m(data: PressData, length_n: float) -> float | None:
-    """Travel in which the force changes by the length of the smooth error."""
+    """Travel over which the force changes by the length of the smooth error."""
     loading = data.branch(LOADING)
     if data.gauge or not loading.any():
         return None

@@ -8,13 +8,13 @@ import re
 from stepload.results.model import SIMULATED, Document
 
 SHORT_TABLE = 14
-"""A table of so many rows at the most is kept on one sheet of paper with its title."""
+"""Largest number of rows of a table that is kept on one sheet of paper with its title."""
 WORD = 24
-"""Characters of a word beyond which a table breaks it: sums, paths, what has no spaces."""
+"""Word length in characters beyond which a table breaks it: checksums, paths."""
 
 
 def render(document: Document) -> str:
-    """The page as one HTML text; it forbids itself scripts and any network request."""
+    """The page as one HTML text, which forbids scripts and any network request."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
@@ -37,7 +37,7 @@ def render(document: Document) -> str:
 
 
 def running(foot: str, *, simulated: bool) -> str:
-    """The text at the foot of every printed page; it stands in a style sheet, so only letters,
-    digits and what cannot end a string are left of it."""
+    """The text at the foot of every printed page. It is part of a style sheet, so only letters,
+    digits and characters that cannot end a string are kept."""
     words = re.sub(r"[^A-Za-z0-9 .:_-]", "", foot)[:80].strip()
     return f"{'SIMULATED  ' if simulated else ''}{words}".strip()

@@ -1,7 +1,7 @@
-"""A page as a PDF: by Chromium or WeasyPrint, whichever is there, in a process of its own.
+"""A page as a PDF, made by Chromium or WeasyPrint in a process of its own.
 
-Neither is needed for anything else: where both are missing, or both fail, a sentence says so. The
-converter gets no network: the page forbids itself any request, and the browser resolves no name.
+Neither is needed for anything else: where both are missing, or both fail, a message says so. The
+converter gets no network: the page forbids any request, and the browser resolves no name.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ HTML(filename=sys.argv[1], url_fetcher=only_data, base_url="about:blank").write_
 
 @dataclass(frozen=True, slots=True)
 class Printed:
-    """What became of a PDF: `by` made it, or it was not made and `problem` says why."""
+    """Result of a conversion: `by` made the PDF, or `problem` says why there is none."""
 
     path: Path
     by: str = ""
@@ -57,17 +57,17 @@ class Printed:
 
     @property
     def line(self) -> str:
-        """The same for people."""
+        """The result as a line of text."""
         return f"pdf: {self.path}" if self.by else f"no PDF: {self.problem}"
 
 
 def print_page(page: Path, paper: str = "a4", *, timeout_s: float = TIMEOUT_S) -> Printed:
-    """Write the PDF of an HTML page beside it, under its name; never raises.
+    """Write the PDF of an HTML page next to it, with the same name; never raises.
 
     Args:
         page: one that `stepload.results.page.render` made.
         paper: a name in `PAPERS`.
-        timeout_s: how long one converter may take before it is ended.
+        timeout_s: time after which a converter is ended.
     """
     target = page.with_suffix(".pdf")
     try:
@@ -96,7 +96,7 @@ def _printed(page: Path, target: Path, paper: str, place: Path, timeout_s: float
 
 
 def sized(page: str, paper: str) -> str:
-    """The page for one size of paper; without it, whoever prints chooses."""
+    """The page for one size of paper; without it, the size is chosen when printing."""
     return page.replace("</style>", f"@page{{size:{PAPERS[paper]}}}\n</style>", 1)
 
 
@@ -117,7 +117,7 @@ def _converters(source: Path, made: Path, place: Path) -> list[tuple[str, Sequen
 
 
 def _convert(command: Sequence[str], place: Path, timeout_s: float) -> str:
-    """Run a converter with everything that it starts; "" or what went wrong."""
+    """Run a converter with all its child processes; returns "" or what went wrong."""
     with (place / "said").open("wb") as said:
         process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=said, stderr=said, cwd=place,
@@ -147,7 +147,7 @@ def _is_pdf(path: Path) -> bool:
 
 
 def _put(made: Path, target: Path) -> None:
-    """Put the file into its place whole; a link of that name is replaced, not followed."""
+    """Move the complete file to its place; a link of that name is replaced, not followed."""
     partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}")
     try:
         shutil.copyfile(made, partial)

@@ -1,4 +1,4 @@
-"""What a recording says about the contact: tared force and travel since touch on one time base.
+"""Contact data of a recording: tared force and travel since touch on one time base.
 
 Travel has one zero for the whole run: the touch that began the first loading. A later touch does
 not zero it again, so set, creep and drift between the cycles stay in it. Every touch is found to a
@@ -23,7 +23,7 @@ from stepload.record.rows import Phase
 
 FloatArray = NDArray[np.float64]
 MOST_MISSING = 20.0
-"""A record from which nineteen of twenty samples are missing is none to evaluate."""
+"""Largest ratio of expected to recorded samples of a usable record."""
 IntArray = NDArray[np.integer]
 
 LOADING = (Phase.LOAD, Phase.HOLD)
@@ -32,7 +32,7 @@ UNLOADING = (Phase.UNLOAD, Phase.UNLOAD_HOLD)
 
 @dataclass(frozen=True, slots=True)
 class TouchPoint:
-    """One touch as the engine saw it; `purpose` is first, again, cycle, resume or last.
+    """One touch as the engine detected it; `purpose` is first, again, cycle, resume or last.
 
     `position_m` is the arm's, raw; `travel_m` is that of the data at the touch, from their zero.
     """
@@ -51,7 +51,7 @@ class PressData:
 
     Attributes:
         time_s: on the run's clock.
-        force_n: contact force, zero drift taken out linearly between the tares.
+        force_n: contact force, linear zero drift between the tares subtracted.
         travel_m: displacement since the touch that began the first loading, in all cycles: of arm,
             system and payload, or of the payload alone where `gauge`.
         phase, cycle: of the engine's tick.
@@ -59,17 +59,17 @@ class PressData:
         noise_n: force noise measured while at rest.
         zero_shift_n: last tare minus first; NaN without a second tare.
         zero_step_n: the largest change from one tare to the next, NaN likewise.
-        lag: measured lag of force behind travel; `lag_corrected_s` of it was taken out.
-        clocks: where each channel's times come from.
+        lag: measured lag of force behind travel; `lag_corrected_s` of it was corrected.
+        clocks: origin of each channel's times.
         gauge: whether travel was measured across the contact.
         across_n: (N, 2) force across the pressing axis, for the sensor's other axes in the order
             x, y, z, tared like the axial one; None where the sensor has no other axis.
         lateral_noise_n: rms of its size in free air; NaN without it.
         torque_n_m: (N, 3) torque about these two axes and about the pressing axis, tared likewise;
-            None where the sensor tells no torque.
+            None where the sensor measures no torque.
         torque_noise_n_m: rms of the first two together in free air; NaN without them.
         axis: the pressing axis, "+fx" … "-fz".
-        looked: whether its levels were looked at for whether to end the loading (`until`).
+        looked: whether the loading could end early at a level (`until`).
     """
 
     time_s: FloatArray
@@ -94,16 +94,16 @@ class PressData:
 
     @property
     def contact(self) -> IntArray:
-        """(N,) how many touches came before each sample: it changes where the contact was opened.
+        """(N,) number of touches before each sample, which changes where the contact was opened.
 
-        A pause opens it within a cycle, cycles without lift-off share one.
+        A pause opens the contact within a cycle; cycles without lift-off share one contact.
         """
         times = np.array([touch.time_s for touch in self.touches])
         return np.searchsorted(times, self.time_s, side="right")
 
     @property
     def lateral_n(self) -> FloatArray | None:
-        """Size (N,) of the force across the axis. Noise makes it larger, never smaller."""
+        """Size (N,) of the lateral force. Noise makes it larger, never smaller."""
         if self.across_n is None:
             return None
         return np.asarray(np.linalg.norm(self.across_n, axis=1))
@@ -111,8 +111,8 @@ class PressData:
     def since_touch(self, cycle: int) -> FloatArray:
         """Travel (M,) of the loading of a cycle since the touch that began it.
 
-        For fits that take the zero as given. What set and drift did to the zero is not in it, and
-        every touch adds the quantum that it was found with.
+        For fits that take the zero as given. It excludes the shift of the zero by set and drift,
+        and every touch adds an error of a quantum.
         """
         loading = self.branch(LOADING, cycle)
         before = int(self.contact[loading][0]) - 1 if loading.any() else -1
@@ -126,10 +126,10 @@ class PressData:
 
 
 def number(event: Event, key: str) -> float:
-    """A number that an event tells.
+    """A numeric value of an event.
 
     Raises:
-        BadInputError: it does not.
+        BadInputError: the event has no such number.
     """
     value = event.data.get(key)
     try:
@@ -155,7 +155,7 @@ def _touches(recording: Recording) -> tuple[TouchPoint, ...]:
 
 
 def _tares(recording: Recording) -> list[tuple[float, float, float]]:
-    """(time_s, mean_n, noise_n) of every look at free air."""
+    """(time_s, mean_n, noise_n) of every tare."""
     return [
         (
             number(event, "time_s"),
@@ -170,7 +170,7 @@ def _tares(recording: Recording) -> list[tuple[float, float, float]]:
 def _zeroed(
     aligned: Aligned, touches: Sequence[TouchPoint], travel_m: FloatArray
 ) -> tuple[FloatArray, tuple[TouchPoint, ...]]:
-    """Travel (N,) from the last touch before the first loading, and the touches with theirs.
+    """Travel (N,) from the last touch before the first loading, and the touches with their travel.
 
     A run that was not loaded has its first touch for a zero.
     """
@@ -195,7 +195,7 @@ def _zeroed(
 def _tared(
     columns: FloatArray, aligned: Aligned, recording: Recording
 ) -> tuple[FloatArray | None, float]:
-    """Components (N, M), their zero taken as that of the axial one, and the rms of the first two.
+    """Tared components (N, M), with the rms of the first two in free air.
 
     A sensor with one axis writes a constant for the others, and has none: None and NaN.
     """
@@ -251,8 +251,8 @@ def press_data(
     Args:
         recording: of one run.
         axis: force axis; None: that of the recording.
-        across: what the force across the axis does to the travel of the arm; it is taken out here,
-            once and for all that follows. A gauge across the contact does not see it.
+        across: effect of lateral force on the travel of the arm, which is corrected here for all
+            later steps. It does not act on a gauge across the contact.
 
     Raises:
         BadInputError: no touch, no tare, or no data to align.

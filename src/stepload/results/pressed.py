@@ -1,4 +1,4 @@
-"""From the data of a run and its conditions to what evidence is taken from."""
+"""From the data of a run and its conditions to the input of the evidence."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from stepload.results.quality import quality_of
 FloatArray = NDArray[np.float64]
 _HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
 NEAR_TOP = 0.5
-"""The force across the axis is looked at above this share of the largest force."""
+"""Least share of the largest force at which the lateral force is evaluated."""
 BEFORE_TOUCH_S = 0.05
-"""Over so much time before a touch the speed of the approach is read."""
+"""Time before a touch over which the speed of the approach is measured."""
 
 
 def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = ()) -> Pressed:
-    """The cycles of a run with what is known of its errors.
+    """The cycles of a run with the known errors.
 
     Args:
         data: a run.
-        conditions: what the data do not tell themselves.
+        conditions: inputs other than the data.
         doubts: sentences that block every figure.
 
     Raises:
@@ -87,7 +87,7 @@ def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = (
 
 
 def pressed_curve(curve: PreparedCurve) -> Pressed:
-    """The cycles of a curve from elsewhere with what is known of its errors."""
+    """The cycles of a curve from elsewhere with the known errors."""
     conditions, cycles = curve.conditions, curve.cycles
     top_n = max(float(each.loading.force_n.max()) for each in cycles)
     limit_n, doubts = conditions.elastic_limit_n, curve.doubts
@@ -134,7 +134,7 @@ def _joined(branch: Branch, hold: Branch | None) -> Track:
 
 
 def _grown(curve: PreparedCurve, top_n: float) -> tuple[Track, Track | None]:
-    """Of growing cycles: what was loaded for the first time, and the unloading from the top."""
+    """For growing cycles: the first loading, and the unloading from the top."""
     parts: list[Track] = []
     reached_n, unloading = -math.inf, None
     for each in curve.cycles:
@@ -188,7 +188,7 @@ def _touches(data: PressData) -> tuple[Touch, Touch] | None:
 
 
 def _blur_m(data: PressData, time_s: float) -> float:
-    """How far the travel goes between two samples on the way to a touch, in m."""
+    """Travel between two samples on the way to a touch, in m."""
     end = int(np.searchsorted(data.time_s, time_s, side="right"))
     begin = int(np.searchsorted(data.time_s, time_s - BEFORE_TOUCH_S))
     way = data.travel_m[begin:end]
@@ -196,7 +196,7 @@ def _blur_m(data: PressData, time_s: float) -> float:
 
 
 def sideways_of(data: PressData, conditions: Conditions) -> Sideways:
-    """The force across the axis, as a share of that along it, and what it leaves.
+    """The lateral share, and its effect on the uncertainty.
 
     The size counts near the top force, noise taken out; with its sign the share is the slope of
     force across over force along.
@@ -218,6 +218,6 @@ def sideways_of(data: PressData, conditions: Conditions) -> Sideways:
 
 
 def _share_size(across_n: FloatArray, force_n: FloatArray, noise_n: float) -> float:
-    """Size of forces across (N, 2) over forces along (N,), their noise taken out."""
+    """Size of lateral forces (N, 2) over axial forces (N,), noise subtracted."""
     square = float(np.mean(np.sum(across_n**2, axis=1))) - noise_n**2
     return math.sqrt(max(square, 0.0)) / float(force_n.mean())

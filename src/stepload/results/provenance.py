@@ -1,4 +1,4 @@
-"""Where a result comes from: versions of the software, sums of every file that decided it."""
+"""Provenance of a result: versions of the software, and checksums of the files that decided it."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _SUM = "sha256 "
 
 
 def provenance_table(metadata: Mapping[str, str]) -> Table:
-    """Versions that recorded and evaluated a run, and the sums of the files in its record.
+    """Versions that recorded and evaluated a run, and the checksums of the files in its record.
 
     Args:
-        metadata: of the record, where the sum of an attached file is `sha256 NAME`.
+        metadata: of the record, where the checksum of an attached file is `sha256 NAME`.
     """
     rows = [
         ("recorded by", f"stepload {metadata.get('stepload') or 'of an unknown version'}"),
@@ -54,7 +54,7 @@ RUNS = "Runs"
 
 
 def runs_table(runs: Sequence[SavedRun]) -> Table:
-    """Which runs a result was made from; `sealed_runs` adds the sums of their records."""
+    """The runs that a result was made from; `sealed_runs` adds the checksums of their records."""
     rows = [
         (
             run.name, *(run.metadata.get(key) or NOTHING for key in ("specimen", "batch")),
@@ -70,7 +70,7 @@ def runs_table(runs: Sequence[SavedRun]) -> Table:
 
 
 def sealed_runs(document: Document, runs: Sequence[SavedRun]) -> Document:
-    """The document with the sums of the records it was made from."""
+    """The document with the checksums of the records it was made from."""
     rows = [(run.name, run.path.name, sum_or_why(run.path)) for run in runs]
     sums = Table("Records", ("run", "file", "SHA-256"), rows, page_only=True)
     return replace(document, tables=[*document.tables, sums])
@@ -99,7 +99,7 @@ def sum_of(path: Path) -> str:
 
 
 def sum_or_why(path: Path) -> str:
-    """The same, or in words why it cannot be had: a report is written all the same."""
+    """The same, or the reason why there is none: a report is written in any case."""
     try:
         return sum_of(path)
     except OSError as error:
@@ -107,7 +107,7 @@ def sum_or_why(path: Path) -> str:
 
 
 def sealed(document: Document, record: Path) -> Document:
-    """The document with the sum of the record that it was made from, which must be finished."""
+    """The document with the checksum of the record it was made from, which must be finished."""
     told = sum_or_why(record)
     row = (f"{record.name}, SHA-256", told)
     tables = [
@@ -121,8 +121,8 @@ def sealed(document: Document, record: Path) -> Document:
 
 
 def with_record(document: Document, record: Path) -> Document:
-    """The document of a run with what its record has become: its sum, what is in it, and whether
-    it was finished. To be called when the record has got its name."""
+    """The document of a run with the state of its record: its checksum, its content, and whether it
+    was finished. To be called when the record has got its name."""
     document = sealed(document, record)
     try:
         summary = read_summary(record)

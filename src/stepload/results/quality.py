@@ -1,4 +1,4 @@
-"""How the contact of a run was made, from its data; as an object and as words for people."""
+"""How the contact of a run was made, as an object and as words for people."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
 
 
 def wrench_of(data: PressData) -> Wrench | None:
-    """The samples in contact with what is across the axis; None of a sensor with one axis."""
+    """The samples in contact with their lateral components; None for a sensor with one axis."""
     if data.across_n is None:
         return None
     mask = data.branch((*LOADING, *UNLOADING))
@@ -45,12 +45,12 @@ def wrench_of(data: PressData) -> Wrench | None:
 
 
 def quality_of(data: PressData, lever_m: float | None) -> ContactQuality | Missing:
-    """What a run says of how its contact was made."""
+    """Evaluate how the contact of a run was made."""
     return contact_quality(wrench_of(data), lever_m)
 
 
 def quality_data(found: ContactQuality | Missing) -> dict[str, Any]:
-    """The object for programs: `missing` says why there is nothing, and all else is null."""
+    """The object for programs: `missing` says why there is no result; all else is then null."""
     if isinstance(found, Missing):
         keys = ("share", "branches", "loop", "share_change", "share_change_sigma", "slips",
                 "unseen_slip_n", "points", "points_missing")  # fmt: skip
@@ -87,7 +87,7 @@ def _why(found: ContactQuality) -> str:
 
 
 def summary(found: ContactQuality | Missing) -> str:
-    """One line for people; "" where the sensor tells nothing across."""
+    """One line for people; "" where the sensor has no lateral axes."""
     if isinstance(found, Missing):
         return ""
     slips = len(found.slips)
@@ -114,7 +114,7 @@ _KINDS = {
 
 
 def quality_table(found: ContactQuality) -> Table:
-    """What there is to be said of the contact, in words."""
+    """Sentences on the contact for people."""
     rows = [(_name(branch), _share(branch)) for branch in found.branches]
     loop = found.loop
     half = "" if loop.at_half is None else f"{loop.at_half:.1%} ± {loop.sigma:.1%}; "

@@ -1,4 +1,4 @@
-"""The figure of how a contact was made: the share across over the force, and where it slipped."""
+"""The figure of how a contact was made: lateral share over the force, and slip events."""
 
 from __future__ import annotations
 

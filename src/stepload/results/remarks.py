@@ -1,4 +1,4 @@
-"""What a reader of a result must know of the run: what its cycles cannot show, and its zero."""
+"""Remarks on a run that its reader must know: limits of its cycles, and its zero."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ MOST_SHORT = 0.9
 
 
 def remarks(data: PressData) -> tuple[str, ...]:
-    """What is to be said beside every result of this run."""
+    """Remarks that accompany every result of this run."""
     return tuple(text for text in (unseen(data), reopened(data)) if text)
 
 
 def unseen(data: PressData) -> str:
-    """What this run cannot tell of set, creep and drift; "" where its cycles can.
+    """Reason why this run cannot show set, creep and drift; "" where its cycles can.
 
-    It goes by the data: a run that was planned with two cycles and stopped in the first has one.
+    It is based on the data: a run that was planned with two cycles and stopped in the first has
+    one.
     """
     loading = data.branch(LOADING)
     numbers = np.unique(data.cycle[loading])
@@ -45,10 +46,10 @@ def unseen(data: PressData) -> str:
 
 
 def reopened(data: PressData) -> str:
-    """How far the touch after each pause lies from the zero; "" without one.
+    """Shift of the touch after each pause from the zero; "" without a pause.
 
-    Travel keeps the zero of the first loading: what set or drifted over a pause is in the steps
-    after it. Taking the zero anew there would hide it, and add the quantum of one touch more.
+    Travel keeps the zero of the first loading: set and drift over a pause are in the steps after
+    it. A new zero there would hide them, and add the quantum of another touch.
     """
     shifts = [touch.travel_m for touch in data.touches if touch.purpose == "resume"]
     if not shifts:
@@ -61,7 +62,7 @@ def reopened(data: PressData) -> str:
 
 
 def alive(events: Sequence[Event]) -> tuple[str, ...]:
-    """Which force channels the run itself has proven before its approach; none in most records."""
+    """Force channels that were proven to respond before the approach; none in most records."""
     told = [event.data for event in events if event.kind == "proof_of_life"]
     channels: Any = told[-1].get("channels", ()) if told else ()
     return tuple(
@@ -74,7 +75,7 @@ def alive(events: Sequence[Event]) -> tuple[str, ...]:
 
 
 def sideways(events: Sequence[Event]) -> tuple[str, ...]:
-    """How the plate was tilted, where it was touched on a circle; what was taken off across."""
+    """The plate's tilt where it was touched on a circle, and the lateral force that was nulled."""
     told = []
     tilts = [event.data for event in events if event.kind == "tilt"]
     if tilts:
@@ -103,13 +104,13 @@ def sideways(events: Sequence[Event]) -> tuple[str, ...]:
 
 
 def _figure(data: Mapping[str, object], key: str) -> float:
-    """A number of an event; NaN where a record, which may be anybody's, has none."""
+    """A numeric value of an event; NaN where a record, whose content is not trusted, has none."""
     value = data.get(key)
     return float(value) if isinstance(value, (int, float)) else math.nan
 
 
 def levels(events: Sequence[Event]) -> tuple[str, ...]:
-    """Levels that were not reached, as the run told them."""
+    """Levels that were not reached, according to the events of the run."""
     held = sum(event.kind == "held" for event in events)
     missed = sum(event.kind == "level_missed" for event in events)
     if not missed:

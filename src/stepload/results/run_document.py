@@ -1,4 +1,4 @@
-"""The result of a run for people: what goes where, in which words."""
+"""The result of a run as a document for people."""
 
 from __future__ import annotations
 
@@ -59,9 +59,9 @@ def identification_document(
     extras: Extras | None = None,
     simulated: bool = False,
 ) -> Document:
-    """An identification from a file; `notes` say what had to be assumed.
+    """An identification from a file; `notes` are the assumptions.
 
-    `run_in` and `extras` are what a record of ours says beside the law, as a run's report does.
+    `run_in` and `extras` are the further results of a record, as in a run's report.
     """
     tables = identification_tables(found)
     if run_in is not None:
@@ -88,7 +88,7 @@ def system_document(fit: SystemStiffnessFit, *, simulated: bool = False) -> Docu
 
 
 def run_document(run: Evaluation) -> Document:
-    """The result of a run: one sheet of what matters, then all that is behind it."""
+    """The result of a run: the most important on one sheet, then all details."""
     reasons, levels = _reasons(run), levels_of_run(run)
     system = None if run.system is None else system_table(run.system)
     kind = "dry run on the simulated rig" if run.dry_run else "run"
@@ -110,7 +110,7 @@ def run_document(run: Evaluation) -> Document:
 
 
 def levels_of_run(run: Evaluation) -> tuple[Level, ...]:
-    """Every hold of a run; one for the system stiffness keeps the system's deflection in them."""
+    """Every hold of a run; for a system stiffness they include the system's deflection."""
     if run.data is None or run.system is None:
         return run.levels
     conditions = planned(run.envelope)
@@ -119,7 +119,7 @@ def levels_of_run(run: Evaluation) -> tuple[Level, ...]:
 
 
 def _reasons(run: Evaluation) -> list[str]:
-    """All that is to be said about the result, what speaks against it first."""
+    """All remarks on the result, doubts first."""
     found = run.identification
     told = run.envelope.reasons
     reasons = [f"preflight: {each.message}" for each in told if each.severity == Severity.REFUSE]
@@ -143,7 +143,7 @@ def _reasons(run: Evaluation) -> list[str]:
 
 
 def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> list[Table]:
-    """What is behind the sheet: the budget, how it went, where it comes from, then the details."""
+    """Details after the sheet: the budget, the course, the provenance, then the rest."""
     found, metadata = run.identification, run.recording.metadata
     way = "travel" if run.system is not None else "deformation"
     known = [] if found is None else identification_tables(found)
@@ -172,7 +172,7 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
 
 
 def _verdict(run: Evaluation) -> Verdict:
-    """What a run comes to; one that was not completed is bad whatever it has measured."""
+    """Verdict of a run; an incomplete run is bad whatever it has measured."""
     if run.identification is not None:
         verdict = _identified(run.identification)
     elif run.system is not None:

@@ -1,4 +1,4 @@
-"""Which figures the report of a run has, and what their captions say."""
+"""Figures of a run's report, and their captions."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def _predicted(theory: Theory) -> list[tuple[str, ContactLaw]]:
 
 
 def _laws(found: Identification) -> dict[str, Callable[[FloatArray], FloatArray]]:
-    """What is drawn; a fit whose force falls as it is pressed is no contact, and no curve."""
+    """The laws to draw; a fit whose force falls with the deformation is left out."""
     fits = {name: found.fits[name] for name in REPORTED if name in found.fits}
     fits[found.believe] = found.fit
     return {name: _law(fit) for name, fit in fits.items() if fit.n > 0.0}
@@ -137,7 +137,7 @@ def figures_of(run: Evaluation) -> list[Figure]:
 
 
 def _fit_figures(run: Evaluation) -> list[Figure]:
-    """What the fits leave, and what their parameters can be together."""
+    """Residuals of the fits, and the joint region of their parameters."""
     made, found = [], run.identification
     if (system := run.system) is not None:
         made.append(

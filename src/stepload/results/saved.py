@@ -1,4 +1,4 @@
-"""A run that is over, from its record."""
+"""A finished run, read from its record."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ LONGEST_LABEL = 40
 
 @dataclass(frozen=True, slots=True)
 class SavedRun:
-    """What a record tells; `partial`: it was not finished, `events`: what happened when.
+    """Content of a record; `partial`: it was not finished, `events`: the events by time.
 
-    `label` is what it is called among other runs, see `labelled`; "" where it stands by itself.
-    `cut` says why the run did not come to its end; "" where it did.
+    `label` is its name among several runs, see `labelled`; "" for a single run. `cut` says why the
+    run was not completed; "" where it was.
     """
 
     path: Path
@@ -41,13 +41,13 @@ class SavedRun:
 
     @property
     def name(self) -> str:
-        """What people call it: its label, or its plan and id."""
+        """Its displayed name: its label, or its plan and id."""
         plan, run_id = self.metadata.get("plan", ""), self.metadata.get("run_id", "")
         return self.label or f"{plan or self.path.stem} {run_id}".strip()
 
     @property
     def place(self) -> str:
-        """The name of its directory, or of its file where that has one of its own."""
+        """The name of its directory, or of its file where that has a name of its own."""
         if self.path.name in (RECORD, PART):
             return self.path.absolute().parent.name or self.path.stem
         return self.path.stem
@@ -59,15 +59,15 @@ class SavedRun:
 
     @property
     def stood(self) -> ArmConfiguration | None:
-        """How the arm stood when it had been opened; None where it did not tell."""
+        """The arm's configuration when it was opened; None where it was not recorded."""
         return from_texts(self.metadata)
 
     @property
     def day(self) -> date:
-        """The day it was started on.
+        """The day on which it was started.
 
         Raises:
-            BadInputError: the record does not tell.
+            BadInputError: the record does not state it.
         """
         text = self.metadata.get("started", "")
         try:
@@ -79,9 +79,9 @@ class SavedRun:
 
 
 def labelled(runs: Sequence[SavedRun]) -> tuple[SavedRun, ...]:
-    """The runs, each with a label of its own: its specimen, else where it is kept.
+    """The runs, each with a unique label: its specimen, or its location.
 
-    Where two would be called alike, all get where they are kept beside it, or their ids.
+    Where two labels would be equal, all get their location added, or their ids.
     """
     plain = [_short(run.metadata.get("specimen", "") or run.place) for run in runs]
     kept = [_short(f"{name} ({run.place})") for name, run in zip(plain, runs, strict=True)]
@@ -99,9 +99,9 @@ def _short(text: str) -> str:
 
 
 def record_in(path: Path) -> Path:
-    """The record that a path means: itself, or that of the directory of a run.
+    """The record at a path: the file itself, or that in the directory of a run.
 
-    Of a run that was never finished it is the unfinished record.
+    For a run that was never finished it is the unfinished record.
 
     Raises:
         BadInputError: the directory holds none.
@@ -142,7 +142,7 @@ def saved_run(path: Path) -> SavedRun:
 
 
 def _cut(recording: Recording) -> str:
-    """Why a run did not come to its end, or its record does not show that it did; "" else."""
+    """Why a run was not completed, or its record does not show that it was; else ""."""
     told = recording.results or {}
     status = str(told.get("status", RunStatus.UNFINISHED))
     cause = told.get("cause")

@@ -20,7 +20,7 @@ def spring_of_file(path: Path, *, at_n: float | None = None, kind: Kind = "tange
     Damping is looked for in records only: a curve from elsewhere has no phases.
 
     Raises:
-        BadInputError: the file is not what it should be, or says nothing at that force.
+        BadInputError: the file is invalid, or has no result at that force.
     """
     if not (path.is_dir() or path.suffix.lower() in (Path(RECORD).suffix, ".part")):
         found, _ = identify_file(path, Wishes())

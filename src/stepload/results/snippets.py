@@ -45,7 +45,7 @@ KINDS: tuple[Kind, ...] = ("tangent", "chord")
 CHORD_FROM = 0.1
 """A chord begins at this share of the operating force, like the headline's."""
 WELL_ABOVE_ZERO = 0.1
-"""Below this share of the highest force the fitted zero decides more than the data."""
+"""Below this share of the highest force the fitted zero matters more than the data."""
 IMPEDANCE = 0.01
 FRICTION_RATIO = 1000
 """MuJoCo's impratio: friction keeps an impedance of 0.91 although the normal one is 0.01."""
@@ -66,7 +66,7 @@ class Spring:
         dissipation_s_per_m: d of F (1 + d δ̇); None where it was not determined.
         verdict: of the identification.
         simulated: whether it came from a simulated rig.
-        warnings: what speaks against using the number, in sentences.
+        warnings: reasons against using the number, in sentences.
     """
 
     kind: Kind
@@ -99,7 +99,7 @@ def spring_of(
         simulated: whether a simulated rig is behind the identification.
 
     Raises:
-        BadInputError: the force is not within the data, or they bear no stiffness there.
+        BadInputError: the force is not within the data, or they support no stiffness there.
     """
     peak_n = found.peak_force_n
     at_n = 0.5 * peak_n if at_n is None else at_n
@@ -128,10 +128,10 @@ def spring_of(
 
 
 def _read(found: Identification, kind: Kind, from_n: float, at_n: float) -> Quantity:
-    """The stiffness at the forces asked for, read from the data anew.
+    """The stiffness at the requested forces, computed anew from the data.
 
     Raises:
-        BadInputError: the data bear none there.
+        BadInputError: the data support none there.
     """
     asked: dict[str, Any]
     asked = {"between_n": (from_n, at_n)} if kind == "chord" else {"secant_force_n": at_n}
@@ -169,7 +169,7 @@ def snippet(spring: Spring, simulator: Simulator, *, mass_kg: float | None = Non
     Args:
         spring: the law linearised.
         simulator: which one.
-        mass_kg: effective mass along the normal, for MuJoCo; 1 kg, and said so, if None.
+        mass_kg: effective mass along the normal, for MuJoCo; None: 1 kg, with a remark.
 
     Raises:
         BadInputError: the mass is not finite and positive, or given where none is used.
@@ -301,6 +301,6 @@ def _drake_python(spring: Spring) -> str:
 
 
 def _comment(lines: list[str]) -> list[str]:
-    """An XML comment: two hyphens in a row would end it."""
+    """An XML comment; double hyphens, which would end it, are replaced."""
     safe = [line.replace("--", "−−").rstrip("-") for line in lines]
     return ["<!--", *(f"  {line}" for line in safe), "-->"]

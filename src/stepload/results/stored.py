@@ -1,4 +1,4 @@
-"""A run evaluated again from its record alone, as it was evaluated when it had ended."""
+"""A finished run evaluated again from its record alone, as it was evaluated at its end."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def kept_plan(recording: Recording) -> Plan:
 
 
 def plan_of(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> Plan:
-    """The same from what a record begins with; raises as `kept_plan`."""
+    """The same from metadata and attachments of a record; raises as `kept_plan`."""
     texts = [
         (name, data)
         for name, data in attachments.items()
@@ -51,13 +51,13 @@ def plan_of(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> Pl
 
 
 def evaluation_of(path: Path, wishes: Wishes | None = None) -> Evaluation:
-    """A run with all that its record says: its plan as kept, its end as far as it was written.
+    """Evaluate a record with its stored plan and its end, as far as it was written.
 
     A record that was never finished has the end of its data as its end, status "unfinished".
 
     Args:
         path: the record, or the directory of a run.
-        wishes: what is known better than the plan knew it.
+        wishes: statements that replace those of the plan.
 
     Raises:
         PlanError: the record has kept no plan that this version can read.
@@ -68,7 +68,7 @@ def evaluation_of(path: Path, wishes: Wishes | None = None) -> Evaluation:
         results = read_summary(file).results or {}
         recording = read_recording(file, condensed(_late(results).ticks))
         plan = kept_plan(recording)
-        with suppress(RefusedError):  # no run goes on after that
+        with suppress(RefusedError):  # no run continues after that
             plan = plan_where_it_stands(plan, from_texts(recording.metadata))
         run = Evaluation(
             envelope_of(plan), outcome_of(recording), recording,
@@ -79,7 +79,7 @@ def evaluation_of(path: Path, wishes: Wishes | None = None) -> Evaluation:
 
 
 def outcome_of(recording: Recording) -> RunOutcome:
-    """How a run ended, as its record tells it; its touches and tares are in its events."""
+    """How a run ended, according to its record; its touches and tares are in its events."""
     start_s, end_s = _span(recording)
     if recording.results:
         return _told(recording.results, start_s)
@@ -135,7 +135,7 @@ def _late(results: Mapping[str, Any]) -> Lateness:
 
 
 def _cut(recording: Recording, start_s: float, end_s: float) -> RunOutcome:
-    """The outcome of a record that breaks off: what its ticks and events tell."""
+    """The outcome of an incomplete record, from its ticks and events."""
     ticks, ended = recording.ticks, [e for e in recording.events if e.kind == "end"]
     trips: list[Mapping[str, Any]] = [e.data for e in recording.events if e.kind == "trip"]
     cause = _cause(trips[0]) if trips else None
@@ -170,7 +170,7 @@ def _cut(recording: Recording, start_s: float, end_s: float) -> RunOutcome:
 
 
 def _lateness(ticks: TickColumns) -> Lateness:
-    """What the ticks themselves tell; the period is the one that most of them keep."""
+    """Lateness from the ticks; the period is the median one."""
     if len(ticks.time_s) < 2:
         return Lateness(len(ticks.time_s), 0, 0.0, 0.0)
     late_s, period_s = ticks.late_s, float(np.median(np.diff(ticks.time_s)))

@@ -1,4 +1,4 @@
-"""The results of several runs side by side as the paper's Table I has them: K, n, secant by fit."""
+"""Results of several runs in the form of the paper's Table I: K, n, secant by fit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stepload.results.model import NOTHING, Table
 from stepload.units import format_quantity as f
 
 COLUMNS = {"rs_btls": "RS-BTLS", "rs_rtls": "RS-RTLS"}
-"""The paper's two estimators; the believed one stands beside them."""
+"""The paper's two estimators; the table shows the believed fit as well."""
 
 
 def table_one(found: Comparison) -> Table:
@@ -59,7 +59,7 @@ def power_of_ten(value: float) -> str:
 
 
 def _curve_rows(curve: Sequence[AgainstCurve], columns: int) -> list[list[str]]:
-    """The curve's secant, once for every force that it was compared at."""
+    """The curve's secant, once for every force at which it was compared."""
     made = {}
     for each in curve:
         if each.secant_n_per_m is not None:
@@ -74,7 +74,7 @@ def _curve_rows(curve: Sequence[AgainstCurve], columns: int) -> list[list[str]]:
 
 
 def correction_notes(curve: Sequence[AgainstCurve]) -> list[str]:
-    """What the forces of the curve were multiplied by; nothing where they stand as they were."""
+    """The factors by which the forces of the curve were multiplied; nothing where they were not."""
     factors = {f"{each.correction:.4f}" for each in curve if each.correction != 1.0}
     return [
         f"The curve's forces are multiplied by {factor}, the ratio of the equivalent moduli (4): "

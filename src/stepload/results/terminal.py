@@ -2,8 +2,8 @@
 
 With `--json` exactly one JSON object goes to standard output and all else to standard error:
 `stepload … --json | jq` always works. Without it, results go to standard output as text. Names and
-texts may come from anybody's file: what a terminal would obey is shown instead. A terminal or a
-pipe that is gone changes neither what a command does nor its exit code.
+texts may come from a user's file: control characters are shown, not sent. A closed terminal or pipe
+changes neither what a command does nor its exit code.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ AsJson = Annotated[bool, typer.Option("--json", help="One JSON object on standar
 
 
 COLOURS = {"good": "1;32", "doubt": "1;33", "bad": "1;31"}
-"""What a terminal shows a mood in: green, yellow, red; the word says the same."""
+"""Colour of each mood on a terminal; the word gives the same information."""
 MARKS = {
     "ok": "good", "warn": "doubt", "note": "", "refuse": "bad", "refused": "bad", "fail": "bad",
 }  # fmt: skip
 LONGEST_WORD = 20
-"""A table breaks longer words only: paths, identifiers."""
+"""Words longer than this are broken in a table: paths, identifiers."""
 
 
 def _wrapped(line: str, columns: int, hang: str) -> str:
@@ -72,7 +72,7 @@ class Output:
         self._columns = shutil.get_terminal_size().columns if self._text.isatty() else None
 
     def line(self, text: str = "", *, hang: str = "  ", word: str = "", mood: str = "") -> None:
-        """A text for people; a terminal breaks it between words, and `hang` begins what follows.
+        """A text for people; a terminal wraps it between words and indents further lines by `hang`.
 
         A terminal shows `word` in the colour of the mood, unless NO_COLOR is set.
         """
@@ -92,7 +92,7 @@ class Output:
             self.line(f"        -> {found.remedy}", hang=" " * 11)
 
     def tables(self, *tables: Table) -> None:
-        """Tables for people with their notes; one without rows is none."""
+        """Tables for people with their notes; a table without rows is omitted."""
         for each in tables:
             if not each.rows:
                 continue
@@ -101,7 +101,7 @@ class Output:
                 self.line("\n".join((*each.notes, "")))
 
     def verdict(self, document: Document) -> None:
-        """What a result comes to, in one sentence."""
+        """The verdict of a result, in one sentence."""
         aside, verdict = "SIMULATED, " if document.simulated else "", document.verdict
         word = verdict.word.upper()
         self.line(f"{aside}{word}: {verdict.text}", word=word, mood=verdict.mood)
@@ -109,11 +109,11 @@ class Output:
     def show(
         self, document: Document, *, details: bool = True, simulated_said: bool = False
     ) -> None:
-        """A result for people: the tables behind it, then on one screen what they come to.
+        """A result for people: the tables, then the verdict and its reasons on one screen.
 
         Args:
-            details: the tables too.
-            simulated_said: it stands above already that nothing was measured.
+            details: show the tables too.
+            simulated_said: the simulation was already mentioned above.
         """
         if document.simulated and not simulated_said:
             self.line(SIMULATED)

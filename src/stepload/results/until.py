@@ -1,4 +1,4 @@
-"""How far a run was loaded, and whether that was enough for the interval that its plan asks for."""
+"""How far a run was loaded, and whether that sufficed for the interval that its plan requires."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from stepload.units import format_quantity
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """One level of the first loading: the payload's deformation from 10 % of the level to it, what
-    was needed there (inf where none is enough), and what followed: more, enough, unreachable."""
+    """One level of the first loading: the payload's deformation from 10 % of the level to it, the
+    required deformation (inf where none suffices), and the verdict: more, enough, unreachable."""
 
     level_n: float
     deformation_m: float
@@ -32,12 +32,12 @@ class Loaded:
     """How far a run was loaded.
 
     Attributes:
-        asked: half width of the plan.
+        asked: half width required by the plan.
         verdict: "enough", "unreachable"; "more" where the loading ended before either.
         level_n: the highest level of the first loading.
         top_force_n: that of the plan.
-        half_width: of the interval that came out; None where there is none.
-        met: whether the result is identified with an interval that is as narrow as asked for.
+        half_width: of the resulting interval; None where there is none.
+        met: whether the result is identified with an interval as narrow as required.
         looks: every level.
     """
 
@@ -75,10 +75,10 @@ class Loaded:
 
 
 def loaded(events: Sequence[Event], found: Identification | None) -> Loaded | None:
-    """How far a run was loaded; None where its plan did not ask, or no level was held.
+    """How far a run was loaded; None where its plan has no such rule, or no level was held.
 
     Raises:
-        BadInputError: the record does not tell what it should.
+        BadInputError: an event of the record lacks a value.
     """
     told = [event for event in events if event.kind == "until"]
     if not told:
@@ -106,7 +106,7 @@ def loaded(events: Sequence[Event], found: Identification | None) -> Loaded | No
 
 
 def levels_to_load(procedure: Procedure, events: Sequence[Event]) -> int:
-    """How many levels every cycle of a run has: fewer than its plan where fewer were enough."""
+    """Number of levels in every cycle of a run: fewer than planned where fewer sufficed."""
     told = [event for event in events if event.kind == "until"]
     ended = any(event.data.get("verdict") == "enough" for event in told)
     return len(told) if ended else len(procedure.levels_n)
@@ -125,7 +125,7 @@ LOOK: tuple[Field[Look], ...] = (
 
 
 def until_table(found: Loaded) -> Table:
-    """What every level of the first loading showed."""
+    """Results of every level of the first loading."""
     title = f"How far to load for ±{100.0 * found.asked:g} %"
     return table(title, LOOK, found.looks, (found.text,), page_only=True)
 
@@ -144,7 +144,7 @@ NEED: tuple[Field[Need], ...] = (
 
 
 def need_table(until: Until) -> Table:
-    """What every level needs, before anything moves."""
+    """Requirements of every level before the run."""
     place, top_n = until.expected, until.needs[-1].level_n
     expected = (
         f"By theory the loading ends at {quantity('N')(until.needs[place].level_n)} of "

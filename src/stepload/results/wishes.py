@@ -1,4 +1,4 @@
-"""What the caller of an identification states beside the file."""
+"""Statements of the caller of an identification in addition to the file."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ _SOURCES = (
 )
 _CONDITIONS = ("secant_force_n", "elastic_limit_n", "theory_k", "theory_n", "laws")
 AUTO = "auto"
-"""Leaves the choice of laws to the data, whatever the plan of the record says."""
+"""Word that leaves the choice of laws to the data, whatever the plan of the record says."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
-    """What the caller states beside the file; None: what the file says, or a stated default.
+    """Statements of the caller in addition to the file; None: that of the file, or a default.
 
     Attributes:
         system_stiffness_n_per_m, system_stiffness_sigma_n_per_m: K_s and its uncertainty.
@@ -46,11 +46,11 @@ class Wishes:
         elastic_limit_n: F_c.
         theory_k, theory_n: the payload's law (3).
         tared: the force is zero in free air, though the file does not show it.
-        laws: words of the laws that figures may rest on; empty: all that can be tried.
+        laws: names of the laws that figures may rest on; empty: all that can be tried.
 
     Raises:
-        BadInputError: a number is none, is not finite or is negative, or is zero where it may not
-            be: nothing could be judged by it.
+        BadInputError: a value is no number, not finite or negative, or zero where that makes no
+            sense.
     """
 
     system_stiffness_n_per_m: float | None = None
@@ -83,12 +83,12 @@ class Wishes:
 
     @property
     def states_an_error(self) -> bool:
-        """Whether anything was said of how good the channels are."""
+        """Whether the accuracy of the channels is stated."""
         stated = (self.smooth_error_m, self.force_noise_n, self.position_noise_m)
         return any(value is not None for value in stated)
 
     def applied(self, conditions: Conditions) -> Conditions:
-        """The conditions with what was stated in the place of what the file says."""
+        """The conditions, with the statements of the caller in place of those of the file."""
         sources = {name: value for name in _SOURCES if (value := getattr(self, name)) is not None}
         others: dict[str, Any] = {
             name: value for name in _CONDITIONS if (value := getattr(self, name)) is not None
@@ -96,14 +96,14 @@ class Wishes:
         changed = replace(conditions.sources, **sources)
         if any(name.startswith("system_stiffness") for name in sources):
             changed = _without_table(changed)
-            # Nobody has said under which friction that one was measured.
+            # It is not stated under which friction that one was measured.
             others["across"] = Across()
         return replace(conditions, sources=changed, **others)
 
 
 def laws_of(texts: Sequence[str]) -> tuple[str, ...] | None:
-    """Laws as a command line names them, each text one or several with commas between; None where
-    it names none, empty where it says `auto`.
+    """Laws as given on a command line, each text one or several with commas between; None where
+    there are none, empty for `auto`.
 
     Raises:
         BadInputError: a word is not known, or `auto` is not alone.
@@ -124,7 +124,7 @@ def wishes_of_payload(path: Path, wishes: Wishes) -> Wishes:
 
     Raises:
         BadInputError: the file is no payload.
-        RefusedError: no elastic limit follows from it.
+        RefusedError: it has no elastic limit.
     """
     theory = theory_of(load_payload(path))
     limit_n = wishes.elastic_limit_n or theory.elastic_limit_n
@@ -134,7 +134,7 @@ def wishes_of_payload(path: Path, wishes: Wishes) -> Wishes:
 
 
 def _without_table(sources: Sources) -> Sources:
-    """A K_s that was stated by hand takes the place of the table, with the least uncertainty."""
+    """A K_s stated by hand replaces the table, with at least the least uncertainty."""
     stiffness = sources.system_stiffness_n_per_m
     if stiffness is None:
         return sources

@@ -1,4 +1,4 @@
-"""The pool that a command asks for."""
+"""The worker pool that a command uses."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def open_pool(
 
     Raises:
         BadInputError: both are given, or the library for a cluster is missing.
-        RefusedError: there is no cluster.
+        RefusedError: the cluster does not answer.
     """
     if scheduler is not None:
         if processes is not None:

@@ -1,4 +1,4 @@
-"""Batches over the workers of a Dask cluster that is there already."""
+"""Batches on the workers of an existing Dask cluster."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from stepload.runner.local import AHEAD
 from stepload.runner.losses import Losses
 
 CONNECT_S = 10.0
-"""How long a scheduler may take to answer, and to have a first worker."""
+"""Time limit for a scheduler to answer, and to have a first worker."""
 PATIENCE_S = 600.0
-"""How long a scheduler that was lost is waited for."""
+"""Time for which a lost scheduler is waited for."""
 LOOK_S = 2.0
-"""How often the cluster is asked how many workers it has."""
+"""Interval at which the cluster's number of workers is read."""
 _RETRY_S = 1.0
 _log = logging.getLogger(__name__)
 
 
 class DaskPool:
-    """The workers behind a scheduler, as many as there are at the time.
+    """The workers of a scheduler, whatever their present number.
 
-    Workers may come and go; what a lost one had under way is done again by another. A scheduler
-    that was restarted is waited for, and what it had is asked for again.
+    Workers may come and go; a lost worker's batches are done again by another. A scheduler that was
+    restarted is waited for, and its batches are submitted again.
 
     Args:
         address: of the scheduler, such as tcp://10.0.0.5:8786.
-        patience_s: how long a scheduler that was lost is waited for.
+        patience_s: time for which a lost scheduler is waited for.
 
     Raises:
-        BadInputError: the extra `dask` is not installed, or this is no address.
+        BadInputError: the extra `dask` is not installed, or the address is invalid.
         RefusedError: no scheduler answers there, or it has no workers.
     """
 
@@ -48,7 +48,7 @@ class DaskPool:
 
     def __init__(self, address: str, patience_s: float = PATIENCE_S) -> None:
         self._dask: Any = extra("distributed", "--scheduler", "dask")
-        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # told by this pool
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # reported by this pool
         self._address, self._host_port = address, _host_port(address)
         self._patience_s = patience_s
         self._workers, self._look_s = 0, 0.0
@@ -65,12 +65,12 @@ class DaskPool:
     def finished(
         self, do: Callable[[PartT], DoneT], parts: Iterable[PartT]
     ) -> Generator[DoneT, None, None]:
-        """What `do` gives for each part, once each, in the order in which they are done.
+        """Results of `do` for each part, once each, in order of completion.
 
-        Closing the generator (Ctrl+C) gives up what is under way.
+        Closing the generator (Ctrl+C) cancels pending parts.
 
         Raises:
-            RefusedError: workers are lost again and again, or the scheduler stays away.
+            RefusedError: workers are lost again and again, or the scheduler does not return.
         """
         losses, left = Losses(), iter(parts)
         again: deque[PartT] = deque()
@@ -111,7 +111,7 @@ class DaskPool:
         again: deque[PartT],
         left: Iterator[PartT],
     ) -> None:
-        """Send parts until enough are under way."""
+        """Submit parts until enough are pending."""
         while len(pending) < self._wanted():
             part = again.popleft() if again else next(left, None)
             if part is None:
@@ -124,25 +124,25 @@ class DaskPool:
             pending[future] = part
 
     def _wanted(self) -> int:
-        """How many batches are to be under way: some for each worker that there is now."""
+        """Number of batches to keep pending: some for each present worker."""
         if time.monotonic() >= self._look_s:
             self._workers = len(self._client.nthreads())
             self._look_s = time.monotonic() + LOOK_S
         return AHEAD * max(1, self._workers)
 
     def _done(self, pending: dict[Any, PartT]) -> list[Any]:
-        """Those that are done, of which there may be none for a while."""
+        """The finished batches; possibly none for a while."""
         with suppress(TimeoutError):
             self._dask.wait(list(pending), timeout=LOOK_S, return_when="FIRST_COMPLETED")
         return [future for future in pending if future.status != "pending"]
 
     def _come(self, future: Any) -> tuple[Any, BaseException | None, Any]:
-        """A batch that is done: itself, what went wrong there, and its rows."""
+        """A finished batch: itself, its error, and its rows."""
         error = future.exception()
         return future, error, future.result() if error is None else None
 
     def _plain(self, error: BaseException) -> BaseException:
-        """What went wrong in a batch, in words where it is not the batch's own."""
+        """The error of a batch, as text if it is not the batch's own."""
         if isinstance(error, ModuleNotFoundError) and (error.name or "").startswith("stepload"):
             return RefusedError(
                 f"a worker of {self._address} has no {error.name}",
@@ -151,7 +151,7 @@ class DaskPool:
         return error
 
     def _connect(self, patience_s: float) -> None:
-        """A new client; the old one knows of nothing that a restarted scheduler has."""
+        """A new client; the old one does not know what a restarted scheduler has."""
         self.close()
         give_up_s = time.monotonic() + patience_s
         while (client := self._try()) is None:
@@ -165,7 +165,7 @@ class DaskPool:
         self._look_s = 0.0
 
     def _try(self) -> Any:
-        """A client, or None; asked first, for a client that finds nobody leaves a thread."""
+        """A client, or None; the address is tried first: a client that fails leaves a thread."""
         try:
             socket.create_connection(self._host_port, timeout=CONNECT_S).close()
             return self._dask.Client(self._address, timeout=CONNECT_S, name="stepload")
@@ -200,7 +200,7 @@ def _host_port(address: str) -> tuple[str, int]:
 
 
 def _there() -> Callable[[bytes], Any]:
-    """What a worker is sent: a function that travels whole, for it may know no stepload."""
+    """The function sent to a worker, pickled by value since the worker may not have stepload."""
 
     def there(data: bytes) -> Any:
         from stepload.runner.there import unpack_and_do

@@ -1,4 +1,4 @@
-"""Which code decides: a digest of source files, to be compared between machines and days."""
+"""Digest of the source files that determine a result, for comparison between machines and days."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ def code_digest(rooms: Iterable[Path], without: Collection[Path] = ()) -> str:
     """SHA-256 over the Python files of these directories and their names.
 
     Args:
-        rooms: directories, looked into to their bottom.
+        rooms: directories, searched recursively.
         without: files of them that are left out.
     """
     digest = hashlib.sha256()

@@ -1,4 +1,4 @@
-"""Libraries that are there only for whoever asked for them."""
+"""Optional libraries, installed only as extras of the package."""
 
 from __future__ import annotations
 

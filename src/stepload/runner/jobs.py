@@ -1,4 +1,4 @@
-"""Many jobs in batches; a row depends on its work and its job, not on who does it, or when."""
+"""Many jobs in batches; a row depends on its work and its job only, not on worker or time."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import Protocol, TypeVar
 from stepload.errors import RefusedError
 
 BATCH = 25
-"""Jobs that are sent, done and kept together."""
+"""Largest number of jobs that are sent, done and stored together."""
 
 TAIL = 8
-"""A batch holds this part of the jobs that are left at the most: towards the end batches become
-smaller, so that no worker waits long for the last one of another."""
+"""A batch holds at most the jobs left divided by this: towards the end batches become smaller, so
+that no worker waits long for the last one of another."""
 
 JobT = TypeVar("JobT")
 RowT = TypeVar("RowT")
@@ -33,7 +33,7 @@ class Job:
     Attributes:
         series: runs of one kind.
         index: number of the run in its series; with the seed of the work it decides all draws.
-        point: where a directed search wants it; empty where all is drawn.
+        point: coordinates chosen by a directed search; empty where all is drawn.
     """
 
     series: str
@@ -42,27 +42,27 @@ class Job:
 
 
 class Work(Protocol[JobIn, RowOut]):
-    """What all jobs have in common; it is pickled and sent with every batch."""
+    """Common part of all jobs; it is pickled and sent with every batch."""
 
     @property
     def digest(self) -> str:
-        """Digest of the code that decides what a job comes to, as it is on this machine."""
+        """Digest of the code that determines the result of a job on this machine."""
         ...
 
     def run(self, job: JobIn, /) -> RowOut:
-        """Do one job. The same work and job give the same row, wherever and whenever."""
+        """Do one job. The same work and job give the same row on any machine."""
         ...
 
 
 class Pool(Protocol):
-    """Who does the batches: processes of this machine, or a cluster."""
+    """What runs the batches: processes of this machine, or a cluster."""
 
     def finished(
         self, do: Callable[[PartT], DoneT], parts: Iterable[PartT]
     ) -> Generator[DoneT, None, None]:
-        """What `do` gives for each part, once each, in the order in which they are done.
+        """Results of `do` for each part, once each, in order of completion.
 
-        Closing the generator gives up what is under way.
+        Closing the generator cancels pending parts.
         """
         ...
 
@@ -80,7 +80,7 @@ def run_batch(work: Work[JobT, RowT], digest: str, jobs: Sequence[JobT]) -> list
             hint="install the same version everywhere and restart the workers",
         )
     if not gc.get_freeze_count():
-        gc.freeze()  # what is there now stays for all runs: no use looking through it in each
+        gc.freeze()  # present objects stay: the garbage collector need not scan them in each run
     rows = [work.run(job) for job in jobs]
     gc.collect()
     return rows
@@ -89,13 +89,13 @@ def run_batch(work: Work[JobT, RowT], digest: str, jobs: Sequence[JobT]) -> list
 def run_all(
     work: Work[JobT, RowT], jobs: Sequence[JobT], pool: Pool, size: int | None = None
 ) -> Generator[list[RowT], None, None]:
-    """Rows in batches, in the order in which the batches are done; each job is done once.
+    """Rows in batches, in order of completion; each job is done once.
 
     Args:
-        work: what all jobs have in common.
-        jobs: what is to be done.
-        pool: who does it.
-        size: most jobs in a batch, `BATCH` where nothing is said.
+        work: the common part of all jobs.
+        jobs: the jobs.
+        pool: the worker pool.
+        size: largest number of jobs in a batch, by default `BATCH`.
     """
     yield from pool.finished(partial(run_batch, work, work.digest), _parts(jobs, size))
 
@@ -103,7 +103,7 @@ def run_all(
 def run_in_order(
     work: Work[JobT, RowT], jobs: Sequence[JobT], pool: Pool, size: int | None = None
 ) -> Generator[list[RowT], None, None]:
-    """The same in the order of the jobs: a batch that is early waits for those before it."""
+    """The same in the order of the jobs: an early batch waits for those before it."""
     do = partial(_numbered, partial(run_batch, work, work.digest))
     early: dict[int, list[RowT]] = {}
     due = 0

@@ -1,4 +1,4 @@
-"""Batches over processes of this machine."""
+"""Batches on processes of this machine."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from stepload.runner.threads import one_thread
 
 PARENT_POLL_S = 1.0
 AHEAD = 2
-"""Batches under way for each worker: the next one is there when one is done."""
+"""Pending batches for each worker, so that the next one is ready."""
 
 
 def cores() -> int:
-    """Processors that this process may use."""
+    """Number of processors that this process may use."""
     return len(os.sched_getaffinity(0))
 
 
 class LocalPool:
-    """So many processes, kept until the end of the `with` block; none of their own where it is 1.
+    """A fixed number of processes until the end of the `with` block; with 1 the work is done here.
 
-    A process that is killed is replaced, and what was under way is done again.
+    A process that is killed is replaced, and its pending batches are done again.
 
     Args:
         processes: at least 1.
@@ -43,9 +43,9 @@ class LocalPool:
     def finished(
         self, do: Callable[[PartT], DoneT], parts: Iterable[PartT]
     ) -> Generator[DoneT, None, None]:
-        """What `do` gives for each part, once each, in the order in which they are done.
+        """Results of `do` for each part, once each, in order of completion.
 
-        Closing the generator (Ctrl+C) gives up what is under way.
+        Closing the generator (Ctrl+C) cancels pending parts.
 
         Raises:
             RefusedError: processes are killed again and again.
@@ -85,7 +85,7 @@ class LocalPool:
         again: deque[PartT],
         left: Iterator[PartT],
     ) -> bool:
-        """Send parts until enough are under way; False where the processes are gone."""
+        """Submit parts until enough are pending; False where the processes are gone."""
         while len(pending) < AHEAD * self._processes:
             part = again.popleft() if again else next(left, None)
             if part is None:
@@ -122,7 +122,7 @@ class LocalPool:
 
 
 def quiet() -> None:
-    """Ctrl+C is for the parent; a worker ends with its parent, however that ended."""
+    """Ignore Ctrl+C, which is for the parent; a worker ends with its parent in any case."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = os.getppid()
 

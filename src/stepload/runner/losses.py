@@ -1,11 +1,11 @@
-"""Workers that are lost: their batches are done again, but not for ever."""
+"""Lost workers: their batches are repeated, up to a limit."""
 
 from __future__ import annotations
 
 from stepload.errors import RefusedError
 
 MOST_IN_A_ROW = 5
-"""After so many losses without one finished batch between them it is the batch and not the host."""
+"""Largest number of losses in a row, without a finished batch; beyond it the batch is to blame."""
 
 
 class Losses:
@@ -15,11 +15,11 @@ class Losses:
         self._in_a_row = 0
 
     def none(self) -> None:
-        """A batch has come back."""
+        """A batch was finished."""
         self._in_a_row = 0
 
     def one(self, what: str) -> None:
-        """Something that worked on a batch is gone.
+        """A worker was lost.
 
         Raises:
             RefusedError: it was one too many in a row.

@@ -12,7 +12,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 from stepload.runner.extras import extra
 
 GROUP = 100_000
-"""Rows that are turned and written at a time: what memory it takes."""
+"""Rows that are converted and written at a time, which limits the memory."""
 
 
 def needs_parquet() -> Any:
@@ -29,7 +29,7 @@ def write_parquet(path: Path, kind: type[Any], rows: Sequence[Any]) -> None:
     """Write rows in their order; the same rows give the same file, and it is whole or not there.
 
     Args:
-        path: written over.
+        path: overwritten if it exists.
         kind: the dataclass of the rows: text, integers, floats, booleans, tuples of one of these,
             each or None. The file has a column for each field, also where there is no row.
         rows: all of this kind.

@@ -1,4 +1,4 @@
-"""Rows on disk: one file, appended to row by row, so that what was begun can go on later."""
+"""Rows on disk in one file, appended row by row, so that a campaign can be resumed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stepload.errors import BadInputError, RefusedError
 
 
 class Row(Protocol):
-    """What is kept of one run, which its series and its number name."""
+    """The stored result of one run, identified by its series and number."""
 
     @property
     def series(self) -> str:
@@ -35,20 +35,20 @@ RowT = TypeVar("RowT", bound=Row)
 
 
 class Store(Generic[RowT]):
-    """The rows of one campaign in a directory; `rows` holds those that were there already.
+    """The rows of one campaign in a directory; `rows` holds those that were already stored.
 
-    A last line that was cut off by a crash is taken away; its run is done again. A run that stands
-    there twice counts once.
+    A last line that was cut off by a crash is removed; its run is done again. A run that is stored
+    twice counts once.
 
     Args:
         directory: made where missing.
         files: names of the header (JSON) and of the rows (JSON lines).
-        header: what must be the same for rows to belong together.
-        from_line: a row from its line; raises ValueError where it is none.
+        header: settings that must be equal for rows to belong together.
+        from_line: decodes a row from its line; raises ValueError where it is invalid.
 
     Raises:
         RefusedError: the directory holds another campaign, or another command is at work there.
-        BadInputError: it holds something that is none.
+        BadInputError: it holds invalid rows.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Store(Generic[RowT]):
             raise
 
     def _take(self) -> None:
-        """No other command writes here until this one ends, however it ends."""
+        """Lock the file against other commands until this process ends in any way."""
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:

@@ -1,4 +1,4 @@
-"""What a worker of a cluster does with a batch that it was sent."""
+"""Execution of a batch by a worker of a cluster."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stepload.runner.threads import THREADS
 
 
 def unpack_and_do(data: bytes) -> Any:
-    """Do the batch of these bytes, which a `DaskPool` made.
+    """Do the batch in these bytes, made by a `DaskPool`.
 
     Raises:
         RefusedError: this worker does several batches at once, or its linear algebra may use

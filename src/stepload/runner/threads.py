@@ -1,4 +1,4 @@
-"""One thread of linear algebra in each worker: as many workers as cores, and the same rounding."""
+"""One thread of linear algebra in each worker, for one worker per core and equal rounding."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Processes that are started in here use one thread each; this one is left as it was."""
+    """Processes started in this block use one thread each; this process is unchanged."""
     before = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
     try:

@@ -1,7 +1,7 @@
-"""What breaks when a layer is taken away: the campaign without one rule, leash or speed.
+"""Effect of removing a safety layer: the campaign without one rule, leash or speed limit.
 
-The product has no switch for that. The engine of a simulated run is handed other parts: something
-that makes no breach of a rule, a controller without a layer, or other limits.
+The product has no switch for that. The engine of a simulated run gets other parts instead: a
+`Breach` that ignores a rule, a controller without a layer, or other limits.
 """
 
 from __future__ import annotations
@@ -42,19 +42,19 @@ LAYERS = {
 """What can be switched off, each with one line of help."""
 FIXED_SPEED_M_S = 0.01
 LONGEST_S = 30.0
-"""Without a layer a run may never end: the operator ends it then."""
+"""Time after which the operator ends a run, which without a layer may never end."""
 _NEVER = -1e12
 _ANY_FORCE_N = 1e12
 
 
 def named_rules(name: str) -> frozenset[str]:
-    """The rules of "R1" or "R1+R2"; none where the name is that of another layer, or of nothing."""
+    """The rules of "R1" or "R1+R2"; none where the name is that of another layer, or unknown."""
     names = frozenset(name.split("+"))
     return names if names <= frozenset(RULES) else frozenset()
 
 
 def told(name: str) -> str:
-    """What is missing, in words."""
+    """Description of the missing layer."""
     return LAYERS.get(name) or "; ".join(LAYERS[rule] for rule in name.split("+"))
 
 
@@ -73,7 +73,7 @@ class Ablation:
 
     @property
     def rules(self) -> frozenset[str]:
-        """The rules that never find anything."""
+        """The rules that are disabled."""
         if names := named_rules(self.name):
             return names
         if self.name == "all-but-R1":
@@ -93,11 +93,11 @@ class Ablation:
         return limits
 
     def found(self, rule: str, *rest: Any) -> Breach | None:
-        """A breach, unless its rule is left out; handed to the engine in place of `Breach`."""
+        """A breach, unless its rule is disabled; used by the engine in place of `Breach`."""
         return None if rule in self.rules else Breach(rule, *rest)
 
     def controller(self, limits: RunLimits) -> StepController:
-        """A step controller without the layer; handed to the engine in place of the product's."""
+        """A step controller without the layer; used by the engine in place of the product's."""
         if self.name in ("cap", "all-but-R1"):
             limits = replace(limits, contact_n_s_per_m=1e-6)
         sigmas = _NEVER if self.name in ("leash", "all-but-R1") else NOISE_MULTIPLE
@@ -105,7 +105,7 @@ class Ablation:
 
 
 def ends_in_time(engine: Engine, longest_s: float = LONGEST_S) -> None:
-    """End a run as the operator would once it has gone on for so long; called as progress."""
+    """End a run as the operator would after a long time; called as progress."""
     row = engine.row
     if row is not None and row.time_s > longest_s:
         engine.operator.request_stop(StopLevel.NOW)

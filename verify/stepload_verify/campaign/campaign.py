@@ -1,4 +1,4 @@
-"""The whole campaign: which runs there are, which are still to be done, and what they came to."""
+"""The whole campaign: its runs, those still to be done, and their results."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from stepload_verify.campaign.scenario import ONE_AXIS, ONE_CHANNEL, TWO_CHANNEL
 from stepload_verify.campaign.work import Work
 
 ONE_CHANNEL_SHARE = 10
-"""One run on a rig with one force channel for so many on rigs with two; they are extra."""
+"""Runs on rigs with two force channels for each additional run on a rig with one."""
 FILES = ("campaign.json", "runs.jsonl")
 
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far a campaign is."""
+    """Progress of a campaign."""
 
     done: int
     total: int

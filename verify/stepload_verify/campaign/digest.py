@@ -1,4 +1,4 @@
-"""What a run comes to is decided by code; this says by which."""
+"""Digest of the code that determines the result of a run."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from stepload.rig.world import load_world
 from stepload.runner.digest import code_digest
 
 NOT_DECIDING = ("campaign.py", "digest.py", "replay.py", "summary.py", "without.py")
-"""Files of this room that only order, keep and count runs."""
+"""Files of this package that only order, store and count runs."""
 DECIDING = ("contact", "engine", "envelope", "estimators", "evidence", "plan", "rig")
-"""Rooms of stepload whose code decides what a simulated run comes to."""
+"""Packages of stepload whose code determines the result of a simulated run."""
 
 
 def fingerprint(*more: Path) -> str:
-    """SHA-256 over the code that decides what a run comes to: ours and the simulator's.
+    """SHA-256 over the code, of campaign and simulator, that determines the result of a run.
 
     Args:
-        more: directories of code that decides too.
+        more: further directories of such code.
     """
     product, here = Path(stepload.__file__).parent, Path(__file__).parent
     simulator = Path(inspect.getfile(type(load_world()))).parent
@@ -30,5 +30,5 @@ def fingerprint(*more: Path) -> str:
 
 @cache
 def loaded(*more: Path) -> str:
-    """The same once for all in this process, whose code stays what it was when it was loaded."""
+    """The same, computed once in this process, whose loaded code does not change."""
     return fingerprint(*more)

@@ -1,4 +1,4 @@
-"""Carries out what goes wrong on the program's side of a rig: signals, exceptions, a full disk."""
+"""Incidents on the program's side of a rig: signals, exceptions, a full disk."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from stepload_verify.campaign.mishaps import ERRORS, Incident
 
 
 class Killed(BaseException):
-    """The program is gone; nothing that it would have done happens any more."""
+    """The program was killed; nothing that it would have done happens any more."""
 
 
 def _nothing(_sample: object) -> None:
-    """Recorded nowhere."""
+    """Discard: nothing is recorded."""
 
 
 class NullRecorder:
-    """A recorder that keeps nothing but how many levels were given up; its disk can be full."""
+    """A recorder that keeps only the number of levels given up; its disk can be full."""
 
     def __init__(self, on_tick: Callable[[TickRow], None] = _nothing) -> None:
         self.force: Callable[[ForceSample], None] = _nothing
@@ -35,7 +35,7 @@ class NullRecorder:
         self.levels_missed = 0
 
     def event(self, time_s: float, kind: str, data: Mapping[str, object]) -> None:
-        """Recorded nowhere."""
+        """Discard: nothing is recorded."""
         self.levels_missed += kind == "level_missed"
 
     def problem(self) -> str:
@@ -43,7 +43,7 @@ class NullRecorder:
 
 
 class WatchedClock:
-    """The rig's clock, which lets incidents happen when their time has come."""
+    """The rig's clock, which triggers incidents at their time."""
 
     virtual = True
 
@@ -53,7 +53,7 @@ class WatchedClock:
         self.now_s = inner.now_s
 
     def at(self, time_s: float, happens: Callable[[], None]) -> None:
-        """Call `happens` as soon as this time has passed."""
+        """Call `happens` once this time has passed."""
         self._due.append((time_s, happens))
         self._due.sort(key=lambda row: row[0])
 
@@ -85,7 +85,7 @@ class FailingOperator(Operator):
 
 
 class FailingSample:
-    """A sample of which nothing can be read: what judges it fails."""
+    """A sample whose values cannot be read, so that the rule that evaluates it fails."""
 
     def __init__(self, error: str) -> None:
         self._error = error
@@ -95,7 +95,7 @@ class FailingSample:
 
 
 class SpoiltOnce:
-    """A force sensor whose next samples cannot be read; after that it is the sound one again."""
+    """A force sensor whose next samples cannot be read; after them it works again."""
 
     def __init__(self, rig: Any, error: str) -> None:
         self._rig, self._sound, self._error = rig, rig.force, error
@@ -154,7 +154,7 @@ def install(
 
 
 class _Unreached:
-    """The arm of a program that is gone: nothing is sent to it."""
+    """The arm of a killed program: nothing is sent to it."""
 
     def __init__(self, period_s: float) -> None:
         self.period_s = period_s

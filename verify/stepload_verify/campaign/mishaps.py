@@ -1,4 +1,4 @@
-"""What goes wrong in a run, and when: faults of devices, of the host, of people and of programs.
+"""Faults in a run and their times: of devices, of the host, of people and of programs.
 
 A mishap is a `WorldFault` that the simulated rig carries out, or an `Incident` on the program's
 side of the rig (`stepload_verify.campaign.incidents`). Times are world times.
@@ -23,7 +23,7 @@ COMPONENTS = (
     "recorder.event", "recorder.problem", "arm.fault", "arm.retract", "arm.safe", "force.fault",
     "force.safe",
 )  # fmt: skip
-"""Calls that can be made to raise; drains and commands are faults of the simulated rig."""
+"""Calls that may raise; drains and commands are faults of the simulated rig."""
 ERRORS: dict[str, type[BaseException]] = {
     "RuntimeError": RuntimeError, "MemoryError": MemoryError, "OSError": OSError,
     "KeyboardInterrupt": KeyboardInterrupt, "SystemExit": SystemExit,
@@ -41,7 +41,7 @@ INCIDENTS: dict[str, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Incident:
-    """Something on the program's side, from `start_s` on; `detail` is a count or a component."""
+    """An incident on the program's side, from `start_s` on; `detail` is a count or a component."""
 
     kind: str
     start_s: float
@@ -50,7 +50,7 @@ class Incident:
 
 @dataclass(frozen=True, slots=True)
 class Times:
-    """When the run is expected to touch and to be done, in world time."""
+    """Expected times of the touch and of the end of the run, in world time."""
 
     touch_s: float
     end_s: float
@@ -71,7 +71,7 @@ WIDER_FAULTS = (
     "second_clipped", "gauge_gain_ramp", "gauge_bias_ramp", "gauge_clipped", "arm_force_clipped",
     "command_jitter", "plate_moves",
 )  # fmt: skip
-"""Faults beyond the claim of the campaign: drawn only where they are named."""
+"""Faults beyond the claim of the campaign: drawn only if they are named."""
 
 SIX_FAULTS = (
     "force_lateral_dead", "force_lateral_swapped", "force_torque_dead", "force_torque_saturated",
@@ -79,7 +79,7 @@ SIX_FAULTS = (
 )  # fmt: skip
 """Faults that only a rig with six axes has."""
 FROM_THE_START_SHARE = 0.5
-"""Share of the dead and swapped components across the axis that have always been so."""
+"""Share of the dead and swapped components across the axis that have been so from the beginning."""
 
 _Draw = Callable[[Random, float], float]
 
@@ -104,7 +104,7 @@ _MAGNITUDES: dict[str, _Draw] = {
     "plate_moves": lambda c, _: log_uniform(c, 20e-6, 0.2e-3),
     "plate_slips": lambda c, _: 0.05,
 }
-"""Magnitude by the end of a fault's name; others have none."""
+"""Magnitude by the ending of a fault's name; others have none."""
 _PREFIXES = ("force_", "second_", "gauge_", "arm_force_", "arm_")
 
 
@@ -122,7 +122,7 @@ def magnitude_of(kind: str, chance: Random, elastic_limit_n: float) -> float:
 
 
 def applicable(kinds: Iterable[str], plan: Plan) -> list[str]:
-    """The world faults that have something to act on in this rig."""
+    """The world faults that affect this rig."""
     source = plan.rig.second_force.source
     missing = [
         prefix
@@ -171,13 +171,13 @@ def incidents_of(kind: str, chance: Random, times: Times) -> tuple[Incident, ...
 
 
 SILENT = ("stuck_mean", "gain", "bias", "deaf", "gain_ramp", "bias_ramp", "clipped")
-"""Faults of a force channel that show in the comparison with the other one, and nowhere else."""
+"""Faults of a force channel that are detected only by comparison with the other one."""
 
 
 def both_channels_blind(faults: Iterable[WorldFault], plan: Plan) -> bool:
-    """Whether both force channels lie without a sign of it: the named hazard `both_channels_alike`.
+    """Whether both force channels fail undetected: the named hazard `both_channels_alike`.
 
-    Neither says that it does not work, and nothing is left to compare them with.
+    Neither reports a fault, and there is no third channel to compare them with.
     """
     source = plan.rig.second_force.source
     second = "second_" if source is SecondForceSource.SENSOR else "arm_force_"
@@ -188,6 +188,6 @@ def both_channels_blind(faults: Iterable[WorldFault], plan: Plan) -> bool:
 
 
 def _harmless(fault: WorldFault) -> bool:
-    """Reading too much only stops a run early."""
+    """Whether a fault only makes a reading too large, which stops a run early."""
     too_much = fault.kind.endswith("gain") and fault.magnitude >= 1.0
     return too_much or (fault.kind.endswith("_bias") and fault.magnitude >= 0.0)

@@ -1,7 +1,7 @@
-"""Random rigs with six axes: how the tip is held, how it meets the plate, what the plan says of it.
+"""Random rigs with six axes: mounting of the tip, contact with the plate, and their plan.
 
-A stance is drawn before the plan and leaves the stiffness along the axis open. What is sound lies
-within what the plan allows; `mounted` makes the truth of it, with what is wrong on purpose.
+A stance is drawn before the plan and does not fix the stiffness along the axis. A sound stance is
+within the limits of the plan; `mounted` makes the truth of it, with deliberate anomalies.
 """
 
 from __future__ import annotations
@@ -19,40 +19,40 @@ from stepload_verify.campaign.plants import STVF_STIFFNESS_N_PER_M, log_uniform
 from stepload_verify.campaign.truth import Anomaly
 
 LARGEST_SHARE = 0.28
-"""A sound rig is dragged sideways no further than this; plans allow 30 %."""
+"""Largest lateral share of a sound rig; plans allow 30 %."""
 LEVER_M = 0.12
 CROSS_TALK = 0.01
-"""Of forces and torques among themselves; half a millimetre of it between the two."""
+"""Cross-talk among forces and among torques; forces appear in torques with 0.5 mm."""
 TORQUE_ARM_M = 0.02
 """Noise of a torque over that of a force."""
 STVF_LATERAL_N_PER_M = 2e6
 STATED_SHARE = 0.6
-"""Of arms whose plan states the stiffness of a tip that sticks; the others leave the default."""
+"""Share of arms whose plan states the stiffness of a tip that sticks; others use the default."""
 DRY_SHARE = 0.5
-"""Of arms whose K_s was measured on a block that held the tip sideways, more or less."""
+"""Share of arms whose K_s was measured on a block that held the tip sideways to some degree."""
 STEEPEST_RAD = math.radians(7.0)
-"""Some plans say that the plate may be tilted by so much."""
+"""Largest tilt of the plate that some plans allow."""
 LARGEST_STEEP_SHARE = 0.2
-"""`LARGEST_SHARE` of such a rig: R12 counts the tilt with it."""
+"""`LARGEST_SHARE` of a rig with such a plan: R12 includes the tilt."""
 _ATTEMPTS = 1000
 
 
 @dataclass(frozen=True, slots=True)
 class Stance:
-    """How a rig holds its tip.
+    """Mounting of a rig's tip.
 
     Attributes:
         ur: an arm, and not a guided axis.
         coupling: sideways over axial motion of a tip that slides freely, and its direction.
         lateral: compliance across the axis over that along it.
-        stated_ratio: what the plan says about a tip that sticks; None: nothing.
+        stated_ratio: stiffness ratio of a sticking tip in the plan; None: not stated.
         dry_ratio: K_s of the block that the plan believes over that without friction.
         friction, kinetic_share: static friction, and kinetic friction over it.
         tilt_rad, turn_rad, off_m: size of the plate's tilt, of the sensor's mounting error, and of
             the contact's distance from the axis; each with a direction of its own in `directions`.
         tips_rad_per_n: rotation of the tool per newton.
         rating: torque rating over what a run within the plan can need; 0: none stated.
-        stated_tilt_rad: what the plan says of the plate's tilt; None: nothing.
+        stated_tilt_rad: largest tilt of the plate in the plan; None: not stated.
     """
 
     ur: bool
@@ -77,19 +77,19 @@ class Stance:
 
     @property
     def share(self) -> float:
-        """No less than the force across over that along the axis, as the sensor shows it."""
+        """Upper bound of the lateral share, as the sensor shows it."""
         dragged = min(self.friction, self.coupling / self.lateral)
         return dragged + math.tan(self.tilt_rad) + math.tan(self.turn_rad) + CROSS_TALK
 
     @property
     def sound(self) -> bool:
-        """Whether a plan would have such a rig."""
+        """Whether a plan would accept such a rig."""
         largest = LARGEST_SHARE if self.stated_tilt_rad is None else LARGEST_STEEP_SHARE
         return 0.2 < self.lateral < 5.0 and self.share < largest
 
 
 def draw_stance(chance: Random, ur: bool, stated_tilt_rad: float | None = None) -> Stance:
-    """A sound stance: what it drags sideways is within the plan."""
+    """A sound stance, whose lateral share is within the plan."""
     for _ in range(_ATTEMPTS):
         stance = replace(any_stance(chance, ur), stated_tilt_rad=stated_tilt_rad)
         if stance.sound:
@@ -119,7 +119,7 @@ def any_stance(chance: Random, ur: bool) -> Stance:
 
 
 def told(plan: Plan, stance: Stance) -> Plan:
-    """The plan with what its rig file says about six axes."""
+    """The plan with the statements of its rig file about six axes."""
     rig, top_n = plan.rig, plan.procedure.top_force_n
     rated: tuple[float, ...] = ()
     if stance.rating:
@@ -142,9 +142,9 @@ def _needed_torque(plan: Plan, top_n: float) -> float:
 
 
 def fits(envelope: Envelope, stance: Stance) -> bool:
-    """Whether R12 lets the top force of the plan pass at the share of this stance.
+    """Whether R12 allows the top force of the plan at the lateral share of this stance.
 
-    Preflight does not look at that: F_allowed is that of a load along the axis.
+    Preflight does not check that: F_allowed is that of a load along the axis.
     """
     limits, top_n = envelope.run_limits, envelope.plan.procedure.top_force_n
     worse = stance.share * (stance.share + 2.0 * limits.lateral_askew)
@@ -171,7 +171,7 @@ def mounted(
 
 
 def _changed(stance: Stance, values: dict[str, float], believed_ratio: float) -> Stance:
-    """What is wrong on purpose."""
+    """The deliberate anomaly."""
     if "stuck stiffer than stated" in values:
         ratio = believed_ratio * values["stuck stiffer than stated"]
         coupling = max(stance.coupling, 0.8)

@@ -1,7 +1,7 @@
 """Random rigs and payloads of both arm classes, as the runner believes them.
 
 The template plan gives the order of the run and its times; every figure of rig, payload and force
-is drawn here. `stepload_verify.campaign.truth` says how the simulated rig really is.
+is drawn here. `stepload_verify.campaign.truth` draws the true properties of the simulated rig.
 """
 
 from __future__ import annotations
@@ -172,10 +172,10 @@ def _rig(
 def plan_from(
     chance: Random, template: Plan, arm_class: str, source: SecondForceSource | None
 ) -> Plan | None:
-    """What the runner believes; None where the drawn figures leave no room to press.
+    """The plan as the runner believes it; None where the drawn figures leave no room to press.
 
     Args:
-        chance: where the figures come from.
+        chance: random source of the figures.
         template: order, times and distances.
         arm_class: one of `ARM_CLASSES`.
         source: of the second force channel; drawn if None.
@@ -226,8 +226,8 @@ def draw_plan(
     Args:
         chance, template, arm_class: see `plan_from`.
         two_channels: whether there is a second force channel.
-        told: adds to the plan what its rig file says besides.
-        fits: whether an envelope will do.
+        told: adds further statements of the rig file to the plan.
+        fits: whether an envelope is acceptable.
 
     Raises:
         RefusedError: none was found.

@@ -1,4 +1,4 @@
-"""One run of a campaign in full: the plant, what goes wrong, and what happened, tick by tick."""
+"""One run of a campaign in full: the plant, its faults, and its course tick by tick."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from stepload_verify.campaign.work import Work
 
 SPARSE_S = 0.1
 DENSE_S = 0.03
-"""Before and after the stop every tick is listed for so long, elsewhere one each `SPARSE_S`."""
+"""Time around the stop in which every tick is listed; elsewhere one each `SPARSE_S`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ def replay(work: Work, name: str) -> Replay:
 
 
 def plant_rows(scenario: Scenario) -> Iterator[tuple[str, str]]:
-    """Every figure of the plant, as the plan has it and as it is."""
+    """Every figure of the plant, as planned and as it really is."""
     plan, truth = scenario.plan, scenario.truth
     for name, section in (
         ("arm", plan.rig.arm),
@@ -75,7 +75,7 @@ def plant_rows(scenario: Scenario) -> Iterator[tuple[str, str]]:
 
 
 def wrong_rows(scenario: Scenario) -> Iterator[tuple[str, str]]:
-    """Everything that goes wrong, in order of time."""
+    """All faults and incidents, in order of time."""
     for anomaly in scenario.anomalies:
         yield "plant", f"{anomaly.kind} ({anomaly.value:.6g})"
     timed = [

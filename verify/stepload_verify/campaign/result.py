@@ -1,4 +1,4 @@
-"""What is kept of each run: one line of JSON."""
+"""Stored result of each run: one line of JSON."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Result:
 
     @property
     def false_trip(self) -> bool:
-        """Stopped, with nothing wrong."""
+        """Whether it was stopped without any fault."""
         return self.healthy and self.status != "completed"
 
     def to_line(self) -> str:

@@ -1,4 +1,4 @@
-"""One run of the campaign before it is run; everything follows from (seed, series, index)."""
+"""One run of the campaign before it is executed; all of it follows from (seed, series, index)."""
 
 from __future__ import annotations
 
@@ -37,30 +37,30 @@ TWO_CHANNELS, ONE_CHANNEL = "two", "one"
 """The two series of a campaign: the claim is made for the first, the second is reported apart."""
 ONE_AXIS, SIX_AXES = "one", "six"
 BLIND = "both_channels_alike"
-"""A named hazard: nothing is left to stop such a run."""
+"""A named hazard: no rule can stop such a run."""
 SIDEWAYS_UNSEEN = "sideways_unseen"
-"""Hazard: dragged beyond the plan, and the only sensor across the axis has always been dead."""
+"""Hazard: more lateral force than planned, and the only lateral sensor dead from the beginning."""
 TILTED = "plate_tilted"
 """A named hazard: the plate is tilted by more than the plan says, and nothing measures it."""
 STEEP = (0, 5, 9)
-"""Of ten rigs with six axes of a class, those whose plan says how far the plate may be tilted."""
+"""Of ten rigs with six axes of a class, those whose plan states the plate's largest tilt."""
 HEALTHY_SHARE = 0.15
 PLANTS = "plants"
 """Name of the anomalies of plants among the kinds."""
 INCIDENT_SHARE = 0.2
 LONGEST_RUN_S = 8.0
-"""Draws that would take longer are drawn again, a few times."""
+"""Longest run; longer ones are drawn again, a few times."""
 _SHORT_DRAWS = 20
 _STEP_RATES = 5.0
 _LOOKS_S = 0.6
-"""Looks at the force before and after backing off, and rest between them."""
+"""Time to measure the force before and after backing off, and rest between them."""
 _DRIFT_CHECK_S = 0.5
 _SETTLE_S = 0.4
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A run: what is believed, what is true, what goes wrong and when."""
+    """A run: its plan, its truth, and its faults with their times."""
 
     series: str
     index: int
@@ -73,7 +73,7 @@ class Scenario:
 
     @property
     def plan(self) -> Plan:
-        """What is believed."""
+        """The plan."""
         return self.envelope.plan
 
     @property
@@ -169,7 +169,7 @@ def draw(
 
 
 def stance_of(seed: int, series: str, index: int) -> Stance:
-    """How the rig of this run with six axes holds its tip."""
+    """Mounting of the tip in this run with six axes."""
     aside = Random(f"stepload {seed} {series} {index} six")
     ur = ARM_CLASSES[index % len(ARM_CLASSES)] == "UR"
     steep = index // len(ARM_CLASSES) % 10 in STEEP
@@ -183,7 +183,7 @@ def _tilted(plan: Plan, anomalies: Sequence[Anomaly]) -> str:
 
 
 def hazard_of(faults: Sequence[WorldFault], plan: Plan, anomalies: Sequence[Anomaly] = ()) -> str:
-    """What takes a run with these out of the claim, or ""."""
+    """Name of the hazard that takes a run with these faults out of the claim, or ""."""
     if both_channels_blind(faults, plan):
         return BLIND
     dead = any(fault.kind == "force_lateral_dead" and fault.start_s == 0.0 for fault in faults)
@@ -194,7 +194,7 @@ def hazard_of(faults: Sequence[WorldFault], plan: Plan, anomalies: Sequence[Anom
 def _draw_short(
     chance: Random, template: Plan, arm_class: str, two_channels: bool, stance: Stance | None
 ) -> Envelope:
-    """A plan that does not take long, if the template allows: slow rigs are safe, and use up time.
+    """A plan of short duration, if the template allows: slow rigs are safe, and cost time.
 
     Raises:
         RefusedError: no plan was found.
@@ -211,7 +211,7 @@ def _draw_short(
 def _draw_amounts(
     chance: Random, plan: Plan, kinds: tuple[str, ...], ways: tuple[str, ...]
 ) -> tuple[tuple[Anomaly, ...], int]:
-    """How the plant is wrong, and how many mishaps there are besides."""
+    """The plant's anomaly, and the number of additional mishaps."""
     only_plants = kinds == (PLANTS,)
     wrong = chance.choices((0, 1, 2), (0.6, 0.34, 0.06))[0] if PLANTS in kinds else 0
     wrong = max(wrong, 1) if only_plants else wrong

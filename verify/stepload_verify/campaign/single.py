@@ -1,4 +1,4 @@
-"""Runs one scenario through the same loop as every run, and looks at the true force."""
+"""Executes one scenario through the same loop as every run, and records the true force."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stepload_verify.campaign.result import KILLED, NOT_OPENED, Result
 from stepload_verify.campaign.scenario import Scenario
 
 AFTERWARDS_S = 0.5
-"""How long the rig is watched after the program has done with it."""
+"""Time for which the rig is simulated after the program has finished."""
 KILLED_AFTERWARDS_S = 2.0
 OPEN_TIMEOUT_S = 2.0
 _world = cache(load_world)
@@ -63,7 +63,7 @@ def run_scenario(
 def _engine(
     scenario: Scenario, ablation: Ablation | None, operator: Operator
 ) -> tuple[Engine, Callable[[Engine], None] | None]:
-    """The engine of a run, without the layer that is left out; a run without one is ended."""
+    """The engine of a run, without the omitted layer; such a run has a time limit."""
     envelope = scenario.envelope
     if ablation is None:
         return Engine(envelope, operator), None

@@ -1,4 +1,4 @@
-"""What a campaign says: counts, peaks, detection times, and the bound that follows."""
+"""Results of a campaign: counts, peaks, detection times, and the bound that follows."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ APART = {
     SIDEWAYS_UNSEEN: "dragged, and dead across",
     TILTED: "tilted beyond the plan",
 }
-"""What the runs with a named hazard are called; they are no part of the claim."""
+"""Names of groups of runs with a named hazard; they are not part of the claim."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class RuleRow:
 
 @dataclass(frozen=True, slots=True)
 class FaultRow:
-    """Runs with one kind of thing wrong, alone or among others."""
+    """Runs with one kind of fault, alone or among others."""
 
     kind: str
     runs: int
@@ -210,7 +210,7 @@ def by_rule(results: Iterable[Result]) -> list[RuleRow]:
 
 
 def by_fault(results: Iterable[Result]) -> list[FaultRow]:
-    """What the runs came to for each thing that was wrong."""
+    """Outcomes of the runs, by injected fault."""
     found: dict[str, list[Result]] = defaultdict(list)
     for row in results:
         for kind in dict.fromkeys(text.split()[0] if "." in text else text for text in row.wrong):

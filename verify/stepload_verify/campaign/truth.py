@@ -1,4 +1,4 @@
-"""How a simulated rig really is: as its plan says, within what is honest, or wrong on purpose."""
+"""True properties of a simulated rig: as planned, within honest tolerances, or with anomalies."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from stepload.rig.world import WorldSpec
 from stepload_verify.campaign.plants import log_uniform
 
 ANOMALIES = ("K x 10", "K / 10", "surface too near", "hidden hard stop", "K_s wrong by 30 %")
-"""Ways in which a plant may not be what its plan says."""
+"""Ways in which a plant may differ from its plan."""
 WIDER_ANOMALIES = ("mass wrong", "filters not declared")
 """Ways beyond the claim of the campaign: a tenth to ten times the mass, 5 to 20 ms more delay."""
 SIX_ANOMALIES = (
     "stuck stiffer than stated", "dragged sideways", "plate tilted", "touched off centre",
 )  # fmt: skip
-"""Ways of a rig with six axes: factor of the stuck ratio, share, rad, m."""
+"""Anomalies of a rig with six axes: factor of the stuck ratio, share, rad, m."""
 ALL_ANOMALIES = (*ANOMALIES, *WIDER_ANOMALIES, *SIX_ANOMALIES)
 NEAREST_SHARE = 0.05
 """A surface that is too near lies between this share of its stated distance and the near edge."""
 PLASTIC_SHARE = 0.3
 PAYLOAD_SPREAD = 0.3
-"""Standard deviation of ln K of a sound plant about its plan: a payload is measured, not known."""
+"""Standard deviation of ln K of a sound plant about its plan: a payload is not known before."""
 
 
 @dataclass(frozen=True, slots=True)

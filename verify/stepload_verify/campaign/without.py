@@ -1,4 +1,4 @@
-"""What breaks without a layer, told against the same runs with everything in place."""
+"""Effect of removing a layer, compared with the same runs with everything in place."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ class Without:
 
 
 def jobs_without(name: str, results: Sequence[Result]) -> list[Job]:
-    """The runs that a layer may have changed.
+    """The runs whose result may change without a layer.
 
     A rule can only end a run, once, and the result names the rule that did: every other run is the
-    same without it. Runs of a killed program are taken as they are, for nothing acts after that. A
+    same without it. Runs of a killed program are not repeated, since nothing acts after that. A
     layer of the controller acts in all runs.
     """
     rules = named_rules(name)

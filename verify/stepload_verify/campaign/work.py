@@ -15,7 +15,7 @@ from stepload_verify.campaign.single import run_scenario
 
 
 class Work(NamedTuple):
-    """What all runs of a campaign have in common."""
+    """Common settings of all runs of a campaign."""
 
     template: Plan
     seed: int
@@ -25,7 +25,7 @@ class Work(NamedTuple):
 
     @property
     def digest(self) -> str:
-        """Digest of the code that decides what a run comes to."""
+        """Digest of the code that determines the result of a run."""
         return loaded()
 
     def run(self, job: Job, /) -> Result:

@@ -1,4 +1,4 @@
-"""An emulated ATI NETCANOEM: answers questions, never speaks unasked."""
+"""An emulated ATI NETCANOEM: it answers requests and sends nothing else."""
 
 from __future__ import annotations
 

@@ -85,7 +85,7 @@ CAN_SENSORS = ("robotous_can", "ati_can")
 
 
 def driver_options(emulator: Emulator) -> dict[str, object]:
-    """What the driver has to be given to reach `emulator`."""
+    """Options with which the driver reaches `emulator`."""
     address = emulator.address
     if isinstance(emulator.device, RftCan | AtiDevice):
         interface = "slcan" if address.startswith("/dev/") else "socketcand"

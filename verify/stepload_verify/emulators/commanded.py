@@ -34,7 +34,7 @@ class Commanded:
         return reply
 
     def state(self) -> dict[str, Any]:
-        """What is really the case with the arm, see `UrController.truth`."""
+        """The true state of the arm, see `UrController.truth`."""
         truth: dict[str, Any] = json.loads(self.command("state"))
         return truth
 

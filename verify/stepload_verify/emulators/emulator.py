@@ -1,4 +1,4 @@
-"""Runs an emulated device: paces its samples, feeds it what the host sends, spoils the wire."""
+"""Runs an emulated device: paces its samples, forwards the host's bytes, injects wire faults."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Emulated(Protocol):
 
 
 class Measured:
-    """The wrench that an emulated sensor measures, with the faults of values."""
+    """The wrench measured by an emulated sensor, with faults of its values."""
 
     def __init__(self, source: WrenchSource, board: FaultBoard, rated_n: float) -> None:
         self._source = source

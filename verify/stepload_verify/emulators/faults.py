@@ -1,4 +1,4 @@
-"""Faults that an emulator can be told to show, from the command line or while it runs."""
+"""Faults that an emulator can show, switched on the command line or while it runs."""
 
 from __future__ import annotations
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 CATCH_UP_PERIODS = 10
-"""After a stall of the host so many periods at most are made up for; the rest is skipped."""
+"""Largest number of periods that are made up for after a stall of the host; the rest is skipped."""
 APART = 0.5
-"""Share of a period between two that are made up for. Several packages at one moment are one to a
-client that keeps the newest only: a late host would look like a lossy cable."""
+"""Time between two periods that are made up for, as a share of the period. Packages sent at one
+moment look like one to a client that keeps the newest only: a late host would look like a lossy
+cable."""
 
 
 class Pace:

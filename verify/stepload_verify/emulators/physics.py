@@ -1,4 +1,4 @@
-"""What an emulated sensor measures."""
+"""Quantities measured by an emulated sensor."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Physics(Protocol):
         ...
 
     def closed_m(self, time_s: float) -> float:
-        """How far the gap has closed since the start."""
+        """Closure of the gap since the start."""
         ...
 
     def beside(self, time_s: float) -> Wrench | None:

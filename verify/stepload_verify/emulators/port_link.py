@@ -1,4 +1,4 @@
-"""A name of one's choice for a pseudo-terminal, whose own name is known only once it is open."""
+"""A chosen name for a pseudo-terminal, whose own name is known only once it is open."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What acts on the tool of an emulated arm beside the contact: a person's hand, and its weight."""
+"""Loads on the tool of an emulated arm besides the contact: a person's hand, and its weight."""
 
 from __future__ import annotations
 

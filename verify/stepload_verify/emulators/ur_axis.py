@@ -1,4 +1,4 @@
-"""What the emulated controller needs of physics: one axis along the approach direction."""
+"""Physics required by the emulated controller: one axis along the approach direction."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from stepload.rig.samples import SixFloats
 class AxisState(NamedTuple):
     """Measured travel along the approach axis, and the force it presses with (positive).
 
-    `contact_n` is the true contact force where `force_n` is the arm's noisy idea of it, `peak_n`
-    its largest value so far. Of a rig with six axes also `wrench`, what the tip does to the plate,
-    and `shift_m`, the measured travel across the approach direction; the frame is that of
-    `ur_frames`.
+    `contact_n` is the true contact force and `force_n` the arm's noisy estimate of it, `peak_n` its
+    largest value so far. Of a rig with six axes also `wrench`, what the tip does to the plate, and
+    `shift_m`, the measured travel across the approach direction; the frame is that of `ur_frames`.
     """
 
     position_m: float
@@ -33,7 +32,7 @@ class Axis(Protocol):
         ...
 
     def command_shift(self, x_m: float, y_m: float) -> None:
-        """Likewise across; asked for only where `state` tells of a shift."""
+        """Likewise across; used only where `state` has a shift."""
         ...
 
     def advance_to(self, time_s: float) -> None:

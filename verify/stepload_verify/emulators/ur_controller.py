@@ -185,7 +185,7 @@ class UrController:
                     raise ValueError(f"unknown command {line!r}; `help` lists them")
 
     def _set(self, what: str, numbers: list[float]) -> None:
-        """As somebody at the pendant would."""
+        """Act like a person at the pendant."""
         robot = self.robot
         match what, numbers:
             case "slider", [fraction] if 0.0 <= fraction <= 1.0:
@@ -205,7 +205,7 @@ class UrController:
             self.robot.runtime_state = PAUSED
 
     def truth(self) -> dict[str, object]:
-        """What is really the case, for tests and for the `state` command."""
+        """The true state, for tests and for the `state` command."""
         program = self._program
         axis = self.robot.axis.state()
         watchdog_hz = program.watchdog_hz if isinstance(program, ControlProgram) else 0.0

@@ -27,7 +27,7 @@ _MODES = {3: "POWER_OFF", 5: "IDLE", 7: "RUNNING"}
 
 
 class Panel(Protocol):
-    """What the dashboard can ask of the controller, and do with it."""
+    """Operations of the controller that the dashboard uses."""
 
     version: tuple[int, int, int, int]
     serial_number: str

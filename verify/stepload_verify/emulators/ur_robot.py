@@ -27,7 +27,7 @@ NORMAL, PROTECTIVE, SAFEGUARD, ROBOT_EMERGENCY = 1, 3, 5, 7
 
 HOME: Vector = (0.4, -0.13, 0.3, 0.0, math.pi, 0.0)
 TOOL_DOWN = (-1.0, 1.0, -1.0)
-"""What the rotation of `HOME` does to the axes of the tool; it is taken to stay."""
+"""Effect of the rotation of `HOME` on the axes of the tool, assumed constant."""
 GRAVITY_M_S2 = 9.81
 
 _SAFETY_BITS = {
@@ -82,7 +82,7 @@ class Robot:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion still wants to go somewhere."""
+        """Whether a motion is not finished yet."""
         return self._motion is not None
 
     @property

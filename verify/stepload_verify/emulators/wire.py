@@ -14,12 +14,12 @@ MAX_READ = 65536
 
 
 class Wire(Protocol):
-    """A byte stream to whoever connects. `address` is what a driver connects to."""
+    """A byte stream to any connected client. `address` is what a driver connects to."""
 
     address: str
 
     def fileno(self) -> int:
-        """What becomes readable when bytes or a client come; -1 when closed."""
+        """File descriptor that becomes readable when bytes or a client arrive; -1 when closed."""
         ...
 
     def read(self) -> bytes:

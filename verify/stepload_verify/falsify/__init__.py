@@ -1,1 +1,1 @@
-"""A directed search for the worst that can happen to a payload, beside the dice of the campaign."""
+"""A directed search for the worst case of a payload, in addition to the random campaign."""

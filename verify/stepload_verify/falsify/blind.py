@@ -1,8 +1,8 @@
 """The search for a force that no channel shows, on one weak rig after another.
 
-What a rig lets pass by its tolerances alone comes near F_c, and near F_c all of that looks better
-than the beginning of a hole. So where a channel freezes the force that neither channel shows is
-made large by itself. The rig stays as it was drawn: a weak one is a corner that every step leaves.
+Forces allowed by the tolerances of a rig come near F_c and score higher than the beginning of a
+real hole. So where a channel freezes, the force that neither channel shows is maximised separately.
+The rig is kept as drawn: a weak rig is a corner case that every step would leave.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from stepload_verify.falsify.strategy import Strategy
 from stepload_verify.falsify.trial import Point, Trial
 
 PATIENCE = 4
-"""A rig is given up after so many generations in which nothing larger was found."""
+"""Number of generations without an improvement after which a rig is abandoned."""
 
 
 class Blind:
@@ -31,15 +31,15 @@ class Blind:
 
     @property
     def ready(self) -> bool:
-        """Whether there is a rig to go on with."""
+        """Whether there is a rig to continue with."""
         return self._strategy is not None or bool(self._starts)
 
     def drawn(self, point: Point, trial: Trial) -> None:
-        """A run at random, from which it may go on later."""
+        """Add a random run, from which the search may continue later."""
         self._starts.append((point, trial))
 
     def ask(self) -> list[list[float]]:
-        """The next generation; on another rig where this one is given up."""
+        """The next generation; on another rig if this one is abandoned."""
         if self._strategy is None or (self._in_vain >= PATIENCE and self._starts):
             best = max(self._starts, key=lambda one: one[1].unseen)
             self._starts.remove(best)
@@ -50,7 +50,7 @@ class Blind:
         return self._strategy.ask()
 
     def tell(self, points: Sequence[Point], trials: Sequence[Trial]) -> None:
-        """What a generation came to."""
+        """Record the results of a generation."""
         assert self._strategy is not None
         self._strategy.tell([point.point for point in points], [-one.unseen for one in trials])
         most = max(one.unseen for one in trials)

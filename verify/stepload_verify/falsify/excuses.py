@@ -1,7 +1,7 @@
-"""What a hazard that preflight names excuses: what it broke, within what it says, and no more.
+"""Whether a hazard that preflight names explains a peak: its effect, within its limits.
 
-Each is tried by taking its cause out of the run: where the rest passes F_c as well, or where more
-happened than the hazard says, it was no excuse.
+Each is tested by removing its cause from the run: if the rest exceeds F_c as well, or if more
+happened than the hazard states, it is no explanation.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ LINK_FAULTS = ("command_latency", "command_jitter")
 
 MAIN_SILENT = ("force_freeze", "force_stuck_mean")
 SECOND_SILENT = ("second_freeze", "second_stuck_mean", "arm_force_freeze", "arm_force_deaf")
-"""Faults in which a channel tells nothing of the force any more."""
+"""Faults of the main channel and of the second one after which it no longer shows the force."""
 FREEZES = ("force_freeze", "second_freeze", "arm_force_freeze")
 """Faults in which a force channel repeats itself."""
 
 
 def excuses(scenario: Scenario, peak_n: float) -> Iterator[tuple[str, Scenario]]:
-    """The hazards that may explain this peak: code, and the run without what they are about."""
+    """The hazards that may explain this peak: code, and the run without their cause."""
     named = {reason.code: reason.value for reason in scenario.envelope.reasons}
     kinds = {fault.kind for fault in scenario.faults}
     rigid = any(anomaly.kind == "hidden hard stop" for anomaly in scenario.anomalies)
@@ -73,7 +73,7 @@ def levelled(mount: Mount, largest_rad: float) -> Mount:
 
 
 def unstated_s(scenario: Scenario, believed: WorldSpec) -> float:
-    """How much later readings and commands together come than the plan says, in s."""
+    """Additional delay of readings and commands together over that of the plan, in s."""
     truth = scenario.truth
     readings_s = max(
         truth.force_delay_s - believed.force_delay_s,

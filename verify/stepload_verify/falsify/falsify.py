@@ -1,4 +1,4 @@
-"""A search from its beginning to its tables; it goes on where it was left."""
+"""A search from its beginning to its tables; it can be resumed."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SCENES = "scenes"
 BATCH = 12
 """Trials that are done and kept together."""
 KEPT_SCENES = 40
-"""So many of the worst strata get a scene file of their worst run; every broken one gets one."""
+"""Number of the worst strata whose worst run is written as a scene file; every broken one is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ def falsify(
     names = "\n".join(stratum.name for stratum in strata)
     header: dict[str, object] = {
         "seed": seed,
-        "trials": trials,  # they decide how many points of a stratum are drawn at random
+        "trials": trials,  # they determine how many points of a stratum are drawn at random
         "strata": hashlib.sha256(names.encode()).hexdigest(),
         "without": what.ablation,
         "plan": what.template.digest,
@@ -93,7 +93,7 @@ def _in_batches(what: Search, pool: Pool, points: Sequence[Point]) -> Iterator[l
 def _remembered(
     run_anew: Callable[[Sequence[Point]], Iterable[list[Trial]]], store: Store[Trial]
 ) -> Callable[[Sequence[Point]], list[Trial]]:
-    """Tries what is not in the store yet, a little at a time, so that little is lost by a crash."""
+    """Runs the trials that are not stored yet, in small parts, so that a crash loses little."""
     there = {(trial.series, trial.index): trial for trial in store.rows}
 
     def run(points: Sequence[Point]) -> list[Trial]:

@@ -1,8 +1,8 @@
 """The search in one stratum: points at random first, then CMA-ES from the best of them.
 
-Every second of these points is drawn towards the ends of all its numbers. What breaks a rule is
-often a rig with several figures at an end at once, such as a coarse sensor with hardly any noise,
-and that is a corner that even draws seldom come to.
+Every second of these points is drawn towards the ends of all its numbers. A rule is often broken by
+a rig with several figures at an end at once, such as a coarse sensor with hardly any noise, which
+uniform draws seldom reach.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from stepload_verify.falsify.strategy import POPULATION, Strategy
 from stepload_verify.falsify.trial import Point, Trial
 
 AFRESH = 4
-"""Every so many generations are points at random: a better start may be left to be found."""
+"""Interval, in generations, at which points are drawn at random, to find a better start."""
 BLIND_EVERY = 2
-"""Where a channel freezes, every so many generations look for force that no channel shows."""
+"""Interval, in generations, of the search for hidden force where a channel freezes."""
 DRAWN, CLIMBED, REDRAWN = 128, 384, 0.1
-"""Rigs that are drawn for a weak one; rigs made from the weakest of them, a tenth of it redrawn."""
+"""Rigs drawn to find a weak one; rigs made from the weakest of them, a tenth of it redrawn."""
 NOWHERE = 1e6
 """The cost of a point without a run; the ranks alone matter."""
 ELSEWHERE = 10.0
@@ -30,7 +30,7 @@ ELSEWHERE = 10.0
 
 
 def to_the_ends(number: float) -> float:
-    """An even draw of 0 to 1 as one of the arcsine law: in 41 % within a tenth of an end."""
+    """A uniform number of 0 to 1 made arcsine-distributed: in 41 % within a tenth of an end."""
     return math.sin(0.5 * math.pi * number) ** 2
 
 
@@ -38,11 +38,11 @@ Weigh = Callable[[Stratum, Sequence[float]], float]
 
 
 class Niche:
-    """The search among the runs of a stratum that ended in one way: by a rule, or by a word.
+    """The search among the runs of a stratum that ended in one way: by a rule, or by a status.
 
-    What a rule stops at the last moment and what another one stops far too late look alike to J.
-    Each of them goes on from its own worst run, so that none is given up for the one that happened
-    to come out ahead at first.
+    J cannot distinguish a run that one rule stops at the last moment from one that another rule
+    stops far too late. Each niche continues from its own worst run, so that none is abandoned for
+    the one that was ahead at first.
     """
 
     def __init__(self, name: str) -> None:
@@ -65,23 +65,23 @@ class Niche:
         return self.strategy.ask()
 
     def tell(self, points: Sequence[Point], trials: Sequence[Trial]) -> None:
-        """What a generation came to."""
+        """Record the results of a generation."""
         assert self.strategy is not None
         costs = [self._cost(trial) for trial in trials]
         self.strategy.tell([point.point for point in points], costs)
 
     def _cost(self, trial: Trial) -> float:
-        """What CMA-ES makes as small as it can: runs that end in another way come after all."""
+        """Cost that CMA-ES minimises: runs that end in another way rank last."""
         if math.isinf(trial.score):
             return NOWHERE
         return -trial.score + (0.0 if trial.ended_by == self.name else ELSEWHERE)
 
 
 class Hunt:
-    """The search in one stratum, asked for points and told what they came to.
+    """The search in one stratum, which proposes points and receives their results.
 
-    The same trials always ask for the same points: a search that is begun again with its old
-    trials goes on where it was.
+    The same trials always lead to the same points: a search that is restarted with its old trials
+    continues where it was.
 
     Args:
         stratum: where to search.
@@ -98,9 +98,9 @@ class Hunt:
         self.worst: tuple[Point, Trial] | None = None
         """The point with the largest J so far."""
         self.found_after: int | None = None
-        """Number of runs after which F_c had been passed first."""
+        """Number of runs at which F_c was first exceeded."""
         self.runs = 0
-        """Trials that were runs."""
+        """Number of trials that were runs."""
         self.tried = 0
         self._seed = seed
         self._length = length(stratum)
@@ -112,7 +112,7 @@ class Hunt:
 
     @property
     def done(self) -> bool:
-        """Whether F_c has been passed here, by a named hazard or not: there is no more to find."""
+        """Whether F_c was exceeded here, by a named hazard or not: the search can end."""
         return self.worst is not None and self.worst[1].j > 1.0
 
     @property
@@ -165,7 +165,7 @@ class Hunt:
         return self._points(niche.ask(self._seed, self.stratum.name))
 
     def tell(self, points: Sequence[Point], trials: Sequence[Trial]) -> None:
-        """What these points, of one call, came to."""
+        """Record the results of these points, which were proposed together."""
         for point, trial in zip(points, trials, strict=True):
             self.runs += math.isfinite(trial.j)
             if trial.broken and self.found_after is None:
@@ -186,7 +186,7 @@ class Hunt:
                 self._blind.drawn(point, trial)
 
     def _next(self) -> Niche:
-        """The niche that had least for its rank: the best gets most, the second a quarter of it."""
+        """The niche with the fewest generations for its rank; the second best gets a quarter."""
         ranked = sorted(self._niches.values(), key=lambda niche: -niche.score)
         shares = {niche.name: niche.generations * rank**2 for rank, niche in enumerate(ranked, 1)}
         return min(ranked, key=lambda niche: shares[niche.name])

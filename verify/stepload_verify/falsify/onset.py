@@ -1,9 +1,8 @@
-"""Faults that begin when the force has come to a height, instead of at a time.
+"""Faults that begin when the force reaches a level, instead of at a time.
 
-A run that is a little slower comes to the same force at another time: the moment at which a fault
-does most belongs to the force and not to the clock. A search that moves both finds it; one that
-moves the clock alone has to meet a window of some tenths of a second, which every change of the rig
-moves away.
+A slightly slower run reaches the same force at another time: the most harmful moment of a fault
+depends on the force, not on the clock. A search over the force finds it; a search over the time
+alone has to hit a window of some tenths of a second, which every change of the rig shifts.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ LATER_SHARE = 0.5
 
 
 class Onset(NamedTuple):
-    """A fault begins so much later than the true force first passes this share of F_c."""
+    """A fault begins with this delay after the true force first exceeds this share of F_c."""
 
     share: float
     later_s: float
@@ -47,8 +46,8 @@ def placed(
 ) -> Scenario:
     """The same run with its faults at the times at which their forces are passed.
 
-    A look at the run without these faults, up to the last of these forces, tells the times. A fault
-    whose force is never passed there begins when the force was largest.
+    The run is first simulated without these faults, up to the last of these forces, to find the
+    times. A fault whose force is never exceeded begins when the force is largest.
 
     Args:
         scenario: its faults begin by the clock.
@@ -74,11 +73,11 @@ def _with_faults(scenario: Scenario, faults: Sequence[WorldFault]) -> Scenario:
 
 
 class _SeenError(Exception):
-    """All forces were passed: there is no more to look at."""
+    """All forces were exceeded: the simulation can end."""
 
 
 class _Look:
-    """Looks on while a run goes on: when was each of these forces first passed."""
+    """Observes a run, and records when each of these forces was first exceeded."""
 
     def __init__(self, forces_n: Sequence[float]) -> None:
         self._forces_n = forces_n

@@ -1,4 +1,4 @@
-"""From a vector to a run within the bounds of a campaign: rig, truth, what goes wrong and when.
+"""From a vector to a run within the limits of a campaign: rig, truth, faults and their times.
 
 The vector has one part for each of these, so that a step in one shifts nothing in another.
 """
@@ -35,7 +35,7 @@ RIG, TRUTH, WRONG, STANCE = 34, 10, 11, 19
 """Numbers that a rig with its plan, its truth, each thing that goes wrong, and how a rig with six
 axes holds its tip may read."""
 LONGEST_S, LONGEST_FROZEN_S = 8.0, 20.0
-"""Runs that would take longer are left out: slow rigs are safe, and use up the time.
+"""Longest run; slow rigs are safe, and cost time.
 
 A channel that stands may be believed for as many samples as may be equal, which takes a longer run.
 """

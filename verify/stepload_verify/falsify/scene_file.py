@@ -1,4 +1,4 @@
-"""A run on disk, so that it can be done again exactly: what is believed, what is true, what breaks.
+"""A run on disk, with which it can be repeated exactly: its plan, its truth, its faults.
 
 The limits are not in the file: they are derived from the plan by the program that replays it, so
 that a counterexample is a test of every later program too.
@@ -29,7 +29,7 @@ LARGEST_BYTES = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class SceneFile:
-    """One run, and what it came to when it was written (`found`: figures by name)."""
+    """One run, and its result when it was written (`found`: figures by name)."""
 
     version: int
     series: str
@@ -65,7 +65,7 @@ def text_of(scenario: Scenario, found: Mapping[str, float]) -> str:
 
 
 def read_scene(path: Path) -> tuple[Scenario, Mapping[str, float]]:
-    """The run of a file with the limits that this program gives it, and what it came to once.
+    """The run of a file with the limits of this program, and its result when it was written.
 
     Raises:
         BadInputError: not such a file.

@@ -1,4 +1,4 @@
-"""The whole search: every stratum a little, then the better half of them more, again and again."""
+"""The whole search: every stratum briefly, then the better half at greater length, repeatedly."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ def search(
 ) -> list[Hunt]:
     """Search all strata; the same whatever runs the trials, and in whatever order.
 
-    A stratum in which F_c has been passed is not searched any further, also where preflight names
-    that hazard: it would draw all trials to itself.
+    A stratum in which F_c was exceeded is not searched further, even if preflight names that
+    hazard: it would attract all trials.
 
     Args:
         strata: where.

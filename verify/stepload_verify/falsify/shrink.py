@@ -1,4 +1,4 @@
-"""A counterexample made simple: everything that it does not need is taken out of it."""
+"""Simplification of a counterexample: everything that it does not need is removed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _SHOWN_BY = {
     "filters not declared": "force_delay_s",
     **dict.fromkeys(SIX_ANOMALIES, "mount"),
 }
-"""What in the truth an anomaly changes."""
+"""Part of the truth that an anomaly changes."""
 _Part = TypeVar("_Part", Mount, SensorMount)
 Edit = Callable[[Scenario], Scenario]
 
@@ -62,7 +62,7 @@ def _left(scenario: Scenario) -> tuple[Anomaly, ...]:
 
 
 def _holds(still: Still, scenario: Scenario) -> bool:
-    """A candidate that cannot be run at all shows nothing."""
+    """Run a candidate; one that cannot be run at all shows nothing."""
     try:
         return still(scenario)
     except SteploadError:
@@ -70,7 +70,7 @@ def _holds(still: Still, scenario: Scenario) -> bool:
 
 
 def _edits(scenario: Scenario) -> Iterator[Edit]:
-    """Ways to have less in a run: what goes wrong, then what is true, then digits."""
+    """Possible simplifications of a run: of faults, then of the truth, then of digits."""
     faults = scenario.truth.faults
     yield from (partial(_without_fault, fault=fault) for fault in faults)
     yield from (partial(_without_incident, incident=one) for one in scenario.incidents)

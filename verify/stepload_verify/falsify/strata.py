@@ -1,4 +1,4 @@
-"""What is searched one by one: everything that can go wrong, alone and two at once, per rig."""
+"""The strata of a search: every possible fault, alone and in pairs, per rig."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ANY = "any"
 
 @dataclass(frozen=True, slots=True)
 class Stratum:
-    """Rigs with this second force channel on which these kinds of things go wrong at once."""
+    """Rigs with this second force channel and these simultaneous faults."""
 
     source: SecondForceSource
     wrong: tuple[str, ...]
@@ -38,7 +38,7 @@ class Stratum:
 
 
 def kinds_for(source: SecondForceSource, *, wider: bool, axes: str = ONE_AXIS) -> tuple[str, ...]:
-    """All that can go wrong on a rig with this second channel, sorted; gauges are left out.
+    """All faults that are possible on a rig with this second channel, sorted; gauges are left out.
 
     Args:
         source: of the second force channel.

@@ -50,6 +50,6 @@ class Strategy:
         return [self._held + list(row) for row in self._cma.ask()]
 
     def tell(self, points: Sequence[Sequence[float]], costs: Sequence[float]) -> None:
-        """What its points came to."""
+        """Record the results of its points."""
         held = len(self._held)
         self._cma.tell([np.array(point[held:]) for point in points], list(costs))

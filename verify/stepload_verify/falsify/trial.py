@@ -1,4 +1,4 @@
-"""One evaluation of a search: run the scenario at a point, and say how near to F_c it came."""
+"""One evaluation of a search: run the scenario at a point, and measure how near to F_c it came."""
 
 from __future__ import annotations
 
@@ -25,18 +25,19 @@ from stepload_verify.falsify.strata import Stratum
 NO_RUN = "no run"
 """Status of a point at which there is no rig that can press, or none within the time."""
 LOOK_TICKS = 8
-"""The margins cost as much as a tick: one in so many ticks is looked at, while the force rises."""
+"""Interval in ticks at which margins are computed, on a rising force: each costs a tick."""
 FORCE_RULES = ("R1", "R2")
 UNSEEN_WEIGHT = REACHED_WEIGHT = 0.1
-"""Weights beside J of the force that nobody saw, and of the share of the top force reached.
+"""Weights, relative to J, of the force that no channel showed and of the share of the top force
+reached.
 
-They tell runs apart that never passed the top force, of which J says no more than how small it was.
+They rank runs that never exceeded the top force, for which J says little.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """What the run at one point came to.
+    """Result of the run at one point.
 
     Attributes:
         series, index: stratum and number of the point in it.
@@ -67,7 +68,7 @@ class Trial:
 
     @property
     def score(self) -> float:
-        """What the search makes as large as it can."""
+        """The score that the search maximises."""
         if self.status == NO_RUN:
             return -math.inf
         shaped = UNSEEN_WEIGHT * self.unseen + REACHED_WEIGHT * min(1.0, self.reached)
@@ -75,12 +76,12 @@ class Trial:
 
     @property
     def ended_by(self) -> str:
-        """The rule or the word by which it ended."""
+        """The rule or the status by which it ended."""
         return self.rule or self.status
 
     @property
     def broken(self) -> bool:
-        """F_c was passed, and no named hazard explains it."""
+        """Whether F_c was exceeded, and no named hazard explains it."""
         return self.j > 1.0 and not self.hazard
 
     def to_line(self) -> str:
@@ -118,14 +119,14 @@ class Point(NamedTuple):
 
 
 class Search(NamedTuple):
-    """What all trials of a search have in common; `ablation` is what is left out, or ""."""
+    """Common settings of all trials of a search; `ablation` is the omitted layer, or ""."""
 
     template: Plan
     ablation: str = ""
 
     @property
     def digest(self) -> str:
-        """Digest of the code that decides what a trial comes to."""
+        """Digest of the code that determines the result of a trial."""
         return loaded(Path(__file__).parent)
 
     def run(self, at: Point, /) -> Trial:
@@ -140,7 +141,7 @@ def left_out(name: str) -> Ablation | None:
 
 
 def try_point(search: Search, at: Point) -> Trial:
-    """What happens at a point."""
+    """The result at a point."""
     scenario = scenario_at(
         search.template, at.stratum, at.number, at.point, left_out(search.ablation)
     )
@@ -184,7 +185,7 @@ def judge(scenario: Scenario, ablation: str = "") -> Trial:
 
 
 class _Look:
-    """Looks on while a run goes on: what nobody saw, and how near the rules were to a stop."""
+    """Observes a run: the hidden force, and how near the rules were to a stop."""
 
     def __init__(self) -> None:
         self.unseen_n = 0.0

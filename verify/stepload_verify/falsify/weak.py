@@ -1,8 +1,8 @@
-"""What goes unseen on a rig, from the numbers of its envelope alone: no run is needed for it.
+"""How much can go undetected on a rig, from its envelope alone, without a run.
 
-A fault does nothing on a rig whose rules see it at once, however it is timed. Rigs on which it can
-do something may be a corner that a search by runs hardly finds, for everywhere else all rigs look
-alike. But what a rule lets pass is a number of the envelope, which is derived a thousand times
+A fault has no effect on a rig whose rules detect it at once, whatever its time. Rigs on which it
+has one may be a corner case that a search by runs hardly finds, since all other rigs give the same
+score. But the tolerance of a rule is a number of the envelope, which is derived a thousand times
 faster than a run is done. So rigs are chosen by it before runs are spent on them.
 """
 

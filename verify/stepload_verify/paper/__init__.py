@@ -1,1 +1,1 @@
-"""The paper's tables and figures, computed again and printed beside the printed ones."""
+"""The paper's tables and figures, computed again and compared with the printed ones."""

@@ -1,4 +1,4 @@
-"""Printed estimates beside the scatter of simulated runs."""
+"""Printed estimates compared with the scatter of simulated runs."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""What theory predicts of the measured payloads. Deviations are shown, nothing is counted: theory
-has no scatter, and how far the measurements scatter is the business of the simulated runs."""
+"""Theory's predictions for the measured payloads. Deviations are shown but not counted: theory has
+no scatter, and that of the measurements is the subject of the simulated runs."""
 
 from __future__ import annotations
 

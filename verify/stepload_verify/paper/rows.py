@@ -1,4 +1,4 @@
-"""A printed number beside a computed one, and whether they agree."""
+"""A printed number next to a computed one, and whether they agree."""
 
 from __future__ import annotations
 

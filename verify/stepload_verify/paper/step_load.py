@@ -1,4 +1,4 @@
-"""The paper's experiment in numbers: an arm presses in force steps, seen through its own errors."""
+"""The paper's experiment as a simulation: an arm presses in force steps, with its own errors."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class StepRig:
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """What is wrong with the measurement beyond noise and quanta.
+    """Errors of the measurement beyond noise and quanta.
 
     `touch_force_n` is the threshold at which the zero of position is taken (None: zero known),
     `stiffness_sigma` the relative error of the believed K_s, `smooth_m` the sd of the kinematic

@@ -1,4 +1,4 @@
-"""A function of one case, done over many of them by whoever is there."""
+"""Application of a function to many cases, on processes or a cluster."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Each(NamedTuple):
 
     @property
     def digest(self) -> str:
-        """Digest of all our code: a trial may ask any of it."""
+        """Digest of all of the project's code, since a trial may use any of it."""
         return _digest()
 
     def run(self, job: Any, /) -> Any:
@@ -49,7 +49,7 @@ def for_each(
     processes: int | None = None,
     scheduler: str | None = None,
 ) -> list[FoundT]:
-    """What `do`, a function of a module, gives for every case, in their order.
+    """Results of `do`, a function of a module, for every case, in their order.
 
     Args:
         do: does one case; the same case gives the same.

@@ -1,4 +1,4 @@
-"""One whole dry run, from plan to report, with the truth that nobody but the simulator knows."""
+"""One whole dry run, from plan to report, with the truth that only the simulator knows."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stepload.session.experiment import run_plan
 
 
 class Whole(NamedTuple):
-    """What a run left in its results, and the largest true force over F_c."""
+    """The results of a run, and the largest true force over F_c."""
 
     data: dict[str, Any]
     peak_share: float

@@ -1,4 +1,4 @@
-"""Must an answer called IDENTIFIED be true? Runs of many worlds, most of them not the model.
+"""Test that answers called IDENTIFIED are true, on runs of many worlds, most not of the model.
 
 The adversary of identification: contacts, rigs and errors that are drawn without a look at what
 the program assumes, with the truth kept beside every run. `worlds` draws, `course` and `contact`

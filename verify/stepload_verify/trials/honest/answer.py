@@ -1,4 +1,4 @@
-"""What the program says of a record, and whether it is true."""
+"""The program's answers for a record, and whether they are true."""
 
 from __future__ import annotations
 

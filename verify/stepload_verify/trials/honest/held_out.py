@@ -1,4 +1,4 @@
-"""Worlds kept from whoever tunes: other laws of creep, roughness, stiffening, drift and error."""
+"""Worlds not used for tuning: other laws of creep, roughness, stiffening, drift and error."""
 
 from __future__ import annotations
 

@@ -113,7 +113,7 @@ def _press_data(case: Case, run: Course, force: FloatArray, travel: FloatArray) 
 
 
 def _across(case: Case, force: FloatArray, rng: np.random.Generator) -> dict[str, Any]:
-    """The force across the axis as the two other axes of the sensor tell it."""
+    """The lateral force as measured by the two other axes of the sensor."""
     noise = rng.normal(0.0, case.rig.force_noise_n, (2, force.size))
     turned = rng.uniform(0.0, 2.0 * np.pi)
     vector = case.lateral * force * np.array([[np.cos(turned)], [np.sin(turned)]]) + noise
@@ -175,7 +175,7 @@ def _load_path(case: Case) -> dict[str, Any]:
 
 
 def _rough_length(case: Case) -> float | None:
-    """1.22 σ κ^-0.16 (11) from what the plan says of the surface; None where it says nothing."""
+    """1.22 σ κ^-0.16 (11) from the plan's roughness data; None where it has none."""
     said = case.declared
     if not said.roughness_m:
         return said.roughness_m

@@ -1,1 +1,1 @@
-"""A record in the hands of readers that nobody here wrote."""
+"""A record read by independent readers."""
