@@ -314,7 +314,8 @@ def _judge(
 ) -> tuple[Agreement, str]:
     """The verdict; every assumption about unknown correlations must lead to the same one."""
     half = max(halves)
-    said = f"{math.expm1(change):+.1%} ± {math.expm1(half):.1%}"
+    low, high = math.expm1(change - half), math.expm1(change + half)
+    said = f"{math.expm1(change):+.1%}, 95 % interval [{low:+.1%}, {high:+.1%}]"
     seen = f"smallest difference that these runs could have shown: {smallest:.1%}"
     if all(abs(change) > each for each in halves):
         return Agreement.DIFFER, f"{said}; {seen}"

@@ -326,3 +326,10 @@ def test_runs_are_asked_at_forces_that_all_have() -> None:
     assert difference(values[:1], values[1:], tolerance=0.2).to_n == 250.0
     with pytest.raises(DomainError, match="no forces in common"):
         at_common_forces([(30.0, 300.0), (1.0, 10.0)], [ask(300.0), ask(10.0)])
+
+
+def test_a_large_difference_is_told_with_its_own_interval() -> None:
+    found = apart(5e6, 3e5, noise=0.1)
+    low, high = (f"{bound:+.1%}" for bound in found.interval)
+    assert found.why.startswith(f"{found.relative:+.1%}, 95 % interval [{low}, {high}]")
+    assert found.interval[0] > -1.0
