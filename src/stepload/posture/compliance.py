@@ -60,8 +60,11 @@ class GivesWay:
         return GivesWay(*(np.asarray(getattr(self, name))[index] for name in self.__slots__))
 
 
-def gives_way(c: FloatArray, press: FloatArray) -> GivesWay:
-    """The figures of compliance matrices (..., 6, 6) for a press along the unit vector (3,)."""
+def gives_way(c: FloatArray, press: FloatArray, *, flat: bool = True) -> GivesWay:
+    """The figures of compliance matrices (..., 6, 6) for a press along the unit vector (3,).
+
+    Without `flat` those of a flat contact are NaN: they take as long as all others together.
+    """
     across = _across(press)
     linear = c[..., :3, :3]
     axial = np.einsum("i,...ij,j->...", press, linear, press)
@@ -72,7 +75,7 @@ def gives_way(c: FloatArray, press: FloatArray) -> GivesWay:
     return GivesWay(
         free_n_per_m=1.0 / axial,
         stuck_n_per_m=1.0 / (axial - np.einsum("...k,...k->...", coupled, held)),
-        flat_n_per_m=_held_whole(c, press),
+        flat_n_per_m=_held_whole(c, press) if flat else np.full_like(axial, np.nan),
         sideways=np.linalg.norm(coupled, axis=-1) / axial,
         tilt_rad_per_n=np.linalg.norm(tipped, axis=-1),
         stuck_share=np.linalg.norm(held, axis=-1),

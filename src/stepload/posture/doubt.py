@@ -75,11 +75,11 @@ def ranking(poses: Poses, stiffness: FloatArray, press: FloatArray) -> Ranking |
     jacobians = poses.jacobian[:: 1 + len(poses.jacobian) // MANY]
     if len(jacobians) < FEW:
         return None
-    assumed = gives_way(compliance(jacobians, stiffness), press)
+    assumed = gives_way(compliance(jacobians, stiffness), press, flat=False)
     top = assumed.free_n_per_m >= np.percentile(assumed.free_n_per_m, 90)
     by_stiffness, by_share, off_by, best = [], [], [], []
     for each in factors(RANKINGS):
-        drawn = gives_way(compliance(jacobians, stiffness * each), press)
+        drawn = gives_way(compliance(jacobians, stiffness * each), press, flat=False)
         by_stiffness.append(spearmanr(drawn.free_n_per_m, assumed.free_n_per_m).statistic)
         by_share.append(spearmanr(drawn.stuck_share, assumed.stuck_share).statistic)
         off_by.append(drawn.free_n_per_m / assumed.free_n_per_m)
