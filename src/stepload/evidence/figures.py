@@ -21,6 +21,7 @@ from stepload.evidence.path import Path
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Exponent, Line, Quantity, log_interval
 from stepload.evidence.union import Read, at_point, union
+from stepload.units import beside_limit
 
 EXPONENT_HALF_WIDTH = 0.1
 """An exponent known worse than this is not identified."""
@@ -310,9 +311,8 @@ def _made(
     half = (interval[1] - interval[0]) / (2.0 * value)
     why = [*blocked, *remarks]
     if not half <= accuracy:
-        why.append(
-            f"the 95 % interval is ±{half:.1%}; up to ±{accuracy:.0%} (1/t) counts as identified"
-        )
+        shown, most = beside_limit(half, accuracy)
+        why.append(f"the 95 % interval is ±{shown}; up to ±{most} (1/t) counts as identified")
     if half > HOPELESS or not math.isfinite(half):
         verdict = ResultVerdict.NOT_IDENTIFIABLE
     elif why:

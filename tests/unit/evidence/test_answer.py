@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -161,6 +162,9 @@ def test_what_is_asked_for_decides() -> None:
     half = weigh(run).headline.half_width
     assert weigh(replace(run, accuracy=1.01 * half)).headline.verdict == "identified"
     assert weigh(replace(run, accuracy=0.99 * half)).headline.verdict == "marginal"
+    [why] = weigh(replace(run, accuracy=half * (1.0 - 1e-6))).headline.why
+    shown, most = (float(each) for each in re.findall(r"±([\d.]+)%", why))
+    assert shown > most
 
 
 def test_a_force_that_eases_at_a_held_position_is_creep() -> None:
