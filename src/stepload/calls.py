@@ -35,7 +35,7 @@ class Identified:
 
     @property
     def verdict(self) -> str:
-        """IDENTIFIED, INDICATIVE, NOT_IDENTIFIED … in small letters."""
+        """That of the headline: "identified", "marginal" or "not identifiable"."""
         return str(self.found.judgement.verdict)
 
     @property

@@ -208,6 +208,22 @@ def _shown(text: str) -> str:
     return repr(text if len(text) <= 40 else text[:37] + "...")
 
 
+def percent(share: float, digits: int = 3) -> str:
+    """A share in per cent with so many significant digits, without noise: "20%", "4.69%"."""
+    shown = float(f"{100.0 * share:.{digits}g}")
+    return f"{shown:f}%" if not math.isfinite(shown) else f"{Decimal(repr(shown)).normalize():f}%"
+
+
+def beside_limit(share: float, limit: float) -> tuple[str, str]:
+    """A share and its limit in per cent, with enough digits that they compare as the numbers do."""
+    for digits in range(3, 17):
+        texts = percent(share, digits), percent(limit, digits)
+        shown, most = (float(text[:-1]) for text in texts)
+        if (shown <= most) == (share <= limit):
+            break
+    return texts
+
+
 def format_quantity(value: float, unit: str, digits: int = 3) -> str:
     """`value` in the SI unit `unit` as people write it: "3.49 MN/m", "28.7 mm", "727 N".
 

@@ -17,6 +17,7 @@ from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
 from stepload.plan.tags import tagged
 from stepload.record.reader import Event, read_recording
+from stepload.results import reading
 from stepload.results.stored import evaluation_of, outcome_of
 from stepload.session import again
 from stepload.session.again import results_again
@@ -29,6 +30,41 @@ def test_a_record_gives_the_results_of_its_run_again(cycles_run: Path, tmp_path:
     assert f"report: {out / 'report.html'}" in said.stdout
     assert results(out) == results(cycles_run)
     assert "<figure" in (out / "report.html").read_text()
+
+
+def test_a_very_long_record_is_read_alike_by_all(
+    quick_plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reading, "WHOLE_TICKS", 1000)
+    monkeypatch.setattr(reading, "MEAN_TICKS", 3000)
+    run = tmp_path / "run"
+    done = in_process("run", quick_plan, "--dry-run", "--quiet", "--out", run)
+    assert done.returncode == 0, done.stderr
+    told, again = results(run), results_again(run).data
+    said = json.loads(in_process("identify", run, "--json").stdout)
+    for name in ("headline", "quantities", "gates", "fits", "peak_force_n"):
+        assert told[name] == again[name] == said[name]
+    levels = [level.deformation_m for level in stepload.open(run).levels]
+    assert levels == [level["deformation_m"] for level in told["levels"]]
+    assert len(evaluation_of(run).recording.ticks.time_s) < told["lateness"]["ticks"]
+    monkeypatch.setattr(reading, "WHOLE_TICKS", 10**6)
+    assert results_again(run).data["headline"] != told["headline"]
+
+
+def test_the_largest_force_is_that_of_the_whole_run(cycles_run: Path) -> None:
+    whole = read_recording(cycles_run / "run.mcap")
+    largest_n = max(abs(force_n) for force_n in whole.ticks.force_n)
+    said = json.loads(in_process("identify", cycles_run, "--json").stdout)
+    run = evaluation_of(cycles_run)
+    assert run.identification is not None
+    assert largest_n > run.identification.peak_force_n
+    assert results(cycles_run)["peak_force_n"] == said["peak_force_n"] == largest_n
+    # A record of an earlier version, whose results hold the first loading's.
+    old: Any = {**(whole.results or {}), "peak_force_n": run.identification.peak_force_n}
+    assert outcome_of(replace(whole, results=old)).peak_force_n == largest_n
+    # Of a long record not every tick is read.
+    few = whole.ticks._replace(force_n=0.5 * whole.ticks.force_n)
+    assert outcome_of(replace(whole, ticks=few)).peak_force_n == largest_n
 
 
 def test_what_is_there_is_not_written_over(cycles_run: Path) -> None:

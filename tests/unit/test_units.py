@@ -8,7 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stepload.units import MAX_TEXT, QuantityError, format_quantity, parse_quantity
+from stepload.units import (
+    MAX_TEXT,
+    QuantityError,
+    beside_limit,
+    format_quantity,
+    parse_quantity,
+    percent,
+)
 
 
 @pytest.mark.parametrize(
@@ -151,3 +158,26 @@ def test_any_text_is_a_finite_number_or_a_quantity_error(text: str, unit: str) -
     else:
         hint = "expected" if math.isfinite(value) else f"got {value}"
     assert "expected" in hint
+
+
+def test_a_share_is_told_without_noise() -> None:
+    assert [percent(each) for each in (0.2, 1.0 / 60.0, 1.0 / 21.3, 1e-3, 12.345, math.inf)] == [
+        "20%", "1.67%", "4.69%", "0.1%", "1230%", "inf%",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("share", "limit", "told"), [
+    (0.176, 0.2, ("17.6%", "20%")),
+    (0.048, 1.0 / 21.3, ("4.8%", "4.69%")),
+    (0.04696, 0.0469, ("4.7%", "4.69%")),
+    (0.046949, 1.0 / 21.3, ("4.6949%", "4.6948%")),
+    (0.046943, 1.0 / 21.3, ("4.69%", "4.69%")),
+    (0.20001, 0.2, ("20.001%", "20%")),
+    (0.2, 0.2, ("20%", "20%")),
+    (math.inf, 0.2, ("inf%", "20%")),
+    (math.nan, 0.2, ("nan%", "20%")),
+])  # fmt: skip
+def test_what_is_beyond_a_limit_is_told_as_beyond_it(
+    share: float, limit: float, told: tuple[str, str]
+) -> None:
+    assert beside_limit(share, limit) == told

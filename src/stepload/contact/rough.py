@@ -66,6 +66,16 @@ def roughness_number(
     return ratio * math.sqrt(equivalent_radius_m / roughness_m)
 
 
+def length_sigma(roughness_sigma: float, hardness_sigma: float) -> float:
+    """Relative uncertainty of 1.22 σ κ^-0.16 (11), which goes with σ^1.08 H_mic^0.16.
+
+    Args:
+        roughness_sigma: relative standard uncertainty of σ.
+        hardness_sigma: that of the micro-hardness.
+    """
+    return math.hypot(1.08 * roughness_sigma, 0.16 * hardness_sigma)
+
+
 @dataclass(frozen=True, slots=True)
 class RoughSphere:
     """A rough sphere on a plane.

@@ -27,6 +27,7 @@ from stepload.results.conditions import from_attachments, measured
 from stepload.results.levels import Level, levels_of
 from stepload.results.press_data import LOADING, UNLOADING, PressData, TouchPoint, press_data
 from stepload.results.quality import quality_of
+from stepload.results.reading import condensed, read_to_evaluate, told_ticks
 from stepload.results.saved import record_in
 from stepload.results.stored import kept_plan
 
@@ -139,6 +140,15 @@ class Run:
             return press_data(self._recording, across=told.across if told else None)
 
     @cached_property
+    def _evaluated(self) -> PressData:
+        """The samples that the results are of: those of `_press`, or means where it is long."""
+        if condensed(told_ticks(self.path)) == 1:
+            return self._press
+        with untrusted(self.path):
+            across = self._conditions.across
+            return press_data(read_to_evaluate(self.path), across=across)
+
+    @cached_property
     def _conditions(self) -> Conditions:
         return measured(from_attachments(self._recording.attachments), self._press)
 
@@ -203,7 +213,7 @@ class Run:
 
         `Missing` says why nothing is known, as with a force sensor of one axis.
         """
-        return quality_of(self._press, self._conditions.lever_m)
+        return quality_of(self._evaluated, self._conditions.lever_m)
 
     @property
     def touches(self) -> tuple[TouchPoint, ...]:
@@ -219,7 +229,7 @@ class Run:
     def levels(self) -> tuple[Level, ...]:
         """Every hold of a load level; raises as `curve`."""
         start_s, end_s = self._span_s
-        found = levels_of(self._press, self.events, self._conditions)
+        found = levels_of(self._evaluated, self.events, self._conditions)
         return tuple(level for level in found if start_s <= level.end_s < end_s)
 
     def between(self, start_s: float, end_s: float) -> Run:

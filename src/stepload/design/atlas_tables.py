@@ -20,7 +20,7 @@ from stepload.design.changes import relative_sigma
 from stepload.design.work import Row
 from stepload.design.world import DRAWN, NOT_DRAWN
 from stepload.results.model import Table
-from stepload.units import format_quantity
+from stepload.units import format_quantity, percent
 
 UNITS = {"system stiffness": "N/m", "position resolution": "m", "gauge": "m"}
 LEFT_OUT = (
@@ -56,7 +56,7 @@ def explained(found: Map) -> str:
     """Explanation of the columns in the table of payloads."""
     return (
         f"Share of {found.samples} simulated runs each, with its 95 % interval. Within "
-        f"±{1.0 / found.rig.conditions.t:.0%} (1/t): the headline is so close to the truth. A "
+        f"±{percent(1.0 / found.rig.conditions.t)} (1/t): the headline is so close to the truth. A "
         f"payload can be measured where at least {REQUIRED:.0%} of the runs are shown to be both."
     )
 

@@ -52,7 +52,7 @@ def pressed_of(
         deflection_sigma=told.bend_sigma,
         table_sigma=told.table_sigma,
         sources=told.sources,
-        roughness=Roughness(told.rough_length_m),
+        roughness=Roughness(told.rough_length_m, told.rough_length_sigma),
         touches=(first, last),
         zero_step_n=zero_step_n,
         elastic_limit_n=told.elastic_limit_n,

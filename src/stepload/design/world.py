@@ -18,7 +18,7 @@ from scipy.signal import lfilter
 from stepload.design.course import RATE_HZ, Course
 from stepload.design.law import Payload
 from stepload.envelope.order import CYCLES, DEFAULT, Order
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA, Conditions
 from stepload.estimators.linearity import linearity_errors
 from stepload.estimators.smooth import LONGEST, SHORTEST, smooth_correlation
 
@@ -29,7 +29,7 @@ ROUGHEST_M, FINEST_M = 3e-6, 0.1e-6
 """Range of roughness lengths 1.22 σ κ^-0.16 of machined surfaces, where the payload does not state
 its own; half of the runs have none."""
 ROUGH_SIGMA = 0.1
-"""Relative standard uncertainty of a stated roughness length."""
+"""Relative standard uncertainty of a stated roughness length, unless a larger one is stated."""
 CREEP = 0.01
 """Largest delayed deformation, as a share of the prompt one, in half of the runs."""
 CREEP_TAUS_S = (1.0, 3.0, 10.0, 30.0)
@@ -54,7 +54,8 @@ DRAWN = (
     f"repeat by up to {NOT_REPEATED:.0%}; drift of the travel up to {DRIFT_SHARE:.1%} in "
     f"{DEFAULT.cycle_s:.0f} s; a loop of up to {LOOP:.0%}; in half of the runs a "
     f"roughness length of {FINEST_M * 1e6:g} to {ROUGHEST_M * 1e6:g} µm that nobody has stated (a "
-    f"stated one within {ROUGH_SIGMA:.0%}), in half of them creep of up to {CREEP:.0%}"
+    f"stated one within {ROUGH_SIGMA:.0%}, or its own ± where that comes to more than "
+    f"{ROUGH_LENGTH_SIGMA:.0%}), in half of them creep of up to {CREEP:.0%}"
 )
 NOT_DRAWN = (
     "yield, slip, adhesion, backlash, force across the axis, a K_s that is further off than it is "
@@ -143,7 +144,9 @@ def press(cell: Cell, run: Course, count: int, rng: Rng) -> Runs:
 def _roughness(told: Conditions, count: int, rng: Rng) -> FloatArray:
     """(R,) roughness lengths: near the stated one, or of a surface of unstated roughness."""
     if told.rough_length_m is not None:
-        return np.asarray(told.rough_length_m * np.exp(ROUGH_SIGMA * rng.standard_normal(count)))
+        stated = told.rough_length_sigma
+        sigma = stated if stated > ROUGH_LENGTH_SIGMA else ROUGH_SIGMA
+        return np.asarray(told.rough_length_m * np.exp(sigma * rng.standard_normal(count)))
     drawn = np.exp(rng.uniform(math.log(FINEST_M), math.log(ROUGHEST_M), count))
     return np.where(rng.uniform(size=count) < 0.5, drawn, 0.0)
 

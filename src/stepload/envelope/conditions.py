@@ -6,12 +6,12 @@ import math
 
 from stepload.contact.elastic import equivalent_modulus
 from stepload.contact.materials import BluntTip, Sphere
-from stepload.contact.rough import RoughSphere, roughness_number
+from stepload.contact.rough import RoughSphere, length_sigma, roughness_number
 from stepload.envelope.bounds import stuck_ratio
 from stepload.envelope.stiffness import known_stiffness
 from stepload.envelope.theory import Theory
 from stepload.estimators.across import Across
-from stepload.estimators.conditions import Conditions
+from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA, Conditions
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY
 from stepload.estimators.sources import Sources
 from stepload.plan.model import Payload, Plan, Rig, Structure, SystemStiffness
@@ -65,6 +65,7 @@ def conditions_of(plan: Plan, theory: Theory) -> Conditions:
         elastic_limit_n=theory.elastic_limit_n,
         roughness_m=payload.roughness_m,
         rough_length_m=_rough_length(payload, theory),
+        rough_length_sigma=_rough_length_sigma(payload),
         p=wanted.resolution_multiple_p,
         s=wanted.compensation_quality_s,
         t=wanted.accuracy_t,
@@ -143,3 +144,17 @@ def _rough_length(payload: Payload, theory: Theory) -> float | None:
     radius = (k / (4.0 / 3.0 * modulus)) ** 2
     kappa = roughness_number(modulus, hardness, radius, payload.roughness_m)
     return RoughSphere(k, payload.roughness_m, kappa).scale_m
+
+
+def _rough_length_sigma(payload: Payload) -> float:
+    """Its relative uncertainty: what the stated ± of roughness and micro-hardness come to, or the
+    least that such a length counts to be known within."""
+    stated = length_sigma(
+        _share(payload.roughness_sigma_m, payload.roughness_m),
+        _share(payload.micro_hardness_sigma_pa, payload.micro_hardness_pa),
+    )
+    return max(stated, ROUGH_LENGTH_SIGMA)
+
+
+def _share(sigma: float | None, value: float | None) -> float:
+    return sigma / value if sigma and value else 0.0

@@ -28,7 +28,7 @@ from stepload.evidence.pressed import Pressed
 from stepload.evidence.sideways import expected_sideways
 from stepload.plan.checks_between import LEAST_LEVELS
 from stepload.plan.model import Plan
-from stepload.units import format_quantity
+from stepload.units import beside_limit, format_quantity
 
 MARGIN = 1.5
 """Factor by which the half width from the sources of error alone must be smaller than the one asked
@@ -195,7 +195,8 @@ def until_reasons(until: Until) -> Iterator[Reason]:
         yield Reason(
             "until_not_expected", Severity.WARN,
             f"until {asked}: by theory no level will do; at {format_quantity(top.level_n, 'N')} "
-            f"±{top.half_width:.1%} is to be expected from {theory} of deformation. "
+            f"±{beside_limit(top.half_width, until.asked)[0]} is to be expected from {theory} of "
+            "deformation. "
             f"{_wanted(top, asked)}",
             "ask for a wider interval, plan a higher top force, or make K_s and its table better "
             "known",

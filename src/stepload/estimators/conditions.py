@@ -11,6 +11,9 @@ from stepload.estimators.deflection import DeflectionTable, seat_sigma
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
 
+ROUGH_LENGTH_SIGMA = 0.2
+"""Least relative uncertainty of a roughness length 1.22 σ κ^-0.16 that was stated."""
+
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
@@ -26,6 +29,7 @@ class Conditions:
         roughness_m: σ_eq, None where the payload is smooth or not known.
         rough_length_m: 1.22 σ κ^-0.16 of the surface (11); 0 where it was declared smooth, None
             where it is not stated.
+        rough_length_sigma: its relative standard uncertainty, at least `ROUGH_LENGTH_SIGMA`.
         p, s, t: those of (29)–(32).
         kind: "payload" or "system".
         theory_k, theory_n: the payload's contact law by theory (3), in N/m^n.
@@ -71,6 +75,7 @@ class Conditions:
     yields_m_per_n: float = 0.0
     gauge_offset_m: float = 0.0
     structure_note: str = ""
+    rough_length_sigma: float = ROUGH_LENGTH_SIGMA
 
     @property
     def deflection_force_n(self) -> tuple[float, ...]:

@@ -21,6 +21,7 @@ from stepload.evidence.path import Path
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Exponent, Line, Quantity, log_interval
 from stepload.evidence.union import Read, at_point, union
+from stepload.units import beside_limit, percent
 
 EXPONENT_HALF_WIDTH = 0.1
 """An exponent with a larger half width is not identified."""
@@ -246,6 +247,8 @@ def _of_laws(
     model = math.sqrt(max(half**2 - _size(lines) ** 2, 0.0))
     names = sorted({fit.law.name for each in kept for fit in each})
     size = f"{len(names)} laws" if len(names) > 1 else names[0]
+    if believed.law is ROUGH and roughness.length_m:
+        size += f", its roughness length known to ±{percent(roughness.sigma)}"
     return value, low, high, [*lines, Line("model (laws and zero)", size, model)]
 
 
@@ -310,9 +313,8 @@ def _made(
     half = (interval[1] - interval[0]) / (2.0 * value)
     why = [*blocked, *remarks]
     if not half <= accuracy:
-        why.append(
-            f"the 95 % interval is ±{half:.1%}; up to ±{accuracy:.0%} (1/t) counts as identified"
-        )
+        shown, most = beside_limit(half, accuracy)
+        why.append(f"the 95 % interval is ±{shown}; up to ±{most} (1/t) counts as identified")
     if half > HOPELESS or not math.isfinite(half):
         verdict = ResultVerdict.NOT_IDENTIFIABLE
     elif why:

@@ -24,7 +24,7 @@ from stepload.evidence.answer import Evidence, weigh
 from stepload.evidence.loops import LEAST_STRETCHES
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
-from stepload.units import format_quantity
+from stepload.units import beside_limit, format_quantity
 
 FloatArray = NDArray[np.float64]
 
@@ -202,9 +202,10 @@ def _judged(
             f"K_max {format_quantity(k_max, 'N/m')} (34), for the measured peak force and a "
             f"position resolution of {format_quantity(resolution_m, 'm', 2)}"
         )
+    half, most = beside_limit(headline.half_width, 1.0 / conditions.t)
     interval = (
-        f"the 95 % interval is ±{headline.half_width:.1%} of the chord stiffness; up to "
-        f"±{1.0 / conditions.t:.0%} (1/t) counts as identified"
+        f"the 95 % interval is ±{half} of the chord stiffness; up to ±{most} (1/t) counts as "
+        "identified"
     )
     against = [why for why in headline.why if not why.startswith("the 95 % interval")]
     return Judgement(headline.verdict, (*against, interval, *reach), k_max)

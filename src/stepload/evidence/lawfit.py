@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.laws import (
     ADHESIVE,
@@ -28,16 +29,15 @@ CANNOT_TELL = 4.0
 ROUGHEST = 0.15
 """Largest 1.22 σ κ^-0.16 of a surface of unstated roughness, as a share of the smooth deformation
 at the top: 5 µm rms on the paper's plastic sphere at 300 N."""
-ROUGHNESS_SIGMA = 0.2
-"""Relative uncertainty of a roughness length 1.22 σ κ^-0.16 that was stated."""
 
 
 @dataclass(frozen=True, slots=True)
 class Roughness:
     """Knowledge of the roughness: its length 1.22 σ κ^-0.16 in m, 0 for a surface that was declared
-    smooth, None where it is not stated."""
+    smooth, None where it is not stated; and its relative standard uncertainty."""
 
     length_m: float | None = None
+    sigma: float = ROUGH_LENGTH_SIGMA
 
 
 class Whitened:
@@ -117,8 +117,8 @@ class LawFit:
 def fit_law(data: Whitened, law: Law, roughness: Roughness | None = None) -> LawFit | None:
     """Fit a law at every shape parameter of its grid; None where none is possible.
 
-    A stated roughness restricts the rough law to its length, within 20 %; a surface that was
-    declared smooth is not fitted as a rough one.
+    A stated roughness restricts the rough law to its length, within its uncertainty; a surface that
+    was declared smooth is not fitted as a rough one.
     """
     if law is ROUGH and roughness is not None and roughness.length_m == 0.0:
         return None
@@ -159,9 +159,9 @@ def _points(
         shape, misfit = shapes[told[i]], float(chi2[i])
         if law is ROUGH and stated_m is None and shape > ROUGHEST:
             continue
-        if law is ROUGH and stated_m:
+        if law is ROUGH and roughness is not None and stated_m:
             length_m = shape * float(coefficients[i, 1])
-            misfit += (math.log(length_m / stated_m) / ROUGHNESS_SIGMA) ** 2
+            misfit += (math.log(length_m / stated_m) / roughness.sigma) ** 2
         points.append(Point(shape, max(misfit, 0.0), coefficients[i], covariance[i]))
     return points
 

@@ -31,6 +31,9 @@ distributed: 0.26. With a difference of 0.3 the 95 % intervals of 128 simulated 
 truth in 83 %, with 0.5 in 90 %: a tip that sticks, or a dry block and a payload that slides, differ
 more than two contacts that slide (`python -m stepload_verify.trials.coupling`)."""
 
+NOT_KNOWN = "share not known, counted as none"
+"""How a share that no sensor tells stands in the budget: its line has a width of 0."""
+
 Rule = Literal["guided", "unknown", "one number", "three numbers"]
 
 
@@ -66,8 +69,10 @@ class Sideways:
             return "friction not known to be that of the calibration"
         if self.rule == "one number":
             return f"{self.away:.1%} away from the calibration"
+        if self.share is None:
+            return NOT_KNOWN
         taken = f", {self.taken:.1%} of the deflection taken out"
-        return f"{self.share or 0.0:.1%}" + (taken if self.rule == "three numbers" else "")
+        return f"{self.share:.1%}" + (taken if self.rule == "three numbers" else "")
 
     def gates(self, deflection_share: float) -> list[Gate]:
         """The gates; the deflection of the system is that share of the chord's deformation."""

@@ -8,7 +8,7 @@ from stepload.contact.unknown import is_range
 from stepload.plan.derived import elastic_travel
 from stepload.plan.impossible import Check, Impossibility, metre, newton, run_checks
 from stepload.plan.model import Plan
-from stepload.units import format_quantity
+from stepload.units import beside_limit, format_quantity
 
 MAX_RUN_S = 86_400.0
 """Longest time, in s, that the holds of a run may add up to."""
@@ -132,11 +132,12 @@ def _until(plan: Plan) -> Iterator[Impossibility]:
         )
     accuracy = 1.0 / plan.identify.accuracy_t
     if until > accuracy:
+        wide, most = (text.replace("%", " %") for text in beside_limit(until, accuracy))
         yield Impossibility(
             path,
-            f"±{100.0 * until:.3g} % is wider than the ±{100.0 * accuracy:.3g} % that identify.t "
-            "asks for (1/t): the run would end where its figure is not identified",
-            f'write at most "±{100.0 * accuracy:.3g} %", or lower identify.t',
+            f"±{wide} is wider than the ±{most} that identify.t asks for (1/t): the run would end "
+            "where its figure is not identified",
+            f'write at most "±{most}", or lower identify.t',
         )
     if plan.rig.displacement is not None:
         yield Impossibility(

@@ -28,8 +28,6 @@ from stepload.results.press_data import LOADING, UNLOADING, PressData, number, p
 from stepload.results.pressed import pressed
 from stepload.results.until import levels_to_load
 
-WHOLE_TICKS, MEAN_TICKS = 250_000, 80_000
-"""A run with more ticks than the first number is reduced to about the second number of means."""
 CONTACT_MODULUS_SIGMA = 0.1
 """Relative uncertainty of a series contact computed from handbook moduli."""
 
@@ -212,11 +210,6 @@ def cycles_of_run(
         secant_sigma=noise_m / max(float(np.ptp(deformation_m)), noise_m),
         touch_m=touch_m,
     )
-
-
-def condensed(ticks: int) -> int:
-    """Number of samples averaged into one mean, which bounds the memory of a long run."""
-    return 1 if ticks <= WHOLE_TICKS else -(-ticks // MEAN_TICKS)
 
 
 def evaluate(run: Evaluation, conditions: Conditions | None = None) -> Evaluation:

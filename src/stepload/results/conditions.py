@@ -163,7 +163,7 @@ def _check(found: Conditions) -> None:
                 "modulus_pa", "plate_pa", "lever_m"}  # fmt: skip
     positive = {"secant_force_n", "p", "s", "t", "system_stiffness_n_per_m", "elastic_limit_n",
                 "position_resolution_m", "smooth_length_n", "theory_k", "theory_n", "modulus_pa",
-                "plate_pa", "stuck_ratio"}  # fmt: skip
+                "plate_pa", "stuck_ratio", "rough_length_sigma"}  # fmt: skip
     for name, value in numbers.items():
         if name in _NO_NUMBERS or name in _TABLE:
             continue

@@ -130,7 +130,8 @@ def run_data(run: Evaluation) -> dict[str, Any]:
         made["levels"] = run.levels
         made["measured"] = _measured_data(run.data)
     if run.identification is not None:
-        made |= identification_data(run.identification)
+        peak_n = made["peak_force_n"]  # of the whole run, not of its first loading alone
+        made |= identification_data(run.identification) | {"peak_force_n": peak_n}
     if run.system is not None:
         made["system_stiffness"] = system_data(run.system)
         made["verdict"] = "system stiffness measured"

@@ -6,6 +6,7 @@ errors are reported, never raised.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from itertools import pairwise
@@ -267,8 +268,16 @@ def _lost(found: Loss | Missing) -> tuple[str, str]:
     shares = ", ".join(f"{c.share:.1%} ± {c.share_sigma:.1%}" for c in found.cycles)
     worth = "of the energy stored, cycle by cycle"
     if found.change is not None and found.change_sigma is not None:
-        worth += f"; last minus first {found.change:+.1%} ± {found.change_sigma:.1%}"
+        worth += f"; last minus first {_with_sigma(found.change, found.change_sigma)}"
     return shares, worth
+
+
+def _with_sigma(share: float, sigma: float) -> str:
+    """A share and its standard uncertainty in per cent, to two significant digits of the latter."""
+    places = 1
+    if 0.0 < sigma < math.inf:
+        places = max(1 - int(f"{100.0 * sigma:.1e}".partition("e")[2]), 0)
+    return f"{share:+.{places}%} ± {sigma:.{places}%}"
 
 
 def _damped(found: HuntCrossley | Missing) -> tuple[str, str]:

@@ -37,13 +37,15 @@ def is_record(path: Path) -> bool:
 
 class FromFile(NamedTuple):
     """Result of a file: the identification, the assumptions, and for a record its cycles, its
-    further results, and whether a simulated rig made it."""
+    further results, whether a simulated rig made it, and the largest force of the whole run, None
+    where it is not stored."""
 
     found: Identification
     notes: tuple[str, ...]
     run_in: RunIn | None = None
     extras: Extras | None = None
     simulated: bool = False
+    peak_force_n: float | None = None
 
 
 def identify_file(path: Path, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
@@ -73,7 +75,9 @@ def results_of_file(path: Path, wishes: Wishes) -> FromFile:
             run_in = _cycles(run, found)
         except BadInputError as error:
             run_in, notes = None, (*notes, error.message)
-        return FromFile(found, notes, run_in, extras_of(run.data, found), run.simulated)
+        extras = extras_of(run.data, found)
+        peak_n = run.peak_force_n if math.isfinite(run.peak_force_n) else None
+        return FromFile(found, notes, run_in, extras, run.simulated, peak_n)
 
 
 def _identify_record(run: SavedRun, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:

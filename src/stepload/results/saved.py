@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, datetime
 from pathlib import Path
 
+import numpy as np
+
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
 from stepload.record.outcome import RunStatus
-from stepload.record.reader import Event, Recording, read_recording
+from stepload.record.reader import Event, Recording
 from stepload.record.untrusted import untrusted
 from stepload.results.conditions import from_attachments, measured
 from stepload.results.press_data import PressData, press_data
+from stepload.results.reading import read_to_evaluate
 from stepload.rig.device import ArmConfiguration
 from stepload.rig.pose import from_texts
 
@@ -27,7 +31,8 @@ class SavedRun:
     """Content of a record; `partial`: it was not finished, `events`: the events by time.
 
     `label` is its name among several runs, see `labelled`; "" for a single run. `cut` says why the
-    run was not completed; "" where it was.
+    run was not completed; "" where it was. `peak_force_n` is that of the whole run, see
+    `largest_force_n`.
     """
 
     path: Path
@@ -38,6 +43,7 @@ class SavedRun:
     events: Sequence[Event] = ()
     label: str = ""
     cut: str = ""
+    peak_force_n: float = math.nan
 
     @property
     def name(self) -> str:
@@ -127,7 +133,7 @@ def saved_run(path: Path) -> SavedRun:
             hint=f"repair an unfinished record first: stepload recover {path / RECORD}.part",
         )
     with untrusted(file):
-        recording = read_recording(file)
+        recording = read_to_evaluate(file)
         conditions = from_attachments(recording.attachments)
         data = press_data(recording, across=conditions.across)
         return SavedRun(
@@ -138,7 +144,22 @@ def saved_run(path: Path) -> SavedRun:
             partial=recording.partial,
             events=recording.events,
             cut=_cut(recording),
+            peak_force_n=largest_force_n(recording),
         )
+
+
+def largest_force_n(recording: Recording) -> float:
+    """Size in N of the largest force of a run, NaN where its record does not tell.
+
+    Ticks tell it as well as the results do: those of earlier versions hold that of the first
+    loading, and of a long record not every tick is read.
+    """
+    told = (recording.results or {}).get("peak_force_n")
+    sizes = np.append(
+        np.abs(recording.ticks.force_n), told if isinstance(told, int | float) else math.nan
+    )
+    known = sizes[np.isfinite(sizes)]
+    return float(known.max()) if known.size else math.nan
 
 
 def _cut(recording: Recording) -> str:

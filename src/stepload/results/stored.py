@@ -17,13 +17,13 @@ from stepload.errors import RefusedError
 from stepload.plan.load import load_kept
 from stepload.plan.model import Plan
 from stepload.record.outcome import ActionResult, Cause, Lateness, RunOutcome, RunStatus
-from stepload.record.reader import Recording, read_recording
+from stepload.record.reader import Recording
 from stepload.record.rows import Phase, TickColumns
-from stepload.record.summary import read_summary
 from stepload.record.untrusted import untrusted
-from stepload.results.analyse import Evaluation, condensed, evaluate
+from stepload.results.analyse import Evaluation, evaluate
 from stepload.results.conditions import from_attachments
-from stepload.results.saved import record_in
+from stepload.results.reading import read_to_evaluate
+from stepload.results.saved import largest_force_n, record_in
 from stepload.results.wishes import Wishes
 from stepload.rig.pose import from_texts
 
@@ -65,8 +65,7 @@ def evaluation_of(path: Path, wishes: Wishes | None = None) -> Evaluation:
     """
     file = record_in(path)
     with untrusted(file):
-        results = read_summary(file).results or {}
-        recording = read_recording(file, condensed(_late(results).ticks))
+        recording = read_to_evaluate(file)
         plan = kept_plan(recording)
         with suppress(RefusedError):  # no run continues after that
             plan = plan_where_it_stands(plan, from_texts(recording.metadata))
@@ -82,11 +81,11 @@ def outcome_of(recording: Recording) -> RunOutcome:
     """How a run ended, according to its record; its touches and tares are in its events."""
     start_s, end_s = _span(recording)
     if recording.results:
-        return _told(recording.results, start_s)
+        return _told(recording.results, start_s, largest_force_n(recording))
     return _cut(recording, start_s, end_s)
 
 
-def _told(results: Mapping[str, Any], start_s: float) -> RunOutcome:
+def _told(results: Mapping[str, Any], start_s: float, peak_n: float) -> RunOutcome:
     """The outcome that results.json holds."""
     cause = results.get("cause")
     return RunOutcome(
@@ -103,7 +102,7 @@ def _told(results: Mapping[str, Any], start_s: float) -> RunOutcome:
         ),
         start_s=start_s,
         end_s=start_s + float(results.get("duration_s") or 0.0),
-        peak_force_n=_number(results.get("peak_force_n")),
+        peak_force_n=peak_n,
         zero_shift_n=_number(results.get("zero_shift_n")),
         levels_done=int(results.get("levels_done") or 0),
         cycle=int(results.get("cycle") or 0),
@@ -149,7 +148,6 @@ def _cut(recording: Recording, start_s: float, end_s: float) -> RunOutcome:
     if ended:
         status = RunStatus(str(ended[-1].data.get("status")))
         why = f"{ended[-1].data.get('why', '')} The record was not finished."
-    force_n = ticks.force_n[np.isfinite(ticks.force_n)]
     return RunOutcome(
         status=status,
         cause=cause,
@@ -158,7 +156,7 @@ def _cut(recording: Recording, start_s: float, end_s: float) -> RunOutcome:
         safing=(),
         start_s=start_s,
         end_s=end_s,
-        peak_force_n=float(np.abs(force_n).max()) if force_n.size else math.nan,
+        peak_force_n=largest_force_n(recording),
         zero_shift_n=math.nan,
         levels_done=sum(e.kind == "held" and bool(e.data.get("loading")) for e in recording.events),
         cycle=int(ticks.cycle[-1]) if len(ticks.cycle) else 0,

@@ -13,7 +13,7 @@ from stepload.plan.model import Procedure
 from stepload.record.reader import Event
 from stepload.results.model import Field, Table, named, quantity, table
 from stepload.results.press_data import number
-from stepload.units import format_quantity
+from stepload.units import beside_limit, format_quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,7 @@ class Loaded:
             return said
         if self.half_width is None or not math.isfinite(self.half_width):
             return f"{said}; the run has no interval"
-        found = f"the interval came out as ±{self.half_width:.1%}"
+        found = f"the interval came out as ±{beside_limit(self.half_width, self.asked)[0]}"
         if self.half_width <= self.asked:
             return f"{said}; {found}, but the result is not identified"
         return f"{said}; {found}: it also has in it what the contact did of its own, such as creep"

@@ -28,14 +28,14 @@ from stepload.errors import LeftEarlyError, RefusedError
 from stepload.plan.hazards import refuse_unread
 from stepload.record.outcome import RunOutcome
 from stepload.record.plain import plain
-from stepload.record.reader import read_recording
 from stepload.record.recorder import Recorder, RecordingFailedError
 from stepload.record.rows import Phase
 from stepload.results.about import about
-from stepload.results.analyse import Evaluation, condensed, evaluate
+from stepload.results.analyse import Evaluation, evaluate
 from stepload.results.data import outcome_data, run_data
 from stepload.results.model import Document
 from stepload.results.provenance import with_record
+from stepload.results.reading import read_to_evaluate
 from stepload.results.run_document import run_document
 from stepload.rig import pose
 from stepload.rig.device import ArmConfiguration
@@ -300,7 +300,7 @@ def _keep(session: _Session, outcome: RunOutcome, recorder: Recorder) -> Finishe
 def _evaluated(session: _Session, finished: Finished, record: Path) -> Finished:
     """The run with its evaluation; never raises, for the record must be finished."""
     try:
-        recording = read_recording(record, condensed(finished.outcome.lateness.ticks))
+        recording = read_to_evaluate(record, finished.outcome.lateness.ticks)
         bare = Evaluation(session.envelope, finished.outcome, recording, session.dry_run)
         finished, evaluation = _identified(session.operator, finished, bare)
         finished = replace(finished, evaluation=evaluation, data=plain(run_data(evaluation)))

@@ -192,3 +192,6 @@ def test_a_stated_roughness_is_not_exactly_the_true_one() -> None:
     told = replace(STVF.conditions, rough_length_m=3e-6)
     found = world._roughness(told, COUNT, np.random.default_rng(1))
     assert np.std(np.log(found / 3e-6)) == pytest.approx(world.ROUGH_SIGMA, rel=0.15)
+    told = replace(told, rough_length_sigma=0.4)
+    found = world._roughness(told, COUNT, np.random.default_rng(1))
+    assert np.std(np.log(found / 3e-6)) == pytest.approx(0.4, rel=0.15)

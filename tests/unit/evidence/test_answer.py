@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from pressed_runs import World, hertz, press
+from pressed_runs import HERTZ_K, World, hertz, press
 
+from stepload.contact.rough import RoughSphere
 from stepload.errors import DomainError
 from stepload.estimators.fit import FloatArray
 from stepload.evidence import contact_gates
@@ -18,6 +20,7 @@ from stepload.evidence.laws import BILINEAR, HERTZ_LINEAR, POWER
 from stepload.evidence.loops import Hold
 from stepload.evidence.path import Track
 
+PLANE = "secant_from_mean_plane"
 RUNS = 4
 
 
@@ -138,6 +141,24 @@ def test_roughness_that_is_stated_gives_a_secant_from_the_mean_plane() -> None:
     assert width[0] > width[1]
 
 
+def test_a_roughness_that_is_known_less_well_costs_width_and_is_in_the_budget() -> None:
+    rough = RoughSphere(HERTZ_K, 2e-6, 60.0)
+
+    def law(force_n: FloatArray) -> FloatArray:
+        return np.array([rough.deformation(max(force, 0.0)).value for force in force_n])
+
+    run = press(World(law=law))
+    found = [
+        weigh(replace(run, roughness=Roughness(rough.scale_m, *sigma))).quantities[PLANE]
+        for sigma in ((), (0.2,), (0.6,))
+    ]
+    default, least, wide = (each.half_width for each in found)
+    assert default == least
+    assert wide > 1.1 * least
+    models = [line for line in found[2].lines if "roughness length known to ±60%" in line.size]
+    assert [line.source for line in models] == ["model (laws and zero)"]
+
+
 def test_the_chord_begins_at_a_tenth_of_the_top_force() -> None:
     found = weigh(press(World()))
     assert found.headline.from_n == pytest.approx(0.1 * found.headline.to_n, rel=1e-6)
@@ -161,6 +182,9 @@ def test_what_is_asked_for_decides() -> None:
     half = weigh(run).headline.half_width
     assert weigh(replace(run, accuracy=1.01 * half)).headline.verdict == "identified"
     assert weigh(replace(run, accuracy=0.99 * half)).headline.verdict == "marginal"
+    [why] = weigh(replace(run, accuracy=half * (1.0 - 1e-6))).headline.why
+    shown, most = (float(each) for each in re.findall(r"±([\d.]+)%", why))
+    assert shown > most
 
 
 def test_a_force_that_eases_at_a_held_position_is_creep() -> None:

@@ -41,7 +41,11 @@ def test_a_guided_axis_is_judged_by_the_size_of_the_share_as_ever() -> None:
     assert (it.rule, it.relative) == ("guided", pytest.approx(GUIDED_COMPLIANCE * 0.04))
     assert fires(it, 1.0) == set()
     assert fires(found(Across(), (0.06, 0.0), arm=False), 1.0) == {"lateral"}
-    assert found(Across(), None, arm=False).gates(1.0) == []
+    assert it.size == "4.0%"
+    assert found(Across(), (0.0, 0.0), arm=False).size == "0.0%"
+    unknown = found(Across(), None, arm=False)
+    assert unknown.gates(1.0) == []
+    assert (unknown.size, unknown.relative) == ("share not known, counted as none", 0.0)
 
 
 def test_a_gauge_across_the_contact_asks_nothing_of_the_arm() -> None:

@@ -173,3 +173,16 @@ def test_a_lag_taken_out_takes_damping_with_it(whole):
     found = extras_of(replace(whole, lag_corrected_s=2e-3), identified(whole)).hunt_crossley
     assert isinstance(found, Missing)
     assert "lag" in found.why
+
+
+def test_the_change_of_the_loss_has_two_digits_of_its_uncertainty(whole):
+    found = extras_of(whole, identified(whole))
+    for change, sigma, told in (
+        (-1.23e-5, 4.56e-5, "-0.0012% ± 0.0046%"),
+        (0.1234, 0.0996, "+12% ± 10%"),
+        (0.01, 9.96e-4, "+1.00% ± 0.10%"),
+        (0.01, 0.0, "+1.0% ± 0.0%"),
+    ):
+        loss = replace(found.loss, change=change, change_sigma=sigma)
+        cells = [c for t in extras_tables(replace(found, loss=loss)) for r in t.rows for c in r]
+        assert any(f"last minus first {told}" in str(cell) for cell in cells)
