@@ -304,6 +304,7 @@ def test_a_choice_is_read_as_the_element_it_equals() -> None:
         (Day(), "20250228", "'20250228' is not a date", "year-month-day"),
         (Day(), 2025, "2025 is not a date", "year-month-day"),
         (Version(1), 2, "'2' is not accepted here", "expected 1"),
+        (Version(1), True, "true is not accepted here", "expected 1"),
         (Version(1), None, "nothing is not accepted here", "expected 1"),
         (Version(1), "1", "'1' is not accepted here", "expected 1"),
     ],
