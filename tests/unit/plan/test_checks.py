@@ -69,6 +69,11 @@ class Case(NamedTuple):
 
 CASES = [
     Case(
+        "a control loop without delay",
+        rig("loop_delay: 10 µs"), rig("loop_delay: 0 s"),
+        "loop_delay: 0 s is out of range", "0 s}", "a time from 10 µs to 10 s",
+    ),
+    Case(
         "simulated pad without depth",
         rig("simulation: {pad_stiffness: 2 MN/m, pad_depth: 3 µm}"),
         rig("simulation: {pad_stiffness: 2 MN/m}"),
