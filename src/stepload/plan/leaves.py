@@ -368,11 +368,8 @@ class Version:
 
     def read(self, value: Any) -> int:
         if isinstance(value, bool) or value != self.number:
-            shown = (
-                _shown(value)
-                if value in (None, {}, [], True, False)
-                else repr(printable(str(value)))
-            )
+            nothing_or_bool = isinstance(value, bool) or value in (None, {}, [])
+            shown = _shown(value) if nothing_or_bool else repr(printable(str(value)))
             raise LeafError(f"{shown} is not accepted here", f"expected {self.number}")
         return self.number
 
