@@ -86,8 +86,8 @@ RANGES = {
     """,
     "0 to 10 s": """
         rig.arm.command_delay rig.arm.lag rig.force.delay rig.second_force.sensor.delay
-        rig.loop_delay
     """,
+    "1e-5 to 10 s": "rig.loop_delay",
     "0.002 to 2 s": "rig.arm.max_age rig.force.max_age rig.second_force.sensor.max_age",
     "0 to 100 %": """
         rig.force.gain_uncertainty rig.second_force.tolerance_relative
