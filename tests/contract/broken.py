@@ -533,6 +533,34 @@ def command_blocks_without_link(healthy):
     return _without_link(healthy, "command", lambda self: _blocks(self, 30.0))
 
 
+# rest
+
+
+def moves_after_open(healthy):
+    """It begins to move when nothing supervises it yet."""
+    return _after_open(healthy, lambda self: self._send(self.held_m() + 1.5e-3))
+
+
+def moves_before_open_returns(healthy):
+    def act(self):
+        self._send(self.held_m() - 1.5e-3)
+        _blocks(self, 0.5)
+        self.drain()
+
+    return _after_open(healthy, act)
+
+
+def close_leaves_a_target(healthy):
+    """The tip goes on when nobody is there any more."""
+
+    def close(self):
+        if self._stream:
+            self._send(self.held_m() + 0.9e-3)
+        healthy.close(self)
+
+    return _variant(healthy, close=close)
+
+
 # motion
 
 

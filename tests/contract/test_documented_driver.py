@@ -99,14 +99,15 @@ def test_the_driver_on_the_page_keeps_the_contract(load_cell, amplifier):
     )
     assert [r for r in results if r.status is CheckStatus.FAILED] == []
     skipped = {r.name for r in results if r.status is CheckStatus.SKIPPED}
-    assert skipped == {"bias", "motion", "shift", "stop", "targets"}
+    assert skipped == {"bias", "motion", "rest", "shift", "stop", "targets"}
 
 
 def test_run_contract_reports_every_check_and_what_it_did_not_try(load_cell, amplifier):
     results = run_contract(ForceSensor, load_cell, amplifier.options)
     assert len(results) == len(CHECKS)
     skipped = {r.name for r in results if r.status is CheckStatus.SKIPPED}
-    assert skipped == {"bias", "load", "motion", "shift", "stop", "targets", "stale", "lost_link"}
+    moved = {"motion", "rest", "shift", "stop", "targets"}
+    assert skipped == moved | {"bias", "load", "stale", "lost_link"}
     assert all(r.status is CheckStatus.PASSED for r in results if r.name not in skipped)
     with pytest.raises(ContractViolation, match="no Arm"):
         run_contract(Arm, load_cell, amplifier.options)

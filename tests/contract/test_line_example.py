@@ -75,7 +75,7 @@ def test_the_driver_on_the_page_keeps_the_contract(module, emulator):
     results = run_trial(trial)
     assert [r for r in results if r.status is CheckStatus.FAILED] == []
     skipped = {r.name for r in results if r.status is CheckStatus.SKIPPED}
-    assert skipped == {"options", "load", "motion", "shift", "stop", "targets"}
+    assert skipped == {"options", "load", "motion", "rest", "shift", "stop", "targets"}
 
 
 def test_the_line_on_the_page_is_read_and_a_damaged_one_is_not(module):

@@ -86,7 +86,7 @@ class Virtual:
             stale_s=1.0,
             load=None if self.which == "arm" else self.load,
             noise=SPEC.force_noise_n if self.which == "force" else None,
-            resolution=SPEC.force_quantum_n,
+            resolution=SPEC.force_quantum_n if self.which == "force" else 0.0,
             move_m=1e-3,
             leak_grace_s=0.1,
         )

@@ -7,15 +7,19 @@ from collections.abc import Callable
 
 from stepload.errors import BadInputError
 
-MAX_REPETITIONS = 3
-"""Repetitions that may give back: three of them on the longest line take at most about 10 ms."""
+MAX_CHOICES = 15
+"""What may give back, an option (`?`) or an alternative counted once: each doubles the time."""
+REPETITION = 4
+"""What a repetition counts for: three, and three choices, take some 0.1 s on the longest line."""
 
 _TOKEN = re.compile(
     r"(?P<escape>\\.)|(?P<set>\[\^?\]?(?:\\.|[^\]\\])*\])"
+    r"|(?P<special>\(\?(?!P<|<?[=!]|[:>]).)"
     r"|(?P<open>\((?:\?(?:P<\w+>|<?[=!]|[:>]))?)|(?P<close>\))|(?P<either>\|)"
     r"|(?P<quantity>\*|\+|\?|\{\d*,\d*\}|\{\d+\})(?P<mode>[+?]?)|(?P<other>.)",
     re.DOTALL,
 )
+_OPTIONAL = ("?", "{0,1}", "{,1}")
 _FIXED = re.compile(r"\{\d+\}")
 
 
@@ -24,10 +28,12 @@ def line_pattern(pattern: str, group: str) -> re.Pattern[str]:
 
     A repetition inside a repeated group can take time that doubles with every character, and
     several repetitions in a row a power of the line's length. Both are refused, except where
-    possessive (`*+`, `++`), since a possessive repetition gives nothing back.
+    possessive (`*+`, `++`), since a possessive repetition gives nothing back. Flags (`(?x)`),
+    comments and conditions are refused because they hide what is repeated.
 
     Raises:
-        BadInputError: no regular expression, other named groups than `group`, or possibly slow.
+        BadInputError: no regular expression, other named groups than `group`, flags, or possibly
+            slow.
     """
     try:
         compiled = re.compile(pattern)
@@ -37,6 +43,11 @@ def line_pattern(pattern: str, group: str) -> re.Pattern[str]:
         raise BadInputError(
             f"pattern {pattern!r} needs one named group, `{group}`, and no other",
             hint=rf"e.g. (?P<{group}>[+-]?\d+\.\d+)",
+        )
+    if found := next((t["special"] for t in _TOKEN.finditer(pattern) if t["special"]), ""):
+        raise BadInputError(
+            f"pattern {pattern!r} holds {found!r}: no flags, comments, conditions or references",
+            hint="write letters of both cases as [kK], and no blanks that the line does not have",
         )
     if problem := _may_be_slow(pattern):
         raise BadInputError(
@@ -50,13 +61,14 @@ def _may_be_slow(pattern: str) -> str:
     """The problem with the repetitions of `pattern`; empty: none."""
     open_groups = [False]  # whether the group at this depth has more than one way to match
     just_closed = False  # whether the last atom was a group with more than one way to match
-    repetitions = 0
+    choices = 0
     for token in _TOKEN.finditer(pattern):
         kind, quantity = token.lastgroup, token["quantity"]
         gives_back = bool(quantity) and token["mode"] != "+" and not _FIXED.fullmatch(quantity)
-        if gives_back and quantity != "?":
-            repetitions += 1
-        if just_closed and quantity and token["mode"] != "+" and quantity != "?":
+        if gives_back:
+            choices += 1 if quantity in _OPTIONAL else REPETITION
+        choices += kind == "either"
+        if just_closed and quantity and token["mode"] != "+" and quantity not in _OPTIONAL:
             return "repeats a group that itself repeats or has alternatives"
         if kind == "open":
             open_groups.append(False)
@@ -66,8 +78,11 @@ def _may_be_slow(pattern: str) -> str:
         if kind == "close":
             just_closed = open_groups.pop()
             open_groups[-1] |= just_closed
-    if repetitions > MAX_REPETITIONS:
-        return f"has {repetitions} repetitions that may give back (limit {MAX_REPETITIONS})"
+    if choices > MAX_CHOICES:
+        return (
+            f"has {choices} choices that may be taken back (limit {MAX_CHOICES}; ? and | count "
+            f"once, other repetitions {REPETITION} times)"
+        )
     return ""
 
 

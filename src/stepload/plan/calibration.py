@@ -65,18 +65,23 @@ class CalibrationRecord:
     rig: Annotated[Name, Key("Name of the rig.")]
     pose: Annotated[Remark, Key("Pose it was measured in.")] = ""
     direction: Annotated[Axis, Key("Force axis it was measured along.")]
-    temperature_c: Annotated[Temperature | None, Key("Temperature of the measurement.")] = None
+    temperature_c: Annotated[
+        Temperature | None, Key("Temperature of the measurement.", null=True)
+    ] = None
     measured_on: Annotated[Calendar, Key("Day of the measurement.")]
     valid_until: Annotated[Calendar, Key("Last day on which it may be used.")]
     stiffness_n_per_m: Annotated[Stiffness, Key("System stiffness K_s (26).")]
     sigma_n_per_m: Annotated[StiffnessError, Key("Its standard uncertainty.")]
     msde_m: Annotated[LengthOrZero, Key("Rms deformation misfit of the linear fit.")]
     smooth_error_m: Annotated[
-        LengthOrZero | None, Key("Smooth position error that leaves this misfit.")
+        LengthOrZero | None, Key("Smooth position error that leaves this misfit.", null=True)
     ] = None
-    smooth_degrees: Annotated[Degrees | None, Key("Degrees of freedom of its estimate.")] = None
+    smooth_degrees: Annotated[
+        Degrees | None, Key("Degrees of freedom of its estimate.", null=True)
+    ] = None
     smooth_length_n: Annotated[
-        Force | None, Key("Its correlation length in force; none: the runs cannot tell it.")
+        Force | None,
+        Key("Its correlation length in force; none: the runs cannot tell it.", null=True),
     ] = None
     deflection_force_n: Annotated[
         tuple[Force, ...], Key("Forces of the table of the system's deflection.")

@@ -367,8 +367,9 @@ class Version:
     number: int
 
     def read(self, value: Any) -> int:
-        if value != self.number:
-            shown = _shown(value) if value in (None, {}, []) else repr(printable(str(value)))
+        if isinstance(value, bool) or value != self.number:
+            nothing_or_bool = isinstance(value, bool) or value in (None, {}, [])
+            shown = _shown(value) if nothing_or_bool else repr(printable(str(value)))
             raise LeafError(f"{shown} is not accepted here", f"expected {self.number}")
         return self.number
 

@@ -77,11 +77,11 @@ def _read_entries(draft: object, node: Mapping, at: Place, problems: list[Proble
 def _read_entry(
     draft: object, entry: Entry, node: Node, at: Place, problems: list[Problem]
 ) -> None:
-    null = isinstance(node, Scalar) and node.value is None and entry.nullable
-    if null and entry.key.derived:
-        leave_out(draft, entry.field)
-        return
-    value = None if null else _value(entry, node, at, problems)
+    null = isinstance(node, Scalar) and node.value is None
+    if null and not entry.key.null and not entry.required:
+        message = f"nothing stands behind `{entry.name}`"
+        raise _refused(problems, node, message, "write a value, or leave the key out")
+    value = None if null and entry.key.null else _value(entry, node, at, problems)
     if entry.kept:
         _keep(draft, entry, value)
 

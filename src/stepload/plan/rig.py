@@ -57,6 +57,8 @@ _TOOL_MASS = (
 _PUSHED_ON = (
     "Day on which a push by hand on the tool proved axis and sign of {}; counts for 30 days."
 )
+_LoopDelay = Annotated[float, Quantity("s", 1e-5, 10.0)]
+"""No loop is quicker than one sample of the fastest arm."""
 _CROOKED = (
     "Largest departure of the reading from a straight line, as a share of the largest force "
     "pressed; a data sheet states it of the full scale; default: 1.5 % is assumed."
@@ -411,7 +413,7 @@ class Rig:
     second_force: Annotated[SecondForce, Key("The second force channel.")] = SecondForce()
     system_stiffness: Annotated[SystemStiffness, Key("Stiffness of the load path.")]
     loop_delay_s: Annotated[
-        Delay | None, Key("Measured delay of the whole control loop; none: sum of its parts.")
+        _LoopDelay | None, Key("Measured delay of the whole control loop; none: sum of its parts.")
     ] = None
     common_force_error: Annotated[
         float,

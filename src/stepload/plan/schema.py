@@ -56,8 +56,6 @@ def _section(kind: Kind, definitions: dict[str, _Schema]) -> _Schema:
 
 def _entry(entry: Entry, definitions: dict[str, _Schema]) -> _Schema:
     schema = _content(entry.content, definitions)
-    if entry.nullable:
-        schema = {"anyOf": [schema, {"type": "null"}]}
     if entry.default_text is not None:
         schema["default"] = entry.default_text
     return schema | {"description": entry.key.meaning}

@@ -7,10 +7,11 @@ Schema and the tables of docs/plan.md all follow from this one declaration::
     hold_s: Annotated[Duration, Key("How long each level is held.")] = 3.0
 
 is the key `hold`, a time, 3 s where it is left out. The key is the name of the field without its
-unit. A field without default is required, one with the default None may be null. A class variable
-is a key that is checked and not kept. A function stands for a class of another room that it makes.
-Behind an uncertain value ± may be written; its standard uncertainty is put into a field of its own,
-`yield_strength_sigma_pa` beside `yield_strength_pa`; the ends of a range into `…_ends_pa`.
+unit. A field without default is required. A key with nothing behind it is an error, also where it
+may be left out. A class variable is a key that is checked and not kept. A function stands for a
+class of another room that it makes. Behind an uncertain value ± may be written; its standard
+uncertainty is put into a field of its own, `yield_strength_sigma_pa` beside `yield_strength_pa`;
+the ends of a range into `…_ends_pa`.
 """
 
 from __future__ import annotations
@@ -46,12 +47,14 @@ class Key:
         name: how it is written, where that is not the name of the field without its unit.
         derived: it may be left out although its field has no default: it follows from other keys.
         inline: the field is a section whose keys stand among those of the section around it.
+        null: null may be written and says that it is not known, as in records that stepload writes.
     """
 
     meaning: str = ""
     name: str = ""
     derived: bool = False
     inline: bool = False
+    null: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,10 +112,6 @@ class Entry:
     @property
     def required(self) -> bool:
         return self.default is REQUIRED and not self.key.derived
-
-    @property
-    def nullable(self) -> bool:
-        return self.default is None or (self.key.derived and self.leaf is not None)
 
     @property
     def default_text(self) -> str | bool | int | float | None:

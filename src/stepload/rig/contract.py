@@ -22,6 +22,7 @@ from stepload.rig.contract_life import (
 )
 from stepload.rig.contract_loss import check_lost_link, check_stale
 from stepload.rig.contract_motion import check_motion, check_stop, check_targets
+from stepload.rig.contract_rest import check_rest
 from stepload.rig.contract_samples import check_drain, check_samples, check_stamps
 from stepload.rig.contract_shift import check_shift
 from stepload.rig.contract_trial import ContractViolation, SkippedCheck, Trial
@@ -75,6 +76,7 @@ CHECKS: tuple[Check, ...] = (
     check_close,
     check_reopen,
     check_failing_open,
+    check_rest,
     check_load,
     check_bias,
     check_targets,

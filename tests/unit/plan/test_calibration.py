@@ -265,7 +265,7 @@ def _records() -> st.SearchStrategy[CalibrationRecord]:
             assert isinstance(leaf, Text)
             letters = st.characters(codec="utf-8").filter(str.isprintable)
             found = st.text(letters, min_size=1, max_size=leaf.limit).map(str.strip).filter(bool)
-        return st.none() | found if entry.nullable else found
+        return st.none() | found if entry.key.null else found
 
     kept = {
         e.field: values(e)
@@ -325,7 +325,8 @@ def test_the_file_has_every_key_with_its_unit(tmp_path: Path) -> None:
 
 
 def test_a_missing_record_with_nothing_to_stand_in_is_an_error(write_plan: WritePlan) -> None:
-    rig = "rig: {profile: stvf, system_stiffness: {value: ~, sigma: ~, record: cal.json}}"
+    sensor = "{profile: bota-rokubi-serial, axis: +fz, options: {port: x}}"
+    rig = f"rig: {{profile: stvf, force: {sensor}, system_stiffness: {{record: cal.json}}}}"
     with pytest.raises(PlanError, match=r"cal\.json does not exist"):
         load_plan(write_plan(("rig: stvf", rig)))
 

@@ -23,6 +23,8 @@ PUNCH = BALL.replace("{shape: sphere, radius: 20 mm}", "{shape: flat_punch, radi
 LIMITED = PUNCH.replace("{name: ball", "{name: ball, force_limit: 400 N")
 POWER = LIMITED.replace("{shape: flat_punch, radius: 20 mm}", "{shape: power, %s}")
 SENSOR = "driver: sim, axis: +fz, rate: 1 kHz, resolution: 1 N, noise: 1 N, delay: 1 ms"
+OTHER_SENSOR = "force: {profile: bota-rokubi-serial, axis: +fz, options: {port: x}}"
+"""With it the stiffness of the profile does not hold."""
 
 
 def payload(old: str, new: str, base: str = BALL) -> dict[str, str]:
@@ -66,6 +68,11 @@ class Case(NamedTuple):
 
 
 CASES = [
+    Case(
+        "a control loop without delay",
+        rig("loop_delay: 10 µs"), rig("loop_delay: 0 s"),
+        "loop_delay: 0 s is out of range", "0 s}", "a time from 10 µs to 10 s",
+    ),
     Case(
         "simulated pad without depth",
         rig("simulation: {pad_stiffness: 2 MN/m, pad_depth: 3 µm}"),
@@ -196,7 +203,7 @@ CASES = [
     Case(
         "no stiffness",
         rig("system_stiffness: {value: 3 MN/m, sigma: 1 kN/m}"),
-        rig("system_stiffness: {value: ~, sigma: ~}"),
+        rig(f"{OTHER_SENSOR}, system_stiffness: {{msde: 1 µm}}"),
         "neither `value` nor `record`", "system_stiffness:", "or the record of a calibration",
     ),
     Case(
@@ -208,7 +215,7 @@ CASES = [
     Case(
         "error without its stiffness",
         rig("system_stiffness: {sigma: 1 kN/m}"),
-        rig("system_stiffness: {value: ~, sigma: 1 kN/m, record: none.json}"),
+        rig(f"{OTHER_SENSOR}, system_stiffness: {{sigma: 1 kN/m, record: none.json}}"),
         "`value` and `sigma` belong together", "system_stiffness:", "without its uncertainty",
     ),
     Case(
@@ -260,7 +267,7 @@ CASES = [
     ),
     Case(
         "steps and levels",
-        procedure("levels: ~"), procedure("levels: [300 N]"),
+        procedure(""), procedure("levels: [300 N]"),
         "both `step` and `levels`", "[300 N]", "one of the two",
     ),
     Case(
@@ -445,7 +452,7 @@ def test_a_bad_value_hides_neither_its_neighbours_nor_what_does_not_need_it(
     bad = {
         "payload": BALL.replace("70 GPa", "70 GP").replace("70 MPa", "3 GPa"),
         "rig": "{profile: stvf, force: {noise: 5, resolution: 1 kN}, mechanical_fuse: 200 N, "
-        "system_stiffness: {value: ~, sigma: 1}}",
+        "system_stiffness: {value: 3 MN/m, sigma: 1}}",
         "procedure": "{step: 50 N, top_force: 300 N, surface_distance: 5, hold: 20 h, "
         "touch_force: 60 N, search_distance: 1 mm}",
         "identify": "{secant_force: 1 kN, p: 0}",

@@ -86,8 +86,8 @@ RANGES = {
     """,
     "0 to 10 s": """
         rig.arm.command_delay rig.arm.lag rig.force.delay rig.second_force.sensor.delay
-        rig.loop_delay
     """,
+    "1e-5 to 10 s": "rig.loop_delay",
     "0.002 to 2 s": "rig.arm.max_age rig.force.max_age rig.second_force.sensor.max_age",
     "0 to 100 %": """
         rig.force.gain_uncertainty rig.second_force.tolerance_relative
@@ -304,6 +304,7 @@ def test_a_choice_is_read_as_the_element_it_equals() -> None:
         (Day(), "20250228", "'20250228' is not a date", "year-month-day"),
         (Day(), 2025, "2025 is not a date", "year-month-day"),
         (Version(1), 2, "'2' is not accepted here", "expected 1"),
+        (Version(1), True, "true is not accepted here", "expected 1"),
         (Version(1), None, "nothing is not accepted here", "expected 1"),
         (Version(1), "1", "'1' is not accepted here", "expected 1"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from dataclasses import FrozenInstanceError, dataclass, fields, replace
 from pathlib import Path
@@ -113,21 +114,43 @@ def test_a_section_is_made_of_what_is_written() -> None:
 
 
 def test_what_is_left_out_has_its_default_or_follows_from_others() -> None:
-    text = "version: 3\ngrip: jaw\nforce: 3 N\nshape: {shape: cube}\nsize: {}\n"
-    for nulls in ("", "remark: ~\nceiling: ~\nsteps: ~\nextra: ~\n"):
-        draft, problems = read(text + nulls)
-        assert problems == []
-        assert left_out(draft) == ["steps_n"]
-        assert left_out(draft.grip) == ["options"]
-        assert written(draft, "steps_n") is None
-        with pytest.raises(UnknownError):
-            whole(draft)
-        put(draft, "steps_n", (1.0,))
-        put(draft.grip, "options", {})
-        assert left_out(draft) == []
-        made = whole(draft)
-        assert (made.limit_n, made.extra, made.inner, made.more) == (None, None, Inner(), Inner())
-        assert (made.shape, made.size, made.path) == (0.01, 0.01, Path("nowhere"))
+    draft, problems = read("version: 3\ngrip: jaw\nforce: 3 N\nshape: {shape: cube}\nsize: {}\n")
+    assert problems == []
+    assert left_out(draft) == ["steps_n"]
+    assert left_out(draft.grip) == ["options"]
+    assert written(draft, "steps_n") is None
+    with pytest.raises(UnknownError):
+        whole(draft)
+    put(draft, "steps_n", (1.0,))
+    put(draft.grip, "options", {})
+    assert left_out(draft) == []
+    made = whole(draft)
+    assert (made.limit_n, made.extra, made.inner, made.more) == (None, None, Inner(), Inner())
+    assert (made.shape, made.size, made.path) == (0.01, 0.01, Path("nowhere"))
+
+
+@pytest.mark.parametrize("nothing", ["", " ~", " null"])
+def test_nothing_behind_a_key_is_not_the_same_as_no_key(nothing: str) -> None:
+    """Who forgets the value of a lower limit must not get the one by theory without a word."""
+    for entry in written_entries(Outer):
+        text = "".join(line for line in GOOD.splitlines(True) if f"{entry.name}:" not in line)
+        _, problems = read(f"{text}{entry.name}:{nothing}\n")
+        place = (12, len(entry.name) + 2 + len(nothing.strip()[:1]))
+        found = [p for p in problems if (p.line, p.column) == place]
+        assert len(found) == 1, entry.name
+        optional = entry.name not in ("version", "grip", "force", "shape", "size")
+        assert (found[0].message == f"nothing stands behind `{entry.name}`") == optional
+        assert (found[0].hint == "write a value, or leave the key out") == optional
+
+
+def test_only_a_record_that_stepload_writes_itself_may_hold_null() -> None:
+    kinds = (*sections_below(Plan), CalibrationRecord)
+    may = {(kind.__name__, e.name) for kind in kinds for e in written_entries(kind) if e.key.null}
+    assert may == {
+        ("CalibrationRecord", name)
+        for name in ("temperature", "smooth_error", "smooth_degrees", "smooth_length")
+    }
+    assert '"null"' not in json.dumps(json_schema())
 
 
 @pytest.mark.parametrize(
@@ -139,7 +162,7 @@ def test_what_is_left_out_has_its_default_or_follows_from_others() -> None:
         ("grip: jaw\n", "", 1, 1, "missing key 'grip'", "Name of the grip. Expected a text"),
         ("grip: jaw", "gripp: jaw", 3, 1, "unknown key 'gripp'", "did you mean 'grip'?"),
         ("options: {a: 1}", "options: 3", 4, 10, "'3' where a mapping belongs", ""),
-        ("options: {a: 1}", "options: ~", 4, 10, "nothing where a mapping belongs", ""),
+        ("options: {a: 1}", "options: ~", 4, 10, "nothing stands behind `options`", "leave"),
         ("force: 3 N", "force: 3 mm", 5, 8, "force: '3 mm' is a length, not a force", '"50 N"'),
         ("force: 3 N", "force: ~", 5, 8, "force: nothing is not a force", '"50 N"'),
         ("force: 3 N", "force: [3 N]", 5, 8, "a list where one value belongs", "A force. Expected"),
@@ -154,8 +177,8 @@ def test_what_is_left_out_has_its_default_or_follows_from_others() -> None:
         ("radius", "side", 8, 22, "unknown key 'side'", "known keys: shape, radius"),
         (", radius: 1 m", "", 8, 1, "missing key 'radius'", "Radius. Expected a length"),
         ("size: {side: 2 m}", "size: x", 9, 7, "'x' where a mapping belongs", "keys: side"),
-        ("inner: {on: false}", "inner: ~", 10, 8, "nothing where a mapping belongs", "keys: on"),
-        ("more: {on: false}", "more: ~", 12, 7, "nothing where a mapping belongs", "keys: on"),
+        ("inner: {on: false}", "inner: ~", 10, 8, "nothing stands behind `inner`", "leave the key"),
+        ("more: {on: false}", "more: ~", 12, 7, "nothing stands behind `more`", "leave the key"),
         ("more: {on: false}", "more: {on: 1}", 12, 12, "on: 1 is neither true nor false", "true"),
     ],
 )  # fmt: skip
@@ -286,9 +309,8 @@ def test_the_json_schema_of_a_plan() -> None:
     for name in ("Rig", "ArmSpec", "ForceSpec", "DisplacementSpec", "SystemStiffness"):
         assert "required" not in definitions[name]
     assert all(d["additionalProperties"] is False for d in [schema, *definitions.values()])
-    levels = definitions["Procedure"]["properties"]["levels"]["anyOf"]
-    assert (levels[0]["type"], levels[0]["items"]["type"]) == ("array", "string")
-    assert levels[1] == {"type": "null"}
+    levels = definitions["Procedure"]["properties"]["levels"]
+    assert (levels["type"], levels["items"]["type"]) == ("array", "string")
     options = definitions["ArmSpec"]["properties"]["options"]
     assert {"$ref": "#/$defs/ArmSpec options of ur"} in options["anyOf"]
     sphere = definitions["Payload"]["properties"]["geometry"]["oneOf"][0]

@@ -14,6 +14,9 @@ SOUND = {
     r"(?P<force>[+-]?\d{4}\.\d{2}) (?:kg|lb)": "+0012.50 kg",
     r"(?:\w++,)*+(?P<force>\d+\.\d)[)*+\]]{1,2}": "a,b,2.5)+",
     r"\(\*\+(?P<force>\d+)": "(*+25",
+    r"\(\?x(?P<force>\d+)[(?x]": "(?x25x",
+    r"ST,\s*(?P<force>[+-]?\d+(?:\.\d+)?)(?:kg|lb)": "ST, 2.5kg",
+    r"\d?" * 15 + r"(?P<force>\d{2})": "25",
 }
 SLOW = [
     r"(\d+)+(?P<force>\d)",
@@ -24,7 +27,19 @@ SLOW = [
     r"(?:a+)+?(?P<force>\d)",
     r".*.*.*(?P<force>\d+)",
     r"\d{0,64}\d{0,64}\d{0,64}(?P<force>\d+)",
+    r"\d?" * 24 + r"(?P<force>\d)x",
+    r"\d{,1}" * 24 + r"(?P<force>\d)x",
+    r"(?:\d|\d\d)" * 24 + r"(?P<force>\d)x",
+    r"\d?\d??\d?\d?\d+\d+(?P<force>\d+)x",
 ]
+HIDDEN = {
+    r"(?x) (?P<force> (\d + ) + ) kg": "'(?x'",
+    r"(?ix)(?P<force>(\d+) +)kg": "'(?i'",
+    r"(?x:(?P<force>(\d+) +))kg": "'(?x'",
+    r"(?P<force>((?:\d+)(?#+)+))kg": "'(?#'",
+    r"(x)?(?(1)a+)+(?P<force>\d)": "'(?('",
+    r"(?P<force>\d)(?P=force)+": "'(?P'",
+}
 
 
 @pytest.mark.parametrize("pattern", SOUND)
@@ -38,6 +53,14 @@ def test_patterns_that_may_take_for_ever_are_refused(pattern):
     with pytest.raises(BadInputError, match="hold the run up") as caught:
         line_pattern(pattern, "force")
     assert "possessive" in caught.value.hint
+
+
+@pytest.mark.parametrize("pattern", HIDDEN)
+def test_what_would_hide_a_repetition_is_refused(pattern):
+    with pytest.raises(BadInputError) as caught:
+        line_pattern(pattern, "force")
+    assert f"holds {HIDDEN[pattern]}: no flags" in caught.value.message
+    assert "both cases" in caught.value.hint
 
 
 @pytest.mark.parametrize("pattern", [r"\d+", r"(?P<value>\d+)", r"(?P<force>\d)(?P<more>\d)"])
