@@ -24,7 +24,7 @@ from stepload.plan.schema import json_schema
 from stepload.plan.shelf import Disk, Kept, Shelf
 from stepload.plan.source import Source
 from stepload.plan.stiffness import settle_stiffness
-from stepload.plan.tree import Broken, Mapping, Node, Place
+from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar
 
 __all__ = ["json_schema", "load_payload", "load_plan", "profiles"]
 
@@ -101,6 +101,8 @@ class _Loader:
         parsed = self.references.parse(source)
         _refuse_no_plan(parsed)
         root = self._resolved(parsed, payload)
+        if isinstance(self.shelf, Kept):
+            root = _without_empty(root)
         plan = read_section(Plan, root, Place(source, 1, 1), self.problems)
         put(plan, "path", path)
         put(plan, "payload_file", payload)
@@ -172,6 +174,18 @@ _PARTS: dict[str, tuple[set[str], str]] = {
     ),
 }
 """Parts of a plan, recognised by keys that only they have, and what to do with each."""
+
+
+def _without_empty(node: Node) -> Node:
+    """The tree without keys that have nothing behind them: earlier versions ran such plans."""
+    if not isinstance(node, Mapping):
+        return node
+    kept = {
+        name: _without_empty(entry)
+        for name, entry in node.entries.items()
+        if not (isinstance(entry, Scalar) and entry.value is None)
+    }
+    return Mapping(node.place, kept, {name: node.keys[name] for name in kept})
 
 
 def _refuse_no_plan(root: Node) -> None:
