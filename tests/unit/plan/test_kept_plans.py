@@ -13,6 +13,7 @@ from stepload.plan.problems import PlanError
 
 FULL = """stepload: 1
 payload:
+  name: ball
   geometry: {shape: sphere, radius: 28.7 mm}
   material: {name: acetal, youngs_modulus: 2.75 GPa, poisson_ratio: 0.3, yield_strength: 70 MPa}
   plate: {name: steel, youngs_modulus: 200 GPa, poisson_ratio: 0.29}
