@@ -52,7 +52,7 @@ PARTS: dict[str, tuple[Any, str]] = {
     "read back": (recorder, "count_messages"),
     "safing": (safe_end, "make_safe"),
     "evaluation": (experiment, "evaluate"),
-    "reading": (experiment, "read_recording"),
+    "reading": (experiment, "read_to_evaluate"),
     "report": (experiment, "run_document"),
     "results": (files, "write_results"),
 }

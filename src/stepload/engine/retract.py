@@ -24,8 +24,8 @@ def not_open(course: Course, limit_n: float) -> None:
         )
     course.fail(
         "not_open", left_n, limit_n, "N",
-        f"the contact did not open, or the force sensor is dead: it reads {left_n:.3g} N after a"
-        f" retract of {course.plan.retract_m * 1e3:g} mm{drifted}",
+        "the contact did not open, the force sensor is dead, or its zero has moved: it reads"
+        f" {left_n:.3g} N after a retract of {course.plan.retract_m * 1e3:g} mm{drifted}",
     )  # fmt: skip
 
 

@@ -48,25 +48,50 @@ def moved_zero_n(plan: Plan, loop_s: float) -> float:
 
 
 def zero_drift_reasons(plan: Plan, loop_s: float) -> Iterator[Reason]:
-    """Whether the tare is too short to show a drift that matters by the next look at the zero."""
-    force, procedure = plan.rig.force, plan.procedure
-    if plan.rig.second_force.source is not SecondForceSource.NONE:
+    """Whether the zero moves too far by the next look at it, or may do so unseen by the tare."""
+    yield from _ends_reasons(plan, loop_s)
+    if plan.rig.second_force.source is SecondForceSource.NONE:
+        yield from _short_tare_reasons(plan, loop_s)
+
+
+def _ends_reasons(plan: Plan, loop_s: float) -> Iterator[Reason]:
+    """Whether the stated drift ends a run that goes as planned."""
+    drift_n_per_s, allowed_n = plan.rig.force.drift_n_per_s, plan.procedure.max_drift_n
+    loaded_s = under_load_s(plan.procedure, loop_s)
+    if drift_n_per_s * loaded_s <= allowed_n:
         return
+    yield Reason(
+        "drift_ends_the_run", Severity.WARN,
+        f"the stated drift of {format_quantity(drift_n_per_s, 'N/s')} (rig.force.drift) moves the"
+        f" zero by {format_quantity(drift_n_per_s * loaded_s, 'N')} in the {loaded_s:.0f} s from"
+        f" one look at it to the next; more than {format_quantity(allowed_n, 'N')} (max_drift) end the"
+        " run",
+        "fewer load steps or shorter holds, a longer warm-up, or a sensor that drifts less",
+        drift_n_per_s * loaded_s, allowed_n, "N",
+    )  # fmt: skip
+
+
+def _short_tare_reasons(plan: Plan, loop_s: float) -> Iterator[Reason]:
+    """Whether the tare is too short to show a drift that nothing else would see."""
+    force, procedure = plan.rig.force, plan.procedure
     noise_n = math.hypot(force.noise_n, force.resolution_n / math.sqrt(12.0))
     samples = force.rate_hz * procedure.tare_s
     hidden_n_per_s = SURE_SIGMAS * noise_n * math.sqrt(12.0 / samples) / procedure.tare_s
-    moved_n = hidden_n_per_s * longest_under_load_s(procedure, loop_s)
-    counted_n = moved_zero_n(plan, loop_s)
+    longest_s, planned_s = longest_under_load_s(procedure, loop_s), under_load_s(procedure, loop_s)
+    moved_n, counted_n = hidden_n_per_s * longest_s, moved_zero_n(plan, loop_s)
     if moved_n <= counted_n:
         return
     needed_s = procedure.tare_s * (moved_n / counted_n) ** (2.0 / 3.0)
+    lift_off = "" if procedure.lift_off else ", lift off between cycles"
     yield Reason(
         "short_tare", Severity.WARN,
         f"a tare of {format_quantity(procedure.tare_s, 's')} shows no drift of the zero below"
         f" {format_quantity(hidden_n_per_s, 'N/s')}, and nothing else checks the only force"
-        " channel: by the end of the longest time under load the zero may have moved by"
-        f" {format_quantity(moved_n, 'N')}; {format_quantity(counted_n, 'N')} are counted on",
-        f"tare for {math.ceil(needed_s)} s (procedure.tare), lift off between cycles, hold for"
-        " less, or declare a second force channel",
+        f" channel: in up to {longest_s:.0f} s from one look at the zero to the next"
+        f" ({planned_s:.0f} s as planned, the rest if no level settles before settle_timeout) it"
+        f" may move by {format_quantity(moved_n, 'N')}; {format_quantity(counted_n, 'N')} are"
+        " counted on",
+        f"tare for {math.ceil(needed_s)} s (procedure.tare){lift_off}, take fewer steps or a"
+        " shorter settle_timeout, or declare a second force channel",
         moved_n, counted_n, "N",
     )  # fmt: skip

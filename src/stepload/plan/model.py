@@ -145,8 +145,8 @@ class Procedure:
     max_drift_n: Annotated[
         Force,
         Key(
-            "Shift of the force zero over the run that flags it; default: 1 % of `top_force`, at "
-            "least 1 N and three force resolutions.",
+            "Shift of the force zero within a cycle that ends the run, and over the run that flags "
+            "it; default: 1 % of `top_force`, at least 1 N and three force resolutions.",
             derived=True,
         ),
     ]

@@ -201,7 +201,14 @@ class ForceSpec:
     delay_s: Annotated[Delay, Key("From force to sample on the host.")]
     gain_uncertainty: Annotated[Share, Key("Relative standard uncertainty of the gain.")] = 0.01
     nonlinearity: Annotated[Share | None, Key(_CROOKED)] = None
-    drift_n_per_s: Annotated[_Drift, Key("Largest drift of the zero.")] = 0.0
+    drift_n_per_s: Annotated[
+        _Drift,
+        Key(
+            "Largest rate at which the zero moves; `stepload doctor` measures an upper bound. With "
+            "one force channel this times the longest time under load is taken off the force that "
+            "is allowed, where it is more than `max_drift`."
+        ),
+    ] = 0.0
     max_age_s: Annotated[_Age | None, Key(_OLDER)] = None
     components: Annotated[
         str,

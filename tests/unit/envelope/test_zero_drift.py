@@ -45,9 +45,10 @@ def test_a_second_channel_disagrees_before_the_zero_has_moved_so_far() -> None:
     second = replace(alone.rig.second_force, source=SecondForceSource.ARM)
     plan = replace(alone, rig=replace(alone.rig, second_force=second))
     assert moved_zero_n(plan, LOOP_S) == plan.procedure.max_drift_n < moved_zero_n(alone, LOOP_S)
-    assert list(zero_drift_reasons(one_channel(tare_s=0.5), LOOP_S))
     short = replace(plan, procedure=replace(plan.procedure, tare_s=0.5))
-    assert not list(zero_drift_reasons(short, LOOP_S))
+    for each, named in ((one_channel(tare_s=0.5), True), (short, False)):
+        codes = {reason.code for reason in zero_drift_reasons(each, LOOP_S)}
+        assert ("short_tare" in codes) == named
 
 
 def test_what_the_zero_may_move_is_taken_off_the_force_that_is_allowed() -> None:
@@ -84,3 +85,15 @@ def test_a_drift_may_hide_behind_the_resolution() -> None:
     fine = replace(plan.rig.force, resolution_n=1e-3)
     assert not list(zero_drift_reasons(replace(plan, rig=replace(plan.rig, force=fine)), LOOP_S))
     assert reason.value > plan.procedure.max_drift_n
+
+
+def test_a_stated_drift_that_ends_the_run_is_named_with_one_channel_and_with_two() -> None:
+    plan = one_channel()
+    limit = plan.procedure.max_drift_n / under_load_s(plan.procedure, LOOP_S)
+    for share, named in ((0.99, False), (1.01, True)):
+        alone = one_channel(share * limit)
+        second = replace(alone.rig.second_force, source=SecondForceSource.ARM)
+        both = replace(alone, rig=replace(alone.rig, second_force=second))
+        for each in (alone, both):
+            codes = {reason.code for reason in zero_drift_reasons(each, LOOP_S)}
+            assert ("drift_ends_the_run" in codes) == named
