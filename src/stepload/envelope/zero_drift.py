@@ -64,8 +64,8 @@ def _ends_reasons(plan: Plan, loop_s: float) -> Iterator[Reason]:
         "drift_ends_the_run", Severity.WARN,
         f"the stated drift of {format_quantity(drift_n_per_s, 'N/s')} (rig.force.drift) moves the"
         f" zero by {format_quantity(drift_n_per_s * loaded_s, 'N')} in the {loaded_s:.0f} s from"
-        f" one look at it to the next; more than {format_quantity(allowed_n, 'N')} (max_drift) end the"
-        " run",
+        f" one look at it to the next; more than {format_quantity(allowed_n, 'N')} (max_drift) end"
+        " the run",
         "fewer load steps or shorter holds, a longer warm-up, or a sensor that drifts less",
         drift_n_per_s * loaded_s, allowed_n, "N",
     )  # fmt: skip
