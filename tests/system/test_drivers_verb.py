@@ -68,7 +68,8 @@ def test_what_was_not_tried_is_said_with_the_reason():
     result = invoke("test", "sim", "--kind", "force_sensors", *QUICK)
     said = " ".join(result.stdout.split())
     assert result.exit_code == 0, result.output
-    assert "keeps the contract; not tried: rest, load, bias, targets, motion, shift, stop" in said
+    left = "rest, load, bias, targets, motion, shift, stop, stale, lost_link"
+    assert f"keeps the contract; not tried: {left}" in said
     assert "staleness is NOT proven (--unplug)" in said
 
 

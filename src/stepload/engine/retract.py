@@ -19,7 +19,7 @@ def not_open(course: Course, limit_n: float) -> None:
         )
     elif not course.limits.cross_check and left_n < -limit_n:
         drifted = (
-            "; no contact pulls like that: the sensor's zero has moved since the tare, and the"
+            "; unless the contact sticks, the sensor's zero has moved since the tare, and the"
             f" force may have been up to {-left_n:.3g} N more than it read"
         )
     course.fail(

@@ -29,7 +29,7 @@ from stepload.envelope.press import (
     largest_speed,
     series_stiffness,
 )
-from stepload.envelope.zero_drift import moved_zero_n
+from stepload.envelope.zero_drift import counted_shift_n
 from stepload.errors import RefusedError
 from stepload.plan.checks_between import LEAST_TOUCH_SIGMAS, least_touch_force
 from stepload.plan.model import Plan, SecondForceSource
@@ -88,7 +88,7 @@ class Pressing:
 def largest_top_force(plan: Plan, elastic_limit_n: float) -> float:
     """The highest top force in N that this rig and payload allow; 0 where none is."""
     noise_n = plan.rig.force.noise_n
-    bias_n = moved_zero_n(plan, press_rig(plan.rig, noise_n).loop_s)
+    bias_n = counted_shift_n(plan, press_rig(plan.rig, noise_n).loop_s)
     left = counted_left(plan)
     try:
         return _forces(plan, elastic_limit_n, math.ulp(1.0), noise_n, bias_n, left).largest_top_n
@@ -109,7 +109,7 @@ def pressing_for(
     former bounds the speeds and the target's lead, the latter is held against the leash.
 
     Without `measured` the noise is the rig file's and the drift is the largest that is counted on
-    (`moved_zero_n`); with it each is the larger of the two.
+    (`counted_shift_n`); with it each is the larger of the two.
 
     Raises:
         RefusedError: no room below the elastic limit, the top force is too high, no speed above
@@ -119,7 +119,7 @@ def pressing_for(
     rig, procedure = plan.rig, plan.procedure
     noise_n = max(rig.force.noise_n, measured.noise_n if measured else 0.0)
     press = press_rig(rig, noise_n)
-    bias_n = max(moved_zero_n(plan, press.loop_s), measured.bias_n if measured else 0.0)
+    bias_n = max(counted_shift_n(plan, press.loop_s), measured.bias_n if measured else 0.0)
     _check_touch(procedure.touch_force_n, noise_n)
     _check_channels(plan, elastic_limit_n)
     left = counted_left(plan, one_axis=measured is not None and measured.one_axis)

@@ -33,7 +33,7 @@ def longest_under_load_s(procedure: Procedure, loop_s: float) -> float:
     return under_load_s(procedure, loop_s) + waits_s
 
 
-def moved_zero_n(plan: Plan, loop_s: float) -> float:
+def counted_shift_n(plan: Plan, loop_s: float) -> float:
     """Largest shift of the zero in N that is counted on while the payload is pressed.
 
     More than `procedure.max_drift` is found at the next look at the zero. That is too late for what
@@ -49,23 +49,25 @@ def moved_zero_n(plan: Plan, loop_s: float) -> float:
 
 def zero_drift_reasons(plan: Plan, loop_s: float) -> Iterator[Reason]:
     """Whether the zero moves too far by the next look at it, or may do so unseen by the tare."""
-    yield from _ends_reasons(plan, loop_s)
+    yield from _stated_reasons(plan, loop_s)
     if plan.rig.second_force.source is SecondForceSource.NONE:
         yield from _short_tare_reasons(plan, loop_s)
 
 
-def _ends_reasons(plan: Plan, loop_s: float) -> Iterator[Reason]:
-    """Whether the stated drift ends a run that goes as planned."""
-    drift_n_per_s, allowed_n = plan.rig.force.drift_n_per_s, plan.procedure.max_drift_n
-    loaded_s = under_load_s(plan.procedure, loop_s)
+def _stated_reasons(plan: Plan, loop_s: float) -> Iterator[Reason]:
+    """Whether the stated drift may move the zero beyond `max_drift` in a run as planned."""
+    drift_n_per_s, procedure = plan.rig.force.drift_n_per_s, plan.procedure
+    allowed_n, loaded_s = procedure.max_drift_n, under_load_s(procedure, loop_s)
     if drift_n_per_s * loaded_s <= allowed_n:
         return
+    between = procedure.cycles > 1 and procedure.lift_off
     yield Reason(
-        "drift_ends_the_run", Severity.WARN,
-        f"the stated drift of {format_quantity(drift_n_per_s, 'N/s')} (rig.force.drift) moves the"
-        f" zero by {format_quantity(drift_n_per_s * loaded_s, 'N')} in the {loaded_s:.0f} s from"
-        f" one look at it to the next; more than {format_quantity(allowed_n, 'N')} (max_drift) end"
-        " the run",
+        "drift_beyond_max", Severity.WARN,
+        f"the stated drift of up to {format_quantity(drift_n_per_s, 'N/s')} (rig.force.drift) may"
+        f" move the zero by {format_quantity(drift_n_per_s * loaded_s, 'N')} in the"
+        f" {loaded_s:.0f} s from one look at it to the next: beyond"
+        f" {format_quantity(allowed_n, 'N')} (max_drift) the"
+        + (" run ends between its cycles" if between else " result is flagged, or the run ends"),
         "fewer load steps or shorter holds, a longer warm-up, or a sensor that drifts less",
         drift_n_per_s * loaded_s, allowed_n, "N",
     )  # fmt: skip
@@ -78,7 +80,7 @@ def _short_tare_reasons(plan: Plan, loop_s: float) -> Iterator[Reason]:
     samples = force.rate_hz * procedure.tare_s
     hidden_n_per_s = SURE_SIGMAS * noise_n * math.sqrt(12.0 / samples) / procedure.tare_s
     longest_s, planned_s = longest_under_load_s(procedure, loop_s), under_load_s(procedure, loop_s)
-    moved_n, counted_n = hidden_n_per_s * longest_s, moved_zero_n(plan, loop_s)
+    moved_n, counted_n = hidden_n_per_s * longest_s, counted_shift_n(plan, loop_s)
     if moved_n <= counted_n:
         return
     needed_s = procedure.tare_s * (moved_n / counted_n) ** (2.0 / 3.0)

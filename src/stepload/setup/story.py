@@ -91,6 +91,8 @@ def set_up(
             " before: do not run"
         )
     for number, (name, (about, step)) in enumerate(STEPS.items(), start=1):
+        if name in state.done and name in state.redoing:
+            former = _again(state)
         if name in state.done:
             if name == until:
                 break
@@ -115,13 +117,12 @@ def set_up(
                 state.answers[asked] = answers.given[asked]
         state.doubted -= set(ASKED_IN[name])
         if former:
-            alike = _alike(former.pop(name).found, found)
-            if alike:
+            if _alike(former.pop(name).found, found):
                 state.done |= former
-                former = _again(state)
-                before_that = f" before {next(iter(former))}" if former else ""
+                later = next((each for each in STEPS if each in state.redoing), "")
                 setup.tell(
-                    f"{name} found what it had found before: the later steps{before_that} stay done"
+                    f"{name} found what it had found before: the later steps"
+                    f"{later and f' before {later}'} stay done"
                 )
             elif name in CALIBRATED_WITH and CALIBRATION in state.done:
                 del state.done[CALIBRATION]
@@ -129,7 +130,7 @@ def set_up(
                     "the system stiffness was measured before that: the rig file no more names its"
                     " record; calibrate again"
                 )
-            former = former if alike else {}
+            former = {}
         write_state(rig, state, _left(state.done))
         if name == until:
             break

@@ -10,8 +10,8 @@ from run_plans import envelope_for, stvf_plan
 
 from stepload.envelope.reason import Severity
 from stepload.envelope.zero_drift import (
+    counted_shift_n,
     longest_under_load_s,
-    moved_zero_n,
     under_load_s,
     zero_drift_reasons,
 )
@@ -34,17 +34,19 @@ def test_the_stated_drift_counts_over_the_longest_time_under_load() -> None:
     steps = 3 * 2 * len(plan.procedure.levels_n)
     waits_s = longest_s - under_load_s(plan.procedure, LOOP_S)
     assert waits_s == pytest.approx(steps * plan.procedure.settle_timeout_s)
-    assert moved_zero_n(plan, LOOP_S) == allowed_n
+    assert counted_shift_n(plan, LOOP_S) == allowed_n
     for share in (0.9, 1.1, 3.0):
         drifting = one_channel(share * allowed_n / longest_s, cycles=3, lift_off=False)
-        assert moved_zero_n(drifting, LOOP_S) == pytest.approx(max(1.0, share) * allowed_n)
+        assert counted_shift_n(drifting, LOOP_S) == pytest.approx(max(1.0, share) * allowed_n)
 
 
 def test_a_second_channel_disagrees_before_the_zero_has_moved_so_far() -> None:
     alone = one_channel(1.0)
     second = replace(alone.rig.second_force, source=SecondForceSource.ARM)
     plan = replace(alone, rig=replace(alone.rig, second_force=second))
-    assert moved_zero_n(plan, LOOP_S) == plan.procedure.max_drift_n < moved_zero_n(alone, LOOP_S)
+    assert (
+        counted_shift_n(plan, LOOP_S) == plan.procedure.max_drift_n < counted_shift_n(alone, LOOP_S)
+    )
     short = replace(plan, procedure=replace(plan.procedure, tare_s=0.5))
     for each, named in ((one_channel(tare_s=0.5), True), (short, False)):
         codes = {reason.code for reason in zero_drift_reasons(each, LOOP_S)}
@@ -55,7 +57,7 @@ def test_what_the_zero_may_move_is_taken_off_the_force_that_is_allowed() -> None
     steady, drifting = envelope_for(one_channel()), envelope_for(one_channel(0.2))
     assert steady.limits is not None
     loop_s = steady.bounds.loop_s
-    moved_n = moved_zero_n(drifting.plan, loop_s) - steady.plan.procedure.max_drift_n
+    moved_n = counted_shift_n(drifting.plan, loop_s) - steady.plan.procedure.max_drift_n
     assert moved_n > 5.0
     less_n = steady.largest_safe_force_n - drifting.largest_safe_force_n
     assert 0.9 * moved_n < less_n < moved_n
@@ -87,7 +89,7 @@ def test_a_drift_may_hide_behind_the_resolution() -> None:
     assert reason.value > plan.procedure.max_drift_n
 
 
-def test_a_stated_drift_that_ends_the_run_is_named_with_one_channel_and_with_two() -> None:
+def test_a_stated_drift_beyond_max_drift_is_named_with_one_channel_and_with_two() -> None:
     plan = one_channel()
     limit = plan.procedure.max_drift_n / under_load_s(plan.procedure, LOOP_S)
     for share, named in ((0.99, False), (1.01, True)):
@@ -96,4 +98,4 @@ def test_a_stated_drift_that_ends_the_run_is_named_with_one_channel_and_with_two
         both = replace(alone, rig=replace(alone.rig, second_force=second))
         for each in (alone, both):
             codes = {reason.code for reason in zero_drift_reasons(each, LOOP_S)}
-            assert ("drift_ends_the_run" in codes) == named
+            assert ("drift_beyond_max" in codes) == named

@@ -115,6 +115,17 @@ def test_both_steps_that_somebody_wants_done_again_are(rig_file, rig, first, sec
     assert "to be done again" not in rig_file.read_text()
 
 
+def test_a_set_up_left_between_two_steps_to_be_done_again_keeps_the_later(rig_file, rig):
+    with pytest.raises(DeviceError):
+        go(rig_file, rig, {}, redo="push", open_devices=failing)
+    before = read_state(rig_file).done
+    go(rig_file, rig, {}, redo="start", until="push")
+    state = read_state(rig_file)
+    assert list(state.done) == ["arm", "sensor", "push", "weigh", "start", "way"]
+    assert [state.done[name] for name in ("start", "way")] == [before["start"], before["way"]]
+    assert state.redoing == {"start"}
+
+
 def below_the_head(path):
     return path.read_text().split("\n", 1)[1]
 
