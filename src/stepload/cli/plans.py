@@ -136,7 +136,11 @@ def show_figures(envelope: Envelope, out: Output, *, details: bool = True) -> No
             f"{envelope.plan.rig.common_force_error:.3g}",
             "rig.common_force_error, taken off F_allowed",
         ),
-        ("largest safe top force", f(envelope.largest_safe_force_n, "N"), "F_allowed - headroom"),
+        (
+            "largest safe top force",
+            f(envelope.largest_safe_force_n, "N"),
+            "F_allowed - headroom, with this plan's steps",
+        ),
         ("force limit F_lim (R1)", f(envelope.force_limit_n, "N"), "supervisor"),
         ("top force", f(envelope.top_force_n, "N"), "plan"),
         *_law_rows(envelope),

@@ -10,7 +10,7 @@ from stepload.engine.free_air import ALLOWED_SHARE, FreeAir
 from stepload.engine.tare import TareWindow
 from stepload.envelope.bounds import Measured
 from stepload.envelope.schedule import BETWEEN_CYCLES_TARE_S
-from stepload.envelope.zero_drift import under_load_s
+from stepload.envelope.zero_drift import moved_n
 from stepload.errors import DomainError, RefusedError
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
@@ -132,7 +132,9 @@ class Zeroing:
         """Whether the plan still leaves room with the measured noise and drift."""
         course, plan, limits = self._course, self._course.plan, self._course.limits
         noise_n = tare.noise_n if tare.sure_noise_n > limits.shown_noise_n else 0.0
-        drift_n = tare.sure_slope_n_per_s * under_load_s(plan, limits.loop_s)
+        drift_n = moved_n(
+            plan, limits.loop_s, tare.sure_slope_n_per_s, second_channel=bool(limits.cross_check)
+        )
         # A sensor with a force that never changes may not detect that a payload is dragged.
         blind = tare.live < 3 and 0.0 < limits.dragged_left < 1.0
         if noise_n == 0.0 and drift_n <= plan.max_drift_n and not blind:

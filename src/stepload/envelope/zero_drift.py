@@ -33,18 +33,33 @@ def longest_under_load_s(procedure: Procedure, loop_s: float) -> float:
     return under_load_s(procedure, loop_s) + waits_s
 
 
+def moved_n(
+    procedure: Procedure, loop_s: float, drift_n_per_s: float, *, second_channel: bool
+) -> float:
+    """How far a drift may move the zero in N by the next look at it.
+
+    A second channel that disagrees ends a run that takes longer than planned. With one channel
+    nothing does: then the longest time under load counts, and the approach before it. That may take
+    as long again, but R11 ends it where the reading is the touch force below zero.
+    """
+    if second_channel:
+        return drift_n_per_s * under_load_s(procedure, loop_s)
+    loaded_n = drift_n_per_s * longest_under_load_s(procedure, loop_s)
+    return loaded_n + min(loaded_n, procedure.touch_force_n)
+
+
 def counted_shift_n(plan: Plan, loop_s: float) -> float:
     """Largest shift of the zero in N that is counted on while the payload is pressed.
 
     More than `procedure.max_drift` is found at the next look at the zero. That is too late for what
     was pressed until then, unless a second force channel disagrees before. With one channel the
-    stated drift over the longest time under load is counted where it is larger.
+    shift by the stated drift is counted where it is larger.
     """
-    allowed_n = plan.procedure.max_drift_n
+    procedure, drift_n_per_s = plan.procedure, plan.rig.force.drift_n_per_s
     if plan.rig.second_force.source is not SecondForceSource.NONE:
-        return allowed_n
-    drift_n_per_s = plan.rig.force.drift_n_per_s
-    return max(allowed_n, drift_n_per_s * longest_under_load_s(plan.procedure, loop_s))
+        return procedure.max_drift_n
+    stated_n = moved_n(procedure, loop_s, drift_n_per_s, second_channel=False)
+    return max(procedure.max_drift_n, stated_n)
 
 
 def zero_drift_reasons(plan: Plan, loop_s: float) -> Iterator[Reason]:
@@ -80,10 +95,10 @@ def _short_tare_reasons(plan: Plan, loop_s: float) -> Iterator[Reason]:
     samples = force.rate_hz * procedure.tare_s
     hidden_n_per_s = SURE_SIGMAS * noise_n * math.sqrt(12.0 / samples) / procedure.tare_s
     longest_s, planned_s = longest_under_load_s(procedure, loop_s), under_load_s(procedure, loop_s)
-    moved_n, counted_n = hidden_n_per_s * longest_s, counted_shift_n(plan, loop_s)
-    if moved_n <= counted_n:
+    hidden_n, counted_n = hidden_n_per_s * longest_s, counted_shift_n(plan, loop_s)
+    if hidden_n <= counted_n:
         return
-    needed_s = procedure.tare_s * (moved_n / counted_n) ** (2.0 / 3.0)
+    needed_s = procedure.tare_s * (hidden_n / counted_n) ** (2.0 / 3.0)
     lift_off = "" if procedure.lift_off else ", lift off between cycles"
     yield Reason(
         "short_tare", Severity.WARN,
@@ -91,9 +106,9 @@ def _short_tare_reasons(plan: Plan, loop_s: float) -> Iterator[Reason]:
         f" {format_quantity(hidden_n_per_s, 'N/s')}, and nothing else checks the only force"
         f" channel: in up to {longest_s:.0f} s from one look at the zero to the next"
         f" ({planned_s:.0f} s as planned, the rest if no level settles before settle_timeout) it"
-        f" may move by {format_quantity(moved_n, 'N')}; {format_quantity(counted_n, 'N')} are"
+        f" may move by {format_quantity(hidden_n, 'N')}; {format_quantity(counted_n, 'N')} are"
         " counted on",
         f"tare for {math.ceil(needed_s)} s (procedure.tare){lift_off}, take fewer steps or a"
         " shorter settle_timeout, or declare a second force channel",
-        moved_n, counted_n, "N",
+        hidden_n, counted_n, "N",
     )  # fmt: skip

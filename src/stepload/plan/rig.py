@@ -205,8 +205,9 @@ class ForceSpec:
         _Drift,
         Key(
             "Largest rate at which the zero moves; `stepload doctor` measures an upper bound. With "
-            "one force channel this times the longest time under load is taken off the force that "
-            "is allowed, where it is more than `max_drift`."
+            "one force channel this times the longest time under load, and up to the touch force "
+            "for the approach, is taken off the force that is allowed, where it is more than "
+            "`max_drift`."
         ),
     ] = 0.0
     max_age_s: Annotated[_Age | None, Key(_OLDER)] = None

@@ -12,7 +12,7 @@ from stepload.engine.operator import StopLevel
 from stepload.engine.tare import TareWindow
 from stepload.engine.zeroing import DRIFT_CHECK_S, NOISE_FACTOR, Zeroing
 from stepload.envelope.bounds import Measured
-from stepload.envelope.zero_drift import STEP_RATES
+from stepload.envelope.zero_drift import STEP_RATES, longest_under_load_s, under_load_s
 from stepload.errors import RefusedError
 from stepload.record.rows import Phase
 
@@ -223,6 +223,18 @@ def test_drift_counts_until_the_zero_is_looked_at_again(
     zero = Zero(**change)
     zero.tare([0.95 / 1.05 * slope * i * PERIOD_S for i in range(zero.count)])
     assert zero.adopted == []
+
+
+def test_the_drift_of_an_only_channel_counts_as_if_no_level_settled_and_in_the_approach() -> None:
+    planned = Zero()
+    loop_s, plan = PLANNED.loop_s, planned.stage.course.plan
+    slope = DRIFT_N / under_load_s(plan, loop_s)
+    loaded_n = slope * longest_under_load_s(plan, loop_s)
+    zero = Zero({"cross_check": False})
+    zero.tare([slope * i * PERIOD_S for i in range(zero.count)])
+    counted_n = loaded_n + plan.touch_force_n
+    assert counted_n < 2.0 * loaded_n
+    assert [m.bias_n for m in zero.adopted] == [pytest.approx(counted_n, rel=1e-3)]
 
 
 def test_a_plan_that_does_not_fit_what_was_measured_ends_there() -> None:

@@ -51,7 +51,7 @@ def test_no_payload_is_pressed_beyond_the_sensors_range(tmp_path):
 
 
 def test_a_rubber_sphere_may_be_pressed_a_little_with_a_warning(tmp_path):
-    envelope = judged(tmp_path, "silicone-sphere", "57 N", "19 N", stuck_ratio=1)
+    envelope = judged(tmp_path, "silicone-sphere", "48 N", "16 N", stuck_ratio=1)
     assert envelope.verdict is PlanVerdict.WARN
     assert "one_force_channel" in {r.code for r in envelope.reasons}
-    assert 55.0 < envelope.largest_safe_force_n < 75.0
+    assert 45.0 < envelope.largest_safe_force_n < 65.0
