@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -51,7 +52,10 @@ def test_no_payload_is_pressed_beyond_the_sensors_range(tmp_path):
 
 
 def test_a_rubber_sphere_may_be_pressed_a_little_with_a_warning(tmp_path):
-    envelope = judged(tmp_path, "silicone-sphere", "48 N", "16 N", stuck_ratio=1)
+    envelope = judged(tmp_path, "silicone-sphere", "57 N", "19 N", stuck_ratio=1)
     assert envelope.verdict is PlanVerdict.WARN
     assert "one_force_channel" in {r.code for r in envelope.reasons}
-    assert 45.0 < envelope.largest_safe_force_n < 65.0
+    assert 57.0 < envelope.largest_safe_force_n < 63.0
+    force = replace(envelope.plan.rig.force, drift_n_per_s=0.1)
+    twice = replace(envelope.plan, rig=replace(envelope.plan.rig, force=force))
+    assert envelope_of(twice).verdict is PlanVerdict.REFUSED
