@@ -143,6 +143,7 @@ def test_several_runs_are_pooled(lab: Path, system_runs: list[tuple[Path, Ran]])
     assert not (lab / "twice.json").exists()
 
 
+@pytest.mark.long
 def test_two_reference_spheres_give_the_same_stiffness(lab: Path) -> None:
     runs = []
     for radius in (10, 200):

@@ -66,7 +66,7 @@ def test_a_campaign_with_six_axes(tmp_path: Path) -> None:
 
 def test_an_interrupted_campaign_goes_on_to_the_same_result(tmp_path: Path) -> None:
     """Of two processes, cut short; by one process, and all of it by one process."""
-    options = ["--runs", "10", "--seed", "4", "--json"]
+    options = ["--runs", "6", "--seed", "4", "--json"]
     whole = in_process(
         "campaign", PLAN, *options, "--processes", 1, "--out", tmp_path / "whole", "--parquet"
     )
@@ -121,6 +121,7 @@ def test_parquet_needs_a_place(tmp_path: Path) -> None:
     assert "--parquet without --out" in done.stderr
 
 
+@pytest.mark.long
 def test_an_ablation_takes_a_rule_from_a_campaign_that_is_there(tmp_path: Path) -> None:
     options = [
         "--runs", "10", "--seed", "4", "--faults", "force_freeze", "--processes", "1", "--json",

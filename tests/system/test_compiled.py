@@ -37,6 +37,7 @@ def test_these_tests_run_what_the_makefile_says() -> None:
     assert bool(stepload.compiled_modules) == (not os.environ[PURE] and (ROOT / PLACE).exists())
 
 
+@pytest.mark.long
 @compiled
 def test_a_run_is_recorded_alike(tmp_path: Path) -> None:
     plan = tmp_path / "plan.yaml"
@@ -61,7 +62,7 @@ def test_a_run_is_recorded_alike(tmp_path: Path) -> None:
     ("axes", "faults", "count"),
     [
         ("one", "all", 4),
-        ("six", "all", 3),
+        pytest.param("six", "all", 3, marks=pytest.mark.long),
         pytest.param("one", "all", 8, marks=pytest.mark.long),
         pytest.param("six", "all", 8, marks=pytest.mark.long),
         pytest.param("one", "exception", 30, marks=pytest.mark.long),
@@ -99,7 +100,13 @@ def test_ctrl_c_reaches_a_run_that_never_leaves_machine_code(tmp_path: Path) -> 
 
 
 @compiled
-@pytest.mark.parametrize("as_given", ["tuple(rows)", "[r._replace(wrench=w(r)) for r in rows]"])
+@pytest.mark.parametrize(
+    "as_given",
+    [
+        pytest.param("tuple(rows)", marks=pytest.mark.long),
+        "[r._replace(wrench=w(r)) for r in rows]",
+    ],
+)
 def test_a_driver_of_other_types_than_it_promises_ends_the_run(
     tmp_path: Path, as_given: str
 ) -> None:

@@ -85,6 +85,7 @@ def test_a_drift_beyond_the_plan_is_found(changed):
     assert line["remedy"]
 
 
+@pytest.mark.long
 def test_the_loop_delay_is_measured_against_a_spring():
     code, told = doctor(PLAN, "--seconds", "1", "--still", "--against-spring")
     assert code == 0

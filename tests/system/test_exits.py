@@ -211,7 +211,7 @@ def test_a_running_record_is_left_alone(stage: Stage, quick: Path, tmp_path: Pat
     _record(directory)
 
 
-@pytest.mark.parametrize("step_s", [-3600.0, 3600.0])
+@pytest.mark.parametrize("step_s", [-3600.0, pytest.param(3600.0, marks=pytest.mark.long)])
 def test_a_clock_step(stage: Stage, quick: Path, tmp_path: Path, step_s: float) -> None:
     """The wall clock jumps under load: nothing in the run or in its record does."""
     staged = stage(

@@ -182,10 +182,10 @@ def test_a_cycle_cut_short_by_a_pause_is_not_compared(
     ("at", "level", "whole"),
     [
         ((Phase.HOLD, 1, 1), StopLevel.AFTER_STEP, []),
-        ((Phase.HOLD, 1, 3), StopLevel.NOW, []),
-        ((Phase.UNLOAD, 1, 1), StopLevel.NOW, []),
+        pytest.param((Phase.HOLD, 1, 3), StopLevel.NOW, [], marks=pytest.mark.long),
+        pytest.param((Phase.UNLOAD, 1, 1), StopLevel.NOW, [], marks=pytest.mark.long),
         ((Phase.LOAD, 2, 3), StopLevel.AFTER_STEP, [1]),
-        ((Phase.HOLD, 3, 3), StopLevel.NOW, [1, 2]),
+        pytest.param((Phase.HOLD, 3, 3), StopLevel.NOW, [1, 2], marks=pytest.mark.long),
     ],
 )
 def test_a_run_of_cycles_that_ends_early_has_a_report_of_the_whole_ones(

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from long_ones import long
 from run_bench import Bench, bench_for, run, spec_for
 from run_plans import stvf_plan
 
@@ -65,7 +66,7 @@ def test_a_zero_that_moves_beyond_the_drift_allowed_still_ends_the_run() -> None
 @pytest.mark.parametrize(
     "wrong",
     [
-        *(pytest.param(each, marks=pytest.mark.long) for each in ("soft", "gain")),
+        *long(("soft", "gain")),
         "wrong sign", "nearer",
     ],
 )  # fmt: skip

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from long_ones import long
 from run_bench import Bench, bench_for, run, spec_for
 from run_plans import envelope_for, stvf_plan
 
@@ -96,7 +97,10 @@ def test_a_level_that_the_leash_may_not_reach_is_told_and_what_it_takes_where_it
 
 @pytest.mark.parametrize(
     "name",
-    ["plastic-sphere", "campaign", pytest.param("ur5e-silicone-sphere", marks=pytest.mark.long)],
+    [
+        "campaign",
+        *long(("plastic-sphere", "ur5e-silicone-sphere")),
+    ],
 )
 def test_a_shipped_plan_takes_the_time_that_preflight_prints(name: str) -> None:
     plan = load_plan(plan_path(name))

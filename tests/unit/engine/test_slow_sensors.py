@@ -30,8 +30,17 @@ def rated(plan: Plan, hz: float, second_hz: float) -> Plan:
     return replace(plan, rig=rig, procedure=procedure)
 
 
-@pytest.mark.parametrize("second_hz", [0.0, 500.0, 50.0])
-@pytest.mark.parametrize("hz", [25.0, 50.0, 100.0, 500.0])
+@pytest.mark.parametrize(
+    ("hz", "second_hz"),
+    [
+        (25.0, 50.0), (50.0, 0.0), (100.0, 50.0), (500.0, 50.0),
+        *(
+            pytest.param(hz, second_hz, marks=pytest.mark.long)
+            for hz in (25.0, 50.0, 100.0, 500.0)
+            for second_hz in (0.0, 500.0, 50.0)
+        ),
+    ],
+)  # fmt: skip
 @pytest.mark.parametrize("base", [stvf_plan, ur_plan])
 def test_a_healthy_run_completes(base, hz: float, second_hz: float) -> None:
     plan = rated(base(), hz, second_hz)

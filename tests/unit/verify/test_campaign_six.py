@@ -89,6 +89,7 @@ def test_the_plan_bounds_what_a_sound_rig_is(index: int) -> None:
     assert plan.rig.force.lever_m == truth.mount.sensor.lever_m[2]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", SIX_ANOMALIES)
 def test_what_is_wrong_on_purpose_is_beyond_the_plan(kind: str) -> None:
     seen = 0
@@ -156,6 +157,7 @@ def test_a_sensor_that_dies_across_the_axis_while_it_presses_is_found() -> None:
     assert found.stop_s - dead.start_s < 0.3
 
 
+@pytest.mark.long
 def test_nobody_sees_what_a_dead_channel_does_not_tell() -> None:
     kinds = ("force_lateral_dead", "plants")
     hazards, said = set(), set()
@@ -193,6 +195,7 @@ def test_friction_that_clings_goes_down_with_the_force_on_the_way_back(index: in
     assert clung.whole < 1.01 * clung.pressed
 
 
+@pytest.mark.long
 def test_a_friction_that_the_plan_states_is_kept_on_a_steep_plate_too() -> None:
     """Where nobody states it, a sound run goes beyond F_c even while it presses."""
     unknown, stated = (cling(TEMPLATE, 12, 0.6, 28.0, stated=known) for known in (False, True))

@@ -35,6 +35,7 @@ def test_the_smallest_detectable_difference_is_found_in_four_of_five() -> None:
     assert 0.65 < found.differ < 0.98
 
 
+@pytest.mark.long
 def test_errors_of_two_rigs_do_not_cancel() -> None:
     """Taken as one rig, equal payloads on two rigs would be called different every other time."""
     world, rng = World("two rigs", rigs=2), np.random.default_rng(5)
@@ -50,6 +51,7 @@ def test_errors_of_two_rigs_do_not_cancel() -> None:
     assert np.mean([each.verdict is Agreement.DIFFER for each in believed_one]) > 0.3
 
 
+@pytest.mark.long
 def test_five_percent_at_another_place_cannot_be_told_where_five_percent_matter() -> None:
     world = World("away", 1.05, apart_m=0.5e-3, tolerance=0.05)
     found = tally(world, TRIALS, seed=6)
@@ -57,12 +59,14 @@ def test_five_percent_at_another_place_cannot_be_told_where_five_percent_matter(
     assert found.covered >= 0.92
 
 
+@pytest.mark.long
 def test_a_pose_without_a_name_is_no_excuse_for_agreement_or_difference() -> None:
     found = tally(World("unnamed", 1.05, pose=""), TRIALS, seed=7)
     assert found.agree <= 0.05
     assert found.cannot_tell >= 0.5
 
 
+@pytest.mark.long
 def test_the_trial_prints_a_line_for_every_world(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

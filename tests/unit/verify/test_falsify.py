@@ -142,7 +142,7 @@ def test_strata_by_name() -> None:
 @pytest.mark.parametrize(
     "stratum",
     [
-        *strata(wider=False)[:3], *strata(wider=True)[::61],
+        *strata(wider=False)[:2], *strata(wider=True)[7::183],
         *named("plate_slips+stuck stiffer than stated", "six"),
         *named("force_lateral_dead+plate tilted", "six"),
     ],
@@ -364,6 +364,7 @@ def test_a_named_hazard_breaks_no_claim_and_a_blind_rig_is_not_run() -> None:
         Trial.from_line('{"j": 1.0}')
 
 
+@pytest.mark.long
 def test_a_search_goes_on_where_it_was_left(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -413,7 +414,9 @@ def test_processes_change_nothing() -> None:
 @pytest.mark.parametrize(
     ("text", "axes"),
     [
-        ("force_gain+signal_int", "one"), ("K x 10+force_delay", "one"), ("plate_moves", "one"),
+        ("force_gain+signal_int", "one"),
+        pytest.param("K x 10+force_delay", "one", marks=pytest.mark.long),
+        pytest.param("plate_moves", "one", marks=pytest.mark.long),
         ("force_lateral_dead+dragged sideways", "six"),
     ],
 )  # fmt: skip

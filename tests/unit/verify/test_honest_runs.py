@@ -148,6 +148,7 @@ def test_what_has_yielded_stays_and_is_loaded_again_along_its_unloading():
     assert again[0] > first[0] + 0.002 * case.rig.depth_m
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("length", [0.05, 0.3])
 def test_a_smooth_error_has_its_variance_and_correlation(length):
     at = np.array([0.3, 0.3 + length])

@@ -53,7 +53,8 @@ def test_what_a_rule_had_stopped_goes_on_or_is_stopped_by_another() -> None:
     assert found.figures.false_trips == 0
 
 
-@pytest.mark.parametrize("rule", ["R3", pytest.param("R7+R10", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("rule", ["R3", "R7+R10"])
 def test_a_rule_changes_only_the_runs_it_stopped(rule: str) -> None:
     work = Work(TEMPLATE, 5, kinds_from("force_lost, arm_lost, arm_freeze, second_gain"))
     jobs = jobs_for(14)[:14]
