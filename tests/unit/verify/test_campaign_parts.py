@@ -167,7 +167,7 @@ def test_two_lying_channels_are_a_hazard_and_one_is_none() -> None:
 @pytest.mark.parametrize(
     "layer",
     [
-        *LAYERS[::5],
+        *list(LAYERS)[::5],
         *long(layer for number, layer in enumerate(LAYERS) if number % 5),
     ],
 )
