@@ -7,10 +7,9 @@ KEPT   := $(VENV)/.compiled
 
 CORES := $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 
-# One test at a time on each core; of whole runs and commands one more, for many of them wait. Twice
-# as many as cores took a fifth more of the processors' time.
-WORKERS ?= $(CORES)
-WAITING ?= $(shell expr $(CORES) + 1)
+# One test at a time on each core and one more, for many of them wait. Twice as many as cores took a
+# fifth more of the processors' time.
+WORKERS ?= $(shell expr $(CORES) + 1)
 BESIDE  := --dist loadfile --no-loadscope-reorder
 
 # Wide matrices are not what this project computes; one BLAS thread is faster and repeatable.
@@ -79,7 +78,7 @@ source: $(KEPT) ## Those of parts, on Python's source
 
 made: compiled $(KEPT) ## Those of whole runs and commands, on compiled modules
 	STEPLOAD_PURE= $(BIN)/pytest $(MADE) --ignore=tests/system/test_breakage.py \
-	  -m 'not realtime and not long' -n $(WAITING) $(BESIDE)
+	  -m 'not realtime and not long' -n $(WORKERS) $(BESIDE)
 
 realtime: compiled $(KEPT) ## The tests against the wall clock, under a meter of the host's stalls
 	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'patient and not long' -n $(CORES) $(BESIDE)
@@ -102,7 +101,7 @@ installed: ## The wheels in a clean environment, outside the checkout
 wire: compiled ## Every fault of the documents under a whole run, real time
 	STEPLOAD_PURE= $(BIN)/pytest tests/wire/runs -m 'long or not long' --durations=10
 
-long: compiled ## Tests that are too long for every commit: the page's commands, memory, more plans
+long: compiled ## Tests that are too long for every commit: more of each kind of run, memory, more plans
 	$(BIN)/pytest tests/unit $(RUNS:%=--ignore=%) -m long -n $(CORES) $(BESIDE)
 	STEPLOAD_PURE= $(BIN)/pytest $(RUNS) tests/system -m long --durations=10
 

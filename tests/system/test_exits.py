@@ -94,7 +94,7 @@ def test_a_trip_says_why(stage: Stage, quick: Path, tmp_path: Path) -> None:
     ("number", "times", "code"),
     [
         (signal.SIGINT, 1, 130),
-        (signal.SIGINT, 2, 130),
+        pytest.param(signal.SIGINT, 2, 130, marks=pytest.mark.long),
         (signal.SIGINT, 3, 130),
         (signal.SIGTERM, 1, 143),
         (signal.SIGHUP, 1, 129),
@@ -333,7 +333,10 @@ def test_a_sensor_that_hangs_for_good(stage: Stage, quick: Path, tmp_path: Path)
     assert Phase.FAST_APPROACH in _record(tmp_path / "run", partial=True).ticks.phase
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.long)],
+)
 def test_an_evaluation_can_be_left_and_the_record_is_whole(
     stage: Stage, quick: Path, tmp_path: Path, number: int, code: int
 ) -> None:

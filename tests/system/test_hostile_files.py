@@ -192,7 +192,11 @@ def _limited(*arguments: object) -> subprocess.CompletedProcess[str]:
     [
         ("line.csv", lambda: b"time_s,position_m,force_n\n" + b"1" * 300_000_000),
         ("zeros.mcap", lambda: b"\x89MCAP0\r\n" + bytes(300_000_000)),
-        ("length.mcap", lambda: b"\x89MCAP0\r\n\x06" + b"\xff" * 7 + b"\x7f" + bytes(99)),
+        pytest.param(
+            "length.mcap",
+            lambda: b"\x89MCAP0\r\n\x06" + b"\xff" * 7 + b"\x7f" + bytes(99),
+            marks=pytest.mark.long,
+        ),
     ],
     ids=["line", "zeros", "length"],
 )

@@ -148,7 +148,10 @@ def test_ctrl_c_ends_a_paused_run(stage: Stage, quick: Path, tmp_path: Path) -> 
 
 @pytest.mark.parametrize(
     ("cut", "whole", "problem"),
-    [(2, [1, 3], ""), (1, [], "cycle 1, the virgin one, was not pressed and unloaded")],
+    [
+        pytest.param(2, [1, 3], "", marks=pytest.mark.long),
+        (1, [], "cycle 1, the virgin one, was not pressed and unloaded"),
+    ],
 )
 def test_a_cycle_cut_short_by_a_pause_is_not_compared(
     quick: Path, tmp_path: Path, cut: int, whole: list[int], problem: str

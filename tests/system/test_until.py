@@ -92,7 +92,6 @@ def between(tmp_path_factory: pytest.TempPathFactory) -> Ran:
     return ran(tmp_path_factory.mktemp("between"), 1.5, "10")
 
 
-@pytest.mark.long
 def test_a_soft_payload_is_loaded_no_further_than_needed(soft: Ran) -> None:
     data = soft.finished.data
     assert data["status"] == "completed"

@@ -147,6 +147,7 @@ def test_the_interval_holds_the_truth_in_spite_of_quanta():
     assert sum((low or 0.0) < 3.0 < (high or math.inf) for low, high in ends) >= len(ends) - 1
 
 
+@pytest.mark.long
 def test_the_interval_holds_the_truth_where_a_drift_makes_readings_jump():
     runs = [pressed(0.2, 2.0, seed=seed, drift=1.5e-7) for seed in range(16)]
     assert sum(abs(run.creep_share - 0.2) < 2 * run.creep_sigma for run in runs) >= 14

@@ -122,6 +122,7 @@ def test_firmware_decides_no_error_and_a_new_calibration_does() -> None:
     assert sensor(told) != sensor(told.replace("-01", "-02"))
 
 
+@pytest.mark.long
 def test_five_percent_are_told_apart_on_one_rig() -> None:
     found = compare([*three("a", 1), *three("b", 11, k=K * 1.05**N, plan="stiffer")])
     (each,) = found.differences

@@ -29,6 +29,7 @@ def expected(tmp_path: Path) -> list[Drawn]:
         return rows_of(Counted(5, tmp_path / "here"), pool)
 
 
+@pytest.mark.long
 def test_rows_are_those_of_the_local_pool_and_other_code_is_refused(tmp_path: Path) -> None:
     """A worker that is there, one that comes later, and one that has other code."""
     with cluster(1) as own, open_pool(scheduler=own.address) as pool:

@@ -14,6 +14,7 @@ from stepload.session.experiment import run_plan
 LATE_S = 0.02
 
 
+@pytest.mark.long
 def test_a_late_force_sensor_is_measured_corrected_and_told(emulated_run, tmp_path):
     """The sensor's frames come 20 ms late, which its own clock does not show."""
     run = emulated_run(
