@@ -214,14 +214,23 @@ def percent(share: float, digits: int = 3) -> str:
     return f"{shown:f}%" if not math.isfinite(shown) else f"{Decimal(repr(shown)).normalize():f}%"
 
 
-def beside_limit(share: float, limit: float) -> tuple[str, str]:
-    """A share and its limit in per cent, with enough digits that they compare as the numbers do."""
+def beside_limit(value: float, limit: float, unit: str = "%") -> tuple[str, str]:
+    """A value and its limit with enough digits that they compare as the numbers do.
+
+    Args:
+        value: a share, or a number in `unit`; of a negative one the size counts.
+        limit: the same.
+        unit: "%" for shares; "" for plain numbers; otherwise as `format_quantity` writes it.
+    """
     for digits in range(3, 17):
-        texts = percent(share, digits), percent(limit, digits)
-        shown, most = (float(text[:-1]) for text in texts)
-        if (shown <= most) == (share <= limit):
+        shown, most = (float(f"{abs(x):.{digits - 1}e}") for x in (value, limit))
+        if (shown <= most) == (abs(value) <= abs(limit)):
             break
-    return texts
+    texts = [
+        percent(x, digits) if unit == "%" else format_quantity(x, unit, digits).rstrip()
+        for x in (value, limit)
+    ]
+    return texts[0], texts[1]
 
 
 def format_quantity(value: float, unit: str, digits: int = 3) -> str:

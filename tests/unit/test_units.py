@@ -181,3 +181,9 @@ def test_what_is_beyond_a_limit_is_told_as_beyond_it(
     share: float, limit: float, told: tuple[str, str]
 ) -> None:
     assert beside_limit(share, limit) == told
+
+
+def test_a_length_or_a_number_beyond_a_limit_is_told_as_beyond_it() -> None:
+    assert beside_limit(-1.0004e-6, 1e-6, "m") == ("-1.0004 µm", "1 µm")
+    assert beside_limit(1e-6, 1e-6, "m") == ("1 µm", "1 µm")
+    assert beside_limit(5.994, 5.99, "") == ("5.994", "5.99")

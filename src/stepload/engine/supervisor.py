@@ -435,8 +435,9 @@ class Supervisor:
             return None
         return self._found(
             "R5", difference_n, tolerance_n, "N",
-            f"the second channel reads {difference_n:+.4g} N beside the force sensor's"
-            f" {smooth_n:.4g} N{_opposite(smooth_n, smooth_n + difference_n)}",
+            f"the second channel reads {smooth_n + difference_n:.4g} N where the force sensor reads"
+            f" {smooth_n:.4g} N: more than {tolerance_n:.3g} N apart"
+            f"{_opposite(smooth_n, smooth_n + difference_n)}",
         )  # fmt: skip
 
     def _judge_load(self, target_m: float, smooth_n: float, speed: float) -> Breach | None:
@@ -457,7 +458,7 @@ def _opposite(force_n: float, second_n: float) -> str:
     if not force_n * second_n < 0.0 or not 0.3 < abs(second_n / force_n) < 3.0:
         return ""
     return (
-        ": they have opposite signs, so one of the two has the wrong sign. Change neither until a"
+        "; they have opposite signs, so one of the two has the wrong sign. Change neither until a"
         " push by hand on the tool has shown which (stepload setup): two that agree can both be"
         " wrong"
     )

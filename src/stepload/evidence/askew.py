@@ -12,7 +12,7 @@ from stepload.estimators.contact_quality import NOT_IN_DATA, ContactQuality
 from stepload.estimators.missing import Missing
 from stepload.evidence.gates import HARMLESS, Gate, gate
 from stepload.evidence.quantity import Line
-from stepload.units import format_quantity
+from stepload.units import beside_limit, format_quantity
 
 TILT_RAD = math.radians(3.0)
 """Tilt of the plate that is allowed for where none was measured."""
@@ -159,27 +159,26 @@ def coupling_of(across: Across, yields_m_per_n: float) -> float:
 
 
 def _off(size_m: float, allowed_m: float) -> str:
-    return (
-        f"the plate is touched {format_quantity(size_m, 'm', 2)} beside the force sensor's axis "
-        f"(allowed {format_quantity(allowed_m, 'm', 2)})"
-    )
+    size, limit = beside_limit(size_m, allowed_m, "m")
+    return f"the plate is touched {size} beside the force sensor's axis (allowed {limit})"
 
 
 def _slip_gate(moved_m: float, span_m: float, tilt_rad: float) -> Gate:
+    moved, limit = beside_limit(moved_m, HARMLESS * span_m, "m")
     text = (
         "the contact slipped while loading; on a plate tilted by as much as "
-        f"{math.degrees(tilt_rad):.2g} degrees, which is not excluded, this may be "
-        f"{format_quantity(moved_m, 'm', 2)} of the deformation (allowed "
-        f"{format_quantity(HARMLESS * span_m, 'm', 2)}): square the plate, or reduce the friction"
+        f"{math.degrees(tilt_rad):.2g} degrees, which is not excluded, this may be {moved} of the "
+        f"deformation (allowed {limit}): square the plate, or reduce the friction"
     )
     return gate("slip", moved_m, HARMLESS * span_m, "m", "all", text)
 
 
 def _change_gate(change: float, sigma: float) -> Gate:
     allowed = max(SHARE_CHANGE, SIGMAS * sigma)
+    shown, limit = beside_limit(change, allowed)
     text = (
-        f"the force across the axis differs by {change:.0%} of that along it between the first "
-        f"loading and the second (allowed {allowed:.0%}): friction has changed, or the contact "
-        "has slipped to another place"
+        f"the force across the axis differs by {shown} of that along it between the first loading "
+        f"and the second (allowed {limit}): friction has changed, or the contact has slipped to "
+        "another place"
     )
     return gate("share_change", change, allowed, "", "all", text)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from stepload.evidence.signs import HoldCreep, Sign
-from stepload.units import format_quantity
+from stepload.units import beside_limit, format_quantity
 
 HARMLESS = 0.01
 """Signs below this share of the chord's deformation do not veto."""
@@ -95,10 +95,8 @@ def gate(
 def sign_gate(sign: Sign, rehearsed_m: float, span_m: float, blocks: Blocks = "all") -> Gate:
     """The gate of a sign that is zero for an elastic contact."""
     threshold = max(rehearsed_m, HARMLESS * span_m)
-    text = _MEANS[sign.name].format(
-        at=format_quantity(sign.force_n, "N"), value=format_quantity(sign.value_m, "m"),
-        limit=format_quantity(threshold, "m"),
-    )  # fmt: skip
+    value, limit = beside_limit(sign.value_m, threshold, "m")
+    text = _MEANS[sign.name].format(at=format_quantity(sign.force_n, "N"), value=value, limit=limit)
     return gate(sign.name, abs(sign.value_m), threshold, "m", blocks, text)
 
 
@@ -122,93 +120,93 @@ def creep_gates(creep: HoldCreep, rehearsed_m: float, total_m: float, span_m: fl
 
 
 def _creep(name: str, value: float, threshold: float) -> Gate:
-    text = _MEANS[name].format(
-        value=format_quantity(value, "m"), limit=format_quantity(threshold, "m")
-    )
-    return gate(name, value, threshold, "m", "all", text)
+    shown, limit = beside_limit(value, threshold, "m")
+    return gate(name, value, threshold, "m", "all", _MEANS[name].format(value=shown, limit=limit))
 
 
 def drift_gate(shift_m: float, elapsed_s: float, span_m: float) -> Gate:
     """The gate of a drift correction; `shift_m` is the drift between the chord's forces."""
+    drift = abs(shift_m) / span_m
+    shown, limit = beside_limit(drift, HARMLESS_DRIFT)
     text = (
         f"the rig drifts by {format_quantity(shift_m, 'm')} in the {elapsed_s:.0f} s of the "
-        f"loading, {abs(shift_m) / span_m:.1%} of the deformation (allowed {HARMLESS_DRIFT:.0%}): "
-        "it is taken out, but such a drift is rarely even; let the rig warm up"
+        f"loading, {shown} of the deformation (allowed {limit}): it is taken out, but such a "
+        "drift is rarely even; let the rig warm up"
     )
-    return gate("drift", abs(shift_m) / span_m, HARMLESS_DRIFT, "", "all", text)
+    return gate("drift", drift, HARMLESS_DRIFT, "", "all", text)
 
 
 def touch_gate(shift_m: float, threshold_m: float, limit_n: float | None) -> Gate:
     """The gate of the point of touch, first to last."""
     believed = f" below the elastic limit of {format_quantity(limit_n, 'N')} that was believed" if (
         limit_n is not None and shift_m > 0.0) else ""  # fmt: skip
-    text = (
-        f"the point of touch has moved by {format_quantity(shift_m, 'm')} from first to last "
-        f"(allowed {format_quantity(threshold_m, 'm')}): the payload has yielded{believed} or "
-        "seated, or the rig drifts"
-        if shift_m > 0.0
-        else f"the point of touch has moved by {format_quantity(shift_m, 'm')} from first to last "
-        f"(allowed {format_quantity(threshold_m, 'm')}): the rig drifts, or the payload grew"
-    )
+    means = f"the payload has yielded{believed} or seated, or the rig drifts"
+    if shift_m <= 0.0:
+        means = "the rig drifts, or the payload grew"
+    moved, limit = beside_limit(shift_m, threshold_m, "m")
+    text = f"the point of touch has moved by {moved} from first to last (allowed {limit}): {means}"
     return gate("touch_shift", abs(shift_m), threshold_m, "m", "all", text)
 
 
 def zero_gate(step_n: float, harm_m: float, span_m: float) -> Gate:
     """The gate of the force's zero: the possible effect of its change between two tares."""
+    harm, limit = beside_limit(harm_m, HARMLESS * span_m, "m")
     text = (
         f"the zero of force moves by {format_quantity(step_n, 'N')} from one look at free air to "
-        "the next; taken out as if it were even, it may still be "
-        f"{format_quantity(harm_m, 'm')} of the deformation (allowed "
-        f"{format_quantity(HARMLESS * span_m, 'm')}): let the sensor warm up"
+        f"the next; taken out as if it were even, it may still be {harm} of the deformation "
+        f"(allowed {limit}): let the sensor warm up"
     )
     return gate("force_zero", harm_m, HARMLESS * span_m, "m", "all", text)
 
 
 def lateral_gate(share: float) -> Gate:
     """The gate of the lateral force."""
+    shown, limit = beside_limit(share, LATERAL_SHARE)
     text = (
-        f"the force across the axis reaches {share:.1%} of that along it (allowed "
-        f"{LATERAL_SHARE:.0%}): the arm bends sideways, and its deflection is not that of K_s"
+        f"the force across the axis reaches {shown} of that along it (allowed {limit}): the arm "
+        "bends sideways, and its deflection is not that of K_s"
     )
     return gate("lateral", share, LATERAL_SHARE, "", "all", text)
 
 
 def strong_lateral_gate(share: float) -> Gate:
     """The gate of a lateral force whose effect on the arm was corrected."""
+    shown, limit = beside_limit(share, STRONG_LATERAL)
     text = (
-        f"the force across the axis reaches {share:.1%} of that along it (allowed "
-        f"{STRONG_LATERAL:.0%}): the contact slides, and yields at a smaller force"
+        f"the force across the axis reaches {shown} of that along it (allowed {limit}): the "
+        "contact slides, and yields at a smaller force"
     )
     return gate("lateral", share, STRONG_LATERAL, "", "all", text)
 
 
 def correction_gate(taken: float) -> Gate:
     """The gate of the correction for lateral force, as a share of the deformation."""
+    shown, limit = beside_limit(taken, LARGEST_CORRECTION)
     text = (
-        f"what was taken out for the force across the axis is {taken:.1%} of the deformation "
-        f"(allowed {LARGEST_CORRECTION:.0%}): press where the arm couples less, or reduce the "
-        "friction"
+        f"what was taken out for the force across the axis is {shown} of the deformation (allowed "
+        f"{limit}): press where the arm couples less, or reduce the friction"
     )
     return gate("lateral_correction", taken, LARGEST_CORRECTION, "", "all", text)
 
 
 def other_friction_gate(away: float) -> Gate:
     """The gate of a lateral share that differs from that of the calibration."""
+    shown, limit = beside_limit(away, LATERAL_SHARE)
     text = (
-        f"the force across the axis differs by {away:.1%} of that along it from the calibration "
-        f"(allowed {LATERAL_SHARE:.0%}): the arm bends sideways otherwise, and one K_s does not "
-        "hold; calibrate dry and greased"
+        f"the force across the axis differs by {shown} of that along it from the calibration "
+        f"(allowed {limit}): the arm bends sideways otherwise, and one K_s does not hold; "
+        "calibrate dry and greased"
     )
     return gate("lateral", away, LATERAL_SHARE, "", "all", text)
 
 
 def friction_gate(worst: float) -> Gate:
     """The gate of unknown friction; `worst`: its largest effect over the deformation."""
+    shown, limit = beside_limit(worst, FRICTION_HARMLESS)
     text = (
         "how friction at the contact compares with that of the calibration is not known; it may "
-        f"change the arm's deflection by up to {worst:.1%} of the deformation (allowed "
-        f"{FRICTION_HARMLESS:.0%}): use a six-axis sensor and calibrate with it, dry and greased, "
-        "or a gauge across the contact"
+        f"change the arm's deflection by up to {shown} of the deformation (allowed {limit}): use a "
+        "six-axis sensor and calibrate with it, dry and greased, or a gauge across the contact"
     )
     return gate("friction", worst, FRICTION_HARMLESS, "", "all", text)
 
@@ -226,16 +224,18 @@ def shape_gates(
         off: relative deviation of the local chord from that of the law's fit.
         off_allowed: how much is allowed.
     """
+    better_by, least = beside_limit(advantage, allowed, "")
+    away, most = beside_limit(off, off_allowed)
     return [
         gate(
             "shape", advantage, allowed, "", "law",
-            f"the data speak for another law ({better}) than {law}: χ² differs by "
-            f"{advantage:.1f} (allowed {allowed:.1f})",
+            f"the data speak for another law ({better}) than {law}: χ² differs by {better_by} "
+            f"(allowed {least})",
         ),
         gate(
             "chord_of_fit", abs(off), off_allowed, "", "law",
-            f"the chord of {law} is {off:+.1%} from the measured one (allowed "
-            f"± {off_allowed:.1%}): the law does not describe this contact",
+            f"the chord of {law} is {away} from the measured one (allowed ±{most}): the law does "
+            "not describe this contact",
         ),
     ]  # fmt: skip
 
@@ -244,8 +244,9 @@ def fit_gate(chi2: float, allowed: float, law: str) -> Gate:
     """The gate of the lack of fit of the best law; far beyond the allowed value the stated errors,
     and so all intervals, are too small."""
     far = chi2 > FAR * allowed
+    left, most = beside_limit(chi2, allowed, "")
     text = (
-        f"no law fits: the best one ({law}) leaves χ² = {chi2:.3g} (allowed {allowed:.3g}) with "
+        f"no law fits: the best one ({law}) leaves χ² = {left} (allowed {most}) with "
         "the stated errors"
     ) + ("; they are too small, or the travel jumps: no interval holds" if far else "")
     return gate("lack_of_fit", chi2, allowed, "", "all" if far else "law", text)
@@ -253,7 +254,8 @@ def fit_gate(chi2: float, allowed: float, law: str) -> Gate:
 
 def misfit_gate(misfit_m: float, spread_m: float, allowed_m: float, law: str) -> Gate:
     """The gate of a law's misfit (rms) against the spread between two loadings."""
-    found, scatter, allowed = (format_quantity(x, "m") for x in (misfit_m, spread_m, allowed_m))
+    scatter = format_quantity(spread_m, "m")
+    found, allowed = beside_limit(misfit_m, allowed_m, "m")
     text = (
         f"the law ({law}) does not fit: it leaves {found} rms (allowed {allowed}), and loading "
         f"again scatters by {scatter} only: this is no noise, whatever errors were stated"

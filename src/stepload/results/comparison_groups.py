@@ -19,6 +19,7 @@ from stepload.evidence.identification import REPORTED
 from stepload.evidence.sideways import Sideways
 from stepload.results.comparison_quantity import chord_of, secant_of
 from stepload.results.saved import SavedRun
+from stepload.units import beside_limit
 
 if TYPE_CHECKING:
     from stepload.results.comparison import ComparedRun
@@ -104,9 +105,10 @@ def _doubted(found: Difference, runs: Sequence[ComparedRun]) -> Difference:
     ]
     doubts = [f"not identifiable: {', '.join(unfit)}"] if unfit else []
     if (apart := shares_apart([each.found.run.sideways for each in runs])) > LATERAL_SHARE:
+        shown, limit = beside_limit(apart, LATERAL_SHARE)
         doubts.append(
-            f"their shares of force across the axis differ by {apart:.1%} (allowed "
-            f"{LATERAL_SHARE:.0%}), and one K_s does not hold for both: calibrate dry and greased"
+            f"their shares of force across the axis differ by {shown} (allowed {limit}), and one "
+            "K_s does not hold for both: calibrate dry and greased"
         )
     if not doubts:
         return found

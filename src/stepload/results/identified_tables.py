@@ -62,7 +62,11 @@ def _evidence_tables(found: Identification) -> list[Table]:
     ]
     if (n := evidence.exponent) is not None:
         low, high = n.interval
-        notes.append(f"exponent n = {n.value:.2f}, 95 % [{low:.2f}, {high:.2f}], {n.verdict.value}")
+        own = [why for why in n.why if why not in headline.why]
+        why = f": {'; '.join(own)}" if own else ""
+        notes.append(
+            f"exponent n = {n.value:.2f}, 95 % [{low:.2f}, {high:.2f}], {n.verdict.value}{why}"
+        )
     contact = found.run.askew.quality
     told = [line] if (line := summary(contact)) else []
     total = f"All together {headline.relative:.2%}; the interval is 1.96 times that."

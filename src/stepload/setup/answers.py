@@ -180,8 +180,11 @@ def from_file(path: Path) -> dict[str, str]:
 def _answer(question: Question, node: Node) -> tuple[str, Problem | None]:
     if isinstance(node, Tree) and question.many:
         answer = SEPARATOR.join(_words(node, ""))
+    elif isinstance(node, Scalar) and node.value is None:
+        hint = "write the answer behind it, or leave the line out"
+        return "", node.place.problem(f"{question.name}: nothing stands behind it", hint)
     elif isinstance(node, Scalar):
-        answer = "" if node.value is None else _spelled(node)
+        answer = _spelled(node)
     elif isinstance(node, Items):
         answer = as_text(node)
     else:

@@ -362,7 +362,7 @@ def test_where_it_does_not_no_verdict_is_given(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(comparison_groups, "shares_apart", lambda _: 0.12)
     [told] = compare(found, sizes=(2, 2)).differences
     assert told.verdict is Agreement.CANNOT_TELL
-    assert "differ by 12.0% (allowed 5%)" in told.why
+    assert "differ by 12% (allowed 5%)" in told.why
 
 
 def test_what_friction_does_to_an_arm_stands_between_its_run_and_a_curve() -> None:

@@ -95,6 +95,9 @@ def test_unknown_answers_are_refused_with_their_line_all_at_once(tmp_path):
         from_file(path)
     assert "answers.yaml:2:1: 'hots' is no question" in str(refused.value)
     assert "answers.yaml:3:9: radius:" in str(refused.value)
+    path.write_text("host: 10.0.0.2\nkeys:\n")
+    with pytest.raises(PlanError, match=r"answers.yaml:2:.*keys: nothing stands behind it"):
+        from_file(path)
     path.write_text("[1, 2]")
     with pytest.raises(PlanError, match="answers are a mapping"):
         from_file(path)
