@@ -108,8 +108,9 @@ def weigh(run: Pressed) -> Evidence:
     misfit = _misfit(loops, shape.law, elastic, drawn, main) if shape.law is not None else []
     notes, blocking = _cannot_show(run, loops)
     notes.append(
-        f"the touch is the laws' word: the data begin at {format_quantity(lowest_n, 'N')}, and a "
-        "film or a seat that gives way below makes a secant false"
+        "the point of touch is extrapolated by the laws: the data begin at "
+        f"{format_quantity(lowest_n, 'N')}, and a film or a seat that gives way below makes a "
+        "secant false"
     )
     read_from = figures.Reading(
         main=main,
