@@ -222,8 +222,8 @@ def deaf_approach_reasons(plan: Plan, limits: RunLimits, *, shaken: bool) -> Ite
     proof = "" if shaken else "rig.force.tool_mass, for a shake that proves it before an approach; "
     yield Reason(
         "deaf_approach", _severity(limits),
-        f"if {dead} died since {since} while the noise goes on, nothing stops the arm at the"
-        f" surface: it presses on to the end of the search, with up to"
+        f"if {dead} died while the noise goes on (unseen since {since}), nothing stops the arm at"
+        f" the surface: it presses on to the end of the search, with up to"
         f" {format_quantity(most_n, 'N')} on something rigid (the arm's own push: {_push(plan)})",
         f"{proof}the arm's own force limit below {format_quantity(limit_n, 'N')}; or a surface"
         f" known so well that search_distance may be below {format_quantity(way_m, 'm')}",
