@@ -217,6 +217,18 @@ def test_roughness_and_creep_that_nobody_has_stated_are_in_the_draw(
     assert judged(cell, plan, crept).vetoed["hold_creep"] > 5
 
 
+def test_the_truth_of_a_run_counts_its_roughness() -> None:
+    cell = cell_of(STVF, 5e6)
+    plan, runs = pressed(cell, 2)
+    rough_m = np.array([0.0, 3e-6])
+    truth = judged(cell, plan, replace(runs, rough_m=rough_m)).truth_n_per_m
+    forces = np.linspace(0.1 * STVF.top_n, STVF.top_n, 10)
+    deformation_m = cell.payload.deformation_m(forces, rough_m)
+    chord = (forces[-1] - forces[0]) / (deformation_m[:, -1] - deformation_m[:, 0])
+    assert truth[1] / truth[0] == pytest.approx(chord[1] / chord[0], rel=0.01)
+    assert chord[1] / chord[0] < 0.97
+
+
 def test_the_rough_law_is_that_of_the_paper_above_its_jump_and_has_none() -> None:
     sphere = RoughSphere(6.57e8, 7.5e-6, 300.0)
     secant = 300.0 / (300.0 / 6.57e8) ** (2.0 / 3.0)
