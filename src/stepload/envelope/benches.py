@@ -7,7 +7,6 @@ from pathlib import Path
 
 from stepload.envelope.conditions import conditions_of
 from stepload.envelope.envelope import Envelope, derive
-from stepload.envelope.order import DEFAULT
 from stepload.envelope.unwritten import plan_of
 from stepload.errors import BadInputError, DomainError, RefusedError
 from stepload.estimators.across import Across
@@ -191,8 +190,6 @@ def _softer(rig: str, path: Path, safe_n: float) -> tuple[Plan, Envelope] | None
         return None
     try:
         plan = plan_of(rig, path, safe_n)
-        if plan.procedure.touch_force_n >= safe_n / DEFAULT.steps:
-            return None
         return plan, derive(plan)
     except (BadInputError, RefusedError, DomainError):
         return None

@@ -182,6 +182,16 @@ def test_every_gate_stops_what_it_is_there_for(gate: str) -> None:
     assert not spoiled.identified.any()
 
 
+def test_a_steady_drift_is_taken_out_of_every_branch() -> None:
+    cell = cell_of(STVF, 5e6)
+    plan, runs = pressed(cell, 20)
+    clean = judged(cell, plan, runs)
+    drift_m = 4e-6 * plan.time_s / plan.time_s[-1]
+    drifting = judged(cell, plan, replace(runs, travel_m=runs.travel_m + drift_m))
+    assert drifting.value_n_per_m == pytest.approx(clean.value_n_per_m, rel=1e-3)
+    assert drifting.half_width == pytest.approx(clean.half_width, rel=0.02)
+
+
 def test_a_smooth_error_far_beyond_the_stated_one_fits_no_law() -> None:
     cell = cell_of(STVF, 3e6)
     plan, runs = pressed(cell, 10)
