@@ -222,8 +222,9 @@ def beside_limit(value: float, limit: float, unit: str = "%") -> tuple[str, str]
         limit: the same.
         unit: "%" for shares; "" for plain numbers; otherwise as `format_quantity` writes it.
     """
-    for digits in range(3, 17):
-        shown, most = (float(f"{abs(x):.{digits - 1}e}") for x in (value, limit))
+    scale = 100.0 if unit == "%" else 1.0
+    for digits in range(3, 18):
+        shown, most = (float(f"{abs(scale * x):.{digits - 1}e}") for x in (value, limit))
         if (shown <= most) == (abs(value) <= abs(limit)):
             break
     texts = [

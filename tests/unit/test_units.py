@@ -187,3 +187,6 @@ def test_a_length_or_a_number_beyond_a_limit_is_told_as_beyond_it() -> None:
     assert beside_limit(-1.0004e-6, 1e-6, "m") == ("-1.0004 µm", "1 µm")
     assert beside_limit(1e-6, 1e-6, "m") == ("1 µm", "1 µm")
     assert beside_limit(5.994, 5.99, "") == ("5.994", "5.99")
+    assert beside_limit(0.050005, 0.05) == ("5.0005%", "5%")
+    above, limit = beside_limit(math.nextafter(0.05, 1.0), 0.05)
+    assert above != limit

@@ -77,6 +77,8 @@ class Course:
         self.touches: list[Touch] = []
         self.tares: list[Tare] = []
         self.zero_shift_n = math.nan
+        self.zeroed_s = math.nan
+        self._open_by_s = math.inf
         self.levels_done = 0
 
     @property
@@ -121,8 +123,36 @@ class Course:
 
     def step(self, now_s: float, step_s: float) -> float:
         """Run one tick; returns the target in m."""
+        if now_s > self._open_by_s:
+            self._old_zero(now_s)
         self.act(now_s, step_s)
         return self.target_m
+
+    def press(self, now_s: float) -> None:
+        """From now on the payload is pressed, for as long as the zero of the force can be believed.
+
+        The zero may have moved by the touch force in the approach, not further: R11.
+        """
+        limits = self.limits
+        drift = limits.zero_drift_n_per_s
+        if drift > 0.0:
+            before_n = min(limits.touch_force_n, drift * (now_s - self.zeroed_s))
+            self._open_by_s = now_s + (limits.zero_shift_n - before_n) / drift
+
+    def release(self) -> None:
+        """The payload is no longer pressed."""
+        self._open_by_s = math.inf
+
+    def _old_zero(self, now_s: float) -> None:
+        """End the run: its zero has not been looked at for too long."""
+        self.release()
+        drift, shift_n = self.limits.zero_drift_n_per_s, self.limits.zero_shift_n
+        age_s = now_s - self.zeroed_s
+        self.fail(
+            "old_zero", age_s, shift_n / drift, "s",
+            f"the zero of the only force channel is {age_s:.0f} s old: with a drift of {drift:.3g}"
+            f" N/s it may have moved by the {shift_n:.3g} N that are counted on",
+        )  # fmt: skip
 
     def enter(self, phase: Phase, now_s: float, act: Act) -> None:
         """Begin a phase, at rest."""

@@ -51,6 +51,9 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
         # Records from before a zero was taken anew in an approach; no rule asks for these.
         data.setdefault("moved_zero_n", data["touch_force_n"])
         data.setdefault("shown_noise_n", data["noise_n"])
+        # Records from before a zero could become too old to count on.
+        data.setdefault("zero_shift_n", data["allowed_n"])
+        data.setdefault("zero_drift_n_per_s", 0.0)
         # Records from before R6 knew how often the sensor reads.
         data.setdefault("reading_s", data["period_s"])
         # Records from before an answer had to be proved by the next one: R6 waited for longer.

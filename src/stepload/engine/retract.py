@@ -20,7 +20,7 @@ def not_open(course: Course, limit_n: float) -> None:
     elif not course.limits.cross_check and left_n < -limit_n:
         drifted = (
             "; unless the contact sticks, the sensor's zero has moved since the tare, and the"
-            f" force may have been up to {-left_n:.3g} N more than it read"
+            f" force may have been about {-left_n:.3g} N more than it read"
         )
     course.fail(
         "not_open", left_n, limit_n, "N",
@@ -41,6 +41,7 @@ class Retract:
         course = self._course
         self._then = then
         course.level_n = 0.0
+        course.release()
         course.enter(Phase.RETRACT, now_s, self._act)
         course.aim(course.release_m)
 

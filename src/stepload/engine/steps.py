@@ -71,6 +71,8 @@ class LoadSteps:
         course, sup = self._course, self._course.sup
         course.step_number, course.level_n = number, level_n
         self._then = then
+        if not self._same_contact:
+            course.press(now_s)
         held = self._same_contact and self._ticks
         rested_n = self.held_mean[0] if held else course.dwelt_n
         self.controller.begin(

@@ -33,6 +33,7 @@ from stepload.envelope.limits import RunLimits
 from stepload.record.outcome import Cause
 from stepload.record.rows import Phase
 from stepload.rig.samples import ArmSample, ForceSample
+from stepload.units import beside_limit
 
 WRONG_WAY_SAMPLES = 2
 """Fresh samples in a row with a wrong force before R11 trips; as many make a touch."""
@@ -433,10 +434,11 @@ class Supervisor:
         self._cross_s += limits.period_s
         if self._cross_s <= limits.cross_time_s:
             return None
+        apart, allowed = beside_limit(difference_n, tolerance_n, "N")
         return self._found(
             "R5", difference_n, tolerance_n, "N",
-            f"the second channel reads {smooth_n + difference_n:.4g} N where the force sensor reads"
-            f" {smooth_n:.4g} N: more than {tolerance_n:.3g} N apart"
+            f"the second channel reads {second_n:.4g} N, the force sensor {smooth_n:.4g} N; beyond"
+            f" what motion explains they are {apart} apart (allowed {allowed})"
             f"{_opposite(smooth_n, smooth_n + difference_n)}",
         )  # fmt: skip
 

@@ -179,14 +179,14 @@ class Engine:
         return self.target_m, done
 
     def _adopt(self, measured: Measured) -> RefusedError | DomainError | None:
-        """Use thresholds for the measured noise and bias, where these are worse than before.
+        """Use thresholds for the measured noise and drift, where these are worse than before.
 
         Returns the reason where the plan then leaves no room below F_c, else None.
         """
         last = self._measured
         self._measured = measured = Measured(
             max(last.noise_n, measured.noise_n),
-            max(last.bias_n, measured.bias_n),
+            max(last.drift_n_per_s, measured.drift_n_per_s),
             last.one_axis or measured.one_axis,
         )
         derived = envelope_of(self._plan, measured)

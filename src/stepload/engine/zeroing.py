@@ -103,6 +103,7 @@ class Zeroing:
         elif self._still_fits(tare):
             self._zero = tare
             course.tares.append(tare)
+            course.zeroed_s = now_s - 0.5 * tare.duration_s
             course.sup.tare(tare.mean_n, tare.second_mean_n, tare.wrench)
         return course.failure is None
 
@@ -132,14 +133,14 @@ class Zeroing:
         """Whether the plan still leaves room with the measured noise and drift."""
         course, plan, limits = self._course, self._course.plan, self._course.limits
         noise_n = tare.noise_n if tare.sure_noise_n > limits.shown_noise_n else 0.0
-        drift_n = moved_n(
-            plan, limits.loop_s, tare.sure_slope_n_per_s, second_channel=bool(limits.cross_check)
-        )
+        second, slope = bool(limits.cross_check), tare.sure_slope_n_per_s
+        drift_n = moved_n(plan, limits.loop_s, slope, second_channel=second)
+        steeper = not second and slope > limits.zero_drift_n_per_s
         # A sensor with a force that never changes may not detect that a payload is dragged.
         blind = tare.live < 3 and 0.0 < limits.dragged_left < 1.0
-        if noise_n == 0.0 and drift_n <= plan.max_drift_n and not blind:
+        if noise_n == 0.0 and drift_n <= plan.max_drift_n and not blind and not steeper:
             return True
-        refusal = self._adopt(Measured(noise_n, drift_n, blind))
+        refusal = self._adopt(Measured(noise_n, slope, blind))
         if refusal is not None:
             found = f"a noise of {tare.noise_n:.3g} N and a drift of {drift_n:.3g} N until the zero"
             only = " (and nothing across the pressing axis, as a load cell)" if blind else ""

@@ -45,11 +45,11 @@ LOAD_TIMEOUTS = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What the run has measured of its force sensor: noise (sd), drift since the tare, and whether
+    """What the run has measured of its force sensor: noise (sd), the drift of its zero, and whether
     only its component along the pressing axis ever changes."""
 
     noise_n: float
-    bias_n: float
+    drift_n_per_s: float
     one_axis: bool = False
 
 

@@ -49,7 +49,7 @@ from stepload.envelope.unseen import (
 )
 from stepload.envelope.until import Until, until_of, until_reasons
 from stepload.envelope.way_back import way_back_reasons
-from stepload.envelope.zero_drift import zero_drift_reasons
+from stepload.envelope.zero_reasons import zero_drift_reasons
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability, identifiability
 from stepload.plan.model import Plan
@@ -168,6 +168,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     found = None if plan.identify.kind == "system" else _identifiability_of(plan)
     aligning = None if limits is None else aligning_of(plan, limits)
     nulling = None if limits is None else nulling_of(plan, limits)
+    stages = _stages(plan, limits, climbs, shake, aligning, nulling)
     reasons = [
         *force_reasons(plan, safe_n, refusal, theory.counted),
         *limit_reasons(theory),
@@ -175,7 +176,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         *domain_reasons(plan, theory),
         *rig_reasons(plan),
         *one_channel_reasons(plan),
-        *zero_drift_reasons(plan, bounds.loop_s),
+        *zero_drift_reasons(plan, bounds.loop_s, stages),
         *age_reasons(plan),
         *cycle_reasons(plan),
         *stiffness_reasons(plan),
@@ -215,7 +216,7 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         guarded_speed_m_s=pressing.guarded_speed_m_s if pressing else 0.0,
         fast_speed_m_s=pressing.fast_speed_m_s if pressing else 0.0,
         force_budget=pressing.guarded_budget(plan.procedure.touch_force_n) if pressing else (),
-        stages=_stages(plan, limits, climbs, shake, aligning, nulling),
+        stages=stages,
         climbs=climbs,
         shake=shake,
         aligning=aligning,

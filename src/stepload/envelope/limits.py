@@ -156,6 +156,10 @@ class RunLimits:
     eccentricity_m: float = _limit("m", "plan; 0: off", "R14", zero=True)
     dragged_left: float = _limit("", "of F_c, where no force across is seen", zero=True)
     moved_zero_n: float = _limit("N", "a quarter of the touch force, over 5 s of an approach")
+    zero_shift_n: float = _limit("N", "shift of the zero that F_allowed leaves room for")
+    zero_drift_n_per_s: float = _limit(
+        "N/s", "rig: force.drift, or measured; 0: a second channel checks the zero", zero=True
+    )
     shown_noise_n: float = _limit("N", "noise_n at the edge of a quantum: more in a tare is noise")
     lost_motion_m: float = _limit("m", "rig: arm.lost_motion", zero=True)
     position_resolution_m: float = _limit("m", "rig: arm.position_resolution")
@@ -382,6 +386,8 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         touch_force_n=procedure.touch_force_n,
         **sideways_limits(plan, noise_n, forces.allowed_n),
         moved_zero_n=MOVED_ZERO_SHARE * procedure.touch_force_n,
+        zero_shift_n=pressing.zero_shift_n,
+        zero_drift_n_per_s=pressing.zero_drift_n_per_s,
         shown_noise_n=shown_noise_n(press.noise_n, force.resolution_n),
         lost_motion_m=arm.lost_motion_m,
         position_resolution_m=arm.position_resolution_m,

@@ -29,7 +29,7 @@ from stepload.envelope.press import (
     largest_speed,
     series_stiffness,
 )
-from stepload.envelope.zero_drift import counted_shift_n
+from stepload.envelope.zero_drift import counted_shift_n, unchecked_drift
 from stepload.errors import RefusedError
 from stepload.plan.checks_between import LEAST_TOUCH_SIGMAS, least_touch_force
 from stepload.plan.model import Plan, SecondForceSource
@@ -50,18 +50,21 @@ TOP_SPEED_SHARE = 0.8
 class Pressing:
     """Forces and speeds of a plan.
 
-    `reading_noise_n` is the noise (sd) of one reading, quantisation included; `leash_free_m` the
-    travel from the contact threshold that is safe on a rigid surface, `leash` how much of it is
-    allowed in a load step after answers of the payload; `answer_n_per_m` is the least force per
-    travel that counts as an answer at the touch, `answer_top_n_per_m` at the top force; the force
-    that is left divided by `contact_n_s_per_m` is the speed allowed in contact: it holds even if a
-    hidden hard stop takes over from the payload. `ahead_m` is how far the target of a guarded
-    approach may run ahead of an arm that does not follow, `follow_m` the travel it takes to detect
-    that.
+    `zero_shift_n` is the shift of the zero that `forces` leave room for, `zero_drift_n_per_s` the
+    drift that only the next look at the zero shows. `reading_noise_n` is the noise (sd) of one
+    reading, quantisation included; `leash_free_m` the travel from the contact threshold that is
+    safe on a rigid surface, `leash` how much of it is allowed in a load step after answers of the
+    payload; `answer_n_per_m` is the least force per travel that counts as an answer at the touch,
+    `answer_top_n_per_m` at the top force; the force that is left divided by `contact_n_s_per_m` is
+    the speed allowed in contact: it holds even if a hidden hard stop takes over from the payload.
+    `ahead_m` is how far the target of a guarded approach may run ahead of an arm that does not
+    follow, `follow_m` the travel it takes to detect that.
     """
 
     rig: PressRig
     forces: ForceLimits
+    zero_shift_n: float
+    zero_drift_n_per_s: float
     tangent_n_per_m: float
     reading_noise_n: float
     leash_free_m: float
@@ -119,7 +122,8 @@ def pressing_for(
     rig, procedure = plan.rig, plan.procedure
     noise_n = max(rig.force.noise_n, measured.noise_n if measured else 0.0)
     press = press_rig(rig, noise_n)
-    bias_n = max(counted_shift_n(plan, press.loop_s), measured.bias_n if measured else 0.0)
+    drift_n_per_s = measured.drift_n_per_s if measured else 0.0
+    bias_n = counted_shift_n(plan, press.loop_s, drift_n_per_s)
     _check_touch(procedure.touch_force_n, noise_n)
     _check_channels(plan, elastic_limit_n)
     left = counted_left(plan, one_axis=measured is not None and measured.one_axis)
@@ -166,6 +170,8 @@ def pressing_for(
     return Pressing(
         rig=press,
         forces=forces,
+        zero_shift_n=bias_n,
+        zero_drift_n_per_s=unchecked_drift(plan, drift_n_per_s),
         tangent_n_per_m=tangent,
         reading_noise_n=reading_n,
         leash_free_m=leash_m,

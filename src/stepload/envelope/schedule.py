@@ -26,6 +26,11 @@ BETWEEN, UNLOAD_BETWEEN = "part, tare and touch between cycles", "unload between
 LAST = "retract, second tare, last touch"
 """Names of stages; what comes before the load steps is in the order of time."""
 ALIGN = "align with the plate"
+PROVE, FAST, GUARDED = "prove the force channels", "fast approach", "guarded approach"
+AGAIN = "touch again"
+APPROACH = (PROVE, ALIGN, FAST, GUARDED, AGAIN)
+"""From the first zero of the force to the first load step."""
+UNDER_LOAD = (LOAD_STEP, UNLOAD_STEP, UNLOAD_BETWEEN)
 NULLING_TIMES = 5.0
 """Time constants that nulling is expected to take at a level."""
 SLOW_SHARE = 0.5
@@ -118,11 +123,11 @@ def schedule(
         Stage("warm up", procedure.warm_up_s, 1),
         Stage("prove free air", 2.0 * LOOK_S + back_s, 1),
         Stage("tare and drift check", procedure.tare_s + DRIFT_CHECK_S, 1),
-        Stage("prove the force channels", shake_s, 1),
+        Stage(PROVE, shake_s, 1),
         Stage(ALIGN, align_s, 1),
-        Stage("fast approach", max(clear_m + back_m - run_out_m, 0.0) / fast_m_s, 1),
-        Stage("guarded approach", (band_m + run_out_m) / guarded_m_s + RING_S, 1),
-        Stage("touch again", touch_s, procedure.touches - 1),
+        Stage(FAST, max(clear_m + back_m - run_out_m, 0.0) / fast_m_s, 1),
+        Stage(GUARDED, (band_m + run_out_m) / guarded_m_s + RING_S, 1),
+        Stage(AGAIN, touch_s, procedure.touches - 1),
         _steps(LOAD_STEP, up, procedure.cycles),
         _steps(UNLOAD_STEP, down, procedure.cycles),
     ]

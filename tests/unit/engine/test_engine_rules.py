@@ -16,6 +16,7 @@ from stepload.engine.operator import Operator, StopLevel
 from stepload.engine.safing import Action, make_safe, why_it_stopped
 from stepload.engine.tick import LATE_S, SAFING_EXTRA_S, Engine
 from stepload.envelope.bounds import Measured
+from stepload.envelope.zero_drift import under_load_s
 from stepload.record.outcome import ActionResult, Cause
 from stepload.record.rows import Phase
 
@@ -219,14 +220,15 @@ def test_how_far_the_arm_must_go_back_counts_from_the_farthest_it_may_be() -> No
 
 def test_limits_measured_during_the_run_only_get_tighter() -> None:
     engine = Engine(ENVELOPE, Operator())
-    assert engine._adopt(Measured(0.6, 2.0)) is None
+    loaded_s = under_load_s(ENVELOPE.plan.procedure, ENVELOPE.bounds.loop_s)
+    assert engine._adopt(Measured(0.6, 2.0 / loaded_s)) is None
     assert engine.limits.noise_n == pytest.approx(math.hypot(0.6, 0.05 / math.sqrt(12.0)))
     first = engine.limits
     assert first.allowed_n == pytest.approx(0.95 * (727.0 - 11.0 - 2.0) / 1.05)
-    assert engine._adopt(Measured(0.4, 5.0)) is None
+    assert engine._adopt(Measured(0.4, 5.0 / loaded_s)) is None
     assert engine.limits.noise_n == first.noise_n
     assert engine.limits.allowed_n == pytest.approx(0.95 * (727.0 - 11.0 - 5.0) / 1.05)
-    assert engine._adopt(Measured(0.4, 1.0)) is None
+    assert engine._adopt(Measured(0.4, 1.0 / loaded_s)) is None
     assert engine.limits.allowed_n == pytest.approx(0.95 * (727.0 - 11.0 - 5.0) / 1.05)
     kept = engine.limits
     refusal = engine._adopt(Measured(80.0, 0.0))

@@ -11,7 +11,7 @@ from run_bench import Bench, bench_for, run, spec_for
 from run_plans import stvf_plan
 
 from stepload.engine.tick import Engine
-from stepload.plan.model import Plan
+from stepload.plan.model import Plan, SecondForceSource
 from stepload.rig.world import WorldFault, WorldSpec
 
 SLOW = {
@@ -96,3 +96,20 @@ def test_a_slow_contact_is_no_moved_zero(wrong: str) -> None:
             assert engine.cause is not None
         peaks_n.append(bench.peak_n)
     assert peaks_n[1] < 1.05 * peaks_n[0]
+
+
+def test_a_press_that_lasts_too_long_for_its_only_zero_is_ended_below_f_c() -> None:
+    """The drift is as stated; every level takes its whole settle_timeout and more."""
+    plan = stvf_plan(**(SLOW | {"hold_s": 4.0, "cycles": 6, "lift_off": False}))
+    second = replace(plan.rig.second_force, source=SecondForceSource.NONE)
+    force = replace(plan.rig.force, drift_n_per_s=0.1)
+    plan = replace(plan, rig=replace(plan.rig, second_force=second, force=force))
+    bench = bench_for(plan, 200.0, spec_for(plan, 4, force_drift_n_per_s=-0.1))
+    course = bench.engine.course
+    counted_n = course.limits.zero_shift_n
+    course.limits = replace(course.limits, zero_shift_n=0.3 * counted_n)
+    run(bench, 200.0)
+    assert bench.engine.cause is not None
+    assert bench.engine.cause.rule == "old_zero"
+    assert bench.engine.safe_reached
+    assert bench.peak_n < plan.procedure.top_force_n + counted_n < 200.0

@@ -9,10 +9,11 @@ from course_feed import PERIOD_S, PLAN, PLANNED, Stage, swing
 
 from stepload.engine.free_air import FREE_SIGMAS, LOOK_S, FreeAir
 from stepload.engine.operator import StopLevel
+from stepload.engine.retract import Retract
 from stepload.engine.tare import TareWindow
 from stepload.engine.zeroing import DRIFT_CHECK_S, NOISE_FACTOR, Zeroing
 from stepload.envelope.bounds import Measured
-from stepload.envelope.zero_drift import STEP_RATES, longest_under_load_s, under_load_s
+from stepload.envelope.zero_drift import STEP_RATES, longest_under_load_s
 from stepload.errors import RefusedError
 from stepload.record.rows import Phase
 
@@ -207,7 +208,7 @@ def test_noise_that_the_edge_of_a_quantum_explains_is_none() -> None:
 
 @pytest.mark.parametrize(
     ("change", "steps"),
-    [({}, 12), ({"unload": False}, 6), ({"cycles": 3}, 12), ({"cycles": 3, "lift_off": False}, 36)],
+    [({}, 12), ({"unload": False}, 6), ({"cycles": 3}, 12), ({"cycles": 3, "lift_off": False}, 38)],
 )
 def test_drift_counts_until_the_zero_is_looked_at_again(
     change: dict[str, object], steps: int
@@ -218,7 +219,7 @@ def test_drift_counts_until_the_zero_is_looked_at_again(
     for sign in (1.0, -1.0):
         zero = Zero(**change)
         zero.tare([sign * slope * i * PERIOD_S for i in range(zero.count)])
-        assert [m.bias_n for m in zero.adopted] == [pytest.approx(1.05 * DRIFT_N, rel=1e-3)]
+        assert [m.drift_n_per_s for m in zero.adopted] == [pytest.approx(slope, rel=1e-3)]
         assert zero.adopted[0].noise_n == 0.0
     zero = Zero(**change)
     zero.tare([0.95 / 1.05 * slope * i * PERIOD_S for i in range(zero.count)])
@@ -226,15 +227,57 @@ def test_drift_counts_until_the_zero_is_looked_at_again(
 
 
 def test_the_drift_of_an_only_channel_counts_as_if_no_level_settled_and_in_the_approach() -> None:
-    planned = Zero()
-    loop_s, plan = PLANNED.loop_s, planned.stage.course.plan
-    slope = DRIFT_N / under_load_s(plan, loop_s)
-    loaded_n = slope * longest_under_load_s(plan, loop_s)
-    zero = Zero({"cross_check": False})
-    zero.tare([slope * i * PERIOD_S for i in range(zero.count)])
-    counted_n = loaded_n + plan.touch_force_n
-    assert counted_n < 2.0 * loaded_n
-    assert [m.bias_n for m in zero.adopted] == [pytest.approx(counted_n, rel=1e-3)]
+    longest_s = longest_under_load_s(PLAN, PLANNED.loop_s)
+    steep = DRIFT_N / longest_s
+    for slope, stated, adopted in (
+        (0.1 * steep, steep, 0),
+        (steep, steep, 1),
+        (0.1 * steep, 0.0, 1),
+    ):
+        zero = Zero({"cross_check": "", "zero_drift_n_per_s": stated})
+        zero.tare([slope * i * PERIOD_S for i in range(zero.count)])
+        expected = [pytest.approx(slope, rel=1e-3)] * adopted
+        assert [m.drift_n_per_s for m in zero.adopted] == expected
+
+
+def test_a_zero_of_an_only_channel_that_is_too_old_ends_the_press() -> None:
+    """The drift counts from the middle of the tare; before the contact up to the touch force."""
+    touch_n = PLANNED.touch_force_n
+    for drift, waited_s in ((0.5, 1.0), (0.5, 100.0), (0.0, 100.0)):
+        zero = Zero({"cross_check": "", "zero_drift_n_per_s": drift, "zero_shift_n": 2.0 * touch_n})
+        zero.tare([0.0] * zero.count)
+        stage, middle_s = zero.stage, 0.5 * zero.stage.course.tares[0].duration_s
+        assert stage.course.zeroed_s == pytest.approx(stage.now_s - middle_s, abs=2.0 * PERIOD_S)
+        stage.then.clear()
+        stage.course.act = lambda _now_s, _step_s: None
+        stage.now_s += waited_s
+        age_s = stage.now_s - stage.course.zeroed_s
+        stage.course.press(stage.now_s)
+        if drift == 0.0:
+            stage.now_s += 1e6
+            stage.ticks(2)
+            assert stage.course.failure is None
+            continue
+        left_s = (2.0 * touch_n - min(touch_n, drift * age_s)) / drift
+        stage.now_s += left_s - 0.01
+        stage.ticks(2)
+        assert stage.course.failure is None
+        stage.now_s += 0.02
+        stage.ticks(2)
+        assert stage.course.failure is not None
+        assert stage.course.failure.reason == "old_zero"
+        assert "the zero of the only force channel is" in stage.course.failure.message
+
+
+def test_a_payload_that_is_no_longer_pressed_has_no_zero_that_is_too_old() -> None:
+    zero = Zero({"cross_check": "", "zero_drift_n_per_s": 0.5})
+    zero.tare([0.0] * zero.count)
+    stage = zero.stage
+    stage.course.press(stage.now_s)
+    Retract(stage.course).begin(stage.now_s, stage.then.append)
+    stage.now_s += 1e6
+    stage.ticks(2)
+    assert stage.course.failure is None
 
 
 def test_a_plan_that_does_not_fit_what_was_measured_ends_there() -> None:

@@ -45,6 +45,7 @@ from stepload.envelope.pressing import (
 from stepload.envelope.reason import Severity
 from stepload.envelope.schedule import schedule
 from stepload.envelope.theory import theory_of
+from stepload.envelope.zero_drift import under_load_s
 from stepload.errors import DomainError, RefusedError
 from stepload.plan.aligning import Alignment
 from stepload.plan.model import (
@@ -368,7 +369,8 @@ def test_the_leash_and_the_noise_of_a_reading() -> None:
 
 
 def test_noise_and_drift_found_in_the_run_count_where_they_are_worse() -> None:
-    worse = pressing(measured=Measured(0.7, 4.0))
+    procedure, loop_s = stvf_plan().procedure, pressing().rig.loop_s
+    worse = pressing(measured=Measured(0.7, 4.0 / under_load_s(procedure, loop_s)))
     assert worse.rig.noise_n == 0.7
     assert worse.forces.headroom_n == pytest.approx(8.0 * 0.7 + 1.0)
     assert worse.forces.allowed_n == pytest.approx(0.95 * (F_C - 11.0 - 4.0) / 1.05)
