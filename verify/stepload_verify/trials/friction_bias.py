@@ -84,7 +84,7 @@ def tip_compliance(name: str, joints_rad: FloatArray) -> tuple[FloatArray, Float
 
 
 def held(name: str, rng: np.random.Generator) -> Iterator[Matrix3]:
-    """Compliances of one kind of rig, without end."""
+    """Draw compliances (3, 3) of one kind of rig, without end."""
     while True:
         if name == "stiff":
             coupling, angle = rng.uniform(0.02, 0.2), rng.uniform(0.0, 2.0 * pi)

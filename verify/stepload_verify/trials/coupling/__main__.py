@@ -89,7 +89,7 @@ SETTINGS = (
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """One reading of one run: relative error of the chord, half width, and what it is worth."""
+    """One reading of one run: relative error and half width of the chord, verdict and coverage."""
 
     error: float
     half_width: float
@@ -98,7 +98,7 @@ class Found:
 
 
 def found(data: PressData, told: Conditions, contact: Contact) -> Found | None:
-    """The chord of a run; None where the data bear none."""
+    """The chord of a run against the truth; None where the program states none."""
     try:
         result = identify_payload(*read(data, told))
     except SteploadError:

@@ -100,5 +100,5 @@ class Case:
 
     @property
     def law(self) -> Law:
-        """What is true."""
+        """The true loading law of the contact."""
         return self.contact.law

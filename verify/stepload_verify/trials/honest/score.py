@@ -11,7 +11,7 @@ from stepload_verify.trials.honest.answer import QUANTITIES, Outcome, Scored
 OVERALL, PER_WORLD, IDEAL = 0.95, 0.90, 0.90
 """Least shares: true ones of all identified, the same in each world, identified of the ideal."""
 ENOUGH = 50
-"""So many identified runs of a world make its share a figure of its own."""
+"""From this number of identified runs on, the share of a world is judged by itself."""
 SHOWN = 12
 _Z = 1.959964
 
@@ -191,7 +191,7 @@ def _pressed(outcomes: Sequence[Outcome]) -> list[str]:
 
 
 def name(outcome: Outcome) -> str:
-    """How to see a case again."""
+    """Options of the command line that repeat a case."""
     return f"--world {outcome.world} --seed {outcome.seed}"
 
 
