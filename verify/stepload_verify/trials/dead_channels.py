@@ -290,7 +290,7 @@ def run(case: Case) -> Found:
     engine = Engine(envelope, Operator())
 
     def dies() -> bool:
-        """In an approach it is the hazard `deaf_approach`, and no leash holds it."""
+        """Only under load: a death in an approach is the hazard `deaf_approach`, not leashed."""
         return engine.course.phase == Phase.LOAD and rig.world.true_force_n >= dies_n
 
     def dying(death: Death, noise_n: float, rate_hz: float) -> Dying:

@@ -66,7 +66,7 @@ class Setting:
 
 
 def _usable(arm: str, rng: np.random.Generator) -> Iterator[FloatArray]:
-    """Poses with K_s from 4e4 to 2e5 N/m, as the study took them."""
+    """Poses with K_s from 4e4 to 2e5 N/m."""
     for joints in tool_down(arm, rng):
         if 4e4 < 1.0 / compliances(arm, joints)[0][2, 2] < 2e5:
             yield joints

@@ -35,7 +35,7 @@ DRIFT = 0.005
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """A plan as text and what a world needs to know of it.
+    """A plan as text, and the figures of it that a world needs.
 
     Attributes:
         family: payload and rig in two words.
