@@ -1,4 +1,4 @@
-"""How often does a comparison say what is so? Groups of runs on simulated rigs of the STVF kind.
+"""How often is a comparison right? Groups of runs on simulated rigs of the STVF kind.
 
 Quasi-static: a payload F = K δ^1.5 is pressed to 300 N through a system whose believed K_s is 1 %
 off, with a force gain 0.5 % off and a smooth error of travel of 0.54 µm that belongs to the place
@@ -52,7 +52,7 @@ _WAVES = 40
 
 @dataclass(frozen=True, slots=True)
 class SimulatedRig:
-    """One rig with its errors, which no run of it is told.
+    """One rig with its true errors, which its runs do not know.
 
     `waves` (3, W) are amplitude, wave number and phase of its smooth error over the travel.
     """
@@ -84,7 +84,7 @@ def _of_waves(waves: FloatArray, place_m: FloatArray) -> FloatArray:
 
 
 def draw_rig(name: str, rng: np.random.Generator) -> SimulatedRig:
-    """A rig whose errors are as large as its runs state them.
+    """Draw a rig whose errors have the sizes that its runs state.
 
     K_s was measured with the same force sensor, so that its gain cancels in F/K_s.
     """
@@ -113,15 +113,15 @@ def press(
     """One run: the secant of the joint fit with its budget.
 
     Args:
-        rig: with what.
-        k: of the payload's law.
-        rng: of what is the run's own.
-        surface_m: where the surface is, to a micrometre.
-        pose: as the plan names it; "" where it does not.
+        rig: the rig that presses.
+        k: K of the payload's law.
+        rng: draws what differs from run to run.
+        surface_m: where the surface is; each run adds 1 µm (sd).
+        pose: name of the pose in the plan; "" where it has none.
         unknown_sigma: relative standard deviation of the payload from run to run, which no budget
             knows of.
-        own_travel: size of a smooth error that is this run's own, over the stated one; None: it is
-            the rig's.
+        own_travel: size of a smooth error drawn for this run alone, over the stated one; None: the
+            rig's smooth error.
     """
     k = k * math.exp(N * unknown_sigma * rng.standard_normal())
     force = np.linspace(0.0, TOP_N, POINTS + 1)[1:]
@@ -176,15 +176,15 @@ def _rounded(values: FloatArray, quantum: float) -> FloatArray:
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """What two groups of runs are made in.
+    """The conditions under which two groups of runs are made.
 
     Attributes:
-        says: in words.
+        says: the world in words.
         ratio: true stiffness of the second group's payload over that of the first's.
         runs: how many runs each group has.
         rigs: 1, or 2 for a rig of its own for each group.
         apart_m: how far the second surface is from the first.
-        pose: as the plans name it.
+        pose: name of the pose in the plans.
         unknown_sigma: spread of the payload from run to run that no budget knows of.
         own_travel: size of the smooth error over the stated one where it is each run's own.
         tolerance: the difference that matters.
@@ -253,7 +253,7 @@ def _groups(world: World, rng: np.random.Generator) -> tuple[list[Measured], lis
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """Shares of what was said in many comparisons, and medians of what was stated."""
+    """Shares of the verdicts of many comparisons, and medians of the stated widths."""
 
     agree: float
     differ: float
@@ -271,7 +271,7 @@ def tally(world: World, trials: int, seed: int) -> Tally:
 
 
 def tally_of(found: Sequence[Difference], ratio: float) -> Tally:
-    """Count what was said where the true ratio is `ratio`."""
+    """Count the verdicts of comparisons whose true ratio is `ratio`."""
     said = [each.verdict for each in found]
     inside = [each.interval[0] <= ratio - 1.0 <= each.interval[1] for each in found]
     return Tally(

@@ -35,7 +35,7 @@ FINE = replace(STVF, position_resolution_m=0.1e-6, force_resolution_n=0.1, force
 
 
 def known_sources(rig: StepRig) -> Sources:
-    """The sources as they were put in."""
+    """The error sources that the simulated rig really has."""
     return Sources(
         rig.stiffness_n_per_m,
         system_stiffness_sigma_n_per_m=SCENARIO_C.stiffness_sigma * rig.stiffness_n_per_m,
@@ -65,7 +65,7 @@ def hac_covariance(fit: Fit, deformation_m: FloatArray, force_n: FloatArray) -> 
 def own_calibration(
     rig: StepRig, errors: Errors, rng: np.random.Generator, count: int
 ) -> tuple[PooledStiffness, Sources]:
-    """`count` K_s runs of the same rig, and the sources a user would state from them alone."""
+    """Pool `count` K_s runs of the same rig; also the sources that a user would state from them."""
     fits = []
     for _ in range(count):
         run = press(np.zeros_like, rig, replace(errors, touch_force_n=None), rng)

@@ -61,13 +61,13 @@ class Death(NamedTuple):
 
     Attributes:
         coloured_s: time constant of its noise, 0 for white noise.
-        drift_n_per_s: of its reading.
+        drift_n_per_s: drift of its reading.
         step_n, sway_n: height of its steps, one every `STEP_S`, and of its swaying, one turn in
             `SWAY_S`.
-        walk_n: it wanders by so much in a second (sd), and by the root of the time.
-        gain: share of a change of force that the main one still shows.
-        fade_s: time constant with which it loses touch, 0 at once.
-        filter_s: of an undeclared low-pass filter, from the beginning.
+        walk_n: sd of its random walk after one second; it grows with the root of the time.
+        gain: share of a change of force that the main channel still shows.
+        fade_s: time constant with which its response to force fades, 0 at once.
+        filter_s: time constant of an undeclared low-pass filter, there from the beginning.
     """
 
     coloured_s: float = 0.0
@@ -122,9 +122,9 @@ class Case:
 
 
 class Found(NamedTuple):
-    """What came of a case.
+    """How a case ended.
 
-    `allowed` is what the leash holds it to, as a share of F_lim; `named` whether preflight names
+    `allowed` is the largest share of F_lim that the leash allows; `named` whether preflight names
     this death as one that nothing bounds.
     """
 
@@ -140,10 +140,10 @@ class Dying:
     """What one channel reads, alive and dead.
 
     Args:
-        dies: whether it dies now, if it has not yet.
-        death: how.
-        noise_n, period_s: of its readings.
-        seed: of its noise.
+        dies: says whether it dies now; asked until it has died.
+        death: the way it dies.
+        noise_n, period_s: noise (sd) and period of its readings.
+        seed: seed of its noise.
     """
 
     def __init__(
@@ -161,7 +161,7 @@ class Dying:
         return not math.isnan(self._dead_s)
 
     def read(self, live_n: float) -> float:
-        """The reading of a sound channel in, that of this one out."""
+        """Turn the reading of a sound channel into that of this one, in N."""
         filtered_n = self._low_pass(live_n)
         if not self.dead:
             if not self._dies():
@@ -213,7 +213,7 @@ class DyingSensor:
         return getattr(self._inner, name)
 
     def drain(self) -> list[ForceSample]:
-        """What came since the last call."""
+        """Samples since the last call, with the changed force."""
         return [self._changed(sample) for sample in self._inner.drain()]
 
     def _changed(self, sample: ForceSample) -> ForceSample:
@@ -232,7 +232,7 @@ class DyingArm:
         return getattr(self._inner, name)
 
     def drain(self) -> list[ArmSample]:
-        """What came since the last call."""
+        """Samples since the last call, with the changed force."""
         return [
             sample._replace(force_n=self._channel.read(sample.force_n))
             for sample in self._inner.drain()
@@ -260,7 +260,7 @@ def believed(machine: str) -> Envelope:
 
 
 def softer(plan: Plan) -> Plan:
-    """This plan with a payload that hardly answers to what the arm may press on by."""
+    """The plan with a payload so soft that its force hardly rises when the arm presses on."""
     payload = plan.payload
     return replace(
         plan,
@@ -290,7 +290,7 @@ def run(case: Case) -> Found:
     engine = Engine(envelope, Operator())
 
     def dies() -> bool:
-        """In an approach it is the hazard `deaf_approach`, and no leash holds it."""
+        """Only under load: a death in an approach is the hazard `deaf_approach`, not leashed."""
         return engine.course.phase == Phase.LOAD and rig.world.true_force_n >= dies_n
 
     def dying(death: Death, noise_n: float, rate_hz: float) -> Dying:

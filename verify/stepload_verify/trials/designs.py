@@ -104,7 +104,7 @@ def designed(
 
 
 def line(name: str, duration_s: float, runs: Sequence[Pressed]) -> str:
-    """What came of the runs of a plan."""
+    """One line that sums up the runs of a plan."""
     known = [each for each in runs if each.identified]
     half = statistics.median(each.half_width for each in runs)
     return (

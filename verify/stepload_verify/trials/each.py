@@ -52,9 +52,9 @@ def for_each(
     """Results of `do`, a function of a module, for every case, in their order.
 
     Args:
-        do: does one case; the same case gives the same.
-        cases: what is to be done.
-        processes: of this machine; all cores by default.
+        do: does one case; the same case gives the same result.
+        cases: arguments of `do`.
+        processes: number of processes on this machine; all cores by default.
         scheduler: address of a Dask cluster instead.
 
     Raises:

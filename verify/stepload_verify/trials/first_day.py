@@ -35,8 +35,8 @@ SURFACE_M = 5e-4
 PERIOD_S = 2e-3
 TRIES = 4
 BUSY_SHARE = 0.02
-"""Share of late periods of the emulated arm above which the machine is called busy. That much is
-lost to a client that keeps the newest package only, and the doctor's limit is the same."""
+"""Share of late periods of the emulated arm above which the machine is called busy. A client that
+keeps only the newest package loses as many; the doctor has the same limit."""
 DOWN, ASIDE = f"lead 0 {math.pi} 0", f"lead 0 {math.pi / 2} 0"
 BUSY = {
     "arm.max_age": "1.5 s", "arm.model_tolerance": "2 mm", "force.max_age": "1.5 s",
@@ -47,13 +47,13 @@ to be copied to a real rig. Nor is `prove_watchdog`: the doctor proves the watch
 
 
 class Hands:
-    """Writes down what is said, and does by hand what is asked for."""
+    """Writes down what the set-up says, and does on the emulated rig what it asks for."""
 
     def __init__(self, rig: RigProcess, out: TextIO, push: str = f"push 0 0 {HAND_N}") -> None:
         self._rig, self._out, self._push = rig, out, push
 
     def tell(self, line: str) -> None:
-        """What the set-up says; the emulated person does it."""
+        """Write a line of the set-up down, and do what it asks for by hand."""
         self._out.write(line + "\n")
         self._out.flush()
         for asked, does in (
@@ -65,7 +65,7 @@ class Hands:
                 self._rig.command(does)
 
     def ask(self, question: Question) -> str | None:
-        """Every answer is given beforehand."""
+        """Give no answer, since all answers are given beforehand."""
         return None
 
 
@@ -96,9 +96,9 @@ def answers_for(rig: RigProcess) -> dict[str, str]:
 def first_day(folder: Path, rig: RigProcess, out: TextIO, until: str = "") -> list[str]:
     """Set the emulated rig up in `folder`; returns the steps that are left.
 
-    A step that was refused while the emulated arm came late is told apart from one that was
-    refused at its leisure: it is begun again, a few times, once the arm keeps its period. The
-    set-up is taken up where it was left.
+    A step that was refused while the emulated arm was late is tried again, up to `TRIES` times in
+    all, once the arm keeps its period; the set-up continues where it stopped. A step that was
+    refused while the arm was on time is not tried again.
 
     Raises:
         SteploadError: a step was refused, or a device failed.
@@ -126,7 +126,7 @@ def lateness(before: Mapping[str, Any], after: Mapping[str, Any]) -> float:
 
 
 def told_late(share: float) -> str:
-    """The same as words."""
+    """The share of late periods as a clause of a sentence."""
     return f"the emulated arm began {share:.1%} of its periods late or never"
 
 
@@ -140,7 +140,7 @@ def wait_for_rest(rig: RigProcess) -> None:
 
 
 def why_it_ended(folder: Path, error: SteploadError, late: float) -> str:
-    """In which step the first day ended, why, and what the machine had to do with it."""
+    """Say in which step the first day ended, why, and whether this machine was too busy."""
     done = read_state(folder / "rig.yaml").done
     step = next((name for name in STEPS if name not in done), "none")
     busy = (
@@ -152,7 +152,7 @@ def why_it_ended(folder: Path, error: SteploadError, late: float) -> str:
 
 
 def main(show: Callable[[str], object] = sys.stdout.write) -> None:
-    """Write the transcript, then the files that came of it; exit 3 where a step was refused."""
+    """Write the transcript, then the files made; exit with the error's code where a step fails."""
     words = argparse.ArgumentParser(description=__doc__)
     words.add_argument("--host", default="127.0.77.1")
     words.add_argument("--until", default="")

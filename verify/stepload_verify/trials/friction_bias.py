@@ -3,8 +3,8 @@
     python -m stepload_verify.trials.friction_bias [--poses 60]
 
 Rigs with six axes press a smooth sphere slowly up to the top force. The secant is computed with
-one K_s, calibrated without friction, or on a block with the friction of the row. Told is the bias
-of the secant at the top force in percent: median and 90th percentile of its size over the poses.
+one K_s, calibrated without friction, or on a block with the friction of the row. Printed is the
+bias of the secant at the top force in %: median and 90th percentile of its size over poses.
 
 UR10 and UR5 stand with the tool down in poses of 4e4 to 2e5 N/m, C = J diag(1/k) J^T. Geometry:
 Universal Robots, DH parameters of the CB3 series; the joint stiffnesses k are assumed, of the class
@@ -84,7 +84,7 @@ def tip_compliance(name: str, joints_rad: FloatArray) -> tuple[FloatArray, Float
 
 
 def held(name: str, rng: np.random.Generator) -> Iterator[Matrix3]:
-    """Compliances of one kind of rig, without end."""
+    """Draw compliances (3, 3) of one kind of rig, without end."""
     while True:
         if name == "stiff":
             coupling, angle = rng.uniform(0.02, 0.2), rng.uniform(0.0, 2.0 * pi)

@@ -1,4 +1,4 @@
-"""Does a sound rig ever get stopped? Whole procedures on the simulated rig, one seed after another.
+"""Is a sound rig ever stopped? Whole procedures on the simulated rig, one seed after another.
 
 Prints per plan: runs, those stopped with their cause, the largest true force over F_lim, the time.
 """

@@ -37,7 +37,7 @@ FORCE_HZ = 1000.0
 
 
 def run_until_killed(directory: Path) -> None:
-    """The runner: 1 kHz force, 500 Hz arm and ticks; tells in a memory file how far it is."""
+    """Record 1 kHz force, 500 Hz arm and ticks, and write the progress to a memory file."""
     clock = MonotonicClock()
     recorder = Recorder(
         directory,

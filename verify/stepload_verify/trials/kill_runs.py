@@ -80,7 +80,7 @@ class Kill:
 
 
 def victim(progress: str, arguments: Sequence[str]) -> None:
-    """The `stepload` command that tells in a memory file when it pushed each sample."""
+    """Run the `stepload` command and write to a memory file when it pushed each sample."""
     from stepload.record.recorder import Recorder
 
     with open(progress, "r+b") as file:

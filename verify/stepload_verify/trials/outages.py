@@ -98,7 +98,7 @@ INSIDE = {
     for outage in ("freeze", "drop")
     for person, lines in _INSIDE.items()
 }
-"""The same inside an outage: in a freeze the dashboard answers, in a drop nothing does."""
+"""Acts of a person inside an outage: in a freeze the dashboard answers, in a drop nothing does."""
 
 
 @dataclass(frozen=True)

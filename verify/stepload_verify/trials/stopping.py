@@ -37,7 +37,7 @@ FloatArray = NDArray[np.float64]
 FACTORS = np.geomspace(0.4, 2.5, 24)
 """Deformation of the payload over the believed one."""
 PROMISED, WORST = 0.95, 0.945
-"""Over all payloads, and of any of them."""
+"""Least share of intervals that hold the truth: over all payloads, and of each payload."""
 
 
 @dataclass(frozen=True, slots=True)

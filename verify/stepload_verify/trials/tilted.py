@@ -40,7 +40,7 @@ SIDEWAYS = ("stuck stiffer than stated", "dragged sideways")
 
 
 def tilted(template: Plan, index: int) -> Result:
-    """The rig `index` of a campaign, with what is wrong of it drawn here."""
+    """Run the rig `index` of a campaign with anomalies drawn here."""
     chance = Random(f"tilted {SEED} {index}")
     scenario = draw(template, SEED, TWO_CHANNELS, index, KINDS, "six")
     anomalies: list[Anomaly] = []

@@ -28,7 +28,7 @@ SEED = 33
 SAFE_SHARE = 0.99
 REFUSED = "refused"
 SHARES = (0.1, 0.2, 0.3)
-"""Of the plan: `procedure.max_lateral_share`."""
+"""Values of the plan's `procedure.max_lateral_share`."""
 SHOWN = 6
 
 
@@ -45,7 +45,7 @@ class Cast:
 
 
 def cast(template: Plan, index: int) -> Cast:
-    """The arm `index`; even ones of a campaign are arms."""
+    """Draw run `2 * index` of the campaign, whose even runs are arms, and press it."""
     chance = Random(f"unloading {SEED} {index}")
     scenario = draw(template, SEED, TWO_CHANNELS, 2 * index, (), "six")
     friction, share = chance.uniform(0.1, 0.6), chance.uniform(0.03, 0.6)
@@ -78,7 +78,7 @@ def _pressed_hard(plan: Plan, friction: float, share: float) -> Envelope:
 
 
 def main() -> None:
-    """Cast so many and print what came of them."""
+    """Press as many arms as the command line says and print how the runs ended."""
     template = load_plan(Path("procedures/campaign.yaml"))
     casts = [cast(template, index) for index in range(int(sys.argv[1]))]
     print(", ".join(f"{ended} {count}" for ended, count in Counter(c.ended for c in casts).items()))

@@ -64,7 +64,7 @@ class Pair:
 
 
 def world(seed: int, plan: Plan) -> Simulation:
-    """What is different from what the plan believes."""
+    """Draw how the simulated rig differs from what the plan believes."""
     rng = np.random.default_rng(seed)
     stiffness = plan.rig.system_stiffness
     believed = stiffness.sigma_n_per_m / stiffness.stiffness_n_per_m
@@ -125,7 +125,7 @@ def pair(seed: int, asked: float = ASKED) -> Pair:
 
 
 def told(name: str, runs: Sequence[Pressed], asked: float) -> str:
-    """One line on one way of pressing."""
+    """One line that sums up the runs of one way of pressing."""
     found = [run for run in runs if run.identified]
     held = share_of(sum(run.covered for run in found), len(found))
     narrow = sum(run.half_width <= asked for run in found)

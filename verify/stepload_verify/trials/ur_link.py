@@ -3,7 +3,7 @@
     python -m stepload_verify.trials.ur_link [seconds]
 
 Prints the share of the controller's periods received, the gaps as counted from its time stamps, and
-how long after a package's own time the next command has reached the arm.
+how old a sample is, from its receipt on, when the loop reads it.
 """
 
 from __future__ import annotations

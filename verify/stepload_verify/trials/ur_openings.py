@@ -23,11 +23,11 @@ from stepload_verify.emulators.ur_process import UrEmulatorProcess
 GAPS_S = (0.0, 0.1e-3, 0.25e-3, 0.5e-3, 1e-3, 2e-3)
 OPEN_S = 15.0
 PATIENT = {"max_age": 0.5, "leash": 0.5}
-"""Old data are another trial's subject: this machine may stall."""
+"""Generous limits, as this machine may stall; this trial is not about old data."""
 
 
 def opening(host: str, *, prove: bool) -> str:
-    """What went wrong; "" if nothing did."""
+    """Open the arm once and return what went wrong; "" if nothing did."""
     arm = UrArm(host=host, **PATIENT)
     try:
         arm.open(OPEN_S)

@@ -22,7 +22,7 @@ class Whole(NamedTuple):
 
 
 def dry_run(plan: Plan, seed: int) -> Whole:
-    """Run a plan on its simulated rig; its files are deleted again."""
+    """Run a plan on its simulated rig and delete the files of the run."""
     peaks: list[float] = []
 
     @contextmanager

@@ -75,7 +75,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What came of a case; shares of F_c and of F_lim are those of the true peak force."""
+    """How a case ended; the shares of F_c and of F_lim are those of the true peak force."""
 
     case: Case
     share_of_limit: float
@@ -87,7 +87,7 @@ class Found:
 
     @property
     def bad(self) -> str:
-        """What must not be; "" where it is as it must."""
+        """What went wrong; "" where the case ended as it must."""
         if self.case.right:
             return "" if self.status == "completed" else "a sound rig was stopped"
         if self.share_of_f_lim > PRESSED_SHARE:
@@ -100,7 +100,7 @@ class Found:
 
 
 def cases() -> Iterator[Case]:
-    """Every combination that differs."""
+    """Every combination of machine, wirings and proof that makes a different rig."""
     for machine, second, proof in product(MACHINES, SECONDS, PROOFS):
         if second == "none" and proof == "both":
             continue
@@ -170,7 +170,7 @@ def run(case: Case) -> Found:
 
 
 def _kind(prefix: str, kind: str) -> str:
-    """An arm that is dead under live noise reads nothing of the force."""
+    """Name of the simulated fault; for a dead force of the arm it is `arm_force_deaf`."""
     return "arm_force_deaf" if (prefix, kind) == ("arm_force_", "stuck_mean") else prefix + kind
 
 

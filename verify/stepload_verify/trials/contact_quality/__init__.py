@@ -1,1 +1,1 @@
-"""How a contact is made: what it costs a result, and how soon a slip or a share is seen."""
+"""Imperfect contacts: how much they bias a result, and how soon slips or lateral force are seen."""

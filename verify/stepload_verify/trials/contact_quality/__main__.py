@@ -27,7 +27,7 @@ from stepload_verify.trials.coupling.__main__ import SETTINGS, Found
 
 PLAN = Path("procedures/ur5e-silicone-sphere.yaml")
 WRENCH_NOISES = ((0.03, 0.001), (0.15, 0.005))
-"""Of a good six-axis sensor and of a plain one: a force in N, a torque in N·m (sd)."""
+"""Noise (sd) of force in N and torque in N·m: of a good six-axis sensor and of a plain one."""
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""One rig after another: what a run says before and after, and whether it is true.
+"""Press on many rigs, read each run in four ways, and check each result against the truth.
 
 The rigs, the calibrations and the quasi-static press are those of `trials.coupling`.
 """
@@ -34,13 +34,13 @@ from stepload_verify.trials.coupling.world import Contact, rotation
 
 TILTS_DEG, MOUNTINGS_DEG = (0.0, 3.0), (0.0, 2.0)
 WAYS = ("before", "before, one axis", "after, no lines", "after")
-"""One K_s without anything of this; the same with a sensor of one axis; three numbers without the
-gates and lines of how the contact was made; with them."""
+"""One K_s, read as by earlier versions; the same with a sensor of one axis; three numbers without
+the gates and budget lines about the contact; three numbers with them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """One row of the table: results by way of reading, None where the data bore none."""
+    """One row of the table: results by way of reading, None where there is no result."""
 
     setting: Setting
     friction: float
@@ -50,7 +50,7 @@ class Cell:
 
 
 def cells(poses: int, seed: int, rigs: Sequence[str]) -> Iterator[Cell]:
-    """Every row of these rigs, so many poses each."""
+    """Every row of these rigs, with `poses` trials each."""
     for number, setting in enumerate(SETTINGS):
         if setting.arm not in rigs:
             continue
@@ -73,7 +73,7 @@ def _trial(
     mounting_deg: float,
     rng: np.random.Generator,
 ) -> dict[str, Found | None]:
-    """One rig: plate tilted by so much, the sensor askew by up to so much, in any direction."""
+    """Calibrate one rig and press: plate tilted by `tilt_deg`, sensor by up to `mounting_deg`."""
     bench, upright = setting.bench(radians(mounting_deg), rng), np.array([0.0, 0.0, 1.0])
     frictions = rng.uniform(*DRY), rng.uniform(*GREASED)
     runs = [
@@ -98,7 +98,7 @@ def _trial(
 
 
 def _weighed(data: PressData, known: Conditions, contact: Contact, *, told: bool) -> Found | None:
-    """The chord, with gates and lines of how the contact was made or without."""
+    """The chord; `told` keeps the gates and budget lines about the contact."""
     try:
         run = pressed_of(*read(data, known))
         return chord_found(weigh(run if told else replace(run, askew=Askew())).headline, contact)

@@ -23,13 +23,13 @@ HOLD = int(Phase.HOLD)
 LEVER_M, ECCENTRICITY_M = 0.05, 0.01
 Six = tuple[float, float, float, float, float, float]
 NEAR_S = 0.06
-"""A slip that is told so near to the true one is that."""
+"""A slip found within this time of the true one is counted as that slip."""
 
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """Jumps of one size at one noise: how long after it each was seen; how many were not, and how
-    many were seen that there were not. Sizes as told, in N."""
+    """Slips of one size at one noise: delays until they were seen and their reported sizes, how
+    many were missed, and how many false ones were reported."""
 
     jump_n: float
     noise_n: float
@@ -40,7 +40,7 @@ class Seen:
 
 
 def slips_seen(runs: int, seed: int) -> Iterator[Seen]:
-    """Ramps and holds up to 50 N in 10 s with one jump somewhere; none of 0 N."""
+    """Look for a jump at a random time in runs up to 50 N in 10 s; a jump of 0 N is no jump."""
     for jump_n in JUMPS_N:
         for noise_n in NOISES_N:
             rng = np.random.default_rng([seed, round(10 * jump_n), round(100 * noise_n)])
@@ -74,9 +74,9 @@ def _with_jump(
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A wrench that is suddenly another one: what is wrong with it, and which rule is to tell.
+    """A sudden change of the wrench, and the rule that must stop the run for it ("" for none).
 
-    Both are fx … tz in N and N·m, tared, +fz along the press. One that is quiet is within limits.
+    `before` and `after` are fx … tz in N and N·m, tared, +fz along the press.
     """
 
     name: str
@@ -86,14 +86,14 @@ class Step:
 
     @property
     def quiet(self) -> bool:
-        """Whether no rule is to tell."""
+        """Whether the wrench stays within limits, so that no rule may stop the run."""
         return not self.rule
 
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """Of so many steps of one kind: how long after it the rule told, how many it did not tell of
-    within `AFTER_S`, how many runs another rule or an earlier time ended."""
+    """Runs with one kind of step: delays until its rule stopped them, how many it did not stop
+    within `AFTER_S`, and how many were stopped by another rule or before the step."""
 
     step: Step
     latency_s: tuple[float, ...]
@@ -102,8 +102,8 @@ class Told:
 
 
 def alone(limits: RunLimits) -> RunLimits:
-    """The same with one force channel, no room between F_lim and F_allowed, and with ratings and a
-    lever stated, so that every rule on the whole wrench has something to judge by."""
+    """The limits with one force channel, F_allowed at F_lim, and with ratings, a lever and an
+    eccentricity, so that every rule on the whole wrench is active."""
     return replace(
         limits, cross_check="", second_stands_n=0.0, allowed_n=limits.force_limit_n,
         overload_fx_n=0.5 * limits.force_limit_n, overload_tx_n_m=0.05 * limits.force_limit_n,
@@ -116,7 +116,7 @@ def steps_of(limits: RunLimits) -> tuple[Step, ...]:
     share, off_m = limits.lateral_share, limits.eccentricity_m
 
     def pressed(along_n: float, across: float = 0.0, off_m: float = 0.0) -> Six:
-        """Dragged by a share, touched beside the axis; the torque is that of both."""
+        """Wrench of a press with a lateral share `across` and a contact `off_m` beside the axis."""
         across_n = across * along_n
         return (across_n, 0.0, along_n, 0.0, across_n * limits.lever_m - off_m * along_n, 0.0)
 
@@ -141,14 +141,14 @@ def steps_of(limits: RunLimits) -> tuple[Step, ...]:
 
 
 def told(limits: RunLimits, step: Step, runs: int, noise: tuple[float, float], seed: int) -> Told:
-    """The supervisor on so many runs: two seconds before the step, and two after it.
+    """Let the supervisor watch `runs` runs, from two seconds before the step to two after it.
 
     Args:
         limits: of a plan with one force channel.
         step: what happens.
-        runs: how many.
-        noise: of a force in N and of a torque in N·m (sd).
-        seed: of the noise.
+        runs: number of runs.
+        noise: noise (sd) of a force in N and of a torque in N·m.
+        seed: seed of the noise.
     """
     rng = np.random.default_rng([seed, len(step.name), round(step.after[2])])
     latency, missed, false = [], 0, 0

@@ -18,7 +18,7 @@ K_SIGMA = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One dry run: how it was made, what it says and what is true."""
+    """One dry run: its settings, its result, and how the result compares with the truth."""
 
     friction: float
     tilt_deg: float
@@ -32,7 +32,7 @@ class Row:
 
 
 def rows(plan: Path, out: Path, seed: int) -> Iterator[Row]:
-    """Sticking and sliding, square and tilted."""
+    """Dry runs with a tip that sticks or slides, on a square plate and on a tilted one."""
     for friction in (0.6, 0.1):
         for tilt_deg, askew_deg in ((0.0, 0.0), (3.0, 2.0)):
             made = _plan(stepload.load_plan(plan), friction, tilt_deg, askew_deg)
@@ -41,7 +41,7 @@ def rows(plan: Path, out: Path, seed: int) -> Iterator[Row]:
 
 
 def _plan(plan: Plan, friction: float, tilt_deg: float, askew_deg: float) -> Plan:
-    """The plan with a rig of that truth, calibrated: K_s to 2 %, the coupling to a tenth."""
+    """The plan with this mounting, calibrated: K_s to 2 %, the coupling to a tenth."""
     rig, sign = plan.rig, -1.0 if plan.rig.force.axis[0] == "-" else 1.0
     per_n = 1.0 / rig.system_stiffness.stiffness_n_per_m
     stiffness = replace(

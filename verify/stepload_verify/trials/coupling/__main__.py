@@ -66,7 +66,7 @@ class Setting:
 
 
 def _usable(arm: str, rng: np.random.Generator) -> Iterator[FloatArray]:
-    """Poses with K_s from 4e4 to 2e5 N/m, as the study took them."""
+    """Poses with K_s from 4e4 to 2e5 N/m."""
     for joints in tool_down(arm, rng):
         if 4e4 < 1.0 / compliances(arm, joints)[0][2, 2] < 2e5:
             yield joints
@@ -89,7 +89,7 @@ SETTINGS = (
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """One reading of one run: relative error of the chord, half width, and what it is worth."""
+    """One reading of one run: relative error and half width of the chord, verdict and coverage."""
 
     error: float
     half_width: float
@@ -98,7 +98,7 @@ class Found:
 
 
 def found(data: PressData, told: Conditions, contact: Contact) -> Found | None:
-    """The chord of a run; None where the data bear none."""
+    """The chord of a run against the truth; None where the program states none."""
     try:
         result = identify_payload(*read(data, told))
     except SteploadError:

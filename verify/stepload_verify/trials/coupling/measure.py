@@ -1,4 +1,4 @@
-"""What a record holds of such a press, block or payload, and how the product reads it."""
+"""The record of a simulated press on a block or a payload, and how the product reads it."""
 
 from __future__ import annotations
 
@@ -169,14 +169,14 @@ def conditions(bench: Bench, record: CalibrationRecord) -> Conditions:
 
 
 def as_before(told: Conditions) -> Conditions:
-    """What an earlier version knew: one number, and nothing of arms."""
+    """The conditions as an earlier version knew them: K_s alone, and nothing about arms."""
     return replace(
         told, across=Across(), arm=False, stuck_ratio=1.0, misalignment_rad=0.0, yields_m_per_n=0.0
     )
 
 
 def read(data: PressData, told: Conditions) -> tuple[PressData, Conditions]:
-    """The data as the product takes them: what is due to the force across taken out at once."""
+    """The data as the product takes them: travel due to the lateral force is subtracted first."""
     if data.across_n is not None:
         taken_m = told.across.taken_m(data.force_n, data.across_n)
         data = replace(data, travel_m=data.travel_m - taken_m)

@@ -1,4 +1,4 @@
-"""Plans drawn at random that the program lets go, each on a rig that is what the plan declares."""
+"""Plans drawn at random that preflight does not refuse, each on a rig as declared."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ DRIFT = 0.005
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """A plan as text and what a world needs to know of it.
+    """A plan as text, and the figures of it that a world needs.
 
     Attributes:
         family: payload and rig in two words.
@@ -61,11 +61,11 @@ class Draft:
         return "displacement" in self.text["rig"]
 
     def simulated(self, **changes: object) -> Draft:
-        """The same with other keys in its `simulation` section."""
+        """The draft with other keys in its `simulation` section."""
         return self.changed("rig", simulation={**self.text["rig"]["simulation"], **changes})
 
     def changed(self, section: str, **changes: object) -> Draft:
-        """The same with other keys in a section of the plan; None takes a key away."""
+        """The draft with other keys in a section of the plan; None removes a key."""
         keys = {**self.text[section], **changes}
         kept = {key: value for key, value in keys.items() if value is not None}
         return replace(self, text={**self.text, section: kept})
@@ -83,7 +83,7 @@ def envelope_in(directory: Path, draft: Draft) -> Envelope:
 
 
 def draw(rng: Rng, directory: Path) -> Draft:
-    """A plan that may go; its text is left in the directory."""
+    """Draw plans until preflight does not refuse one; its text is left in the directory."""
     for _ in range(DRAWS):
         draft = _with_procedure(FAMILIES[int(rng.integers(len(FAMILIES)))](rng), rng)
         try:
@@ -157,7 +157,7 @@ FAMILIES = (_plastic_sphere, _flat, _cone, _silicone)
 
 
 def _on_machine(rng: Rng, name: str, payload: Text, top_n: float, fine: float = 1.0) -> Draft:
-    """The paper's machine, or one `fine` times as coarse; a gauge across the contact in a third."""
+    """The paper's machine with errors scaled by `fine`; a third of the rigs gauge the contact."""
     rate = _in(float(rng.choice([250.0, 250.0, 250.0, 500.0])), "Hz")
     quantum_m, force_n = fine * between(2e-7, 2e-6, rng), fine * between(0.2, 1.5, rng)
     noise_n = fine * between(0.1, 0.5, rng)
@@ -264,7 +264,7 @@ def _with_procedure(draft: Draft, rng: Rng) -> Draft:
 
 
 def _second(rng: Rng, noise_n: float) -> Text:
-    """Force is checked by the arm's own estimate, or by nothing."""
+    """The second force channel: the arm's own estimate, or none."""
     if rng.uniform() < 0.5:
         return {"source": "none"}
     return {"source": "arm", "noise": newtons(noise_n)}

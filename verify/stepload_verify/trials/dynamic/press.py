@@ -91,8 +91,8 @@ def answered(record: Path, quick: bool) -> Mapping[str, Answer]:
 def truth(payload: PayloadTruth, quantity: str, answer: Answer) -> float | None:
     """What is true of a simulated contact at the forces that an answer names, in N/m.
 
-    It is the first loading without creep and without the seat, which is none of the payload's. A
-    secant from the touch counts from where the force rises above 0 N.
+    It is that of the first loading without creep and without the seating, which is not part of the
+    payload. A secant from the touch counts from where the force rises above 0 N.
     """
     payload = replace(payload, seating_m=0.0)
     high_n, low_n, zero_m = answer.to_n, 0.0, 0.0
@@ -108,7 +108,7 @@ def truth(payload: PayloadTruth, quantity: str, answer: Answer) -> float | None:
 
 
 def settled(payload: PayloadTruth, true_n_per_m: float | None) -> float | None:
-    """What is as true, where all of the creep comes within a ramp; else None."""
+    """The value with all creep, true as well where creep ends within `QUICK_S`; else None."""
     last_s = payload.creep_time_s * 10.0**payload.creep_decades
     if true_n_per_m is None or payload.creep == 0.0 or last_s > QUICK_S:
         return None

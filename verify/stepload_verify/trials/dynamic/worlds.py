@@ -171,7 +171,7 @@ def _bent_sensor(draft: Draft, rng: Rng) -> tuple[Draft, str]:
     size = between(0.005, 0.02, rng) * _sign(rng)
     cubic = bool(rng.integers(2))
     name, power = ("sensor_cubic", 2) if cubic else ("sensor_quadratic", 1)
-    # The simulated error is told at full scale; here it is a share of the top force at the top.
+    # The simulated error is stated at full scale; here it is a share of the top force at the top.
     bend = float(np.clip(size * (1000.0 / draft.top_n) ** power, -0.1, 0.1))
     return draft.simulated(**{name: percent(bend)}), f"{name} {size:+.4f} of the top"
 

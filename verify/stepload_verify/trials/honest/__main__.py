@@ -66,7 +66,7 @@ def one(case: tuple[str, int]) -> Outcome:
 
 
 def quickly(case: tuple[str, int]) -> Outcome:
-    """The same from the evidence alone."""
+    """The outcome of a world and a seed, without the paper's fits."""
     return judged(make(ALL, *case), evidence)
 
 
@@ -76,7 +76,7 @@ def dynamically(case: tuple[str, int]) -> Outcome:
 
 
 def dynamically_quick(case: tuple[str, int]) -> Outcome:
-    """The same from the evidence alone."""
+    """The outcome of a case that the engine presses, without the paper's fits."""
     return dynamic.judged(*case, quick=True)
 
 

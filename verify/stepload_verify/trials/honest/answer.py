@@ -45,8 +45,8 @@ class Answer:
 class Scored:
     """An answer beside the truth; `truth_n_per_m` None where the world has none.
 
-    Where the contact settles faster than it is pressed, `settled_n_per_m` and all between are as
-    true.
+    Where the contact settles faster than it is pressed, `settled_n_per_m` and all values between
+    the two count as true as well.
     """
 
     quantity: str
@@ -61,7 +61,7 @@ class Scored:
 
     @property
     def true(self) -> bool:
-        """Whether the interval holds the truth; what does not exist is in no interval."""
+        """Whether the interval holds the truth; False where there is no true value."""
         if self.truth_n_per_m is None:
             return False
         low, high = sorted((self.truth_n_per_m, self.settled_n_per_m or self.truth_n_per_m))
@@ -113,7 +113,7 @@ def answer(press: PressData, conditions: Conditions) -> Mapping[str, Answer]:
 
 
 def evidence(press: PressData, conditions: Conditions) -> Mapping[str, Answer]:
-    """The same without the paper's fits, which take half of the time and no part in it.
+    """The program's answers without the paper's fits, which take half of the time and alter none.
 
     Raises:
         SteploadError: the program refuses the record.
@@ -131,7 +131,7 @@ def stated(each: Quantity) -> Answer:
 
 
 def truth(law: Law, quantity: str, answer: Answer) -> float | None:
-    """What is true of a law at the forces that an answer names."""
+    """True value of a quantity of a law at the forces of an answer; None where there is none."""
     if quantity == "chord":
         return law.chord(answer.from_n, answer.to_n)
     if quantity == "secant_from_mean_plane":

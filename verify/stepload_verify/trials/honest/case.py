@@ -24,7 +24,7 @@ class Faults:
         gain: relative error of the force reading.
         bend: error of the force reading in N over the true force.
         zero: error of the force reading in N over time.
-        lag_s: how much the force comes late.
+        lag_s: delay of the force.
         error: displacement error in units of `error_m`, over force or travel as shares of the top.
         over_travel: whether over travel; else over force.
         error_m: its sd.
@@ -100,5 +100,5 @@ class Case:
 
     @property
     def law(self) -> Law:
-        """What is true."""
+        """The true loading law of the contact."""
         return self.contact.law

@@ -1,4 +1,4 @@
-"""When a run does what: phases, cycles and demanded forces of a step-load run, sample by sample."""
+"""Phase, cycle and demanded force of every sample of a step-load run."""
 
 from __future__ import annotations
 

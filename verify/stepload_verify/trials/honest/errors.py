@@ -11,7 +11,7 @@ FloatArray = NDArray[np.float64]
 Curve = Callable[[FloatArray], FloatArray]
 
 MARGIN = 0.1
-"""A curve is drawn so far beyond 0 … 1 on both sides."""
+"""How far a curve is drawn beyond 0 … 1 on either side."""
 KNOTS_A_LENGTH = 6
 
 

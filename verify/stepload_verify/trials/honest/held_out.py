@@ -98,7 +98,7 @@ def ratcheting(name: str, seed: int, rng: Rng) -> Case:
 
 
 def stick_slip(name: str, seed: int, rng: Rng) -> Case:
-    """Many small slips, at every so much more force."""
+    """4 to 30 small slips at random forces of the first loading."""
     case = start(name, seed, rng)
     count, total = int(rng.integers(4, 30)), between(0.005, 0.1, rng)
     places = np.sort(rng.uniform(0.02, 1.0, count)) * case.rig.top_n

@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 POINTS = 4001
 BEYOND = 1.3
-"""A table goes so far beyond the top force: a sensor's gain puts forces there."""
+"""Last force of a table over the top force: a sensor's gain error leads beyond the top."""
 FIRST_SHARE = 1e-7
 """A smooth law's first tabulated force, as a share of the top."""
 STEP = 1e-3

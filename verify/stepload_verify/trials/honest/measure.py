@@ -29,10 +29,10 @@ from stepload_verify.trials.honest.course import Course, course
 FloatArray = NDArray[np.float64]
 
 RETRACT_SHARE = 3.0
-"""The arm goes back by so many times what payload and load path give at the top."""
+"""Retract of the arm over the sum of deformation and deflection at the top force."""
 START_M = 0.1
 PULL_OFF = 9.0 / 8.0
-"""A JKR contact opens at so many times the pull that it closed with."""
+"""Pull at which a JKR contact opens, over the pull with which it closed."""
 CLOCKS = tuple(
     ChannelClock(channel, "device clock", "", 0.0, 0.0, 0.0) for channel in ("force", "arm")
 )

@@ -79,7 +79,7 @@ FAMILIES = (
 )  # fmt: skip
 
 RESOLVED = 1.3
-"""An ideal payload is at least so much softer than K_max (34), with p = 2, s = 20, t = 5."""
+"""Least factor by which an ideal payload is softer than K_max (34), with p = 2, s = 20, t = 5."""
 
 
 def between(low: float, high: float, rng: np.random.Generator) -> float:

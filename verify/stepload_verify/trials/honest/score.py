@@ -11,7 +11,7 @@ from stepload_verify.trials.honest.answer import QUANTITIES, Outcome, Scored
 OVERALL, PER_WORLD, IDEAL = 0.95, 0.90, 0.90
 """Least shares: true ones of all identified, the same in each world, identified of the ideal."""
 ENOUGH = 50
-"""So many identified runs of a world make its share a figure of its own."""
+"""From this number of identified runs on, the share of a world is judged by itself."""
 SHOWN = 12
 _Z = 1.959964
 
@@ -33,7 +33,7 @@ class Row:
     `stated` counts answers of any verdict, `held` those of them that are true, `identified` and
     `true` the believed ones; `half_width` and `bias` are medians over the believed ones. What is
     wrong in a row that is `unseen` leaves no trace in any record: such a row counts in the total,
-    but it is told as what it is and not asked for a share of its own.
+    but it is marked and need not reach a share of its own.
     """
 
     name: str
@@ -126,7 +126,7 @@ def worst(outcomes: Sequence[Outcome], quantity: str) -> list[tuple[Outcome, Sco
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What is asked of one quantity, and what was found; `met` where all of it is."""
+    """Counts for one quantity; `met` says whether its shares are as large as required."""
 
     quantity: str
     overall: Row
@@ -191,7 +191,7 @@ def _pressed(outcomes: Sequence[Outcome]) -> list[str]:
 
 
 def name(outcome: Outcome) -> str:
-    """How to see a case again."""
+    """Options of the command line that repeat a case."""
     return f"--world {outcome.world} --seed {outcome.seed}"
 
 

@@ -181,7 +181,7 @@ def temperature(name: str, seed: int, rng: Rng) -> Case:
 
 
 def hysteresis(name: str, seed: int, rng: Rng) -> Case:
-    """A loop of 3 to 15 %."""
+    """A loop that loses 3 to 15 % of the stored energy."""
     loss = rng.uniform(0.03, 0.15)
     return spoiled(start(name, seed, rng), f"loss {loss:.3f}", contact={"loss": loss})
 
@@ -230,7 +230,7 @@ def soft_path(name: str, seed: int, rng: Rng) -> Case:
 
 
 def soft_path_table(name: str, seed: int, rng: Rng) -> Case:
-    """The same with a table of the load path, measured in the same pose."""
+    """K_s(F) is softer at low force, and a table of it was measured in the same pose."""
     case = _soft(name, seed, rng)
     measured = table(case.contact.system, case.rig, case.faults.gain)
     return spoiled(case, "with a table", declared={"table": measured})
@@ -248,7 +248,7 @@ def wrong_stiffness(name: str, seed: int, rng: Rng) -> Case:
 
 
 def wrong_stiffness_table(name: str, seed: int, rng: Rng) -> Case:
-    """K_s is as wrong, but there is a table that was measured in the pose of the run."""
+    """K_s is 4 to 10 % wrong, but a table was measured in the pose of the run."""
     case = wrong_stiffness(name, seed, rng)
     force = case.rig.top_n * np.linspace(0.0, 1.1, 23)
     error = 1.0 + case.rig.stiffness_sigma * rng.normal()
@@ -283,7 +283,7 @@ def adhesion(name: str, seed: int, rng: Rng) -> Case:
 def wrong_gain(name: str, seed: int, rng: Rng) -> Case:
     """The force reads 0.5 to 2 % wrong, far beyond its certificate, or another axis leaks into it.
 
-    In half of them it did so already when K_s was measured.
+    In half of the cases it was already wrong when K_s was measured.
     """
     case = start(name, seed, rng)
     gain = between(0.005, 0.02, rng) * float(rng.choice([-1.0, 1.0]))

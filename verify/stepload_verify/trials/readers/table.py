@@ -49,14 +49,14 @@ class Sums:
         self._counts: dict[str, int] = {}
 
     def add(self, topic: str, message: Any) -> None:
-        """One message."""
+        """Add one message."""
         self._counts[topic] = self._counts.get(topic, 0) + 1
         told = np.fromiter(numbers(message), np.float64)
         self._sums.setdefault(topic, hashlib.sha256()).update(told.tobytes())
 
     @property
     def found(self) -> Found:
-        """What there is."""
+        """Count and checksum of each topic so far."""
         return {t: (self._counts[t], self._sums[t].hexdigest()[:16]) for t in self._counts}
 
 
