@@ -651,6 +651,16 @@ def retract_does_nothing(healthy):
     return _variant(healthy, retract=retract)
 
 
+def stops_short(healthy):
+    """It says that it is held where it was sent."""
+
+    def command(self, position_m):
+        self._sent_m = position_m
+        healthy.command(self, min(position_m, 0.8e-3))
+
+    return _variant(healthy, command=command, held_m=lambda self: getattr(self, "_sent_m", 0.0))
+
+
 def goes_too_far(healthy):
     return _variant(healthy, command=lambda self, p: healthy.command(self, 1.5 * p))
 

@@ -110,6 +110,7 @@ ARM = [
     ("frozen_position", "motion", "the measured position is frozen"),
     ("reversed_position", "motion", "the measured position has the wrong sign"),
     ("goes_too_far", "motion", "target: 1.5"),
+    ("stops_short", "motion", "target: 0.8000 mm, expected 1.0000 mm"),
     ("does_not_hold", "motion", "position held"),
     ("retract_does_nothing", "motion", "retracted"),
     ("retracts_too_fast", "motion", "retract() at 10 mm/s went at"),

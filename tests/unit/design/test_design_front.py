@@ -122,7 +122,6 @@ def as_asked(found: Design) -> tuple[int, float, float]:
     return order.steps, order.hold_s, order.ramp_s
 
 
-@pytest.mark.long
 @pytest.mark.usefixtures("few")
 def test_the_best_are_judged_again_by_more_runs() -> None:
     found = designed(150.0, 60)
@@ -170,7 +169,6 @@ def test_no_time_no_runs_and_no_rig_are_each_refused_with_a_reason() -> None:
     assert "more --samples would tell" in unsure.value.hint
 
 
-@pytest.mark.long
 def test_what_to_buy_is_said_where_no_plan_is_good_enough(few: None, tmp_path: Path) -> None:
     rig = tmp_path / "ur5e.yaml"
     rig.write_text(
