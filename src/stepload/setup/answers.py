@@ -12,7 +12,7 @@ from stepload.errors import BadInputError, RefusedError
 from stepload.plan.problems import PlanError, Problem, printable
 from stepload.plan.source import read_source
 from stepload.plan.tree import Mapping as Tree
-from stepload.plan.tree import Node, Scalar, parse_tree
+from stepload.plan.tree import Node, Place, Scalar, parse_tree
 from stepload.plan.tree import Sequence as Items
 from stepload.setup.flat import as_text
 from stepload.setup.questions import QUESTIONS, YES, Question
@@ -148,7 +148,7 @@ def check(question: Question, answer: str) -> None:
         for word in answer.split(SEPARATOR):
             if word and "=" not in word:
                 raise BadInputError(f"{word!r} is no KEY=VALUE", hint="port=/dev/ttyUSB0")
-    elif not answer and question.default != "":
+    elif not answer.strip() and question.default != "":
         raise BadInputError("an empty answer", hint=question.text)
     elif question.check is not None:
         question.check(answer)
@@ -178,14 +178,18 @@ def from_file(path: Path) -> dict[str, str]:
 
 
 def _answer(question: Question, node: Node) -> tuple[str, Problem | None]:
+    if (wrong := _wrong(node)) is not None:
+        place, what, hint = wrong
+        return "", place.problem(f"{question.name}: {what}", hint)
     if isinstance(node, Tree) and question.many:
-        answer = SEPARATOR.join(_words(node, ""))
-    elif isinstance(node, Scalar) and node.value is None:
-        hint = "write the answer behind it, or leave the line out"
-        return "", node.place.problem(f"{question.name}: nothing stands behind it", hint)
+        words = list(_words(node, ""))
+        keys = [word.partition("=")[0] for word in words]
+        if twice := next((key for key in keys if keys.count(key) > 1), None):
+            return "", node.place.problem(f"{question.name}: {twice} is given twice", "keep one")
+        answer = SEPARATOR.join(words)
     elif isinstance(node, Scalar):
         answer = _spelled(node)
-    elif isinstance(node, Items):
+    elif isinstance(node, Items) and not question.many:
         answer = as_text(node)
     else:
         return "", node.place.problem(f"{question.name}: no answer of this kind", question.text)
@@ -194,6 +198,22 @@ def _answer(question: Question, node: Node) -> tuple[str, Problem | None]:
     except BadInputError as error:
         return "", node.place.problem(f"{question.name}: {error.message}", error.hint)
     return answer, None
+
+
+def _wrong(node: Node, *, listed: bool = False) -> tuple[Place, str, str] | None:
+    """The first part of an answer that would be lost: where, what is wrong with it, what to do."""
+    parts: list[Node] = []
+    if isinstance(node, Tree):
+        parts = [*node.entries.values()]
+    elif isinstance(node, Items):
+        parts = node.items
+    if not parts and not (isinstance(node, Scalar) and node.value is not None):
+        hint = "write the answer behind it, or leave the line out"
+        return node.place, "nothing stands behind it", hint
+    if listed and isinstance(node, Tree):
+        return node.place, "a mapping in a list is no answer", "a list holds plain values"
+    inside = (_wrong(each, listed=listed or isinstance(node, Items)) for each in parts)
+    return next(filter(None, inside), None)
 
 
 def _words(node: Tree, before: str) -> Iterable[str]:
@@ -231,6 +251,8 @@ def from_flags(words: Sequence[str]) -> dict[str, str]:
         except BadInputError as error:
             raise BadInputError(f"{flag}: {error.message}", hint=error.hint) from None
         before = answers.get(question.name)
+        if before is not None and not question.many:
+            raise BadInputError(f"{flag} is given twice", hint="keep one of the two")
         joined = f"{before}{SEPARATOR}{answer}" if before and question.many else answer
         answers[question.name] = joined
     return answers

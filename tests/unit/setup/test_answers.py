@@ -67,6 +67,8 @@ def test_flags_take_both_forms_and_many_words():
         (["--shape", "cube"], "--shape: 'cube' is no answer"),
         (["--keys", "a"], "'a' is no KEY=VALUE"),
         (["--host", ""], "an empty answer"),
+        (["--host", "  "], "an empty answer"),
+        (["--host", "a", "--host", "b"], "--host is given twice"),
         (["--back", "0 mm"], "--back: '0 mm' is not above 0"),
         (["--surface-distance", "nan m"], "--surface-distance"),
     ],
@@ -98,6 +100,19 @@ def test_unknown_answers_are_refused_with_their_line_all_at_once(tmp_path):
     path.write_text("host: 10.0.0.2\nkeys:\n")
     with pytest.raises(PlanError, match=r"answers.yaml:2:.*keys: nothing stands behind it"):
         from_file(path)
+    for lost, what in (
+        ("keys: {arm: {}}", "keys: nothing stands behind it"),
+        ("keys: {system_stiffness: {stuck_ratio: }}", "keys: nothing stands behind it"),
+        ("keys: {procedure: {levels: [{n: 1}]}}", "keys: a mapping in a list is no answer"),
+        ("keys: {arm.max_age: 10 ms, arm: {max_age: 20 ms}}", "keys: arm.max_age is given twice"),
+        ("keys: [arm.max_age=20 ms, second=1]", "keys: no answer of this kind"),
+        ('approach: "  "', "approach: "),
+    ):
+        path.write_text(f"host: 10.0.0.2\n{lost}\n")
+        with pytest.raises(PlanError) as refused:
+            from_file(path)
+        assert "answers.yaml:2:" in str(refused.value)
+        assert what in str(refused.value)
     path.write_text("[1, 2]")
     with pytest.raises(PlanError, match="answers are a mapping"):
         from_file(path)
