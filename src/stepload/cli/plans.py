@@ -139,7 +139,7 @@ def show_figures(envelope: Envelope, out: Output, *, details: bool = True) -> No
         (
             "largest safe top force",
             f(envelope.largest_safe_force_n, "N"),
-            "F_allowed - headroom, with this plan's steps",
+            "F_allowed - headroom, with these steps",
         ),
         ("force limit F_lim (R1)", f(envelope.force_limit_n, "N"), "supervisor"),
         ("top force", f(envelope.top_force_n, "N"), "plan"),

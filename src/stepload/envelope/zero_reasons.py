@@ -10,7 +10,7 @@ from stepload.envelope.schedule import APPROACH, UNDER_LOAD, Stage
 from stepload.envelope.zero_drift import counted_shift_n, longest_under_load_s, under_load_s
 from stepload.plan.model import Plan, SecondForceSource
 from stepload.record.outcome import SURE_SIGMAS
-from stepload.units import format_quantity
+from stepload.units import beside_limit, format_quantity
 
 
 def zero_drift_reasons(plan: Plan, loop_s: float, stages: Sequence[Stage]) -> Iterator[Reason]:
@@ -40,14 +40,15 @@ def _stated_reasons(plan: Plan, looked_s: float) -> Iterator[Reason]:
     if drift_n_per_s * looked_s <= allowed_n:
         return
     between = procedure.cycles > 1 and procedure.lift_off
+    shift, allowed = beside_limit(drift_n_per_s * looked_s, allowed_n, "N")
     yield Reason(
         "drift_beyond_max", Severity.WARN,
         f"the stated drift of up to {format_quantity(drift_n_per_s, 'N/s')} (rig.force.drift) may"
-        f" move the zero by {format_quantity(drift_n_per_s * looked_s, 'N')} in the"
-        f" {looked_s:.0f} s from one look at it to the next: beyond"
-        f" {format_quantity(allowed_n, 'N')} (max_drift) the"
+        f" move the zero by {shift} in the {looked_s:.0f} s from one look at it to the next: beyond"
+        f" {allowed} (max_drift) the"
         + (" run ends between its cycles" if between else " result is flagged, or the run ends"),
-        "fewer load steps or shorter holds, a longer warm-up, or a sensor that drifts less",
+        "a larger max_drift (less force is then allowed), fewer load steps or shorter holds, a"
+        " longer warm-up, or a sensor that drifts less",
         drift_n_per_s * looked_s, allowed_n, "N",
     )  # fmt: skip
 
@@ -61,12 +62,13 @@ def _old_zero_reasons(
     shift_n = min(drift_n_per_s * approach_s, touch_n) + drift_n_per_s * loaded_s
     if shift_n <= counted_n:
         return
+    shift, counted = beside_limit(shift_n, counted_n, "N")
     yield Reason(
         "old_zero", Severity.WARN,
         f"with the stated drift of up to {format_quantity(drift_n_per_s, 'N/s')} (rig.force.drift)"
-        f" the zero of the only force channel may move by {format_quantity(shift_n, 'N')} in the"
-        f" {approach_s:.0f} s to the contact and the {loaded_s:.0f} s under load: the run is ended"
-        f" when it may have moved by the {format_quantity(counted_n, 'N')} that are counted on",
+        f" the zero of the only force channel may move by {shift} in the {approach_s:.0f} s to the"
+        f" contact and the {loaded_s:.0f} s under load: the run is ended when it may have moved by"
+        f" the {counted} that are counted on",
         f"procedure.max_drift: {format_quantity(1.2 * shift_n, 'N')} has more counted on (and less"
         " force allowed); or fewer steps, shorter holds, a shorter way, a second force channel",
         shift_n, counted_n, "N",
