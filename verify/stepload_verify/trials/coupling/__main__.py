@@ -2,12 +2,12 @@
 
     python -m stepload_verify.trials.coupling [--poses 20] [--seed 1]
 
-Per cell so many tool-down poses of an arm (joint stiffnesses assumed), or so many machines of a
-drawn coupling. Each is calibrated by the product from a block, dry and greased, and presses a
+Every cell has `--poses` tool-down poses of an arm (joint stiffnesses assumed), or as many machines
+with a coupling drawn at random. Each is calibrated by the product from a block, dry and greased, and presses a
 payload that sticks (friction 0.6) or slides (0.1). Four ways to read the same run:
 
     before    K_s from the dry block alone, as versions before three numbers did
-    one axis  the same K_s, a force sensor that tells nothing across
+    one axis  the same K_s, a force sensor that measures nothing across the axis
     one       the same K_s, with the share that it was measured at
     three     from the dry and the greased block
 

@@ -61,7 +61,7 @@ PAIRS = (
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """One comparison: whether the interval holds the truth, its half width, and what was said."""
+    """One comparison: whether the interval holds the truth, its half width, and the verdict."""
 
     covered: bool
     half_width: float

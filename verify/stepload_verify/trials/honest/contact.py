@@ -134,7 +134,7 @@ def _travel(contact: Contact, course: Course, force: FloatArray) -> FloatArray:
 
 
 def _late(source: FloatArray, creep: Creep, course: Course) -> FloatArray:
-    """What comes late: every share behind its own first-order lag."""
+    """Delayed deformation (N,): every share follows through a first-order lag of its own."""
     dt_s = float(course.time_s[1] - course.time_s[0])
     if creep.first_only:
         source = np.maximum.accumulate(source)
@@ -146,7 +146,7 @@ def _late(source: FloatArray, creep: Creep, course: Course) -> FloatArray:
 
 
 def _prompt(contact: Contact, force: FloatArray) -> FloatArray:
-    """Deformation without delay; where it has yielded, along the unloading of the highest force."""
+    """Deformation (N,) without delay; after a yield along the unloading from the highest force."""
     if contact.limit_n is None:
         return contact.law.deformation(force)
     highest = np.maximum.accumulate(np.maximum(force, 0.0))
@@ -172,7 +172,7 @@ def _loop(
 
 
 def settled(law: Law, creep: Creep) -> Law:
-    """The loading law once all that comes late has come."""
+    """The loading law once all delayed deformation is there."""
     late = 1.0 + sum(creep.parts)
     if not creep.of_force:
         return replace(law, deformation_m=late * law.deformation_m)

@@ -101,7 +101,7 @@ def true_stiffness(rig: Rig, gain: float, rng: np.random.Generator) -> float:
 
 
 def table(system: Path, rig: Rig, gain: float) -> tuple[FloatArray, FloatArray]:
-    """The load path as the calibration found it in the same pose, by the readings of the sensor.
+    """The load path as a calibration in the same pose finds it with the same sensor.
 
     Its error is that of K_s: the declared K_s is the slope of the table above 40 % of the top.
     """
