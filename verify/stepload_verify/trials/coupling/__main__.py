@@ -3,8 +3,8 @@
     python -m stepload_verify.trials.coupling [--poses 20] [--seed 1]
 
 Every cell has `--poses` tool-down poses of an arm (joint stiffnesses assumed), or as many machines
-with a coupling drawn at random. Each is calibrated by the product from a block, dry and greased, and presses a
-payload that sticks (friction 0.6) or slides (0.1). Four ways to read the same run:
+with a coupling drawn at random. Each is calibrated by the product from a block, dry and greased,
+and presses a payload that sticks (friction 0.6) or slides (0.1). Four ways to read the same run:
 
     before    K_s from the dry block alone, as versions before three numbers did
     one axis  the same K_s, a force sensor that measures nothing across the axis
