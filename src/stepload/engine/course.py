@@ -17,6 +17,7 @@ Act = Callable[[float, float], None]
 """What a phase does in each tick: (now_s, step_s)."""
 Then = Callable[[float], None]
 """What follows a part of the order: (now_s)."""
+_LOAD = int(Phase.LOAD)
 ZERO_SHARE = 0.5
 """Share of the cross-check tolerance by which the second channel's zero may drift over a run."""
 Emit = Callable[[float, str, dict[str, object]], None]
@@ -123,7 +124,7 @@ class Course:
 
     def step(self, now_s: float, step_s: float) -> float:
         """Run one tick; returns the target in m."""
-        if now_s > self._open_by_s:
+        if now_s > self._open_by_s and self.phase == _LOAD:
             self._old_zero(now_s)
         self.act(now_s, step_s)
         return self.target_m
@@ -131,7 +132,8 @@ class Course:
     def press(self, now_s: float) -> None:
         """From now on the payload is pressed, for as long as the zero of the force can be believed.
 
-        The zero may have moved by the touch force in the approach, not further: R11.
+        The zero may have moved by the touch force in the approach, not further: R11. Only a load
+        step makes force of a zero that moves: elsewhere the target stands or goes back.
         """
         limits = self.limits
         drift = limits.zero_drift_n_per_s
@@ -145,13 +147,17 @@ class Course:
 
     def _old_zero(self, now_s: float) -> None:
         """End the run: its zero has not been looked at for too long."""
+        open_by_s = self._open_by_s
         self.release()
-        drift, shift_n = self.limits.zero_drift_n_per_s, self.limits.zero_shift_n
+        limits = self.limits
         age_s = now_s - self.zeroed_s
+        moved_n = limits.zero_shift_n + limits.zero_drift_n_per_s * (now_s - open_by_s)
         self.fail(
-            "old_zero", age_s, shift_n / drift, "s",
-            f"the zero of the only force channel is {age_s:.0f} s old: with a drift of {drift:.3g}"
-            f" N/s it may have moved by the {shift_n:.3g} N that are counted on",
+            "old_zero", moved_n, limits.zero_shift_n, "N",
+            f"the zero of the only force channel is {age_s:.0f} s old and may have moved by more"
+            f" than the {limits.zero_shift_n:.3g} N that are counted on: its drift is up to"
+            f" {limits.zero_drift_n_per_s:.3g} N/s, and in an approach R11 lets it move by the"
+            " touch force",
         )  # fmt: skip
 
     def enter(self, phase: Phase, now_s: float, act: Act) -> None:

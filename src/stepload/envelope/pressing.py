@@ -91,10 +91,10 @@ class Pressing:
 def largest_top_force(plan: Plan, elastic_limit_n: float) -> float:
     """The highest top force in N that this rig and payload allow; 0 where none is."""
     noise_n = plan.rig.force.noise_n
-    bias_n = counted_shift_n(plan, press_rig(plan.rig, noise_n).loop_s)
+    shift_n = counted_shift_n(plan, press_rig(plan.rig, noise_n).loop_s)
     left = counted_left(plan)
     try:
-        return _forces(plan, elastic_limit_n, math.ulp(1.0), noise_n, bias_n, left).largest_top_n
+        return _forces(plan, elastic_limit_n, math.ulp(1.0), noise_n, shift_n, left).largest_top_n
     except RefusedError:
         return 0.0
 
@@ -123,11 +123,11 @@ def pressing_for(
     noise_n = max(rig.force.noise_n, measured.noise_n if measured else 0.0)
     press = press_rig(rig, noise_n)
     drift_n_per_s = measured.drift_n_per_s if measured else 0.0
-    bias_n = counted_shift_n(plan, press.loop_s, drift_n_per_s)
+    shift_n = counted_shift_n(plan, press.loop_s, drift_n_per_s)
     _check_touch(procedure.touch_force_n, noise_n)
     _check_channels(plan, elastic_limit_n)
     left = counted_left(plan, one_axis=measured is not None and measured.one_axis)
-    forces = _forces(plan, elastic_limit_n, procedure.top_force_n, noise_n, bias_n, left)
+    forces = _forces(plan, elastic_limit_n, procedure.top_force_n, noise_n, shift_n, left)
     tangent = stiffest.tangent(forces.limit_n)
     guarded, fast = _budgeted_speeds(plan, press, forces, tangent)
     reading_n = math.hypot(noise_n, rig.force.resolution_n / math.sqrt(12.0))
@@ -170,7 +170,7 @@ def pressing_for(
     return Pressing(
         rig=press,
         forces=forces,
-        zero_shift_n=bias_n,
+        zero_shift_n=shift_n,
         zero_drift_n_per_s=unchecked_drift(plan, drift_n_per_s),
         tangent_n_per_m=tangent,
         reading_noise_n=reading_n,
@@ -199,24 +199,25 @@ def _forces(
     elastic_limit_n: float,
     top_force_n: float,
     noise_n: float,
-    bias_n: float,
+    shift_n: float,
     left: float,
 ) -> ForceLimits:
     """The ladder; with one force channel nothing checks the gain, so three times its uncertainty
-    stands in for the tolerance of the cross-check."""
+    stands in for the tolerance of the cross-check. A shift of the zero is one of the reading: where
+    the channel reads too little it hides more force than that."""
     rig, second = plan.rig, plan.rig.second_force
     has_second = second.source is not SecondForceSource.NONE
+    relative = second.tolerance_relative if has_second else 3.0 * rig.force.gain_uncertainty
+    reads_of_true = 1.0 if has_second else (1.0 - rig.common_force_error) / (1.0 + relative)
     return force_limits(
         elastic_limit_n,
         top_force_n=top_force_n,
         step_n=plan.procedure.step_n,
         noise_n=noise_n,
         tolerance_n=second.tolerance_n if has_second else 0.0,
-        tolerance_relative=(
-            second.tolerance_relative if has_second else 3.0 * rig.force.gain_uncertainty
-        ),
+        tolerance_relative=relative,
         common_relative=rig.common_force_error,
-        bias_n=bias_n,
+        bias_n=shift_n / reads_of_true,
         capacity_n=min(rig.arm.max_push_n, 0.95 * rig.force.range_n),
         left=left,
     )

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from stepload.envelope.reason import Reason, Severity
-from stepload.envelope.schedule import APPROACH, UNDER_LOAD, Stage
+from stepload.envelope.schedule import APPROACH, DRIFT_CHECK_S, UNDER_LOAD, Stage
 from stepload.envelope.zero_drift import counted_shift_n, longest_under_load_s, under_load_s
 from stepload.plan.model import Plan, SecondForceSource
 from stepload.record.outcome import SURE_SIGMAS
@@ -24,7 +24,8 @@ def zero_drift_reasons(plan: Plan, loop_s: float, stages: Sequence[Stage]) -> It
     procedure = plan.procedure
     contacts = procedure.cycles if procedure.lift_off else 1
     scheduled_s = sum(stage.total_s for stage in stages if stage.name in UNDER_LOAD) / contacts
-    approach_s = sum(stage.total_s for stage in stages if stage.name in APPROACH)
+    approach_s = 0.5 * procedure.tare_s + DRIFT_CHECK_S
+    approach_s += sum(stage.total_s for stage in stages if stage.name in APPROACH)
     loaded_s = max(under_load_s(procedure, loop_s), scheduled_s)
     yield from _stated_reasons(plan, approach_s + loaded_s)
     if plan.rig.second_force.source is SecondForceSource.NONE:
@@ -66,9 +67,9 @@ def _old_zero_reasons(
     yield Reason(
         "old_zero", Severity.WARN,
         f"with the stated drift of up to {format_quantity(drift_n_per_s, 'N/s')} (rig.force.drift)"
-        f" the zero of the only force channel may move by {shift} in the {approach_s:.0f} s to the"
-        f" contact and the {loaded_s:.0f} s under load: the run is ended when it may have moved by"
-        f" the {counted} that are counted on",
+        f" the zero of the only force channel may move by {shift} in the {approach_s:.0f} s from"
+        f" the middle of its tare to the contact and the {loaded_s:.0f} s under load: the run is"
+        f" ended when it may have moved by the {counted} that are counted on",
         f"procedure.max_drift: {format_quantity(1.2 * shift_n, 'N')} has more counted on (and less"
         " force allowed); or fewer steps, shorter holds, a shorter way, a second force channel",
         shift_n, counted_n, "N",

@@ -249,7 +249,7 @@ def test_a_zero_of_an_only_channel_that_is_too_old_ends_the_press() -> None:
         stage, middle_s = zero.stage, 0.5 * zero.stage.course.tares[0].duration_s
         assert stage.course.zeroed_s == pytest.approx(stage.now_s - middle_s, abs=2.0 * PERIOD_S)
         stage.then.clear()
-        stage.course.act = lambda _now_s, _step_s: None
+        stage.course.enter(Phase.LOAD, stage.now_s, lambda _now_s, _step_s: None)
         stage.now_s += waited_s
         age_s = stage.now_s - stage.course.zeroed_s
         stage.course.press(stage.now_s)
@@ -263,8 +263,14 @@ def test_a_zero_of_an_only_channel_that_is_too_old_ends_the_press() -> None:
         stage.ticks(2)
         assert stage.course.failure is None
         stage.now_s += 0.02
+        stage.course.phase = Phase.HOLD
+        stage.ticks(2)
+        assert stage.course.failure is None
+        stage.course.phase = Phase.LOAD
         stage.ticks(2)
         assert stage.course.failure is not None
+        assert stage.course.failure.value == pytest.approx(2.0 * touch_n, rel=0.02)
+        assert stage.course.failure.limit == 2.0 * touch_n
         assert stage.course.failure.reason == "old_zero"
         assert "the zero of the only force channel is" in stage.course.failure.message
 

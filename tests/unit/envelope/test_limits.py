@@ -142,7 +142,7 @@ def test_one_channel_pays_for_its_gain_with_margin() -> None:
     )
     limits = limits_for(alone, 727.0)
     assert limits.cross_check == ""
-    assert limits.allowed_n == pytest.approx(0.95 * (727.0 - 1.0) / (1.0 + 3.0 * 0.005))
+    assert limits.allowed_n == pytest.approx(0.95 * 727.0 / (1.0 + 3.0 * 0.005) - 1.0)
 
 
 def test_frozen_value_rule_knows_quantised_sensors() -> None:
