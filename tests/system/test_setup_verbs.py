@@ -65,6 +65,8 @@ def test_init_writes_nothing_that_preflight_refuses(rig_file, tmp_path):
         stepload("init", rig_file, "--plan", plan, *BALL, "--top-force", "99 N")
     assert not plan.exists()
     with pytest.raises(BadInputError, match="is no material"):
+        stepload("init", rig_file, "--plan", plan, *BALL[:5], "cheese", *BALL[6:])
+    with pytest.raises(BadInputError, match="--material is given twice"):
         stepload("init", rig_file, "--plan", plan, *BALL, "--material", "cheese")
     with pytest.raises(BadInputError, match="is no file"):
         stepload("init", tmp_path / "none.yaml", "--plan", plan, *BALL)
