@@ -9,6 +9,7 @@ from typing import NamedTuple
 from stepload.engine.operator import Operator
 from stepload.engine.supervisor import Supervisor
 from stepload.envelope.limits import RunLimits
+from stepload.envelope.zero_drift import pressed_shift_n
 from stepload.plan.model import Procedure
 from stepload.record.outcome import Tare, Touch
 from stepload.record.rows import Phase
@@ -78,7 +79,6 @@ class Course:
         self.touches: list[Touch] = []
         self.tares: list[Tare] = []
         self.zero_shift_n = math.nan
-        self.zeroed_s = math.nan
         self._open_by_s = math.inf
         self.levels_done = 0
 
@@ -118,6 +118,12 @@ class Course:
         return not limits.cross_check or abs(second_n) <= ZERO_SHARE * limits.cross_tolerance_n
 
     @property
+    def zeroed_s(self) -> float:
+        """The middle of the tare that the zero of the force is from."""
+        tare = self.tares[-1]
+        return tare.time_s - 0.5 * tare.duration_s
+
+    @property
     def retract_m(self) -> float:
         """Clearance that opens the contact."""
         return self.plan.retract_m
@@ -132,26 +138,20 @@ class Course:
     def press(self, now_s: float) -> None:
         """From now on the payload is pressed, for as long as the zero of the force can be believed.
 
-        The zero may have moved by the touch force in the approach, not further: R11. Only a load
-        step makes force of a zero that moves: elsewhere the target stands or goes back.
+        Only a load step makes force of a zero that moves: elsewhere the target stands or goes back.
         """
         limits = self.limits
         drift = limits.zero_drift_n_per_s
         if drift > 0.0:
-            before_n = min(limits.touch_force_n, drift * (now_s - self.zeroed_s))
+            before_s = now_s - self.zeroed_s
+            before_n = pressed_shift_n(drift, before_s, 0.0, limits.touch_force_n)
             self._open_by_s = now_s + (limits.zero_shift_n - before_n) / drift
-
-    def release(self) -> None:
-        """The payload is no longer pressed."""
-        self._open_by_s = math.inf
 
     def _old_zero(self, now_s: float) -> None:
         """End the run: its zero has not been looked at for too long."""
-        open_by_s = self._open_by_s
-        self.release()
         limits = self.limits
         age_s = now_s - self.zeroed_s
-        moved_n = limits.zero_shift_n + limits.zero_drift_n_per_s * (now_s - open_by_s)
+        moved_n = limits.zero_shift_n + limits.zero_drift_n_per_s * (now_s - self._open_by_s)
         self.fail(
             "old_zero", moved_n, limits.zero_shift_n, "N",
             f"the zero of the only force channel is {age_s:.0f} s old and may have moved by more"

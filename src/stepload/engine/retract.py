@@ -41,7 +41,6 @@ class Retract:
         course = self._course
         self._then = then
         course.level_n = 0.0
-        course.release()
         course.enter(Phase.RETRACT, now_s, self._act)
         course.aim(course.release_m)
 

@@ -103,7 +103,6 @@ class Zeroing:
         elif self._still_fits(tare):
             self._zero = tare
             course.tares.append(tare)
-            course.zeroed_s = now_s - 0.5 * tare.duration_s
             course.sup.tare(tare.mean_n, tare.second_mean_n, tare.wrench)
         return course.failure is None
 

@@ -30,20 +30,30 @@ def longest_under_load_s(procedure: Procedure, loop_s: float) -> float:
     return under_load_s(procedure, loop_s) + waits_s
 
 
+def pressed_shift_n(
+    drift_n_per_s: float, before_s: float, loaded_s: float, touch_force_n: float
+) -> float:
+    """How far a drift may move the zero in N before and during a press.
+
+    Before the contact it is the touch force at the most: R11 ends an approach whose reading falls
+    further.
+    """
+    return min(drift_n_per_s * before_s, touch_force_n) + drift_n_per_s * loaded_s
+
+
 def moved_n(
     procedure: Procedure, loop_s: float, drift_n_per_s: float, *, second_channel: bool
 ) -> float:
     """How far a drift may move the zero in N by the next look at it.
 
     A second channel that disagrees ends a run that takes longer than planned. With one channel the
-    longest time under load counts, and the approach before it: as long again, but no more than the
-    touch force, for R11 ends an approach whose reading falls further. A run that takes longer is
-    ended (`RunLimits.zero_shift_n`).
+    longest time under load counts, and as long again for the approach before it. A run that takes
+    longer is ended (`RunLimits.zero_shift_n`).
     """
     if second_channel:
         return drift_n_per_s * under_load_s(procedure, loop_s)
-    loaded_n = drift_n_per_s * longest_under_load_s(procedure, loop_s)
-    return loaded_n + min(loaded_n, procedure.touch_force_n)
+    longest_s = longest_under_load_s(procedure, loop_s)
+    return pressed_shift_n(drift_n_per_s, longest_s, longest_s, procedure.touch_force_n)
 
 
 def unchecked_drift(plan: Plan, measured_n_per_s: float = 0.0) -> float:

@@ -7,7 +7,12 @@ from collections.abc import Iterator, Sequence
 
 from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.schedule import APPROACH, DRIFT_CHECK_S, UNDER_LOAD, Stage
-from stepload.envelope.zero_drift import counted_shift_n, longest_under_load_s, under_load_s
+from stepload.envelope.zero_drift import (
+    counted_shift_n,
+    longest_under_load_s,
+    pressed_shift_n,
+    under_load_s,
+)
 from stepload.plan.model import Plan, SecondForceSource
 from stepload.record.outcome import SURE_SIGMAS
 from stepload.units import beside_limit, format_quantity
@@ -60,7 +65,7 @@ def _old_zero_reasons(
     """Whether the run is expected to be ended because its zero is too old to count on."""
     drift_n_per_s, touch_n = plan.rig.force.drift_n_per_s, plan.procedure.touch_force_n
     counted_n = counted_shift_n(plan, loop_s)
-    shift_n = min(drift_n_per_s * approach_s, touch_n) + drift_n_per_s * loaded_s
+    shift_n = pressed_shift_n(drift_n_per_s, approach_s, loaded_s, touch_n)
     if shift_n <= counted_n:
         return
     shift, counted = beside_limit(shift_n, counted_n, "N")
@@ -85,7 +90,7 @@ def _short_tare_reasons(
     samples = force.rate_hz * procedure.tare_s
     hidden_n_per_s = SURE_SIGMAS * noise_n * math.sqrt(12.0 / samples) / procedure.tare_s
     touch_n, counted_n = procedure.touch_force_n, counted_shift_n(plan, loop_s)
-    hidden_n = min(hidden_n_per_s * approach_s, touch_n) + hidden_n_per_s * longest_s
+    hidden_n = pressed_shift_n(hidden_n_per_s, approach_s, longest_s, touch_n)
     if hidden_n <= counted_n:
         return
     seen_n_per_s = max(counted_n / (approach_s + longest_s), (counted_n - touch_n) / longest_s)

@@ -14,9 +14,9 @@ SURE_SIGMAS = 3.0
 class Tare:
     """Measurement of the channels at rest in free air, not tared; second channel NaN where none.
 
-    `noise_n` is the standard deviation about the slope, `wrench` the mean of the force sensor's six
-    components in N and N·m, () where it was not taken, `live` how many of its three forces ever
-    changed.
+    `time_s` is that of its last reading, `noise_n` the standard deviation about the slope, `wrench`
+    the mean of the force sensor's six components in N and N·m, () where it was not taken, `live`
+    how many of its three forces ever changed.
     """
 
     time_s: float
