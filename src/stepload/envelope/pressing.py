@@ -129,7 +129,7 @@ def pressing_for(
     left = counted_left(plan, one_axis=measured is not None and measured.one_axis)
     forces = _forces(plan, elastic_limit_n, procedure.top_force_n, noise_n, shift_n, left)
     tangent = stiffest.tangent(forces.limit_n)
-    guarded, fast = _budgeted_speeds(plan, press, forces, tangent)
+    guarded, fast = _budgeted_speeds(procedure.touch_force_n, press, forces, tangent)
     reading_n = math.hypot(noise_n, rig.force.resolution_n / math.sqrt(12.0))
     leash_m = leash_travel(
         forces.limit_n, procedure.touch_force_n, reading_n, press.stiffness_n_per_m
@@ -203,12 +203,10 @@ def _forces(
     left: float,
 ) -> ForceLimits:
     """The ladder; with one force channel nothing checks the gain, so three times its uncertainty
-    stands in for the tolerance of the cross-check. A shift of the zero is one of the reading: where
-    the channel reads too little it hides more force than that."""
+    stands in for the tolerance of the cross-check."""
     rig, second = plan.rig, plan.rig.second_force
     has_second = second.source is not SecondForceSource.NONE
     relative = second.tolerance_relative if has_second else 3.0 * rig.force.gain_uncertainty
-    reads_of_true = 1.0 if has_second else (1.0 - rig.common_force_error) / (1.0 + relative)
     return force_limits(
         elastic_limit_n,
         top_force_n=top_force_n,
@@ -217,7 +215,7 @@ def _forces(
         tolerance_n=second.tolerance_n if has_second else 0.0,
         tolerance_relative=relative,
         common_relative=rig.common_force_error,
-        bias_n=shift_n / reads_of_true,
+        bias_n=shift_n,
         capacity_n=min(rig.arm.max_push_n, 0.95 * rig.force.range_n),
         left=left,
     )
@@ -244,31 +242,23 @@ def _check_channels(plan: Plan, elastic_limit_n: float) -> None:
 
 
 def _budgeted_speeds(
-    plan: Plan, press: PressRig, forces: ForceLimits, tangent_n_per_m: float
+    touch_n: float, press: PressRig, forces: ForceLimits, tangent_n_per_m: float
 ) -> tuple[float, float]:
     """(guarded, fast) approach speeds in m/s at which the force budget is used up.
 
     Raises:
         RefusedError: there is none above zero.
     """
-    touch_n, second = plan.procedure.touch_force_n, plan.rig.second_force
-
-    def speed(force_n: float, threshold_n: float, delay_s: float) -> float:
-        return largest_speed(
+    guarded, fast = (
+        largest_speed(
             press,
             force_n=force_n,
-            threshold_n=threshold_n,
+            threshold_n=touch_n,
             tangent_n_per_m=tangent_n_per_m,
-            delay_s=delay_s,
+            delay_s=press.reaction_s,
         )
-
-    guarded = speed(GUARDED_SHARE * forces.limit_n, touch_n, press.reaction_s)
-    fast = speed(forces.limit_n, touch_n, press.reaction_s)
-    if second.source is not SecondForceSource.NONE:
-        # A main channel that is dead is seen by the second one only, and later.
-        late_s = press.reaction_s + press.cross_check_s
-        late = speed(forces.elastic_limit_n, second.tolerance_n, late_s)
-        guarded, fast = min(guarded, late), min(fast, late)
+        for force_n in (GUARDED_SHARE * forces.limit_n, forces.limit_n)
+    )
     if not (math.isfinite(guarded) and guarded > 0.0):
         raise RefusedError(
             f"no approach speed keeps the force budget: touch force {touch_n:.3g} N"
@@ -283,7 +273,8 @@ def rigid_coefficient(rig: PressRig, limit_n: float, impact_factor: float = IMPA
     """Force per speed, in N s/m, where a hidden hard stop is met at a force up to `limit_n`.
 
     A single hit is v sqrt(m k). On a soft payload an arm bounces off the stop as it does in free
-    air: it swings after its target and comes back faster, in hits that are over before a sample.
+    air: it swings after its target and comes back faster, in hits that are over before a sample. A
+    main force channel that is dead is seen by the second one only, and later: that time counts too.
     """
     travel = rig.stiffness_n_per_m * (rig.reaction_s + rig.cross_check_s)
     impact = impact_factor * math.sqrt(rig.mass_kg * HARD_STOP_N_PER_M)
