@@ -41,11 +41,11 @@ def force_limits(
     """F_lim and the largest safe top force, from the lower end of F_c.
 
     A payload dragged sideways where nothing sees or stops that has a part of F_c `left`. At that
-    force all channels may read too little by what they have in common, left F_c (1 − common); the
-    main one may read less by what the cross-check lets pass, and by a shift of its zero. Hence
-    F_allowed = (left F_c (1 − common) − tol_abs)/(1 + tol_rel) − |bias|, a reading. F_lim lies a
-    quarter above the top force, never above F_allowed nor above `capacity_n`, what sensor and arm
-    can bear.
+    force all channels may read too little by what they have in common, left F_c (1 − common), and
+    by a shift that their zeros have in common; the main one may read less than that by what the
+    cross-check lets pass: F_allowed = (left F_c (1 − common) − |bias| − tol_abs)/(1 + tol_rel), a
+    reading. F_lim lies a quarter above the top force, never above F_allowed nor above `capacity_n`,
+    what sensor and arm can bear.
 
     Raises:
         DomainError: a number is not finite and positive (or zero where that has a meaning).
@@ -61,14 +61,14 @@ def force_limits(
     require_not_negative(common_relative, "error common to the force channels", "")
     require_not_negative(bias_n, "allowed drift", "N")
     headroom_n = 8.0 * noise_n + max(0.5, 0.02 * step_n)
-    agreed_n = left * elastic_limit_n * (1.0 - common_relative) - tolerance_n
-    allowed_n = min(agreed_n / (1.0 + tolerance_relative) - bias_n, capacity_n)
+    agreed_n = left * elastic_limit_n * (1.0 - common_relative) - bias_n - tolerance_n
+    allowed_n = min(agreed_n / (1.0 + tolerance_relative), capacity_n)
     largest_top_n = allowed_n - headroom_n
     dragged = f" x {left:.3g} left where it is dragged sideways" if left < 1.0 else ""
     arithmetic = (
         f"({elastic_limit_n:.4g} N of F_c{dragged} x (1 - {common_relative:.3g} in common)"
-        f" - {tolerance_n:.3g} N tolerance) / (1 + {tolerance_relative:.3g})"
-        f" - {bias_n:.3g} N drift, at most {capacity_n:.4g} N capacity,"
+        f" - {bias_n:.3g} N drift - {tolerance_n:.3g} N tolerance)"
+        f" / (1 + {tolerance_relative:.3g}), at most {capacity_n:.4g} N capacity,"
         f" less {headroom_n:.3g} N headroom = {largest_top_n:.4g} N"
     )
     if largest_top_n <= 0.0:

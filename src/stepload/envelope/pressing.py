@@ -203,7 +203,8 @@ def _forces(
     left: float,
 ) -> ForceLimits:
     """The ladder; with one force channel nothing checks the gain, so three times its uncertainty
-    stands in for the tolerance of the cross-check."""
+    stands in for the tolerance of the cross-check. Its shift comes on top of that: no second
+    channel bounds both together."""
     rig, second = plan.rig, plan.rig.second_force
     has_second = second.source is not SecondForceSource.NONE
     relative = second.tolerance_relative if has_second else 3.0 * rig.force.gain_uncertainty
@@ -215,7 +216,7 @@ def _forces(
         tolerance_n=second.tolerance_n if has_second else 0.0,
         tolerance_relative=relative,
         common_relative=rig.common_force_error,
-        bias_n=shift_n,
+        bias_n=shift_n if has_second else shift_n * (1.0 + relative),
         capacity_n=min(rig.arm.max_push_n, 0.95 * rig.force.range_n),
         left=left,
     )

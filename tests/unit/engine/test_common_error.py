@@ -25,7 +25,9 @@ def plan_at_the_limit(common: float) -> Plan:
     return replace(plan, procedure=procedure)
 
 
-@pytest.mark.parametrize(("common", "safe"), [(0.05, True), (0.0, False)])
+@pytest.mark.parametrize(
+    ("common", "safe"), [(0.05, True), pytest.param(0.0, False, marks=pytest.mark.long)]
+)
 def test_channels_that_are_five_per_cent_low_together_stay_below_f_c(
     common: float, safe: bool
 ) -> None:

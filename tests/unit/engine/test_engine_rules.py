@@ -224,12 +224,12 @@ def test_limits_measured_during_the_run_only_get_tighter() -> None:
     assert engine._adopt(Measured(0.6, 2.0 / loaded_s)) is None
     assert engine.limits.noise_n == pytest.approx(math.hypot(0.6, 0.05 / math.sqrt(12.0)))
     first = engine.limits
-    assert first.allowed_n == pytest.approx((0.95 * 727.0 - 11.0) / 1.05 - 2.0)
+    assert first.allowed_n == pytest.approx((0.95 * 727.0 - 11.0 - 2.0) / 1.05)
     assert engine._adopt(Measured(0.4, 5.0 / loaded_s)) is None
     assert engine.limits.noise_n == first.noise_n
-    assert engine.limits.allowed_n == pytest.approx((0.95 * 727.0 - 11.0) / 1.05 - 5.0)
+    assert engine.limits.allowed_n == pytest.approx((0.95 * 727.0 - 11.0 - 5.0) / 1.05)
     assert engine._adopt(Measured(0.4, 1.0 / loaded_s)) is None
-    assert engine.limits.allowed_n == pytest.approx((0.95 * 727.0 - 11.0) / 1.05 - 5.0)
+    assert engine.limits.allowed_n == pytest.approx((0.95 * 727.0 - 11.0 - 5.0) / 1.05)
     kept = engine.limits
     refusal = engine._adopt(Measured(80.0, 0.0))
     assert refusal is not None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from long_ones import long
 from run_bench import bench_for, run, spec_for
 from run_plans import stvf_plan
 
@@ -26,7 +27,7 @@ def plan_of_a_range() -> Plan:
     return replace(plan, payload=payload, identify=accepted)
 
 
-@pytest.mark.parametrize("end", [softest, stiffest])
+@pytest.mark.parametrize("end", [*long([softest]), stiffest])
 def test_truths_at_both_ends_are_pressed_below_f_c(end: object) -> None:
     plan = plan_of_a_range()
     theory = theory_of(plan.payload)

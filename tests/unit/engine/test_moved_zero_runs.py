@@ -40,7 +40,10 @@ def count(engine: Engine, kind: str) -> int:
     return sum(name == kind for _, name, _ in engine.events)
 
 
-@pytest.mark.parametrize(("drift_n_per_s", "rule"), [(0.1, "R6"), (-0.1, "R11")])
+@pytest.mark.parametrize(
+    ("drift_n_per_s", "rule"),
+    [pytest.param(0.1, "R6", marks=pytest.mark.long), (-0.1, "R11")],
+)
 def test_a_run_with_a_moving_zero_and_a_long_way_completes(drift_n_per_s: float, rule: str) -> None:
     plan = long_way(max_drift_n=6.0, surface_distance_m=4.5e-3, retract_m=1.5e-4)
     spec = spec_for(plan, 4, force_drift_n_per_s=drift_n_per_s)
@@ -66,8 +69,8 @@ def test_a_zero_that_moves_beyond_the_drift_allowed_still_ends_the_run() -> None
 @pytest.mark.parametrize(
     "wrong",
     [
-        *long(("soft", "gain")),
-        "wrong sign", "nearer",
+        *long(("soft", "gain", "wrong sign")),
+        "nearer",
     ],
 )  # fmt: skip
 def test_a_slow_contact_is_no_moved_zero(wrong: str) -> None:

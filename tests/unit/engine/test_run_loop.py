@@ -203,13 +203,23 @@ CYCLE = [*UP, *UP, *DOWN, *OPENED]
 @pytest.mark.parametrize(
     ("phase", "step", "cycle", "after"),
     [
-        (Phase.TARE, 0, 1, [*AGAIN, *CYCLE, *TOUCH, *CYCLE, *LAST]),
+        pytest.param(
+            Phase.TARE, 0, 1, [*AGAIN, *CYCLE, *TOUCH, *CYCLE, *LAST], marks=pytest.mark.long
+        ),
         (Phase.DWELL, 0, 1, ["RETRACT", *AGAIN, *CYCLE, *TOUCH, *CYCLE, *LAST]),
         (Phase.LOAD, 1, 1, ["HOLD", "RETRACT", *AGAIN, *UP, *DOWN, *OPENED, *TOUCH, *CYCLE, *LAST]),
-        (Phase.LOAD, 2, 1, ["HOLD", *OPENED, *AGAIN, *CYCLE, *LAST]),
-        (Phase.UNLOAD, 1, 1, ["UNLOAD_HOLD", *OPENED, *AGAIN, *CYCLE, *LAST]),
+        pytest.param(
+            Phase.LOAD, 2, 1, ["HOLD", *OPENED, *AGAIN, *CYCLE, *LAST], marks=pytest.mark.long
+        ),
+        pytest.param(
+            Phase.UNLOAD,
+            1,
+            1,
+            ["UNLOAD_HOLD", *OPENED, *AGAIN, *CYCLE, *LAST],
+            marks=pytest.mark.long,
+        ),
         (Phase.UNLOAD_HOLD, 1, 1, [*OPENED, *AGAIN, *CYCLE, *LAST]),
-        (Phase.POST_TARE, 1, 1, [*AGAIN, *CYCLE, *LAST]),
+        pytest.param(Phase.POST_TARE, 1, 1, [*AGAIN, *CYCLE, *LAST], marks=pytest.mark.long),
         (Phase.UNLOAD, 1, 2, ["UNLOAD_HOLD", *OPENED, "PAUSED", *ZERO, *LAST]),
         (Phase.POST_TARE, 1, 2, ["PAUSED", *ZERO, *LAST]),
     ],

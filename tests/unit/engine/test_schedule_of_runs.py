@@ -69,6 +69,7 @@ def pressed_s(plan: Plan, seed: int = 1) -> tuple[float, float]:
     return bench.ticks * rig.arm.period_s, max(up.values()) * rig.arm.period_s
 
 
+@pytest.mark.long
 def test_a_soft_payload_on_a_soft_arm_takes_the_time_that_was_told(soft_arm: str) -> None:
     """Near F_lim the speed that a hidden hard stop allows is what a step lasts."""
     silicone = payload_folder() / "silicone-sphere.yaml"
@@ -86,7 +87,7 @@ def test_a_level_that_the_leash_may_not_reach_is_told_and_what_it_takes_where_it
     soft_arm: str,
 ) -> None:
     silicone = payload_folder() / "silicone-sphere.yaml"
-    plan = plan_of(soft_arm, silicone, 79.2, Order(4, 3.0, 1.0))
+    plan = plan_of(soft_arm, silicone, 78.8, Order(4, 3.0, 1.0))
     took_s, longest_s = pressed_s(plan)
     envelope = derive(plan)
     assert envelope.climbs is not None

@@ -101,12 +101,12 @@ def ladder(elastic_limit_n: float = 300.0, **changes: float) -> ForceLimits:
 
 
 def test_the_largest_reading_allowed_leaves_room_for_all_that_cannot_be_seen() -> None:
-    assert ladder().allowed_n == pytest.approx((300.0 - 8.0) / 1.1 - 2.0)
-    assert ladder(bias_n=5.0).allowed_n == pytest.approx((300.0 - 8.0) / 1.1 - 5.0)
+    assert ladder().allowed_n == pytest.approx((300.0 - 2.0 - 8.0) / 1.1)
+    assert ladder(bias_n=5.0).allowed_n == pytest.approx((300.0 - 5.0 - 8.0) / 1.1)
     assert ladder(tolerance_relative=0.0).allowed_n == pytest.approx(300.0 - 8.0 - 2.0)
-    assert ladder(tolerance_n=0.0).allowed_n == pytest.approx(300.0 / 1.1 - 2.0)
+    assert ladder(tolerance_n=0.0).allowed_n == pytest.approx((300.0 - 2.0) / 1.1)
     assert ladder(capacity_n=200.0).allowed_n == 200.0
-    assert ladder(common_relative=0.2).allowed_n == pytest.approx((240.0 - 8.0) / 1.1 - 2.0)
+    assert ladder(common_relative=0.2).allowed_n == pytest.approx((240.0 - 2.0 - 8.0) / 1.1)
 
 
 def test_the_headroom_is_eight_sigma_and_some() -> None:
@@ -369,7 +369,7 @@ def test_noise_and_drift_found_in_the_run_count_where_they_are_worse() -> None:
     worse = pressing(measured=Measured(0.7, 4.0 / under_load_s(procedure, loop_s)))
     assert worse.rig.noise_n == 0.7
     assert worse.forces.headroom_n == pytest.approx(8.0 * 0.7 + 1.0)
-    assert worse.forces.allowed_n == pytest.approx((0.95 * F_C - 11.0) / 1.05 - 4.0)
+    assert worse.forces.allowed_n == pytest.approx((0.95 * F_C - 11.0 - 4.0) / 1.05)
     better = pressing(measured=Measured(0.01, 0.0))
     assert better == pressing()
     with pytest.raises(RefusedError, match="noise would be taken for a touch"):

@@ -63,7 +63,7 @@ def test_every_rung_lies_below_the_lower_end() -> None:
     assert (
         limits.force_limit_n
         == limits.allowed_n
-        == pytest.approx((0.95 * lower_n - 4.0) / 1.02 - 4.5)
+        == pytest.approx((0.95 * lower_n - 4.0 - 4.5) / 1.02)
     )
     assert found.largest_safe_force_n < limits.force_limit_n < lower_n
     assert pressed(0.999 * found.largest_safe_force_n).limits is not None

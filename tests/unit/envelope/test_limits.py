@@ -57,7 +57,7 @@ def test_an_unseen_error_at_the_force_limit_stays_below_the_elastic_limit(
         )
     except RefusedError:
         return
-    agreed_n = (limits.limit_n + bias) * (1.0 + relative) + tolerance
+    agreed_n = limits.limit_n * (1.0 + relative) + tolerance + bias
     assert agreed_n / (1.0 - common) <= elastic * (1.0 + 1e-12)
     assert top + 8.0 * noise < limits.limit_n <= capacity
     assert top <= limits.largest_top_n
@@ -91,7 +91,7 @@ def test_the_largest_speed_spends_the_whole_force_budget(
 def test_plastic_sphere_on_the_paper_machine_leaves_room() -> None:
     limits = limits_for(stvf_plan(), 727.0)
     assert limits.force_limit_n == pytest.approx(375.0)
-    assert limits.allowed_n == pytest.approx((0.95 * 727.0 - 11.0) / 1.05 - 1.0)
+    assert limits.allowed_n == pytest.approx((0.95 * 727.0 - 11.0 - 1.0) / 1.05)
     named = {term.name: term for term in limits.terms}
     for field in fields(limits):
         if field.name not in ("terms", "cross_check") and "identical" not in field.name:

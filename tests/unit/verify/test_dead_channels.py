@@ -61,7 +61,9 @@ def test_channels_that_die_and_drift_lead_no_arm_on_that_stands() -> None:
     assert found.share_of_f_lim < 1.0
 
 
-@pytest.mark.parametrize(("share", "held"), [(0.15, False), (ANSWER_SHARE, True)])
+@pytest.mark.parametrize(
+    ("share", "held"), [(0.15, False), pytest.param(ANSWER_SHARE, True, marks=pytest.mark.long)]
+)
 def test_a_channel_that_lost_its_gain_beside_a_dead_one_is_no_payload_that_answers(
     share: float, held: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from long_ones import long
 
 from stepload.errors import BadInputError, DomainError, RefusedError
 from stepload.plan.load import load_plan
@@ -142,8 +143,8 @@ def test_strata_by_name() -> None:
 @pytest.mark.parametrize(
     "stratum",
     [
-        *strata(wider=False)[:2], *strata(wider=True)[7::183],
-        *named("plate_slips+stuck stiffer than stated", "six"),
+        *strata(wider=False)[:2], *long(strata(wider=True)[7::183]),
+        *long(named("plate_slips+stuck stiffer than stated", "six")),
         *named("force_lateral_dead+plate tilted", "six"),
     ],
 )  # fmt: skip
