@@ -82,7 +82,7 @@ made: compiled $(KEPT) ## Those of whole runs and commands, on compiled modules
 
 realtime: compiled $(KEPT) ## The tests against the wall clock, under a meter of the host's stalls
 	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'patient and not long' -n $(CORES) $(BESIDE)
-	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'realtime and not patient and not long' -n $(CORES) $(BESIDE)
+	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'realtime and not patient and not long' -n $(WORKERS) $(BESIDE)
 
 test-under-load: $(READY) ## Both of these, ten times beside busy loops and ten times with stops
 	$(BIN)/python tests/helpers/under_load.py --runs 10 -- $(MAKE) --no-print-directory virtual realtime
@@ -98,8 +98,8 @@ mutants-generated: $(READY) ## The same with every operator of mutmut on the saf
 installed: ## The wheels in a clean environment, outside the checkout
 	.ci/installed
 
-wire: compiled ## Every fault of the documents under a whole run, real time
-	STEPLOAD_PURE= $(BIN)/pytest tests/wire/runs -m 'long or not long' --durations=10
+wire: compiled ## Everything over the wire, with every fault of the documents under a whole run, real time
+	STEPLOAD_PURE= $(BIN)/pytest tests/wire -m 'long or not long' --durations=10
 
 long: compiled ## Tests that are too long for every commit: more of each kind of run, memory, more plans
 	$(BIN)/pytest tests/unit $(RUNS:%=--ignore=%) -m long -n $(CORES) $(BESIDE)

@@ -11,6 +11,7 @@ from stepload.plan.load import load_plan
 from stepload_verify.trials.first_day import TOOL_KG, emulated_rig, first_day
 
 
+@pytest.mark.long
 @pytest.mark.realtime(tolerates_s=0.02)
 def test_from_the_first_address_to_a_rig_file_and_a_plan(free_host, tmp_path):
     told = io.StringIO()

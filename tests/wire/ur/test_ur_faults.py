@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 import pytest
+from long_ones import long
 from processes import python
 
 from stepload.errors import DeviceError
@@ -95,7 +96,7 @@ def test_fault_is_told_apart_and_the_arm_stops(
         assert with_status[-1].status == Status.STOPPED
 
 
-@pytest.mark.parametrize("command", ["drop", "drop rst"])
+@pytest.mark.parametrize("command", ["drop", *long(["drop rst"])])
 def test_ur_rtde_has_no_means_to_reconnect(start_emulator, command):
     emulator = start_emulator()
     with python(UR_RTDE_ALONE, emulator.host) as process:
@@ -107,7 +108,7 @@ def test_ur_rtde_has_no_means_to_reconnect(start_emulator, command):
     assert emulator.state()["uploads"] == 1
 
 
-@pytest.mark.parametrize("command", ["drop", "repeat on", "wrong-size receive"])
+@pytest.mark.parametrize("command", ["drop", *long(("repeat on", "wrong-size receive"))])
 def test_retract_goes_out_when_ur_rtde_is_gone(start_emulator, make_arm, follow, after, command):
     emulator = start_emulator()
     arm = make_arm(emulator.host)
@@ -125,8 +126,8 @@ def test_retract_goes_out_when_ur_rtde_is_gone(start_emulator, make_arm, follow,
     ("command", "code"),
     [
         ("freeze on", FaultCode.NOT_CONNECTED),
-        ("nan on", FaultCode.NOT_FINITE),
-        ("random on", FaultCode.OUT_OF_RANGE),
+        pytest.param("nan on", FaultCode.NOT_FINITE, marks=pytest.mark.long),
+        pytest.param("random on", FaultCode.OUT_OF_RANGE, marks=pytest.mark.long),
         ("wrong-type on", FaultCode.CORRUPT),
     ],
 )

@@ -130,8 +130,8 @@ def test_close_ends_the_program_and_open_works_again(start_emulator, make_arm):
     ("version", "period_s", "options"),
     [
         ((3, 15, 8, 0), 0.008, {}),
-        ((5, 4, 3, 0), 0.002, {}),
-        ((5, 23, 0, 0), 0.002, {}),
+        pytest.param((5, 4, 3, 0), 0.002, {}, marks=pytest.mark.long),
+        pytest.param((5, 23, 0, 0), 0.002, {}, marks=pytest.mark.long),
         ((5, 12, 6, 0), 0.002, {"upper_registers": True}),
         (
             (5, 12, 6, 0),

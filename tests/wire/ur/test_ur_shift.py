@@ -6,6 +6,7 @@ import math
 import time
 
 import pytest
+from long_ones import long
 
 from stepload.errors import DeviceError
 from stepload_drivers.ur.state import tangents
@@ -42,7 +43,7 @@ def go(arm, position_m, shift_m):
         time.sleep(0.002)
 
 
-@pytest.mark.parametrize("direction", [(0.0, 0.0, -1.0), (0.0, 0.6, -0.8)])
+@pytest.mark.parametrize("direction", [*long([(0.0, 0.0, -1.0)]), (0.0, 0.6, -0.8)])
 def test_a_shift_is_followed_across_and_a_retract_keeps_it(start_emulator, make_arm, direction):
     emulator = start_emulator(world=WORLD, direction=direction)
     arm = make_arm(emulator.host, approach=direction)
