@@ -67,7 +67,7 @@ def stvf_plan(**procedure: Any) -> Plan:
     )  # fmt: skip
     rig = Rig(
         name="stvf", arm=arm, force=force, displacement=None,
-        second_force=SecondForce(SecondForceSource.ARM, 11.0, 0.05, 0.02, 1.5),
+        second_force=SecondForce(SecondForceSource.ARM, 11.0, 0.05, 0.02, 1.5, zero_error_n=0.0),
         system_stiffness=SystemStiffness(
             3.49e6, 3.5e4, 5.42e-7, 3.87e4, Provenance.MEASURED, pose="vertical"
         ),
@@ -140,7 +140,7 @@ def coarse_plan() -> Plan:
         plan.rig.system_stiffness, stiffness_n_per_m=182110.0, sigma_n_per_m=6361.0,
         damping_n_s_per_m=726.6,
     )  # fmt: skip
-    second = SecondForce(SecondForceSource.SENSOR, 4.825, 0.0244, 0.02, 0.0512, sensor)
+    second = SecondForce(SecondForceSource.SENSOR, 4.825, 0.0244, 0.02, 0.0512, sensor, 0.0)
     rig = replace(plan.rig, arm=arm, force=force, second_force=second, system_stiffness=stiffness)
     payload = replace(
         plan.payload, geometry=FlatPunch(9.4546e-5),

@@ -64,6 +64,7 @@ def test_the_tilt_is_told_in_record_results_and_report(tmp_path: Path, tilt_deg:
     else:
         assert done.returncode == ExitCode.STOPPED
         assert "Turn the tool, and the approach with it" in done.stdout + done.stderr
+        assert "nothing was pressed: the run ended after touches" in page
         assert not [event for event in recording.events if event.kind == "held"]
 
 

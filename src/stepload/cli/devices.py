@@ -187,9 +187,9 @@ def try_driver(
     Example: stepload drivers test sim --kind force_sensors
     """
     from stepload.plan.option_text import options_from_words
+    from stepload.plan.overlay import SIMULATED
     from stepload.rig.contract import CheckStatus, Trial, run_trial, trial_of
     from stepload.rig.plugins import load_driver
-    from stepload.session.ready import SIMULATED
     from stepload.units import parse_quantity
 
     group = _group(name, kind)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from stepload.engine.operator import Operator
 from stepload.engine.supervisor import Supervisor
 from stepload.envelope.limits import RunLimits
-from stepload.envelope.zero_drift import pressed_shift_n
+from stepload.envelope.zero_drift import SECOND_ZERO_SHARE, pressed_shift_n
 from stepload.plan.model import Procedure
 from stepload.record.outcome import Tare, Touch
 from stepload.record.rows import Phase
@@ -19,8 +19,6 @@ Act = Callable[[float, float], None]
 Then = Callable[[float], None]
 """What follows a part of the order: (now_s)."""
 _LOAD = int(Phase.LOAD)
-ZERO_SHARE = 0.5
-"""Share of the cross-check tolerance by which the second channel's zero may drift over a run."""
 Emit = Callable[[float, str, dict[str, object]], None]
 
 
@@ -115,7 +113,8 @@ class Course:
         if not abs(moved_n) <= self.plan.max_drift_n:
             return False
         second_n = sup.second_n + last.second_mean_n - first.second_mean_n
-        return not limits.cross_check or abs(second_n) <= ZERO_SHARE * limits.cross_tolerance_n
+        second_limit_n = SECOND_ZERO_SHARE * limits.cross_tolerance_n
+        return not limits.cross_check or abs(second_n) <= second_limit_n
 
     @property
     def zeroed_s(self) -> float:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 
 from stepload.engine.course import Act, Course, Then
-from stepload.engine.free_air import ALLOWED_SHARE, FreeAir
+from stepload.engine.free_air import FreeAir
 from stepload.engine.tare import TareWindow
 from stepload.envelope.bounds import Measured
 from stepload.envelope.schedule import BETWEEN_CYCLES_TARE_S
-from stepload.envelope.zero_drift import moved_n
+from stepload.envelope.zero_drift import SECOND_ZERO_SHARE, moved_n
 from stepload.errors import DomainError, RefusedError
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
@@ -113,7 +114,7 @@ class Zeroing:
             return
         shift_n = look.mean_n - zero.mean_n
         second_n = look.second_mean_n - zero.second_mean_n
-        second_limit_n = ALLOWED_SHARE * limits.cross_tolerance_n
+        second_limit_n = SECOND_ZERO_SHARE * limits.cross_tolerance_n
         course.emit(now_s, "drift", {"shift_n": shift_n, "second_shift_n": second_n})
         if not abs(shift_n) <= course.plan.max_drift_n:
             course.fail(
@@ -132,15 +133,17 @@ class Zeroing:
         """Whether the plan still leaves room with the measured noise and drift."""
         course, plan, limits = self._course, self._course.plan, self._course.limits
         noise_n = tare.noise_n if tare.sure_noise_n > limits.shown_noise_n else 0.0
-        second, slope = bool(limits.cross_check), tare.sure_slope_n_per_s
-        drift_n = moved_n(plan, limits.loop_s, slope, second_channel=second)
-        steeper = not second and slope > limits.zero_drift_n_per_s
+        second, sure = bool(limits.cross_check), tare.sure_slope_n_per_s
+        moved = partial(moved_n, plan, limits.loop_s, second_channel=second)
+        drifts = moved(sure) > plan.max_drift_n or (not second and sure > limits.zero_drift_n_per_s)
+        drift_n_per_s = tare.largest_slope_n_per_s if drifts else 0.0
         # A sensor with a force that never changes may not detect that a payload is dragged.
         blind = tare.live < 3 and 0.0 < limits.dragged_left < 1.0
-        if noise_n == 0.0 and drift_n <= plan.max_drift_n and not blind and not steeper:
+        if noise_n == drift_n_per_s == 0.0 and not blind:
             return True
-        refusal = self._adopt(Measured(noise_n, slope, blind))
+        refusal = self._adopt(Measured(noise_n, drift_n_per_s, blind))
         if refusal is not None:
+            drift_n = moved(drift_n_per_s)
             found = f"a noise of {tare.noise_n:.3g} N and a drift of {drift_n:.3g} N until the zero"
             only = " (and nothing across the pressing axis, as a load cell)" if blind else ""
             course.fail(

@@ -13,6 +13,7 @@ from stepload.envelope.press import Term, largest_speed
 from stepload.envelope.reason import Reason, Severity
 from stepload.errors import BadInputError
 from stepload.plan.model import Plan, Rig
+from stepload.plan.overlay import SIMULATED
 from stepload.rig.plugins import load_arm
 from stepload.units import format_quantity
 
@@ -198,7 +199,9 @@ def aligning_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
             "arm_cannot_shift", Severity.REFUSE,
             f"procedure.alignment and procedure.nulling need an arm that can go across its "
             f"approach; the driver {rig.arm.driver.name!r} cannot",
-            "leave both out: align by hand, with a dial gauge on the plate",
+            "describe the six axes of the simulated rig in rig.simulation.mount: {}"
+            if rig.arm.driver.name == SIMULATED
+            else "leave both out: align by hand, with a dial gauge on the plate",
         )  # fmt: skip
     if procedure.nulling is not None:
         yield from _nulling_reasons(plan, limits)
@@ -207,7 +210,9 @@ def aligning_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
 
 
 def can_shift(rig: Rig) -> bool:
-    """Whether the driver of the plan's arm can go across its approach at all."""
+    """Whether the plan's arm can go across its approach; the simulated one has to have six axes."""
+    if rig.arm.driver.name == SIMULATED and rig.simulation.mount is None:
+        return False
     try:
         return load_arm(rig.arm.driver.name).can_shift
     except BadInputError:  # a plan that was made without a driver

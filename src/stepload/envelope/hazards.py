@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+from stepload.envelope.aligning import can_shift
 from stepload.envelope.catch_up import catch_up_force
 from stepload.envelope.dragged import (
     UNMEASURED_TILT_RAD,
@@ -127,14 +128,19 @@ def _tilted(plan: Plan) -> Iterator[Reason]:
     if plan.rig.force.components == "six" and plan.procedure.alignment is None:
         left = 1.0 - steeper(plan)
         taken = f"; {left:.1%} of F_c are counted on for it" if left < 1.0 else ""
+        measure = (
+            "let three touches on a circle measure it (procedure.alignment), "
+            if can_shift(plan.rig)
+            else ""
+        )
         unsaid = plan.rig.plate_tilt_rad is None and plan.rig.arm.structure is Structure.ARM
         yield Reason(
             "plate_tilted", Severity.WARN if unsaid else Severity.NOTE,
             "nothing measures how the plate is tilted against the press: beyond"
             f" {math.degrees(tilt_rad):.3g} deg the payload is dragged sideways more than"
             f" the force sensor shows, and more than R12 counts on{taken}",
-            "let three touches on a circle measure it (procedure.alignment), level the plate, or"
-            " state by how much it may be tilted at most (rig.plate_tilt)",
+            f"{measure}level the plate, or state by how much it may be tilted at most"
+            " (rig.plate_tilt)",
             tilt_rad, math.nan, "rad",
         )  # fmt: skip
 

@@ -41,8 +41,8 @@ def force_limits(
     """F_lim and the largest safe top force, from the lower end of F_c.
 
     A payload dragged sideways where nothing sees or stops that has a part of F_c `left`. At that
-    force all channels may read too little by what they have in common, left F_c (1 − common), and
-    by a shift that their zeros have in common; the main one may read less than that by what the
+    force all channels may read too little by what they have in common, left F_c (1 − common); the
+    second one by a shift of its zero besides, and the main one less than that by what the
     cross-check lets pass: F_allowed = (left F_c (1 − common) − |bias| − tol_abs)/(1 + tol_rel), a
     reading. F_lim lies a quarter above the top force, never above F_allowed nor above `capacity_n`,
     what sensor and arm can bear.
@@ -67,7 +67,7 @@ def force_limits(
     dragged = f" x {left:.3g} left where it is dragged sideways" if left < 1.0 else ""
     arithmetic = (
         f"({elastic_limit_n:.4g} N of F_c{dragged} x (1 - {common_relative:.3g} in common)"
-        f" - {bias_n:.3g} N drift - {tolerance_n:.3g} N tolerance)"
+        f" - {bias_n:.3g} N drift of the zero - {tolerance_n:.3g} N tolerance)"
         f" / (1 + {tolerance_relative:.3g}), at most {capacity_n:.4g} N capacity,"
         f" less {headroom_n:.3g} N headroom = {largest_top_n:.4g} N"
     )

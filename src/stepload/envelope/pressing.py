@@ -29,7 +29,7 @@ from stepload.envelope.press import (
     largest_speed,
     series_stiffness,
 )
-from stepload.envelope.zero_drift import counted_shift_n, unchecked_drift
+from stepload.envelope.zero_drift import SECOND_ZERO_SHARE, counted_shift_n, unchecked_drift
 from stepload.errors import RefusedError
 from stepload.plan.checks_between import LEAST_TOUCH_SIGMAS, least_touch_force
 from stepload.plan.model import Plan, SecondForceSource
@@ -202,21 +202,26 @@ def _forces(
     shift_n: float,
     left: float,
 ) -> ForceLimits:
-    """The ladder; with one force channel nothing checks the gain, so three times its uncertainty
-    stands in for the tolerance of the cross-check. Its shift comes on top of that: no second
-    channel bounds both together."""
+    """The ladder. What is compared with a second force channel is as wrong as that one's zero may
+    be, and by the tolerance besides. With one channel nothing checks the gain, so three times its
+    uncertainty stands in for the tolerance; a shift of its zero comes on top of that."""
     rig, second = plan.rig, plan.rig.second_force
     has_second = second.source is not SecondForceSource.NONE
-    relative = second.tolerance_relative if has_second else 3.0 * rig.force.gain_uncertainty
+    tolerance_n, relative = 0.0, 3.0 * rig.force.gain_uncertainty
+    bias_n = shift_n * (1.0 + relative)
+    if has_second:
+        tolerance_n, relative = second.tolerance_n, second.tolerance_relative
+        zero_n = second.zero_error_n
+        bias_n = max(shift_n, SECOND_ZERO_SHARE * tolerance_n if zero_n is None else zero_n)
     return force_limits(
         elastic_limit_n,
         top_force_n=top_force_n,
         step_n=plan.procedure.step_n,
         noise_n=noise_n,
-        tolerance_n=second.tolerance_n if has_second else 0.0,
+        tolerance_n=tolerance_n,
         tolerance_relative=relative,
         common_relative=rig.common_force_error,
-        bias_n=shift_n if has_second else shift_n * (1.0 + relative),
+        bias_n=bias_n,
         capacity_n=min(rig.arm.max_push_n, 0.95 * rig.force.range_n),
         left=left,
     )

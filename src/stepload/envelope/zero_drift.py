@@ -5,6 +5,8 @@ from __future__ import annotations
 from stepload.envelope.bounds import step_rate_per_s
 from stepload.plan.model import Plan, Procedure, SecondForceSource
 
+SECOND_ZERO_SHARE = 0.5
+"""Share of the cross-check tolerance by which the second channel's zero may be off or drift."""
 STEP_RATES = 5.0
 """Time constants of the step controller that a level takes beside its ramp and hold."""
 

@@ -152,6 +152,10 @@ def _compare(
             f"the fitted zero also absorbs the roughness ({roughness_m * 1e6:.2g} µm): {numbers}; "
             "the paper's tables hold rs_btls, with a zero taken as found",
         )
-    if abs(believed.n - paper.n) > max(SAME_EXPONENT, NORMAL_95 * (sigma_n or 0.0)):
+    known = max(SAME_EXPONENT, NORMAL_95 * (sigma_n or 0.0))
+    if abs(believed.n - paper.n) > known:
         return False, (f"{numbers}: the paper's tables hold rs_btls, with a zero taken as found",)
-    return True, (f"{numbers}: they agree, so both compare with the paper's tables",)
+    return True, (
+        f"{numbers}: no further apart than the ±{known:.2g} to which it is known, so both compare"
+        " with the paper's tables",
+    )

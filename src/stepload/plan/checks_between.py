@@ -14,6 +14,8 @@ MAX_RUN_S = 86_400.0
 """Longest time, in s, that the holds of a run may add up to."""
 LEAST_LEVELS = 3
 """A loading of fewer levels shows too little of its shape and of creep to be ended on purpose."""
+LEAST_TARE_READINGS = 10.0
+"""Fewer readings tell neither a zero nor its noise and drift."""
 LEAST_TOUCH_SIGMAS = 4.0
 """A touch force below so many standard deviations of the force noise finds touches in the noise."""
 
@@ -46,6 +48,19 @@ def _touch_above_noise(plan: Plan) -> Iterator[Impossibility]:
             f"contact threshold {newton(touch)} is within {LEAST_TOUCH_SIGMAS:g} sigma of the "
             f"noise {newton(noise)}",
             f"use at least {newton(6.0 * noise)}",
+        )
+
+
+def _tare(plan: Plan) -> Iterator[Impossibility]:
+    tare_s, rate_hz = plan.procedure.tare_s, plan.rig.force.rate_hz
+    readings = tare_s * rate_hz
+    if readings < LEAST_TARE_READINGS:
+        yield Impossibility(
+            ("procedure", "tare"),
+            f"a tare of {format_quantity(tare_s, 's')} holds {readings:.2g} readings of the force"
+            f" sensor ({rate_hz:g} Hz)",
+            f"use {format_quantity(LEAST_TARE_READINGS / rate_hz, 's')} at the very least, for"
+            f" {LEAST_TARE_READINGS:g} readings",
         )
 
 
@@ -158,6 +173,6 @@ def _directory(plan: Plan) -> Iterator[Impossibility]:
 
 
 PLAN_CHECKS: tuple[Check, ...] = (
-    _touch_below_level, _touch_above_noise, _retract, _fuse, _secant, _duration, _directory,
+    _touch_below_level, _touch_above_noise, _tare, _retract, _fuse, _secant, _duration, _directory,
     _known_body, _until,
 )  # fmt: skip

@@ -281,6 +281,13 @@ class SecondForce:
     time_s: Annotated[Duration, Key("How long the difference may last.")] = 0.02
     noise_n: Annotated[ForceOrZero, Key("Standard deviation of the second channel.")] = 0.0
     sensor: Annotated[ForceSpec | None, Key("The second sensor, for source sensor.")] = None
+    zero_error_n: Annotated[
+        ForceOrZero | None,
+        Key(
+            "How far the zero of a sound second channel may be off while the payload is pressed. "
+            "Taken off F_allowed. None: half of `tolerance`, as much as a look at its zero accepts."
+        ),
+    ] = None
     tool_mass_kg: Annotated[
         _Mass | None,
         Key(

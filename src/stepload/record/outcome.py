@@ -48,8 +48,16 @@ class Tare:
     @property
     def sure_slope_n_per_s(self) -> float:
         """Lower bound (3 sigma) of the drift's size; 0 where none is sure."""
-        error = self.noise_n * math.sqrt(12.0 / self.samples) / self.duration_s
-        return max(0.0, abs(self.slope_n_per_s) - SURE_SIGMAS * error)
+        return max(0.0, abs(self.slope_n_per_s) - self._slope_bound_n_per_s)
+
+    @property
+    def largest_slope_n_per_s(self) -> float:
+        """Upper bound (3 sigma) of the drift's size."""
+        return abs(self.slope_n_per_s) + self._slope_bound_n_per_s
+
+    @property
+    def _slope_bound_n_per_s(self) -> float:
+        return SURE_SIGMAS * self.noise_n * math.sqrt(12.0 / self.samples) / self.duration_s
 
 
 class Touch(NamedTuple):

@@ -168,15 +168,18 @@ def _tares(recording: Recording) -> list[tuple[float, float, float]]:
 
 
 def _zeroed(
-    aligned: Aligned, touches: Sequence[TouchPoint], travel_m: FloatArray
+    aligned: Aligned, touches: Sequence[TouchPoint], travel_m: FloatArray, *, circled: bool
 ) -> tuple[FloatArray, tuple[TouchPoint, ...]]:
     """Travel (N,) from the last touch before the first loading, and the touches with their travel.
 
-    A run that was not loaded has its first touch for a zero.
+    A run that was not loaded has its first touch for a zero. `circled`: touches on a circle, which
+    measure the plate's tilt and are of no cycle, are in the record.
     """
     if not touches:
         raise BadInputError(
-            "the run has no touch: the surface was not found before it ended",
+            "nothing was pressed: the run ended after touches that measure the plate's tilt"
+            if circled
+            else "the run has no touch: the surface was not found before it ended",
             hint="see why it stopped: `stepload replay` and the report",
         )
     times = np.array([touch.time_s for touch in touches])
@@ -280,7 +283,8 @@ def press_data(
     torque_n_m, torque_noise_n_m = _tared(aligned.torque_n_m, aligned, recording)
     if across is not None and across_n is not None and not gauge:
         travel_m = travel_m - across.taken_m(force_n, across_n)
-    since_m, touches = _zeroed(aligned, _touches(recording), travel_m)
+    circled = any(event.kind == "circle_touch" for event in recording.events)
+    since_m, touches = _zeroed(aligned, _touches(recording), travel_m, circled=circled)
     return PressData(
         time_s=aligned.time_s,
         force_n=force_n,

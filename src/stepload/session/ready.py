@@ -6,8 +6,7 @@ from stepload.envelope.envelope import Envelope
 from stepload.envelope.proof import unproven
 from stepload.errors import RefusedError
 from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan
-
-SIMULATED = "sim"
+from stepload.plan.overlay import SIMULATED
 
 PROVE = (
     "push by hand on the tool, as the plate will, see which component answers with which sign,"

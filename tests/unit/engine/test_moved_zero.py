@@ -10,9 +10,9 @@ import pytest
 from course_feed import PERIOD_S, PLAN, PLANNED, Stage
 
 from stepload.engine.approach import MEAN_S, WORTH, Approach
-from stepload.engine.course import ZERO_SHARE
 from stepload.engine.free_air import LOOK_S, FreeAir
 from stepload.envelope.unseen import Tells
+from stepload.envelope.zero_drift import SECOND_ZERO_SHARE
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
 
@@ -79,7 +79,7 @@ def test_the_second_channel_is_the_witness() -> None:
     """What it has moved by since its first zero: more than half its tolerance is no drift."""
     for share, there, taken in ((0.99, "arm", True), (1.01, "arm", False), (1.01, "", True)):
         stage, _ = approach({"cross_check": there})
-        shift_n = share * ZERO_SHARE * PLANNED.cross_tolerance_n
+        shift_n = share * SECOND_ZERO_SHARE * PLANNED.cross_tolerance_n
         stage.course.tares.append(replace(ZERO, second_mean_n=0.5 * shift_n))
         stage.sup.second_n = 0.5 * shift_n
         stage.ticks(TICKS, 1.5 * MOVED_N)

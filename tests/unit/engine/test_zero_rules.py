@@ -240,6 +240,15 @@ def test_the_drift_of_an_only_channel_counts_as_if_no_level_settled_and_in_the_a
         assert [m.drift_n_per_s for m in zero.adopted] == expected
 
 
+def test_a_drift_that_the_noise_blurs_counts_at_its_upper_bound() -> None:
+    zero = Zero({"cross_check": "", "zero_drift_n_per_s": 0.0})
+    noise = swing(0.0, NOISE_N, zero.count)
+    zero.tare([1.0 * i * PERIOD_S + each for i, each in enumerate(noise)])
+    [measured], [tare] = zero.adopted, zero.stage.course.tares
+    assert measured.drift_n_per_s == tare.largest_slope_n_per_s
+    assert measured.drift_n_per_s > 1.05 * abs(tare.slope_n_per_s) > 0.9
+
+
 def test_a_zero_of_an_only_channel_that_is_too_old_ends_the_press() -> None:
     """The drift counts from the middle of the tare; before the contact up to the touch force."""
     touch_n = PLANNED.touch_force_n

@@ -76,7 +76,7 @@ def test_a_reading_that_is_too_low_and_has_moved_leaves_the_true_force_below_f_c
 def test_a_drift_that_would_carry_the_payload_beyond_its_limit_is_refused() -> None:
     envelope = envelope_for(one_channel(0.25, hold_s=20.0, cycles=7, lift_off=False), 450.0)
     refusing = {r.code: r.message for r in envelope.reasons if r.severity is Severity.REFUSE}
-    assert "N drift" in refusing["top_force_above_safe_limit"]
+    assert "N drift of the zero" in refusing["top_force_above_safe_limit"]
 
 
 def test_a_tare_that_is_too_short_to_show_a_drift_is_named_with_one_that_is_not() -> None:

@@ -97,6 +97,7 @@ rig:
     tolerance_relative: 2 %
     time: 20 ms
     noise: 1 N
+    zero_error: 3 N
     tool_mass: 1.2 kg
     pushed_on: 2026-01-01
     sensor:

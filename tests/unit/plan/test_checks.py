@@ -337,6 +337,12 @@ CASES = [
         "0.1502 mm", "at least 300 µm",
     ),
     Case(
+        "a tare of too few readings",
+        procedure("tare: 10.1 ms"), procedure("tare: 9.9 ms"),
+        "a tare of 9.9 ms holds 9.9 readings of the force sensor (1000 Hz)", "9.9 ms",
+        "use 10 ms at the very least",
+    ),
+    Case(
         "mechanical fuse",
         rig("mechanical_fuse: 300.1 N"), rig("mechanical_fuse: 300 N"),
         "the mechanical fuse opens at 300 N, before the top force 300 N", "300 N, surface",

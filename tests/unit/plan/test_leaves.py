@@ -96,7 +96,10 @@ RANGES = {
         rig.force.nonlinearity rig.system_stiffness.share_reach
     """,
     "0 to 100 N/s": "rig.force.drift rig.second_force.sensor.drift",
-    "0 to 1e6 N": "rig.second_force.tolerance rig.second_force.noise rig.simulation.adhesion",
+    "0 to 1e6 N": """
+        rig.second_force.tolerance rig.second_force.noise rig.second_force.zero_error
+        rig.simulation.adhesion
+    """,
     "above 0 to 86400 s": """
         rig.second_force.time procedure.hold procedure.tare procedure.settle_timeout
         rig.simulation.creep_time

@@ -37,4 +37,6 @@ def test_a_drift_is_sure_beyond_three_errors_of_a_slope(sign: float) -> None:
     error = 0.2 / math.sqrt(np.sum((time_s - time_s.mean()) ** 2))
     sure = replace(TARE, slope_n_per_s=sign * 0.1).sure_slope_n_per_s
     assert sure == pytest.approx(0.1 - 3.0 * error, rel=0.02)
+    largest = replace(TARE, slope_n_per_s=sign * 0.1).largest_slope_n_per_s
+    assert largest == pytest.approx(0.1 + 3.0 * error, rel=0.02)
     assert replace(TARE, slope_n_per_s=sign * 2.9 * error).sure_slope_n_per_s == 0.0

@@ -98,7 +98,9 @@ def _second(
         from_arm = source is SecondForceSource.ARM
     if from_arm:
         tolerance_n, noise_n = (u(8.0, 14.0), u(0.5, 1.5)) if ur else (u(3.0, 11.0), u(0.3, 1.2))
-        return SecondForce(SecondForceSource.ARM, tolerance_n, relative, 0.02, noise_n)
+        return SecondForce(
+            SecondForceSource.ARM, tolerance_n, relative, 0.02, noise_n, zero_error_n=0.0
+        )
     noise_n = u(0.05, 0.3)
     sensor = ForceSpec(
         driver=_SIM, axis="+fz", rate_hz=chance.choice((500.0, 1000.0)), range_n=range_n,
@@ -106,7 +108,7 @@ def _second(
         gain_uncertainty=0.01, drift_n_per_s=0.0,
     )  # fmt: skip
     return SecondForce(
-        SecondForceSource.SENSOR, u(2.0, 5.0), relative, 0.02, noise_n, sensor
+        SecondForceSource.SENSOR, u(2.0, 5.0), relative, 0.02, noise_n, sensor, 0.0
     )  # fmt: skip
 
 
