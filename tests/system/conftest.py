@@ -13,7 +13,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from real_runs import CYCLES, QUICK, Staged, in_process
+from real_runs import CYCLES, QUICK, Staged, StageServer, in_process
 
 
 @pytest.fixture
@@ -69,13 +69,20 @@ def cycles_run(for_all_workers: Path) -> Path:
     return _dry_run(for_all_workers / "cycles", plan, drawn=True)
 
 
+@pytest.fixture(scope="session")
+def stage_server() -> Iterator[StageServer]:
+    server = StageServer()
+    yield server
+    server.close()
+
+
 @pytest.fixture
-def stage() -> Iterator[Callable[..., Staged]]:
+def stage(stage_server: StageServer) -> Iterator[Callable[..., Staged]]:
     """Starts staged processes and ends what is left of them."""
     started: list[Staged] = []
 
     def start(directions: dict[str, Any], *arguments: object) -> Staged:
-        started.append(Staged(directions, arguments))
+        started.append(Staged(stage_server, directions, arguments))
         return started[-1]
 
     yield start

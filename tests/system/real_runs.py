@@ -8,11 +8,13 @@ import json
 import os
 import select
 import signal
+import socket
 import subprocess
 import sys
+import tempfile
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple
 
 import pytest
 
@@ -111,23 +113,91 @@ def results(directory: Path) -> dict[str, Any]:
     return found
 
 
+class Forked:
+    """A process that the server of staged processes has forked, handled like a Popen."""
+
+    def __init__(self, told: int, out: IO[str], err: IO[str]) -> None:
+        self._told, self._out, self._err = told, out, err
+        self.returncode: int | None = None
+        self.pid = self._read()
+
+    def _read(self) -> int:
+        return int.from_bytes(os.read(self._told, 8), "big")
+
+    def wait(self, timeout: float = PATIENCE_S) -> int:
+        """Its exit code, negative after a signal."""
+        if self.returncode is None:
+            if not select.select([self._told], [], [], timeout)[0]:
+                raise TimeoutError(f"process {self.pid} does not end")
+            self.returncode = os.waitstatus_to_exitcode(self._read())
+        return self.returncode
+
+    def communicate(self, timeout: float = PATIENCE_S) -> tuple[str, str]:
+        """All that it has printed, once it has ended."""
+        self.wait(timeout)
+        for file in (self._out, self._err):
+            file.seek(0)
+        return self._out.read(), self._err.read()
+
+    def send_signal(self, number: int) -> None:
+        """Nothing where it has ended."""
+        if not select.select([self._told], [], [], 0.0)[0] and self.returncode is None:
+            os.kill(self.pid, number)
+
+    def kill(self) -> None:
+        """At once."""
+        self.send_signal(signal.SIGKILL)
+
+    def close(self) -> None:
+        """End what is left of it and of its children."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.pid, signal.SIGKILL)
+        self.wait()
+        os.close(self._told)
+        self._out.close()
+        self._err.close()
+
+
+class StageServer:
+    """Forks staged processes that have made their imports: these take longer than a quick run."""
+
+    def __init__(self) -> None:
+        self._ask, answer = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with answer:
+            self._process = subprocess.Popen(
+                [sys.executable, str(HERE / "staged.py"), "serve", str(answer.fileno())],
+                pass_fds=(answer.fileno(),),
+                env={**ENVIRONMENT, "STEPLOAD_PURE": "1"},  # directions replace parts of the engine
+            )
+
+    def fork(self, directions: dict[str, Any], arguments: tuple[object, ...], say: int) -> Forked:
+        """One staged process; it says where it is on `say`."""
+        out, err = tempfile.TemporaryFile("w+"), tempfile.TemporaryFile("w+")  # noqa: SIM115
+        told, tell = os.pipe()
+        message = {
+            "directions": directions,
+            "arguments": [str(each) for each in arguments],
+            "directory": str(Path.cwd()),
+        }
+        descriptors = [out.fileno(), err.fileno(), say, tell]
+        socket.send_fds(self._ask, [json.dumps(message).encode()], descriptors)
+        os.close(tell)
+        return Forked(told, out, err)
+
+    def close(self) -> None:
+        """When no process that it forked is left."""
+        self._ask.close()
+        self._process.wait(PATIENCE_S)
+
+
 class Staged:
     """A `stepload` process with stage directions."""
 
-    def __init__(self, directions: dict[str, Any], arguments: tuple[object, ...]) -> None:
-        heard, say = os.pipe()
-        command = [sys.executable, str(HERE / "staged.py"), json.dumps({**directions, "say": say})]
-        self._heard = heard
-        self.process = subprocess.Popen(
-            [*command, *map(str, arguments)],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            pass_fds=(say,),
-            env={**ENVIRONMENT, "STEPLOAD_PURE": "1"},  # directions replace parts of the engine
-            start_new_session=True,
-        )
+    def __init__(
+        self, server: StageServer, directions: dict[str, Any], arguments: tuple[object, ...]
+    ) -> None:
+        self._heard, say = os.pipe()
+        self.process = server.fork(directions, arguments, say)
         os.close(say)
 
     def wait_until_there(self) -> None:
@@ -151,7 +221,5 @@ class Staged:
 
     def close(self) -> None:
         """End what is left of it."""
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self.process.pid, signal.SIGKILL)
-        self.process.communicate()
+        self.process.close()
         os.close(self._heard)
