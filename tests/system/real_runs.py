@@ -65,15 +65,16 @@ def stepload(*arguments: object, **options: Any) -> subprocess.CompletedProcess[
     )
 
 
-def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
-    """Reports of words only: drawing takes longer than a quick run."""
+def leave_out_figures(patch: pytest.MonkeyPatch, but: tuple[str, ...] = ()) -> None:
+    """Reports of words and the named figures: drawing all takes longer than a quick run."""
     render = files.render
 
-    def words_only(document: Document) -> str:
+    def few(document: Document) -> str:
         sheet = document.certificate and replace(document.certificate, figure=None)
-        return render(replace(document, figures=(), certificate=sheet))
+        kept = [each for each in document.figures if each.name in but]
+        return render(replace(document, figures=kept, certificate=sheet))
 
-    patch.setattr(files, "render", words_only)
+    patch.setattr(files, "render", few)
 
 
 class Said(NamedTuple):
@@ -84,10 +85,12 @@ class Said(NamedTuple):
     stderr: str
 
 
-def in_process(*arguments: object, cwd: Path | None = None, drawn: bool = False) -> Said:
+def in_process(
+    *arguments: object, cwd: Path | None = None, drawn: bool | tuple[str, ...] = ()
+) -> Said:
     """One `stepload` command in this process, which is quicker where the process is not the point.
 
-    Not `drawn`, the report of a run has no figures.
+    The report of a run has only those figures that are `drawn`, by their names; True: all.
     """
     out, err = io.StringIO(), io.StringIO()
     with (
@@ -97,8 +100,8 @@ def in_process(*arguments: object, cwd: Path | None = None, drawn: bool = False)
         pytest.MonkeyPatch.context() as patch,
     ):
         patch.setattr(sys, "argv", ["stepload", *map(str, arguments)])
-        if not drawn:
-            leave_out_figures(patch)
+        if drawn is not True:
+            leave_out_figures(patch, drawn or ())
         with pytest.raises(SystemExit) as ended:
             main()
     code = ended.value.code

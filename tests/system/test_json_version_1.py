@@ -41,7 +41,7 @@ MASKED = (
     "*.calibration.run", "*.measured_on", "*.valid_until", "campaign.elapsed_s", "bad_input.error",
     "snippet.snippet", "pose.answers", "design.plan",
 )  # fmt: skip
-AS_A_PROCESS = ("run_again", "identify_curve")
+AS_A_PROCESS = ("run_again",)
 """Where whatever a library writes past Python's streams would be seen too."""
 OF_THE_HOST = ("disk", "real-time")
 
@@ -158,6 +158,11 @@ def test_results_keep_to_their_schema(found: dict[str, Any], place: Path, run: s
 def test_the_object_of_a_verb_stays_what_it_was(name: str, found: dict[str, Any]) -> None:
     expected = json.loads((EXPECTED / f"{name}.json").read_text())
     assert differences(name, expected, found[name]) == []
+
+
+def test_the_report_of_a_run_is_drawn(found: dict[str, Any], place: Path) -> None:
+    """Of the one that is a process; in the others the figures are left out."""
+    assert "<figure" in (place / "two" / "report.html").read_text()
 
 
 def test_no_verb_is_forgotten(found: dict[str, Any]) -> None:
