@@ -19,6 +19,7 @@ from typing import IO, Any, NamedTuple
 import pytest
 
 from stepload.cli.main import main
+from stepload.results import page
 from stepload.results.model import Document
 from stepload.session import files
 
@@ -67,14 +68,15 @@ def stepload(*arguments: object, **options: Any) -> subprocess.CompletedProcess[
 
 def leave_out_figures(patch: pytest.MonkeyPatch, but: tuple[str, ...] = ()) -> None:
     """Reports of words and the named figures: drawing all takes longer than a quick run."""
-    render = files.render
+    render = page.render
 
     def few(document: Document) -> str:
         sheet = document.certificate and replace(document.certificate, figure=None)
         kept = [each for each in document.figures if each.name in but]
         return render(replace(document, figures=kept, certificate=sheet))
 
-    patch.setattr(files, "render", few)
+    for where in (files, page):
+        patch.setattr(where, "render", few)
 
 
 class Said(NamedTuple):

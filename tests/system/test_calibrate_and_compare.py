@@ -52,7 +52,7 @@ class Ran(NamedTuple):
     text: str
 
 
-def command(*arguments: object, drawn: tuple[str, ...] = ()) -> Ran:
+def command(*arguments: object, drawn: bool | tuple[str, ...] = ()) -> Ran:
     done = in_process(*arguments, "--json", drawn=drawn)
     return Ran(done.returncode, json.loads(done.stdout or "{}"), done.stderr)
 
@@ -129,8 +129,11 @@ def test_calibrate_writes_a_record_of_the_run(
 
 def test_several_runs_are_pooled(lab: Path, system_runs: list[tuple[Path, Ran]]) -> None:
     one, other = (directory for directory, _ in system_runs)
-    ran = command("calibrate", "--from", one, other / "run.mcap", "--record", lab / "pooled.json")
+    pooled = lab / "pooled.json"
+    ran = command("calibrate", "--from", one, other / "run.mcap", "--record", pooled, drawn=True)
     assert ran.code == 0, ran.text
+    drawn = [*lab.glob("pooled*.html")]
+    assert [page.read_text().count("data:image/svg+xml") for page in drawn] == [4]
     record = read_calibration(lab / "pooled.json")
     single = [read_calibration(lab / f"flat-{seed}.json") for seed in (1, 2)]
     low, high = sorted(each.stiffness_n_per_m for each in single)
@@ -264,7 +267,7 @@ def test_a_record_is_written_whole_or_not(lab: Path, system_runs: list[tuple[Pat
 
 def test_compare_sets_runs_side_by_side(lab: Path, payload_runs: list[Path]) -> None:
     out = lab / "compared"
-    ran = command("compare", *payload_runs, "--out", out)
+    ran = command("compare", *payload_runs, "--out", out, drawn=True)
     assert ran.code == 0, ran.text
     assert ran.data == json.loads((out / "compare.json").read_text())
     assert ran.data["verdict"] == "agree"

@@ -75,7 +75,16 @@ def test_a_rig_file_is_named_from_where_the_plan_lies(
     (tmp_path / "plans").mkdir()
     (tmp_path / "my rig.yaml").write_text("profile: stvf\nname: mine\n")
     said = in_process(
-        "design", SPHERE, "./my rig.yaml", "--samples", 60, "--out", "plans/a.yaml", cwd=tmp_path
+        "design",
+        SPHERE,
+        "./my rig.yaml",
+        "--samples",
+        60,
+        "--processes",
+        1,
+        "--out",
+        "plans/a.yaml",
+        cwd=tmp_path,
     )
     assert said.returncode == 0, said.stderr
     assert 'rig: "../my rig.yaml"' in (tmp_path / "plans" / "a.yaml").read_text()
