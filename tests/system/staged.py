@@ -11,7 +11,6 @@ wait   "stop N", "paused" or "for ever": what the run stands still for, once it 
 say    descriptor on which one line is written when it is there
 break  part → "raise", "hang" (comes back when a signal raises) or "hang for good"
 fault  [kind, start_s, duration_s, magnitude] of the simulated world
-clock  s by which the wall clock steps
 judge  true: also identify and draw the report, which takes longer than the run
 """
 
@@ -89,10 +88,6 @@ class Stage:
         experiment.refuse_unproven = lambda envelope: None
         if not directions.get("judge"):
             leave_out_judgement(setattr)
-        if step_s := directions.get("clock"):
-            now_s, now_ns = time.time, time.time_ns
-            time.time = lambda: now_s() + self.on * step_s
-            time.time_ns = lambda: now_ns() + self.on * round(step_s * 1e9)
         if fault := directions.get("fault"):
             made = open_rig.world_for
             open_rig.world_for = lambda envelope, seed: made(

@@ -28,8 +28,8 @@ procedure:
   touches: 1
   cycles: {cycles}
   unload: {unload}
-  surface_distance: 2 mm
-  surface_uncertainty: 0.3 mm
+  surface_distance: 1 mm
+  surface_uncertainty: 0.1 mm
   tare: 0.3 s
   warm_up: 0 s
   settle_timeout: 0.3 s

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from real_runs import ENVIRONMENT, ROOT
+from real_runs import ENVIRONMENT, ROOT, leave_out_figures
 
 sys.path.insert(0, str(ROOT / "bench" / "fuzz"))
 
@@ -52,6 +52,7 @@ def _ends_well(capsys: pytest.CaptureFixture[str], *arguments: object) -> int:
     """Run a command on a hostile file: its exit code is one of ours, and its text is harmless."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sys, "argv", ["stepload", *map(str, arguments)])
+        leave_out_figures(patch)
         with pytest.raises(SystemExit) as ended:
             main()
     out, err = capsys.readouterr()

@@ -34,8 +34,8 @@ procedure:
   top_force: 300 N
   hold: 1 s
   touches: 1
-  surface_distance: 2 mm
-  surface_uncertainty: 0.3 mm
+  surface_distance: 1 mm
+  surface_uncertainty: 0.1 mm
   tare: 0.5 s
   warm_up: 0 s
   until: ±%s %%
