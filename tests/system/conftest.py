@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import gc
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -14,6 +15,17 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 from real_runs import CYCLES, QUICK, Staged, StageServer, in_process
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _nothing_to_collect() -> None:
+    """Every run collects garbage before it begins; what was imported for the tests is none."""
+    import scipy.optimize  # noqa: F401
+
+    import stepload.results.analyse  # noqa: F401
+
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture

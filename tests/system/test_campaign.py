@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from dask_cluster import cluster
+from long_ones import long
 from real_runs import ROOT, in_process
 
 PLAN = str(ROOT / "procedures" / "campaign.yaml")
@@ -64,15 +65,16 @@ def test_a_campaign_with_six_axes(tmp_path: Path) -> None:
     assert "one or six" in wrong.stderr
 
 
-def test_an_interrupted_campaign_goes_on_to_the_same_result(tmp_path: Path) -> None:
-    """Of two processes, cut short; by one process, and all of it by one process."""
+@pytest.mark.parametrize("processes", [1, *long([2])])
+def test_an_interrupted_campaign_goes_on_to_the_same_result(tmp_path: Path, processes: int) -> None:
+    """Of one or two processes, cut short; by one process, and all of it by one process."""
     options = ["--runs", "4", "--seed", "4", "--json"]
     whole = in_process(
         "campaign", PLAN, *options, "--processes", 1, "--out", tmp_path / "whole", "--parquet"
     )
     part = tmp_path / "part"
     process = subprocess.Popen(
-        [*LAUNCH, *options, "--processes", "2", "--out", str(part)],
+        [*LAUNCH, *options, "--processes", str(processes), "--out", str(part)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,
     )  # fmt: skip
     while process.poll() is None and not lines(part):

@@ -41,7 +41,7 @@ MASKED = (
     "*.calibration.run", "*.measured_on", "*.valid_until", "campaign.elapsed_s", "bad_input.error",
     "snippet.snippet", "pose.answers", "design.plan",
 )  # fmt: skip
-AS_A_PROCESS = ("run_again",)
+AS_A_PROCESS = ("identify_curve",)
 """Where whatever a library writes past Python's streams would be seen too."""
 OF_THE_HOST = ("disk", "real-time")
 
@@ -160,9 +160,16 @@ def test_the_object_of_a_verb_stays_what_it_was(name: str, found: dict[str, Any]
     assert differences(name, expected, found[name]) == []
 
 
-def test_the_report_of_a_run_is_drawn(found: dict[str, Any], place: Path) -> None:
-    """Of the one that is a process; in the others the figures are left out."""
-    assert "<figure" in (place / "two" / "report.html").read_text()
+@pytest.mark.long
+def test_the_object_of_a_run_is_that_of_a_process_too(
+    found: dict[str, Any], place: Path, tmp_path: Path
+) -> None:
+    words = ("run", place / "two.yaml", "--dry-run", "--quiet", "--seed", 2, "--out", "two")
+    done = stepload(*words, "--json", cwd=tmp_path)
+    assert done.stdout.count("\n") == 1, done.stderr
+    of_the_process = masked("run_again", json.loads(done.stdout))
+    assert differences("run_again", found["run_again"], of_the_process) == []
+    assert "<figure" in (tmp_path / "two" / "report.html").read_text()
 
 
 def test_no_verb_is_forgotten(found: dict[str, Any]) -> None:

@@ -258,6 +258,7 @@ def test_runs_of_one_second_have_directories_of_their_own(quick: Path) -> None:
     assert len(set(made)) == 3
 
 
+@pytest.mark.long
 def test_an_interrupted_run_is_taken_up(stage: Stage, quick: Path, tmp_path: Path) -> None:
     first, second = tmp_path / "first", tmp_path / "second"
     staged = stage(
