@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import gc
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -13,7 +14,18 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from real_runs import CYCLES, QUICK, Staged, in_process
+from real_runs import CYCLES, QUICK, Staged, StageServer, in_process
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _nothing_to_collect() -> None:
+    """Every run collects garbage before it begins; what was imported for the tests is none."""
+    import scipy.optimize  # noqa: F401
+
+    import stepload.results.analyse  # noqa: F401
+
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture
@@ -24,16 +36,18 @@ def quick(tmp_path: Path) -> Path:
     return path
 
 
-def _dry_run(place: Path, plan: Path, *, drawn: bool) -> Path:
-    """The directory of a dry run in `place`, made by whichever worker comes first."""
+def _made(place: Path, *words: object, drawn: bool | tuple[str, ...] = ()) -> Path:
+    """What a command with `--out` makes in `place`, made by whichever worker comes first; beside it
+    what the command said."""
     place.mkdir(exist_ok=True)
+    out = place / "run"
     with (place / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (place / "run" / "results.json").exists():
-            out = place / "run"
-            done = in_process("run", plan, "--dry-run", "--quiet", "--out", out, drawn=drawn)
+        if not (place / "said.txt").exists():
+            done = in_process(*words, "--out", out, drawn=drawn)
             assert done.returncode == 0, done.stderr
-    return place / "run"
+            (place / "said.txt").write_text(done.stdout)
+    return out
 
 
 @pytest.fixture(scope="session")
@@ -59,23 +73,36 @@ def quick_plan(for_all_workers: Path) -> Path:
 @pytest.fixture(scope="session")
 def quick_run(quick_plan: Path, for_all_workers: Path) -> Path:
     """The directory of one dry run of the quick plan, without figures; to be read only."""
-    return _dry_run(for_all_workers / "quick", quick_plan, drawn=False)
+    return _made(for_all_workers / "quick", "run", quick_plan, "--dry-run", "--quiet")
 
 
 @pytest.fixture(scope="session")
 def cycles_run(for_all_workers: Path) -> Path:
-    """The same for a quick plan of two cycles, with unloading and figures; it is identified."""
+    """The same for a quick plan of two cycles, with unloading; it is identified."""
     plan = _plan(for_all_workers / "cycles.yaml", CYCLES)
-    return _dry_run(for_all_workers / "cycles", plan, drawn=True)
+    return _made(for_all_workers / "cycles", "run", plan, "--dry-run", "--quiet")
+
+
+@pytest.fixture(scope="session")
+def cycles_again(cycles_run: Path, for_all_workers: Path) -> Path:
+    """The same record evaluated again, with figures."""
+    return _made(for_all_workers / "again", "identify", cycles_run, drawn=True)
+
+
+@pytest.fixture(scope="session")
+def stage_server() -> Iterator[StageServer]:
+    server = StageServer()
+    yield server
+    server.close()
 
 
 @pytest.fixture
-def stage() -> Iterator[Callable[..., Staged]]:
+def stage(stage_server: StageServer) -> Iterator[Callable[..., Staged]]:
     """Starts staged processes and ends what is left of them."""
     started: list[Staged] = []
 
     def start(directions: dict[str, Any], *arguments: object) -> Staged:
-        started.append(Staged(directions, arguments))
+        started.append(Staged(stage_server, directions, arguments))
         return started[-1]
 
     yield start

@@ -8,15 +8,18 @@ import json
 import os
 import select
 import signal
+import socket
 import subprocess
 import sys
+import tempfile
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple
 
 import pytest
 
 from stepload.cli.main import main
+from stepload.results import page
 from stepload.results.model import Document
 from stepload.session import files
 
@@ -63,15 +66,17 @@ def stepload(*arguments: object, **options: Any) -> subprocess.CompletedProcess[
     )
 
 
-def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
-    """Reports of words only: drawing takes longer than a quick run."""
-    render = files.render
+def leave_out_figures(patch: pytest.MonkeyPatch, but: tuple[str, ...] = ()) -> None:
+    """Reports of words and the named figures: drawing all takes longer than a quick run."""
+    render = page.render
 
-    def words_only(document: Document) -> str:
+    def few(document: Document) -> str:
         sheet = document.certificate and replace(document.certificate, figure=None)
-        return render(replace(document, figures=(), certificate=sheet))
+        kept = [each for each in document.figures if each.name in but]
+        return render(replace(document, figures=kept, certificate=sheet))
 
-    patch.setattr(files, "render", words_only)
+    for where in (files, page):
+        patch.setattr(where, "render", few)
 
 
 class Said(NamedTuple):
@@ -82,10 +87,12 @@ class Said(NamedTuple):
     stderr: str
 
 
-def in_process(*arguments: object, cwd: Path | None = None, drawn: bool = False) -> Said:
+def in_process(
+    *arguments: object, cwd: Path | None = None, drawn: bool | tuple[str, ...] = ()
+) -> Said:
     """One `stepload` command in this process, which is quicker where the process is not the point.
 
-    Not `drawn`, the report of a run has no figures.
+    The report of a run has only those figures that are `drawn`, by their names; True: all.
     """
     out, err = io.StringIO(), io.StringIO()
     with (
@@ -95,8 +102,8 @@ def in_process(*arguments: object, cwd: Path | None = None, drawn: bool = False)
         pytest.MonkeyPatch.context() as patch,
     ):
         patch.setattr(sys, "argv", ["stepload", *map(str, arguments)])
-        if not drawn:
-            leave_out_figures(patch)
+        if drawn is not True:
+            leave_out_figures(patch, drawn or ())
         with pytest.raises(SystemExit) as ended:
             main()
     code = ended.value.code
@@ -111,23 +118,91 @@ def results(directory: Path) -> dict[str, Any]:
     return found
 
 
+class Forked:
+    """A process that the server of staged processes has forked, handled like a Popen."""
+
+    def __init__(self, told: int, out: IO[str], err: IO[str]) -> None:
+        self._told, self._out, self._err = told, out, err
+        self.returncode: int | None = None
+        self.pid = self._read()
+
+    def _read(self) -> int:
+        return int.from_bytes(os.read(self._told, 8), "big")
+
+    def wait(self, timeout: float = PATIENCE_S) -> int:
+        """Its exit code, negative after a signal."""
+        if self.returncode is None:
+            if not select.select([self._told], [], [], timeout)[0]:
+                raise TimeoutError(f"process {self.pid} does not end")
+            self.returncode = os.waitstatus_to_exitcode(self._read())
+        return self.returncode
+
+    def communicate(self, timeout: float = PATIENCE_S) -> tuple[str, str]:
+        """All that it has printed, once it has ended."""
+        self.wait(timeout)
+        for file in (self._out, self._err):
+            file.seek(0)
+        return self._out.read(), self._err.read()
+
+    def send_signal(self, number: int) -> None:
+        """Nothing where it has ended."""
+        if not select.select([self._told], [], [], 0.0)[0] and self.returncode is None:
+            os.kill(self.pid, number)
+
+    def kill(self) -> None:
+        """At once."""
+        self.send_signal(signal.SIGKILL)
+
+    def close(self) -> None:
+        """End what is left of it and of its children."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.pid, signal.SIGKILL)
+        self.wait()
+        os.close(self._told)
+        self._out.close()
+        self._err.close()
+
+
+class StageServer:
+    """Forks staged processes that have made their imports: these take longer than a quick run."""
+
+    def __init__(self) -> None:
+        self._ask, answer = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with answer:
+            self._process = subprocess.Popen(
+                [sys.executable, str(HERE / "staged.py"), "serve", str(answer.fileno())],
+                pass_fds=(answer.fileno(),),
+                env={**ENVIRONMENT, "STEPLOAD_PURE": "1"},  # directions replace parts of the engine
+            )
+
+    def fork(self, directions: dict[str, Any], arguments: tuple[object, ...], say: int) -> Forked:
+        """One staged process; it says where it is on `say`."""
+        out, err = tempfile.TemporaryFile("w+"), tempfile.TemporaryFile("w+")  # noqa: SIM115
+        told, tell = os.pipe()
+        message = {
+            "directions": directions,
+            "arguments": [str(each) for each in arguments],
+            "directory": str(Path.cwd()),
+        }
+        descriptors = [out.fileno(), err.fileno(), say, tell]
+        socket.send_fds(self._ask, [json.dumps(message).encode()], descriptors)
+        os.close(tell)
+        return Forked(told, out, err)
+
+    def close(self) -> None:
+        """When no process that it forked is left."""
+        self._ask.close()
+        self._process.wait(PATIENCE_S)
+
+
 class Staged:
     """A `stepload` process with stage directions."""
 
-    def __init__(self, directions: dict[str, Any], arguments: tuple[object, ...]) -> None:
-        heard, say = os.pipe()
-        command = [sys.executable, str(HERE / "staged.py"), json.dumps({**directions, "say": say})]
-        self._heard = heard
-        self.process = subprocess.Popen(
-            [*command, *map(str, arguments)],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            pass_fds=(say,),
-            env={**ENVIRONMENT, "STEPLOAD_PURE": "1"},  # directions replace parts of the engine
-            start_new_session=True,
-        )
+    def __init__(
+        self, server: StageServer, directions: dict[str, Any], arguments: tuple[object, ...]
+    ) -> None:
+        self._heard, say = os.pipe()
+        self.process = server.fork(directions, arguments, say)
         os.close(say)
 
     def wait_until_there(self) -> None:
@@ -151,7 +226,5 @@ class Staged:
 
     def close(self) -> None:
         """End what is left of it."""
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self.process.pid, signal.SIGKILL)
-        self.process.communicate()
+        self.process.close()
         os.close(self._heard)

@@ -2,20 +2,24 @@
 something has happened, or a chosen part breaks. Everything else is the real program.
 
     python staged.py '{"at": "HOLD 2", "wait": "stop 1", "say": 5}' run plan.yaml --dry-run
+    python staged.py serve 5
+
+The second form forks a process for each message on a socket, so that the imports are made once.
 
 at     phase and step at which the directions begin to hold (from the start if left out)
 wait   "stop N", "paused" or "for ever": what the run stands still for, once it is there
 say    descriptor on which one line is written when it is there
 break  part → "raise", "hang" (comes back when a signal raises) or "hang for good"
 fault  [kind, start_s, duration_s, magnitude] of the simulated world
-clock  s by which the wall clock steps
 judge  true: also identify and draw the report, which takes longer than the run
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import socket
 import sys
 import time
 from collections.abc import Callable
@@ -84,10 +88,6 @@ class Stage:
         experiment.refuse_unproven = lambda envelope: None
         if not directions.get("judge"):
             leave_out_judgement(setattr)
-        if step_s := directions.get("clock"):
-            now_s, now_ns = time.time, time.time_ns
-            time.time = lambda: now_s() + self.on * step_s
-            time.time_ns = lambda: now_ns() + self.on * round(step_s * 1e9)
         if fault := directions.get("fault"):
             made = open_rig.world_for
             open_rig.world_for = lambda envelope, seed: made(
@@ -148,6 +148,48 @@ class Stage:
             os.write(self.say_fd, f"here, stop level {operator.stop_level}\n".encode())
 
 
+def serve(asked: socket.socket) -> None:
+    """Fork a staged process for each message on `asked`; returns in those.
+
+    A message is directions and arguments, with the files for output, errors and `say`, and a pipe
+    on which the process's number is written when it runs and its status when it has ended.
+    """
+    while True:
+        message, files_sent, _, _ = socket.recv_fds(asked, 1 << 16, 4)
+        with contextlib.suppress(ChildProcessError):
+            while os.waitpid(-1, os.WNOHANG if message else 0)[0]:
+                pass
+        if not message:
+            sys.exit()
+        if os.fork() == 0:
+            asked.close()
+            told = files_sent.pop()
+            if (child := os.fork()) == 0:
+                os.close(told)
+                _become(*files_sent, json.loads(message))
+                return
+            for each in files_sent:
+                os.close(each)
+            os.write(told, child.to_bytes(8, "big"))
+            os.write(told, os.waitpid(child, 0)[1].to_bytes(8, "big"))
+            os._exit(0)
+        for each in files_sent:
+            os.close(each)
+
+
+def _become(out: int, err: int, say: int, asked: dict[str, Any]) -> None:
+    """The staged process: output and errors to these files, in a session of its own."""
+    os.setsid()
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    for descriptor, number in ((nothing, 0), (out, 1), (err, 2)):
+        os.dup2(descriptor, number)
+        os.close(descriptor)
+    os.chdir(asked["directory"])
+    sys.argv[1:] = [json.dumps({**asked["directions"], "say": say}), *asked["arguments"]]
+
+
 if __name__ == "__main__":
+    if sys.argv[1] == "serve":
+        serve(socket.socket(fileno=int(sys.argv[2])))
     Stage(json.loads(sys.argv.pop(1)))
     main()

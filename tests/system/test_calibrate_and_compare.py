@@ -28,8 +28,8 @@ procedure:
   touches: 1
   cycles: {cycles}
   unload: {unload}
-  surface_distance: 2 mm
-  surface_uncertainty: 0.3 mm
+  surface_distance: 1 mm
+  surface_uncertainty: 0.1 mm
   tare: 0.3 s
   warm_up: 0 s
   settle_timeout: 0.3 s
@@ -52,7 +52,7 @@ class Ran(NamedTuple):
     text: str
 
 
-def command(*arguments: object, drawn: bool = False) -> Ran:
+def command(*arguments: object, drawn: bool | tuple[str, ...] = ()) -> Ran:
     done = in_process(*arguments, "--json", drawn=drawn)
     return Ran(done.returncode, json.loads(done.stdout or "{}"), done.stderr)
 
@@ -80,7 +80,8 @@ def system_runs(lab: Path) -> list[tuple[Path, Ran]]:
         directory = lab / f"flat-{seed}"
         ran = command(
             "calibrate", plan, "--dry-run", "--quiet", "--seed", seed, "--out", directory,
-            "--record", lab / f"flat-{seed}.json", "--valid-days", 30, drawn=seed == 1,
+            "--record", lab / f"flat-{seed}.json", "--valid-days", 30,
+            drawn=("misfit",) if seed == 1 else (),
         )  # fmt: skip
         assert ran.code == 0, ran.text
         made.append((directory, ran))
@@ -128,8 +129,11 @@ def test_calibrate_writes_a_record_of_the_run(
 
 def test_several_runs_are_pooled(lab: Path, system_runs: list[tuple[Path, Ran]]) -> None:
     one, other = (directory for directory, _ in system_runs)
-    ran = command("calibrate", "--from", one, other / "run.mcap", "--record", lab / "pooled.json")
+    pooled = lab / "pooled.json"
+    ran = command("calibrate", "--from", one, other / "run.mcap", "--record", pooled, drawn=True)
     assert ran.code == 0, ran.text
+    drawn = [*lab.glob("pooled*.html")]
+    assert [page.read_text().count("data:image/svg+xml") for page in drawn] == [4]
     record = read_calibration(lab / "pooled.json")
     single = [read_calibration(lab / f"flat-{seed}.json") for seed in (1, 2)]
     low, high = sorted(each.stiffness_n_per_m for each in single)
@@ -263,7 +267,7 @@ def test_a_record_is_written_whole_or_not(lab: Path, system_runs: list[tuple[Pat
 
 def test_compare_sets_runs_side_by_side(lab: Path, payload_runs: list[Path]) -> None:
     out = lab / "compared"
-    ran = command("compare", *payload_runs, "--out", out)
+    ran = command("compare", *payload_runs, "--out", out, drawn=True)
     assert ran.code == 0, ran.text
     assert ran.data == json.loads((out / "compare.json").read_text())
     assert ran.data["verdict"] == "agree"

@@ -11,17 +11,18 @@ from pathlib import Path
 
 import pytest
 from dask_cluster import cluster
+from long_ones import long
 from real_runs import ROOT, in_process
 
 PLAN = str(ROOT / "procedures" / "campaign.yaml")
 LAUNCH = [
     sys.executable, "-c",
     "from stepload.cli.main import main\nfrom stepload.runner import jobs\n"
-    "if __name__ == '__main__': jobs.BATCH = 2; main()",
+    "if __name__ == '__main__': jobs.BATCH = 1; main()",
     "campaign", PLAN,
 ]  # fmt: skip
 """The command, with results in small batches: so a campaign can be cut short that is soon over."""
-RUNS = 30
+RUNS = 20
 
 
 def lines(directory: Path) -> list[str]:
@@ -30,7 +31,7 @@ def lines(directory: Path) -> list[str]:
 
 
 def test_no_run_comes_above_the_elastic_limit(tmp_path: Path) -> None:
-    options = ["--runs", RUNS, "--seed", "20", "--processes", "1", "--out", tmp_path / "c"]
+    options = ["--runs", RUNS, "--seed", "1", "--processes", "1", "--out", tmp_path / "c"]
     done = in_process("campaign", PLAN, *options, "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
@@ -48,7 +49,7 @@ def test_no_run_comes_above_the_elastic_limit(tmp_path: Path) -> None:
 
 def test_a_campaign_with_six_axes(tmp_path: Path) -> None:
     """Its rows hold the resultant too, and the directory knows that its rigs have six axes."""
-    options = ["--runs", "3", "--seed", "5", "--processes", "1", "--out", tmp_path / "c"]
+    options = ["--runs", "2", "--seed", "5", "--processes", "1", "--out", tmp_path / "c"]
     done = in_process("campaign", PLAN, *options, "--axes", "six", "--faults", "none", "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
@@ -64,15 +65,16 @@ def test_a_campaign_with_six_axes(tmp_path: Path) -> None:
     assert "one or six" in wrong.stderr
 
 
-def test_an_interrupted_campaign_goes_on_to_the_same_result(tmp_path: Path) -> None:
-    """Of two processes, cut short; by one process, and all of it by one process."""
-    options = ["--runs", "6", "--seed", "4", "--json"]
+@pytest.mark.parametrize("processes", [1, *long([2])])
+def test_an_interrupted_campaign_goes_on_to_the_same_result(tmp_path: Path, processes: int) -> None:
+    """Of one or two processes, cut short; by one process, and all of it by one process."""
+    options = ["--runs", "4", "--seed", "4", "--json"]
     whole = in_process(
         "campaign", PLAN, *options, "--processes", 1, "--out", tmp_path / "whole", "--parquet"
     )
     part = tmp_path / "part"
     process = subprocess.Popen(
-        [*LAUNCH, *options, "--processes", "2", "--out", str(part)],
+        [*LAUNCH, *options, "--processes", str(processes), "--out", str(part)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,
     )  # fmt: skip
     while process.poll() is None and not lines(part):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from long_ones import long
 from real_runs import in_process
 
 import stepload
@@ -114,7 +115,8 @@ def test_a_run_is_found_by_its_id(place: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "verb", [("identify",), ("replay",), ("snippet", "--for", "mujoco", "--mass", "1 kg")]
+    "verb",
+    [("identify",), *long([("replay",), ("snippet", "--for", "mujoco", "--mass", "1 kg")])],
 )
 def test_verbs_that_take_a_run_take_its_id(
     place: Path, verb: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
@@ -165,12 +167,12 @@ def test_a_directory_that_cannot_be_looked_into_says_so(
     assert found[str(place / "b")].problem == "cannot be looked into: Permission denied"
 
 
-def test_csv_holds_the_curve_exactly(cycles_run: Path, tmp_path: Path) -> None:
+def test_csv_holds_the_curve_exactly(quick_run: Path, tmp_path: Path) -> None:
     out = tmp_path / "tables"
-    said = in_process("export", cycles_run, "--csv", "--out", out)
+    said = in_process("export", quick_run, "--csv", "--out", out)
     assert said.returncode == 0
     assert "SIMULATED" in said.stdout
-    curve = stepload.open(cycles_run).curve
+    curve = stepload.open(quick_run).curve
     with (out / "curve.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == list(curve)
@@ -179,7 +181,7 @@ def test_csv_holds_the_curve_exactly(cycles_run: Path, tmp_path: Path) -> None:
     assert {path.name for path in out.iterdir()} == {
         "curve.csv", "levels.csv", "touches.csv", "force.csv", "arm.csv", "ticks.csv",
     }  # fmt: skip
-    again = in_process("export", cycles_run, "--csv", "--out", out)
+    again = in_process("export", quick_run, "--csv", "--out", out)
     assert again.returncode == 2
     assert "there already" in again.stderr
 

@@ -26,7 +26,7 @@ def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("contact")
     (place / "plan.yaml").write_text(PLAN)
     done = in_process(
-        "run", "plan.yaml", "--dry-run", "--seed", 1, "--out", "made", cwd=place, drawn=True
+        "run", "plan.yaml", "--dry-run", "--seed", 1, "--out", "made", cwd=place, drawn=("contact",)
     )
     assert "contact: force across the axis" in done.stdout
     assert "beside the force sensor's axis" in done.stdout

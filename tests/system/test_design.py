@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from real_runs import ROOT, in_process
 
-from stepload.design import grid
+from stepload.design import grid, written
 from stepload.plan import room_to_write
 from stepload.plan.load import load_plan
 
@@ -67,6 +67,12 @@ def test_a_plan_is_designed_written_and_told_the_same_by_one_process_and_by_two(
     assert preflight["top_force_n"] <= preflight["largest_safe_force_n"]
 
 
+def test_a_file_is_named_from_where_the_plan_lies(tmp_path: Path) -> None:
+    for named, way in (("my rig.yaml", "../my rig.yaml"), ("plans/rig.yaml", "./rig.yaml")):
+        assert written._file(tmp_path / named, tmp_path / "plans" / "a.yaml") == f'"{way}"'
+
+
+@pytest.mark.long
 def test_a_rig_file_is_named_from_where_the_plan_lies(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -75,7 +81,16 @@ def test_a_rig_file_is_named_from_where_the_plan_lies(
     (tmp_path / "plans").mkdir()
     (tmp_path / "my rig.yaml").write_text("profile: stvf\nname: mine\n")
     said = in_process(
-        "design", SPHERE, "./my rig.yaml", "--samples", 60, "--out", "plans/a.yaml", cwd=tmp_path
+        "design",
+        SPHERE,
+        "./my rig.yaml",
+        "--samples",
+        60,
+        "--processes",
+        1,
+        "--out",
+        "plans/a.yaml",
+        cwd=tmp_path,
     )
     assert said.returncode == 0, said.stderr
     assert 'rig: "../my rig.yaml"' in (tmp_path / "plans" / "a.yaml").read_text()

@@ -128,8 +128,12 @@ def test_only_the_verb_that_is_called_is_imported() -> None:
     shown, rooms = in_a_new_process("--help")
     assert all(name in shown for name in (*(verb.name for verb in VERBS), "campaign"))
     assert rooms == []
-    assert in_a_new_process("explain", "--help")[1] == ["explain"]
     assert in_a_new_process("plans")[1] == ["shipped"]
+
+
+@pytest.mark.long
+def test_nor_for_its_help() -> None:
+    assert in_a_new_process("explain", "--help")[1] == ["explain"]
 
 
 def test_a_preflight_imports_nothing_of_scipy() -> None:
@@ -150,9 +154,15 @@ def test_a_preflight_imports_nothing_of_scipy() -> None:
 
 @pytest.mark.parametrize(
     ("typed", "offered"),
-    [("pre", "preflight"), ("camp", "campaign"), ("explain unid", "unidentifiable"),
-     ("run --dry", "--dry-run"), ("drivers sh", "show"), ("drivers show robotous_u", "robotous_u")],
-)  # fmt: skip
+    [
+        ("camp", "campaign"),
+        ("drivers show robotous_u", "robotous_u"),
+        pytest.param("pre", "preflight", marks=pytest.mark.long),
+        pytest.param("explain unid", "unidentifiable", marks=pytest.mark.long),
+        pytest.param("run --dry", "--dry-run", marks=pytest.mark.long),
+        pytest.param("drivers sh", "show", marks=pytest.mark.long),
+    ],
+)
 def test_the_shell_completes_verbs_that_are_not_built(typed: str, offered: str) -> None:
     line = f"stepload {typed}"
     shown, _ = in_a_new_process(

@@ -41,7 +41,7 @@ MASKED = (
     "*.calibration.run", "*.measured_on", "*.valid_until", "campaign.elapsed_s", "bad_input.error",
     "snippet.snippet", "pose.answers", "design.plan",
 )  # fmt: skip
-AS_A_PROCESS = ("run_again", "identify_curve")
+AS_A_PROCESS = ("identify_curve",)
 """Where whatever a library writes past Python's streams would be seen too."""
 OF_THE_HOST = ("disk", "real-time")
 
@@ -158,6 +158,18 @@ def test_results_keep_to_their_schema(found: dict[str, Any], place: Path, run: s
 def test_the_object_of_a_verb_stays_what_it_was(name: str, found: dict[str, Any]) -> None:
     expected = json.loads((EXPECTED / f"{name}.json").read_text())
     assert differences(name, expected, found[name]) == []
+
+
+@pytest.mark.long
+def test_the_object_of_a_run_is_that_of_a_process_too(
+    found: dict[str, Any], place: Path, tmp_path: Path
+) -> None:
+    words = ("run", place / "two.yaml", "--dry-run", "--quiet", "--seed", 2, "--out", "two")
+    done = stepload(*words, "--json", cwd=tmp_path)
+    assert done.stdout.count("\n") == 1, done.stderr
+    of_the_process = masked("run_again", json.loads(done.stdout))
+    assert differences("run_again", found["run_again"], of_the_process) == []
+    assert "<figure" in (tmp_path / "two" / "report.html").read_text()
 
 
 def test_no_verb_is_forgotten(found: dict[str, Any]) -> None:

@@ -53,16 +53,20 @@ def test_killed_runs_on_the_wire_lose_nothing_that_was_on_the_disk() -> None:
     _check_kills(kills)
 
 
-def test_two_seeds_of_a_plan(
-    quick_plan: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.long)])
+def test_seeds_of_a_plan(
+    quick_plan: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    count: int,
 ) -> None:
-    words = ["seeds", "--seeds", "2", "--plan", str(quick_plan), "--json"]
+    words = ["seeds", "--seeds", str(count), "--plan", str(quick_plan), "--json"]
     monkeypatch.setattr(sys, "argv", words)
     leave_out_figures(monkeypatch)
     monkeypatch.setattr(seeds, "for_each", lambda do, cases: [do(case) for case in cases])
     assert seeds.main() == 0
     found = json.loads(capsys.readouterr().out)
-    assert [one["seed"] for one in found] == [1, 2]
+    assert [one["seed"] for one in found] == [1, 2][:count]
     for one in found:
         assert one["status"] == "completed"
         assert abs(one["joint_ratio"] - 1.0) < 0.03

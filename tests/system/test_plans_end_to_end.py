@@ -60,7 +60,13 @@ VERDICTS: dict[str, tuple[str, set[str]]] = {
 }
 """Verdict, and the codes of the reasons that refuse or warn."""
 RUNNING = [name for name, (verdict, _) in VERDICTS.items() if verdict != "refused"]
-LONG = {"demo-wire", "run-in", "ur16e-polyurethane-sphere", "ur5e-silicone-sphere"}
+LONG = {
+    "demo-wire",
+    "run-in",
+    "system-stiffness",
+    "ur16e-polyurethane-sphere",
+    "ur5e-silicone-sphere",
+}
 """As the others in all but their length; `make long`."""
 REFUSED = [name for name, (verdict, _) in VERDICTS.items() if verdict == "refused"]
 
@@ -272,14 +278,14 @@ def test_replay_does_not_trip(cycles_run: Path, capsys: pytest.CaptureFixture[st
     assert lower.data["phase"] in ("LOAD", "HOLD")
 
 
-def test_the_record_opens_in_the_fields_readers(cycles_run: Path) -> None:
+def test_the_record_opens_in_the_fields_readers(quick_run: Path) -> None:
     """Every message decodes in rosbags and in mcap-ros2-support; both count what the run wrote."""
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
-    record = cycles_run / "run.mcap"
+    record = quick_run / "run.mcap"
     written = read_recording(record)
     wanted = {"/force": len(written.force.sequence), "/events": len(written.events)}
     with record.open("rb") as file:

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from real_runs import ROOT, in_process, stepload
+from real_runs import ROOT, in_process
 
 SMALL = ("pose", "ur5e", "--radius", "300 mm to 500 mm", "--height", "0 mm")
 BALL = ROOT / "procedures" / "payloads" / "silicone-sphere.yaml"
@@ -14,7 +14,7 @@ BALL = ROOT / "procedures" / "payloads" / "silicone-sphere.yaml"
 
 def test_poses_are_told_drawn_and_written(tmp_path: Path) -> None:
     out = tmp_path / "poses"
-    done = stepload(*SMALL, "--payload", BALL, "--out", out, "--json", cwd=tmp_path)
+    done = in_process(*SMALL, "--payload", BALL, "--out", out, "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
     assert json.loads((out / "pose.json").read_text()) == said

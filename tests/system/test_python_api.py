@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from real_runs import in_process
+from real_runs import in_process, leave_out_figures
 
 import stepload
 from stepload.errors import BadInputError, RefusedError
@@ -163,8 +163,12 @@ def test_what_is_no_run_is_said(tmp_path: Path, what: str) -> None:
 
 
 def test_a_plan_is_judged_and_run_without_a_word(
-    quick_plan: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    quick_plan: Path,
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    leave_out_figures(monkeypatch)
     plan = stepload.load_plan(quick_plan)
     assert stepload.preflight(plan).force_limit_n > 300.0
     done = stepload.run(plan, dry_run=True, out=tmp_path / "run", seed=3)

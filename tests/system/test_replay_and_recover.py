@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from real_runs import in_process, stepload
+from real_runs import in_process
 
 from stepload.engine import replayed
 from stepload.errors import BadInputError
@@ -20,12 +20,12 @@ def finished(quick_run: Path) -> Path:
 
 
 def test_replay_says_which_rule_when_and_by_how_much(finished: Path) -> None:
-    done = stepload("replay", finished, "--json")
+    done = in_process("replay", finished, "--json")
     assert done.returncode == 0
     found = json.loads(done.stdout)
     assert (found["tripped"], found["notes"]) == (False, [])
     assert found["ticks"] > 1000
-    tripped = stepload(
+    tripped = in_process(
         "replay", finished, "--force-limit", "150 N", "--limit", "contact_n_s_per_m=1 N s/m"
     )
     assert tripped.returncode == 4

@@ -15,9 +15,9 @@ FIGURES = ["law", "residuals", "ellipse", "time", "limit"]
 
 @pytest.mark.browser
 @pytest.mark.skipif(chromium.PATH is None, reason="chromium is not installed: no browser to look")
-def test_the_report_in_chromium(cycles_run: Path, tmp_path: Path) -> None:
+def test_the_report_in_chromium(cycles_again: Path, tmp_path: Path) -> None:
     with chromium.page(tmp_path / "profile") as page:
-        page.open(cycles_run / "report.html")
+        page.open(cycles_again / "report.html")
         assert page.evaluate("document.querySelector('.word').textContent") == "identified"
         shown = page.evaluate("[...document.querySelectorAll('figure')].map(f => f.id)")
         assert shown == FIGURES
