@@ -204,6 +204,11 @@ def test_the_others_run(name: str, capsys: pytest.CaptureFixture[str], tmp_path:
     assert headline["from_n"] == pytest.approx(0.1 * plan.procedure.top_force_n, rel=0.05)
     assert headline["to_n"] == pytest.approx(plan.procedure.top_force_n, rel=0.02)
     _holds(headline, true_chord(truth, headline["from_n"], headline["to_n"]))
+    if name == "plastic-sphere":  # `make demo`
+        low, high = (each / 1e6 for each in headline["interval_n_per_m"])
+        told = f"Chord stiffness {headline['value_n_per_m'] / 1e6:.2f} MN/m from 29.9 N to 299 N,"
+        told += f" 95 % interval [{low:.2f}, {high:.2f}] MN/m"
+        assert told in (PROCEDURES.parent / "README.md").read_text()
     if (mean_plane := data["quantities"].get("secant_from_mean_plane")) is not None:
         _holds(mean_plane, true_secant(truth, mean_plane["to_n"]))
 

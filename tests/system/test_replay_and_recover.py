@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ from real_runs import in_process
 
 from stepload.engine import replayed
 from stepload.errors import BadInputError
-from stepload.record.reader import read_recording
+from stepload.record.reader import Event, read_recording
 
 
 @pytest.fixture
@@ -58,6 +59,20 @@ def test_a_limit_that_is_none_is_refused(finished: Path, limit: str, told: str) 
     with pytest.raises(BadInputError) as caught:
         replayed.replay_file(finished, {name: value})
     assert told in f"{caught.value}"
+
+
+def test_what_the_order_of_the_run_ended_is_told_where_no_rule_trips(
+    finished: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = read_recording(finished)
+    start_s = float(recording.ticks.time_s[0])
+    end = Event(start_s + 2.0, "trip", {"rule": "old_zero", "message": "the zero is \x1btoo old"})
+    ended = replace(recording, events=(*recording.events, end))
+    assert replayed.replay_file(finished).notes == ()
+    monkeypatch.setattr(replayed, "read_recording", lambda _: ended)
+    [note] = replayed.replay_file(finished).notes
+    assert note.startswith("the run itself was ended by old_zero at 2.000 s: the zero is ")
+    assert "\x1b" not in note
 
 
 def test_replay_of_a_part_says_so(finished: Path, tmp_path: Path) -> None:

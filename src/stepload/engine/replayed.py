@@ -15,6 +15,7 @@ from stepload.engine.replay import Replayed, Zero, group_by_tick, replay
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.sideways import SIDEWAYS
 from stepload.errors import BadInputError, DomainError
+from stepload.plan.problems import printable
 from stepload.record.reader import Event, Recording, read_recording
 from stepload.record.rows import Phase, TickRow, rows_of
 from stepload.record.untrusted import untrusted
@@ -173,6 +174,16 @@ def _notes(recording: Recording) -> tuple[str, ...]:
     return ()
 
 
+def _ended(recording: Recording, start_s: float) -> tuple[str, ...]:
+    """Why the run itself ended early, where it did: the order of a run has rules of its own."""
+    return tuple(
+        f"the run itself was ended by {printable(str(event.data.get('rule')))} at"
+        f" {event.time_s - start_s:.3f} s: {printable(str(event.data.get('message')), 400)}"
+        for event in recording.events
+        if event.kind == "trip"
+    )
+
+
 def _whole_ticks(recording: Recording) -> int:
     """The number of ticks whose samples are complete: in a record that was cut, streams end apart.
 
@@ -225,4 +236,8 @@ def replay_file(path: Path, wishes: Mapping[str, str] | None = None) -> Judged:
             second_axis=recording.metadata.get("second_force_axis", ""),
             changes=changes,
         )
-    return Judged(found, float(recording.ticks.time_s[0]), _notes(recording))
+    start_s = float(recording.ticks.time_s[0])
+    notes = _notes(recording)
+    if found.cause is None:
+        notes += _ended(recording, start_s)
+    return Judged(found, start_s, notes)

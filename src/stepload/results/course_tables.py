@@ -49,7 +49,10 @@ def predicted_table(run: Evaluation) -> Table:
         ("largest force", newton, envelope.top_force_n, outcome.peak_force_n),
     ]  # fmt: skip
     if run.data is not None:
-        rows.append(("noise of the force", newton, envelope.bounds.noise_n, run.data.noise_n))
+        planned_n = envelope.limits.noise_n if envelope.limits else envelope.bounds.noise_n
+        rows.append(
+            ("noise of the force, with its resolution", newton, planned_n, run.data.noise_n)
+        )
         rows.append(
             ("shift of the force's zero, at the most", newton, procedure.max_drift_n,
              abs(run.data.zero_shift_n))
