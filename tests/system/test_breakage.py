@@ -76,8 +76,7 @@ def envelope(tmp_path_factory: pytest.TempPathFactory) -> Envelope:
     """Of the quick plan, quicker still: two steps from nearby."""
     text = QUICK
     for told, shorter in (
-        ("step: 100 N", "step: 50 N"),
-        ("top_force: 300 N", "top_force: 100 N"),
+        ("top_force: 300 N", "top_force: 200 N"),
         ("surface_distance: 2 mm", "surface_distance: 0.6 mm"),
         ("surface_uncertainty: 0.3 mm", "surface_uncertainty: 0.05 mm"),
     ):
