@@ -102,8 +102,9 @@ wire: compiled ## Everything over the wire, with every fault of the documents un
 	STEPLOAD_PURE= $(BIN)/pytest tests/wire -m 'long or not long' --durations=10
 
 long: compiled ## Tests that are too long for every commit: more of each kind of run, memory, more plans
-	$(BIN)/pytest tests/unit $(RUNS:%=--ignore=%) -m long -n $(CORES) $(BESIDE)
-	STEPLOAD_PURE= $(BIN)/pytest $(RUNS) tests/system -m long --durations=10
+	$(BIN)/pytest $(SOURCE) $(RUNS:%=--ignore=%) -m long -n $(CORES) $(BESIDE)
+	STEPLOAD_PURE= $(BIN)/pytest $(RUNS) tests/system --ignore=tests/system/test_breakage.py \
+	  -m long --durations=10
 
 campaign: compiled ## The fault campaign, 100,000 runs (hours; resumable)
 	$(BIN)/stepload campaign procedures/campaign.yaml --runs 100000 --faults all --seed 1 --out campaign

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import base64
 import re
+from functools import cache
+from typing import TYPE_CHECKING
 
 from stepload.results.model import SIMULATED, Document
+
+if TYPE_CHECKING:
+    from jinja2 import Template
 
 SHORT_TABLE = 14
 """Largest number of rows of a table that is kept on one sheet of paper with its title."""
@@ -15,6 +20,18 @@ WORD = 24
 
 def render(document: Document) -> str:
     """The page as one HTML text, which forbids scripts and any network request."""
+    certificate = document.certificate
+    return _template().render(
+        page=document,
+        banner=SIMULATED if document.simulated else "",
+        running=running(certificate.foot if certificate else "", simulated=document.simulated),
+        short_table=SHORT_TABLE,
+    )
+
+
+@cache
+def _template() -> Template:
+    """The page without words, compiled once: that takes longer than to fill it in."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
@@ -27,13 +44,7 @@ def render(document: Document) -> str:
     )
     environment.filters["base64"] = lambda text: base64.b64encode(text.encode()).decode()
     environment.tests["long_worded"] = lambda text: max(map(len, text.split()), default=0) > WORD
-    certificate = document.certificate
-    return environment.get_template("page.html").render(
-        page=document,
-        banner=SIMULATED if document.simulated else "",
-        running=running(certificate.foot if certificate else "", simulated=document.simulated),
-        short_table=SHORT_TABLE,
-    )
+    return environment.get_template("page.html")
 
 
 def running(foot: str, *, simulated: bool) -> str:

@@ -6,7 +6,7 @@ import gc
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import Protocol, TypeVar
 
 from stepload.errors import RefusedError
@@ -79,11 +79,20 @@ def run_batch(work: Work[JobT, RowT], digest: str, jobs: Sequence[JobT]) -> list
             f"this worker's code is not the code that asks (digest {here[:12]}, not {digest[:12]})",
             hint="install the same version everywhere and restart the workers",
         )
-    if not gc.get_freeze_count():
-        gc.freeze()  # present objects stay: the garbage collector need not scan them in each run
+    _keep_what_is_there()
     rows = [work.run(job) for job in jobs]
     gc.collect()
     return rows
+
+
+@cache
+def _keep_what_is_there() -> None:
+    """Present objects stay: the garbage collector need not scan them in each run.
+
+    Once in a process: to count those that are frozen takes as long as to scan them.
+    """
+    if not gc.get_freeze_count():
+        gc.freeze()
 
 
 def run_all(

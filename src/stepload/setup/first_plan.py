@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.envelope.envelope import Envelope, derive, envelope_of
 from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.errors import BadInputError, RefusedError
 from stepload.plan.load import load_plan
+from stepload.plan.model import Plan
 from stepload.plan.problems import PlanError
 from stepload.plan.references import names_a_file
 from stepload.plan.shipped import payload_folder
@@ -113,7 +114,9 @@ def with_forces(
     return {**what, "rig": Value(quoted(rig), ""), **values, **forces}
 
 
-def envelope_here(values: Mapping[str, Value], path: Path) -> Envelope:
+def envelope_here(
+    values: Mapping[str, Value], path: Path, derived: Callable[[Plan], Envelope] = envelope_of
+) -> Envelope:
     """The envelope of a plan that would stand at `path`; nothing is left on the disk.
 
     Raises:
@@ -123,7 +126,7 @@ def envelope_here(values: Mapping[str, Value], path: Path) -> Envelope:
     tried = path.with_name(f".{path.stem}.{os.getpid()}.yaml")
     try:
         tried.write_text(written(values), encoding="utf-8")
-        return envelope_of(load_plan(tried))
+        return derived(load_plan(tried))
     except OSError as error:
         raise BadInputError(f"cannot write {path}: {error.strerror}") from error
     except PlanError as error:
@@ -148,11 +151,11 @@ def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
     values = plan_values(answers, path.parent)
     asked, steps = answers.text("top_force"), STEPS
     if asked == "most":
-        tried, _, _ = _lightest(values, rig, path, let_through=False)
+        tried, lightest, _ = _lightest(values, rig, path, let_through=False)
         largest_n = tried.largest_safe_force_n
         top_n = float(f"{SHARE * largest_n:.2g}")
         if not 0.0 < top_n <= largest_n:
-            raise refusal(tried)
+            raise refusal(envelope_here(lightest, path))
         origin = f"nine tenths of the largest safe force, {format_quantity(largest_n, 'N')}"
     else:
         top_n, origin = answers.quantity("top_force", "N"), YOU
@@ -188,6 +191,8 @@ def _lightest(
 ) -> tuple[Envelope, dict[str, Value], float]:
     """The valid plan of least force; with `let_through` the least not refused, else the strongest.
 
+    Remedies take most of the time: they are tried for what `let_through` finds alone.
+
     Raises:
         PlanError: none makes a plan.
     """
@@ -196,16 +201,21 @@ def _lightest(
     for top_n in TOUCHES_N:
         plan = with_forces(values, rig, top_n, 1, "the least that preflight lets through")
         try:
-            last = envelope_here(plan, path), plan, top_n
+            last = envelope_here(plan, path, derive), plan, top_n
         except PlanError as error:  # a level must be above the force that counts as touch
             problem = error
             continue
-        if not let_through or last[0].verdict is not PlanVerdict.REFUSED:
-            break
+        if not let_through:
+            return last
+        if last[0].verdict is not PlanVerdict.REFUSED:
+            whole = envelope_here(plan, path)  # judges `procedure.until` too
+            if whole.verdict is not PlanVerdict.REFUSED:
+                return whole, plan, top_n
     if last is None:
         assert problem is not None
         raise problem
-    return last
+    _, plan, top_n = last
+    return envelope_here(plan, path), plan, top_n
 
 
 def refusal(envelope: Envelope) -> RefusedError:

@@ -108,6 +108,7 @@ def test_forces_are_rounded_down(force_n: float, expected: float) -> None:
     assert rounded_down(force_n) == expected
 
 
+@pytest.mark.usefixtures("one_hold")
 def test_every_plan_of_the_grid_is_one_that_preflight_lets_run() -> None:
     limit = ceiling("stvf", SPHERE)
     found = grid("stvf", SPHERE, limit, "5 mm")
@@ -137,6 +138,7 @@ def test_a_longer_way_to_the_surface_takes_longer(monkeypatch: pytest.MonkeyPatc
     assert all(b.duration_s > a.duration_s + 1.0 for a, b in zip(near, far, strict=True))
 
 
+@pytest.mark.usefixtures("one_hold")
 def test_what_preflight_refuses_is_no_candidate_and_its_reason_is_kept() -> None:
     aluminium = PAYLOADS / "aluminium-sphere.yaml"
     found = grid("stvf", aluminium, ceiling("stvf", aluminium), "5 mm")
@@ -181,6 +183,7 @@ def test_a_plan_whose_levels_may_be_missed_is_left_out_and_others_take_their_tim
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(room, "HOLDS_S", (1.0, 8.0))
+    monkeypatch.setattr(room, "STEPS", (4, 12))
     rig = str(tmp_path / "ur5e.yaml")
     Path(rig).write_text(SLIDING_ARM)
     silicone = PAYLOADS / "silicone-sphere.yaml"

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from stepload.design import grid as room
 from stepload.design.binomial import share
 from stepload.design.ceiling import ceiling
 from stepload.design.front import Tried
@@ -25,7 +26,10 @@ SPHERE = payload_folder() / "plastic-sphere.yaml"
 def found() -> Design:
     """A design whose plan has ramps of 2 s and holds of 8 s."""
     limit = ceiling("stvf", SPHERE)
-    plans = grid("stvf", SPHERE, limit, "5 mm")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(room, "STEPS", (12,))
+        patch.setattr(room, "HOLDS_S", (8.0,))
+        plans = grid("stvf", SPHERE, limit, "5 mm")
     plan = plans.candidates[-1]
     every = share(250, 250)
     point = plan.job(0, plan.conditions).point

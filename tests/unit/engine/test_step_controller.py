@@ -8,6 +8,7 @@ from collections import deque
 from dataclasses import replace
 
 import pytest
+from long_ones import long
 from run_plans import limits_for, stvf_plan, ur_plan
 
 from stepload.engine import anchor
@@ -70,7 +71,7 @@ def press(plant: Spring, controller: StepController, target_m: float, seconds: f
 
 
 @pytest.mark.parametrize("arm", ["ur", "stvf"])
-@pytest.mark.parametrize("n", [1.0, 1.5, 3.0])
+@pytest.mark.parametrize("n", [1.0, *long([1.5]), 3.0])
 @pytest.mark.parametrize("secant", [1e5, 1e6, 1e8])
 def test_steps_are_reached_without_overshoot(arm: str, n: float, secant: float) -> None:
     limits = LIMITS[arm]
@@ -192,14 +193,14 @@ def dead_n(
 
 @pytest.mark.parametrize("frozen", [True, False], ids=["frozen", "dead behind noise"])
 @pytest.mark.parametrize("arm", ["ur", "stvf"])
-@pytest.mark.parametrize("payload", [1e12, 3e6, 1e4])
+@pytest.mark.parametrize("payload", [1e12, *long([3e6]), 1e4])
 def test_channels_that_die_at_any_moment_leave_the_force_below_its_limit(
     arm: str, payload: float, frozen: bool
 ) -> None:
     """No other rule looks. Their last rise may be found once more, and proves nothing then."""
     for share in (0.5, 1.0):
         limits = replace(LIMITS[arm], leash_share=share, leash_proved=1.0)
-        reached = [dead_n(limits, payload, seed, frozen=frozen) for seed in range(12)]
+        reached = [dead_n(limits, payload, seed, frozen=frozen) for seed in range(8)]
         assert max(reached) < 1.0
 
 
@@ -216,7 +217,16 @@ def drifted_n(limits: RunLimits, drift_n_per_s: float, seconds: float = 60.0) ->
 
 @pytest.mark.parametrize(("drift_share", "held"), [(math.inf, False), (DRIFT_SHARE, True)])
 @pytest.mark.parametrize(
-    ("share", "drift"), [(0.5, 0.05), (0.5, 0.2), (0.5, 1.0), (0.5, 5.0), (1.0, 0.05), (1.0, 0.2)]
+    ("share", "drift"),
+    [
+        (0.5, 0.05),
+        (0.5, 5.0),
+        (1.0, 0.2),
+        *(
+            pytest.param(*each, marks=pytest.mark.long)
+            for each in ((0.5, 0.2), (0.5, 1.0), (1.0, 0.05))
+        ),
+    ],
 )
 def test_a_dead_channel_that_drifts_is_no_payload_that_answers(
     share: float, drift: float, drift_share: float, held: bool, monkeypatch: pytest.MonkeyPatch
@@ -238,12 +248,12 @@ def test_a_dead_channel_with_slow_noise_is_no_payload_that_answers(
     assert (max(reached) < 1.0) == held
 
 
-@pytest.mark.parametrize("every", [10, 20])
+@pytest.mark.parametrize("every", [10, *long([20])])
 def test_a_slow_sensor_that_dies_behind_its_noise_leaves_the_force_below_its_limit(
     every: int,
 ) -> None:
     """Few readings make a mean: its noise is that of readings, not of ticks."""
     limits = LIMITS["ur"]
     limits = replace(limits, leash_proved=1.0, reading_s=every * limits.period_s)
-    reached = [dead_n(limits, 1e12, seed, frozen=False, every=every) for seed in range(20)]
+    reached = [dead_n(limits, 1e12, seed, frozen=False, every=every) for seed in range(12)]
     assert max(reached) < 1.0

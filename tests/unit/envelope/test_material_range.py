@@ -16,7 +16,7 @@ from stepload.contact.limit_doubt import limit_in
 from stepload.contact.materials import Material
 from stepload.contact.power_law import ContactLaw
 from stepload.contact.unknown import softest, stiffest
-from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.envelope.envelope import Envelope, derive, envelope_of
 from stepload.envelope.press import series_stiffness
 from stepload.envelope.ranges import beyond_range
 from stepload.envelope.theory import theory_of
@@ -283,7 +283,7 @@ def test_whatever_body_of_a_range_is_met_its_own_bounds_are_no_tighter(name: str
         low = drawn.uniform(-0.5, 0.4)
         ratios = (low, drawn.uniform(low + 0.01, 0.5))
         limit_n = drawn.uniform(100.0, 900.0)
-        ranged = envelope_of(
+        ranged = derive(
             _of_body(
                 shipped,
                 limit_n,
@@ -302,7 +302,7 @@ def test_whatever_body_of_a_range_is_met_its_own_bounds_are_no_tighter(name: str
             modulus_pa = moduli[0] * (moduli[1] / moduli[0]) ** share
             for ratio in (*ratios, max(low, min(0.0, ratios[1]))):
                 body = Material("x", modulus_pa, ratio)
-                known = envelope_of(_of_body(shipped, limit_n, body)).run_limits
+                known = derive(_of_body(shipped, limit_n, body)).run_limits
                 compared += 1
                 for bound in ("force_limit_n", "guarded_speed_m_s", "fast_speed_m_s", "ahead_m"):
                     assert getattr(ranged.limits, bound) <= getattr(known, bound) * (1.0 + 1e-9)

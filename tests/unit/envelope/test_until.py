@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.envelope.envelope import Envelope, derive, envelope_of
 from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.envelope.until import MARGIN, Need, Until, until_of, until_reasons
 from stepload.estimators.smooth import NORMAL_95
@@ -31,6 +31,12 @@ def envelope(plan: Plan) -> Envelope:
     return envelope_of(plan)
 
 
+@pytest.fixture(scope="module")
+def wanting(plan: Plan) -> Envelope:
+    """Of a plan that asks for more than theory expects."""
+    return envelope_of(asking(plan, 0.05))
+
+
 def softer(plan: Plan, factor: float) -> Plan:
     """The plan with a payload that deforms `factor` times as much."""
     materials = [
@@ -47,10 +53,19 @@ def asking(plan: Plan, until: float | None) -> Plan:
     return replace(plan, procedure=replace(plan.procedure, until=until))
 
 
+def told(envelope: Envelope) -> tuple[Need, ...]:
+    assert envelope.until is not None
+    return envelope.until.needs
+
+
 def needs(plan: Plan, envelope: Envelope) -> tuple[Need, ...]:
     found = until_of(plan, envelope.theory)
     assert found is not None
     return found.needs
+
+
+def needed(plan: Plan) -> tuple[Need, ...]:
+    return needs(plan, derive(plan))
 
 
 def test_a_plan_that_does_not_ask_has_none(plan: Plan, envelope: Envelope) -> None:
@@ -64,21 +79,23 @@ def test_every_level_of_the_plan_has_its_need(plan: Plan, envelope: Envelope) ->
     assert envelope.until.needs == needs(plan, envelope)
 
 
-def test_a_payload_with_just_that_deformation_has_just_that_interval(plan: Plan) -> None:
-    top = needs(plan, envelope_of(plan))[-1]
-    as_needed = softer(plan, top.needed_m / top.expected_m)
-    found = needs(as_needed, envelope_of(as_needed))[-1]
+def test_a_payload_with_just_that_deformation_has_just_that_interval(
+    plan: Plan, envelope: Envelope
+) -> None:
+    top = told(envelope)[-1]
+    found = needed(softer(plan, top.needed_m / top.expected_m))[-1]
     assert found.half_width == pytest.approx(0.15, rel=0.02)
     assert found.expected_m == pytest.approx(found.needed_m, rel=0.02)
     # without the margin: a half width that is smaller by it is what the sources alone give
     least = softer(plan, top.least_m / top.expected_m)
-    assert needs(least, envelope_of(least))[-1].half_width / MARGIN == pytest.approx(0.15, rel=0.02)
+    assert needed(least)[-1].half_width / MARGIN == pytest.approx(0.15, rel=0.02)
 
 
-def test_what_is_needed_hangs_on_the_rig_and_not_on_the_payload(plan: Plan) -> None:
-    believed = needs(plan, envelope_of(plan))
-    soft = softer(plan, 2.0)
-    for one, other in zip(believed[3:], needs(soft, envelope_of(soft))[3:], strict=True):
+def test_what_is_needed_hangs_on_the_rig_and_not_on_the_payload(
+    plan: Plan, envelope: Envelope
+) -> None:
+    soft = needed(softer(plan, 2.0))
+    for one, other in zip(told(envelope)[3:], soft[3:], strict=True):
         assert other.expected_m == pytest.approx(2.0 * one.expected_m, rel=0.01)
         assert other.needed_m == pytest.approx(one.needed_m, rel=0.05)
         assert other.least_m == pytest.approx(one.least_m, rel=0.05)
@@ -88,13 +105,13 @@ def test_a_worse_position_needs_more(plan: Plan, envelope: Envelope) -> None:
     rig = plan.rig
     arm = replace(rig.arm, position_resolution_m=5.0 * rig.arm.position_resolution_m)
     coarse = needs(replace(plan, rig=replace(rig, arm=arm)), envelope)
-    for one, other in zip(needs(plan, envelope)[3:], coarse[3:], strict=True):
+    for one, other in zip(told(envelope)[3:], coarse[3:], strict=True):
         assert other.needed_m > 1.3 * one.needed_m
 
 
 def test_a_narrower_interval_needs_more(plan: Plan, envelope: Envelope) -> None:
     narrow = needs(asking(plan, 0.10), envelope)[-1]
-    wide = needs(plan, envelope)[-1]
+    wide = told(envelope)[-1]
     assert narrow.needed_m > 1.4 * wide.needed_m
     assert narrow.half_width == wide.half_width
     assert wide.sigma_m / wide.expected_m == pytest.approx(
@@ -133,8 +150,8 @@ def test_the_limits_are_those_of_the_whole_plan(plan: Plan, envelope: Envelope) 
     assert envelope.reasons == without.reasons
 
 
-def test_what_theory_does_not_expect_is_said_before_anything_moves(plan: Plan) -> None:
-    found = envelope_of(asking(plan, 0.05))
+def test_what_theory_does_not_expect_is_said_before_anything_moves(wanting: Envelope) -> None:
+    found = wanting
     (reason,) = [each for each in found.reasons if each.code == "until_not_expected"]
     assert reason.severity is Severity.WARN
     assert reason.limit == 0.05
@@ -152,8 +169,8 @@ def test_what_no_deformation_can_reach_is_refused(plan: Plan) -> None:
     assert found.verdict is PlanVerdict.REFUSED
 
 
-def test_both_needed_deformations_are_told_with_what_each_is_for(plan: Plan) -> None:
-    found = envelope_of(asking(plan, 0.05))
+def test_both_needed_deformations_are_told_with_what_each_is_for(wanting: Envelope) -> None:
+    found = wanting
     assert found.until is not None
     (reason,) = [each for each in found.reasons if each.code == "until_not_expected"]
     assert "no deformation there is known" not in reason.message.lower()

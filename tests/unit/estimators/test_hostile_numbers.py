@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from stepload.cli.main import main
 from stepload.errors import DomainError
 from stepload.estimators.finite import finite
 from stepload.estimators.fit_all import fit_all
@@ -34,7 +34,7 @@ def test_of_stiff_payloads_the_joint_fit_is_always_there(
 ) -> None:
     """Up to thirty times stiffer than the rig: side estimators fail on what K_s has left."""
     lost = 0
-    for seed in range(200):
+    for seed in range(50):
         rng = np.random.default_rng(seed)
         secant, n = rng.uniform(0.7e7, 10e7), rng.uniform(1.2, 2.0)
         force = np.linspace(5.0, 300.0, 60)
@@ -62,15 +62,19 @@ def test_of_stiff_payloads_the_joint_fit_is_always_there(
     ],
 )
 def test_standard_output_is_one_json_object(
-    tmp_path: Path, depth: np.ndarray, force: np.ndarray
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+    depth: np.ndarray,
+    force: np.ndarray,
 ) -> None:
     path = tmp_path / "hostile.csv"
     header = "displacement_m,force_n"
     np.savetxt(path, np.column_stack([depth, force]), "%.10g", ",", header=header, comments="")
-    done = subprocess.run(
-        [sys.executable, "-m", "stepload", "identify", str(path), "--json"],
-        capture_output=True, text=True, timeout=60, check=False,
-    )  # fmt: skip
-    assert done.returncode in (0, 2), done.stderr
-    assert isinstance(json.loads(done.stdout), dict)
-    assert "Traceback" not in done.stderr
+    monkeypatch.setattr(sys, "argv", ["stepload", "identify", str(path), "--json"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    out, err = capfd.readouterr()  # of the descriptors, so that LAPACK's own words are among it
+    assert ended.value.code in (None, 0, 2), err
+    assert isinstance(json.loads(out), dict)
+    assert "Traceback" not in err

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
+from long_ones import long
 
 from stepload.estimators.blocks import blocks, quantum_sigma
 from stepload.estimators.fit import Fit
@@ -19,20 +21,9 @@ UP, DOWN = (50.0, 100.0, 150.0, 200.0, 250.0, 300.0), (250.0, 200.0, 150.0, 100.
 STEP_S = 0.01
 
 
-def pressed(
-    creep,
-    tau,
-    *,
-    seed=1,
-    drift=0.0,
-    quantum=2e-6,
-    noise=0.7,
-    hold=3.0,
-    down=True,
-    force_held=False,
-    slip=0.0,
-):
-    """A run on an arm: the force is ramped, then the travel is held (or the force is)."""
+@cache
+def course(creep, tau, hold, *, down, force_held):
+    """Time, force, travel and part: the force is ramped, then the travel is held (or the force)."""
     rows, late, now, force, before = [], 0.0, 0.0, 0.5, 0.5
     keep = math.exp(-STEP_S / tau)
 
@@ -59,7 +50,24 @@ def pressed(
             travel = deep(force) + creep * late + force / K_S
             rows.append((now, force, travel, 2 * part + 1))
         before = force
-    table = np.array(rows)
+    return np.array(rows)
+
+
+def pressed(
+    creep,
+    tau,
+    *,
+    seed=1,
+    drift=0.0,
+    quantum=2e-6,
+    noise=0.7,
+    hold=3.0,
+    down=True,
+    force_held=False,
+    slip=0.0,
+):
+    """A run on an arm."""
+    table = course(creep, tau, hold, down=down, force_held=force_held)
     rng = np.random.default_rng(seed)
     time_s = np.arange(table[0, 0], table[-1, 0], 1e-3)
     force_n = np.interp(time_s, table[:, 0], table[:, 1]) + rng.normal(0.0, noise, time_s.size)
@@ -103,7 +111,7 @@ def test_a_held_force_tells_the_same_as_a_held_travel():
     assert abs(force.holds[5].force_change_n) < 0.1 < abs(travel.holds[5].force_change_n)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, 1, *long(range(2, 6))])
 def test_no_creep_is_not_resolved(seed):
     for quantum in (0.0, 2e-6):
         found = pressed(0.0, 5.0, seed=seed, quantum=quantum)
@@ -113,7 +121,7 @@ def test_no_creep_is_not_resolved(seed):
         assert abs(found.creep_share) < 3 * found.creep_sigma
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, *long(range(1, 4))])
 def test_a_drift_is_no_creep_where_the_way_down_was_held_too(seed):
     found = pressed(0.0, 5.0, seed=seed, drift=2e-7)
     assert not found.resolved
@@ -138,12 +146,12 @@ def test_recovery_under_load_is_no_creep():
 
 
 def test_the_interval_holds_the_truth_in_spite_of_quanta():
-    runs = [pressed(0.15, 3.0, seed=seed) for seed in range(12)]
+    runs = [pressed(0.15, 3.0, seed=seed) for seed in range(8)]
     assert all(isinstance(run, Relaxation) for run in runs)
     inside = sum(abs(run.creep_share - 0.15) < 2 * run.creep_sigma for run in runs)
-    assert inside >= 11
+    assert inside >= 7
     ends = [run.time_interval_s for run in runs if run.resolved]
-    assert len(ends) >= 10
+    assert len(ends) >= 7
     assert sum((low or 0.0) < 3.0 < (high or math.inf) for low, high in ends) >= len(ends) - 1
 
 
@@ -204,7 +212,7 @@ def test_what_a_quantum_leaves_of_a_mean():
     rng = np.random.default_rng(3)
     true = rng.uniform(-0.5, 0.5, 400)
     for noise in (0.25, 0.35):
-        read = np.round(true[:, None] + rng.normal(0.0, noise, (400, 20000)))
+        read = np.round(true[:, None] + rng.normal(0.0, noise, (400, 5000)))
         error = read.mean(axis=1) - true
         assert quantum_sigma(1.0, noise) == pytest.approx(float(error.std()), rel=0.15)
 

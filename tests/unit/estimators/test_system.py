@@ -72,7 +72,7 @@ def test_sigma_covers_although_the_error_is_smooth():
     time, force, rate = steps()
     clean = travel(force, rate)
     inside = known_inside = iid_inside = 0
-    runs = 200
+    runs = 150
     for _ in range(runs):
         measured = np.round((clean + smooth_draw(rng, force, 0.54e-6)) / 2e-6) * 2e-6
         noisy = np.round((force + rng.normal(0, 0.5, force.size)) / 1.5) * 1.5
@@ -169,7 +169,7 @@ def test_two_spheres_give_stiffness_and_contact_scale():
 def test_two_sphere_sigma_covers(repeatable):
     rng = np.random.default_rng(8)
     inside = 0
-    runs = 150
+    runs = 80
     for _ in range(runs):
         first, second, force, small, large = two_runs(rng, 0.54e-6, repeatable)
         fit = two_sphere_difference(first, second, force, first_contact=small, second_contact=large)

@@ -268,7 +268,7 @@ def test_the_full_plan_is_good_and_has_every_key(tmp_path: Path) -> None:
 
 
 @settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(st.sets(st.sampled_from(GIVEN), min_size=1))
 def test_every_bad_value_is_reported_in_its_line_and_nothing_else_is(
@@ -310,7 +310,7 @@ def _written(leaf: Leaf) -> st.SearchStrategy[tuple[str, object]]:
 
 
 @pytest.mark.parametrize("kind", sections_below(Plan), ids=lambda kind: kind.__name__)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(data=st.data())
 def test_good_values_are_read_exactly(kind: Kind, data: st.DataObject) -> None:
     wanted: dict[str, Any] = {}

@@ -291,7 +291,7 @@ def _records() -> st.SearchStrategy[CalibrationRecord]:
     return st.builds(complete, st.builds(CalibrationRecord, **kept), rows)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(_records())
 def test_any_record_is_read_back_exactly(record: CalibrationRecord) -> None:
     with TemporaryDirectory() as directory:

@@ -35,7 +35,7 @@ def test_joints_are_off_by_a_factor_either_way_and_each_by_itself() -> None:
 
 def test_the_order_holds_as_the_study_has_it(poses: Poses) -> None:
     """Study: rank correlation 0.98, 5 % case 0.94; K_zz off by 0.61 to 1.55; 0.85 to 0.89 of t."""
-    seen = ranking(poses, STIFFNESS, DOWN)
+    seen = ranking(replace(poses, jacobian=poses.jacobian[::3]), STIFFNESS, DOWN)
     assert seen is not None
     assert seen.stiffness == pytest.approx(0.98, abs=0.015)
     assert seen.stiffness_worst == pytest.approx(0.94, abs=0.03)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from datetime import date
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from stepload.plan.calibration import CalibrationRecord, write_calibration
 from stepload.plan.kinematics import read_arm
 from stepload.plan.problems import PlanError
 from stepload.plan.shipped import payload_folder
-from stepload.posture import picture, tables
+from stepload.posture import doubt, picture, tables
 from stepload.posture.make import Posture, make
 from stepload.posture.measured import held
 from stepload.posture.search import direction
@@ -29,6 +30,19 @@ SOME: dict[str, Any] = {
 }  # fmt: skip
 PULLED_IN_DEG = (19.0, -111.8, -101.3, 123.1, -90.0, -71.0)
 STRETCHED_DEG = (10.0, -60.0, 60.0, -90.0, -90.0, 0.0)
+
+
+@pytest.fixture(autouse=True)
+def _few_draws(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How sure an order is takes most of a search, and is judged in test_doubt.py."""
+    monkeypatch.setattr(doubt, "RANKINGS", 20)
+    monkeypatch.setattr(doubt, "DRAWS", 400)
+
+
+@cache
+def _plain() -> Posture:
+    """A search with nothing but its bounds; to be read only."""
+    return _made()
 
 
 def _made(rig: str = "ur5e", **asked: Any) -> Posture:
@@ -59,7 +73,7 @@ def _rig(path: Path, text: str) -> str:
 
 
 def test_what_is_not_said_is_assumed_and_told_so() -> None:
-    found = _made()
+    found = _plain()
     assert found.tool.offset[2] == 0.12
     said = " ".join(sentences(found))
     assert "120 mm (assumed)" in said
@@ -100,7 +114,7 @@ def test_what_cannot_be_used_is_told(rig: str, asked: dict[str, Any], told: str)
 
 
 def test_stiffness_that_was_given_takes_the_place_of_what_is_assumed() -> None:
-    assumed = _made()
+    assumed = _plain()
     given = _made(joint_stiffness=[2.0 * k for k in assumed.arm.joint_stiffness_n_m_per_rad])
     assert given.median_n_per_m == pytest.approx(2.0 * assumed.median_n_per_m)
     assert given.stiffness.source == "--joint-stiffness"
@@ -197,7 +211,7 @@ def test_with_a_gauge_across_the_contact_no_pose_changes_k_max(tmp_path: Path) -
 
 
 def test_the_object_and_the_tables_say_the_same() -> None:
-    found = _made()
+    found = _plain()
     said, first = tables.data(found), found.best[0]
     assert said["best"][0]["k_zz_n_per_m"] == float(first.figures.free_n_per_m)
     assert said["best"][0]["largest_stuck_ratio"] == first.largest.stuck_ratio

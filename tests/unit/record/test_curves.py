@@ -118,10 +118,10 @@ def test_a_decimal_mark_is_one_mark(tmp_path: Path) -> None:
     rows = "".join(f"{i * 1e-6:.9f}\t{i * 2.5:.2f}\n" for i in range(5))
     with pytest.raises(BadInputError, match=r":7:10: force_n: '1,234' where decimals have '.'"):
         read_curve(write(tmp_path, "displacement_m\tforce_n\n" + rows + "0.000009\t1,234\n"))
-    many = "".join(f"{i * 1e-9:.9f}\t{i * 0.25:.2f}\n" for i in range(80_000)).replace(".", ",")
+    many = "".join(f"{i * 1e-9:.9f}\t{i * 0.25:.2f}\n" for i in range(20_000)).replace(".", ",")
     got = read_curve(write(tmp_path, "displacement_m\tforce_n\n" + many))
-    assert got.force_n[-1] == pytest.approx(79_999 * 0.25)
-    with pytest.raises(BadInputError, match=r":80002:13: force_n: '1.5' where decimals have ','"):
+    assert got.force_n[-1] == pytest.approx(19_999 * 0.25)
+    with pytest.raises(BadInputError, match=r":20002:13: force_n: '1.5' where decimals have ','"):
         read_curve(write(tmp_path, "displacement_m\tforce_n\n" + many + "0,000000001\t 1.5\n"))
 
 

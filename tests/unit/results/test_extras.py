@@ -16,8 +16,9 @@ from stepload.evidence.identification import Identification
 from stepload.record.lag import Lag
 from stepload.record.plain import json_text
 from stepload.record.rows import Phase
+from stepload.results import extras
 from stepload.results.analyse import identify_payload
-from stepload.results.extras import extras_data, extras_of, extras_tables
+from stepload.results.extras import Extras, extras_data, extras_of, extras_tables
 from stepload.results.press_data import PressData
 
 K, N, K_S, RADIUS_M = 6.57e8, 1.5, 3.49e6, 28.7e-3
@@ -76,8 +77,25 @@ def whole() -> PressData:
     return run(loop=0.03)
 
 
-def test_a_run_of_two_cycles_has_them_all(whole):
-    found = extras_of(whole, identified(whole), Sphere(RADIUS_M))
+@pytest.fixture(scope="module")
+def law(whole) -> Identification:
+    return identified(whole)
+
+
+@pytest.fixture(scope="module")
+def every(whole, law) -> Extras:
+    """All of them of a sphere; to be read only."""
+    return extras_of(whole, law, Sphere(RADIUS_M))
+
+
+@pytest.fixture
+def no_creep(monkeypatch):
+    """Without the result that takes longest, where others are looked at."""
+    monkeypatch.setattr(extras, "_relaxation", lambda *_: Missing("left out"))
+
+
+def test_a_run_of_two_cycles_has_them_all(every):
+    found = every
     assert [c.cycle for c in found.loss.cycles] == [1, 2]
     assert all(c.resolved and c.share == pytest.approx(0.05, rel=0.5) for c in found.loss.cycles)
     assert abs(found.loss.change) < 3 * found.loss.change_sigma + 1e-3
@@ -91,7 +109,7 @@ def test_a_run_of_two_cycles_has_them_all(whole):
     assert found.hunt_crossley.dissipation_s_per_m is None
 
 
-def test_the_table_of_the_system_is_taken_out_where_there_is_one(whole):
+def test_the_table_of_the_system_is_taken_out_where_there_is_one(whole, every, no_creep):
     """Soft joints below 100 N: F/K_s alone leaves them in the unloading branch."""
     rows = np.arange(10.0, 301.0, 10.0)
 
@@ -105,7 +123,7 @@ def test_the_table_of_the_system_is_taken_out_where_there_is_one(whole):
     }
     soft = replace(whole, travel_m=whole.travel_m + joints(whole.force_n))
     known = replace(CONDITIONS, sources=replace(CONDITIONS.sources, **table))
-    expected = extras_of(whole, identified(whole))
+    expected = every
     found = extras_of(soft, identify_payload(soft, known))
     for one, other in zip(found.unloading, expected.unloading, strict=True):
         assert one.stiffness_n_per_m == pytest.approx(other.stiffness_n_per_m, rel=0.01)
@@ -122,14 +140,14 @@ def test_creep_in_the_holds_is_seen():
     assert found.holds[5].relative == pytest.approx(0.06, abs=0.025)
 
 
-def test_a_shape_without_a_radius_and_a_sphere_on_a_sphere_give_no_modulus(whole):
+def test_a_shape_without_a_radius_and_a_sphere_on_a_sphere_give_no_modulus(whole, law, no_creep):
     for geometry in (None, FlatPunch(0.01), Sphere(RADIUS_M, 0.05)):
-        found = extras_of(whole, identified(whole), geometry)
+        found = extras_of(whole, law, geometry)
         assert found.unloading[0].indentation is None
 
 
-def test_json_says_null_and_why(whole):
-    made = extras_data(extras_of(whole, identified(whole), Sphere(RADIUS_M)))
+def test_json_says_null_and_why(every):
+    made = extras_data(every)
     assert set(made) == {"missing", "relaxation", "unloading", "loss", "hunt_crossley"}
     assert made["missing"] == {}
     assert json.loads(json_text(made))["unloading"][0]["indentation"]["depth_m"] > 0.0
@@ -141,9 +159,10 @@ def test_json_says_null_and_why(whole):
     assert "unload: true" in made["missing"]["loss"]
 
 
-def test_every_result_or_its_reason_is_on_the_page(whole):
-    for data in (whole, run(cycles=1, down=False, hold=0.3)):
-        tables = extras_tables(extras_of(data, identified(data)))
+def test_every_result_or_its_reason_is_on_the_page(every):
+    one_way = run(cycles=1, down=False, hold=0.3)
+    for found in (every, extras_of(one_way, identified(one_way))):
+        tables = extras_tables(found)
         rows = tables[0].rows
         assert [row[0] for row in rows] == [
             "relaxation in the holds", "unloading stiffness", "loss per cycle",
@@ -151,11 +170,10 @@ def test_every_result_or_its_reason_is_on_the_page(whole):
         ]  # fmt: skip
         assert all(len(row) == 3 and row[2] for row in rows)
     assert [row[1] for row in rows[:3]] == ["–", "–", "–"]
-    assert "second opinion" in extras_tables(extras_of(whole, identified(whole)))[0].rows[1][2]
+    assert "second opinion" in extras_tables(every)[0].rows[1][2]
 
 
-def test_a_record_cut_anywhere_is_told_and_raises_nothing(whole):
-    law = identified(whole)
+def test_a_record_cut_anywhere_is_told_and_raises_nothing(whole, law):
     for stop in (0, 1, 5, 50, 300, 900, 4000, 9000, whole.time_s.size):
         part = replace(
             whole,
@@ -169,14 +187,14 @@ def test_a_record_cut_anywhere_is_told_and_raises_nothing(whole):
             assert (made[name] is None) == (name in made["missing"])
 
 
-def test_a_lag_taken_out_takes_damping_with_it(whole):
-    found = extras_of(replace(whole, lag_corrected_s=2e-3), identified(whole)).hunt_crossley
+def test_a_lag_taken_out_takes_damping_with_it(whole, law, no_creep):
+    found = extras_of(replace(whole, lag_corrected_s=2e-3), law).hunt_crossley
     assert isinstance(found, Missing)
     assert "lag" in found.why
 
 
-def test_the_change_of_the_loss_has_two_digits_of_its_uncertainty(whole):
-    found = extras_of(whole, identified(whole))
+def test_the_change_of_the_loss_has_two_digits_of_its_uncertainty(every):
+    found = every
     for change, sigma, told in (
         (-1.23e-5, 4.56e-5, "-0.0012% ± 0.0046%"),
         (0.1234, 0.0996, "+12% ± 10%"),

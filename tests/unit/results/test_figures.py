@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from long_ones import long
 from matplotlib.figure import Figure
 
 from stepload.evidence.identification import REPORTED
@@ -49,7 +50,7 @@ def curves(data: figures.Trace, laws: Mapping[str, figures.Law]) -> figures.Curv
     )
 
 
-@pytest.mark.parametrize("count", [2, 10, 10_000])
+@pytest.mark.parametrize("count", [2, *long([10]), 10_000])
 def test_every_figure_is_an_svg(count: int) -> None:
     data = trace(count)
     law: dict[str, figures.Law] = {"joint": lambda x: 3e6 * np.maximum(x, 0.0)}
@@ -70,7 +71,7 @@ def test_the_same_data_give_the_same_picture() -> None:
     assert figures.over_time(trace(50)) == figures.over_time(trace(50))
 
 
-@pytest.mark.parametrize("rows", [1, 3])
+@pytest.mark.parametrize("rows", [1, *long([3])])
 def test_a_figure_is_what_saving_would_make_of_it_by_itself(rows: int) -> None:
     made = []
     for draw in (figures.svg_of, saved):
