@@ -26,7 +26,10 @@ PLAIN_EVERY_S = 30.0
 
 def falsify(
     plan: Annotated[Path, typer.Argument(help=ORDER, show_default=False)],
-    trials: Annotated[int, typer.Option("--trials", min=1, help="About how many runs.")] = 20_000,
+    trials: Annotated[
+        int,
+        typer.Option("--trials", min=1, help="About how many runs; of each stratum at least 4."),
+    ] = 20_000,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Decides every run.")] = 1,
     wrong: Annotated[
         list[str] | None,

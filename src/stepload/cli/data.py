@@ -47,8 +47,14 @@ def runs(
         catalog.write_parquet(found, parquet)
     if found:
         columns = ("run", "started", "payload", "specimen", "verdict", "chord", "95 %", "ended")
+        cells = [_cells(row) for row in found]
+        told = [at for at in range(len(columns)) if any(row[at] for row in cells)]
         count = "1 run" if len(found) == 1 else f"{len(found)} runs"
-        output.table(f"{count} in {directory}", columns, [_cells(row) for row in found])
+        output.table(
+            f"{count} in {directory}",
+            [columns[at] for at in told],
+            [[row[at] for at in told] for row in cells],
+        )
     else:
         output.line(f"no run in {directory}")
     for row in found:

@@ -32,6 +32,8 @@ MARKS = {
 }  # fmt: skip
 LONGEST_WORD = 20
 """Words longer than this are broken in a table: paths, identifiers."""
+BESIDE = 2
+"""Characters between two columns of a table."""
 
 
 def _wrapped(line: str, columns: int, hang: str) -> str:
@@ -61,6 +63,28 @@ def _perhaps_gone(stream: TextIO) -> Iterator[None]:
             nothing = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nothing, stream.fileno())
             os.close(nothing)
+
+
+def column_widths(cells: Sequence[Sequence[str]], width: int) -> list[int]:
+    """Widths of the columns, each given as its cells, of a table in a terminal of `width` columns.
+
+    A column is as wide as its longest word, so that words stay whole; what is left goes to those
+    whose cells are longer. Where the longest words do not fit beside each other they are broken:
+    a column that did not fit at all would be left out without a sign.
+    """
+    words = [max((len(word) for cell in column for word in cell.split()), default=1)
+             for column in cells]  # fmt: skip
+    whole = [max(1, *map(len, column)) for column in cells]
+    room, most = width - 1 - BESIDE * len(cells), LONGEST_WORD
+    while most > 1 and sum(min(each, most) for each in words) > room:
+        most -= 1
+    found = [min(each, most) for each in words]
+    for _ in range(room - sum(found)):
+        lacks = [long - short for long, short in zip(whole, found, strict=True)]
+        if max(lacks) <= 0:
+            break
+        found[lacks.index(max(lacks))] += 1
+    return found
 
 
 class Output:
@@ -134,13 +158,14 @@ class Output:
 
         table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False,
                       padding=(0, 1, 0, 0))  # fmt: skip
-        for place, column in enumerate(columns):
-            words = " ".join((column, *(visible(row[place]) for row in rows))).split()
-            longest = max(map(len, words), default=1)
-            table.add_column(column, overflow="fold", min_width=min(longest, LONGEST_WORD))
+        width = self._columns or 110
+        cells = [
+            [column, *(visible(row[place]) for row in rows)] for place, column in enumerate(columns)
+        ]
+        for column, each in zip(columns, column_widths(cells, width), strict=True):
+            table.add_column(column, overflow="fold", width=each)
         for row in rows:
             table.add_row(*(visible(cell).replace("[", r"\[") for cell in row))
-        width = self._columns or 110
         with _perhaps_gone(self._text):
             Console(file=self._text, width=width, highlight=False).print(table)
 

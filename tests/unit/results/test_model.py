@@ -103,6 +103,25 @@ def test_a_terminal_shows_what_it_would_obey(capsys: pytest.CaptureFixture[str])
     assert text.count(r"\x1b[2Jname") == 3
 
 
+@pytest.mark.parametrize("width", range(40, 130))
+def test_a_table_loses_nothing_however_narrow_the_terminal_is(
+    width: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = [
+        ("ac4b972d2d81", "2026-11-26 18:30", "a plastic sphere", "simulated, interrupted", "")
+        for _ in range(3)
+    ]
+    out = Output(as_json=False)
+    out._columns = width
+    out.table("runs", ("run", "started", "payload", "how it ended", "none"), rows)
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= width
+    said = "".join("".join(lines).split())
+    for cell in rows[0]:
+        told = [letter for letter in cell if letter != " "]
+        assert all(said.count(letter) >= 3 * told.count(letter) for letter in set(told))
+
+
 def test_a_finding_says_what_to_do(capsys: pytest.CaptureFixture[str]) -> None:
     Output(as_json=False).finding(Finding("warn", "it squeaks", "oil it"))
     assert capsys.readouterr().out == "WARN    it squeaks\n        -> oil it\n"
