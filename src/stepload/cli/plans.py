@@ -267,6 +267,8 @@ def preflight(
 ) -> None:
     """Say before the run whether payload and rig can succeed. Exit 0: go or warn; 3: refused.
 
+    What only `run` refuses, simulated devices and a missing proof of life, it says with exit 0.
+
     Example: stepload preflight procedures/plastic-sphere.yaml
     """
     from stepload.envelope.envelope import envelope_of

@@ -34,7 +34,8 @@ class Remedy:
     @property
     def text(self) -> str:
         """What to do, and what it costs."""
-        cost = f" (it brings the warning {', '.join(self.warnings)})" if self.warnings else ""
+        word = "warning" if len(self.warnings) == 1 else "warnings"
+        cost = f" (it brings the {word} {', '.join(self.warnings)})" if self.warnings else ""
         return f"{self.change.text}{cost}"
 
 

@@ -124,9 +124,9 @@ def sideways_reasons(plan: Plan) -> Iterator[Reason]:
         yield Reason(
             "sideways_unseen", Severity.NOTE,
             "a force sensor that shows nothing across its axis from the start, a cable or a gauge"
-            f" that is dead, is taken for one of one component: {left:.0%} of F_c are counted on"
-            f" then, which holds up to {share:.0%} of the force across the axis; beyond that"
-            " nothing stops the run",
+            f" that is dead, is taken for one of one component: {left:.0%} of F_c counts then,"
+            f" which is safe only while the force across the axis is below {share:.0%} of that"
+            " along it; beyond that nothing stops the run",
             "push by hand across the axis before a run (stepload setup looks at it)",
             share, math.nan, "",
         )  # fmt: skip
@@ -143,8 +143,8 @@ def sideways_reasons(plan: Plan) -> Iterator[Reason]:
         yield Reason(
             "sideways_by_arm" if told else "sideways_unseen", Severity.WARN,
             "an arm drags the payload sideways as it presses, and a force sensor of one component"
-            f" does not see it: {left:.0%} of F_c are counted on, which holds up to {share:.0%} of"
-            f" the force across the axis; {beyond}",
+            f" does not see it: {left:.0%} of F_c counts, which is safe only while the force"
+            f" across the axis is below {share:.0%} of that along it; {beyond}",
             "use a six-axis force sensor, a guided axis, or a pose that pushes little sideways"
             " (stepload pose)",
             share, math.nan, "",

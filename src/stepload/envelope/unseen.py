@@ -219,7 +219,11 @@ def deaf_approach_reasons(plan: Plan, limits: RunLimits, *, shaken: bool) -> Ite
     dead = "both force channels have" if limits.cross_check else "the only force channel has"
     since = "the shake before the approach" if shaken else "the last push by hand, if there was one"
     way_m = limit_n / limits.stiffness_n_per_m
-    proof = "" if shaken else "rig.force.tool_mass, for a shake that proves it before an approach; "
+    proof = (
+        ""
+        if shaken
+        else "state rig.force.tool_mass, for a shake that proves it before an approach; "
+    )
     yield Reason(
         "deaf_approach", _severity(limits),
         f"if {dead} died while the noise goes on (unseen since {since}), nothing stops the arm at"

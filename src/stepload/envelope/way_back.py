@@ -75,9 +75,9 @@ def _clings(plan: Plan, counted_n: float) -> Iterator[Reason]:
     yield Reason(
         "clings_on_the_way_back", Severity.WARN,
         f"friction may hold the payload sideways while the arm draws back: at the {share:.0%}"
-        f" across that R12 allows and a friction of up to {SHARES[-1]:g} it may bear what"
-        f" {format_quantity(borne_n, 'N')} would without, and"
-        f" {format_quantity(counted_n, 'N')} of F_c are counted on. No stop prevents it",
+        f" across that R12 allows and a friction of up to {SHARES[-1]:g} it may be loaded as hard"
+        f" as {format_quantity(borne_n, 'N')} without friction would load it; F_c is counted as"
+        f" {format_quantity(counted_n, 'N')}. No stop prevents it",
         "state payload.friction, the highest that is possible: the force is then kept below what it"
         f" leaves (this top force: up to {allowed:.2g}). Else lower procedure.max_lateral_share or"
         " the top force, grease the contact, or hold the arm in a pose that pushes little sideways"

@@ -79,7 +79,7 @@ def written(data: dict[str, Any], remedy: str) -> dict[str, Any]:
         rf"use a force sensor with a range of {Q} that is as quiet": "rig.force.range",
         rf"declare a mechanical fuse that opens at {Q}": "rig.mechanical_fuse",
     }
-    remedy = re.sub(r" \(it brings the warning .*\)$", "", remedy)
+    remedy = re.sub(r" \(it brings the warnings? .*\)$", "", remedy)
     for part in re.split(r" and (?=step to|identify\.secant_force to)", remedy):
         for pattern, path in keys.items():
             if found := re.fullmatch(pattern, part):
@@ -140,7 +140,7 @@ def check(directory: Path, data: dict[str, Any], envelope: Envelope, reason: Rea
     remedies = [] if reason.remedy == NONE_HELPS else reason.remedy.split("; or ")
     for remedy in remedies:
         after = derive(read(directory, written(data, remedy)))
-        told = re.search(r"\(it brings the warning (.*)\)$", remedy)
+        told = re.search(r"\(it brings the warnings? (.*)\)$", remedy)
         refused, warned = codes(after, Severity.REFUSE), codes(after, Severity.WARN)
         assert reason.code not in refused | warned, remedy
         assert not refused - codes(envelope, Severity.REFUSE), remedy
