@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from long_ones import long
 from run_bench import Bench, bench_for, run, spec_for
 from run_plans import stvf_plan, ur_plan
 
@@ -44,7 +45,7 @@ def _last(engine: Engine, kind: str) -> Mapping[str, Any]:
 
 
 @pytest.mark.parametrize("make", [stvf_plan, ur_plan])
-@pytest.mark.parametrize("softness", [0.1, 1.0, 300.0])
+@pytest.mark.parametrize("softness", [0.1, *long([1.0]), 300.0])
 @pytest.mark.parametrize("force_n", [1.5, 20.0, 150.0])
 def test_a_start_pose_in_contact_is_found(make: Any, softness: float, force_n: float) -> None:
     bench = _pressed(make(**QUICK), force_n, softness)

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from stepload.envelope.envelope import Envelope, envelope_of
+from stepload.envelope.envelope import Envelope, derive
 from stepload.envelope.limit_reasons import counted_on, risk
 from stepload.envelope.theory import DECLARED, theory_of
 from stepload.plan.load import load_plan
@@ -33,7 +33,7 @@ def pressed(top_n: float, **payload: Any) -> Envelope:
     plan = replace(
         SPHERE, payload=replace(SPHERE.payload, **payload), procedure=procedure, identify=identify
     )
-    return envelope_of(plan)
+    return derive(plan)
 
 
 def codes(envelope: Envelope) -> dict[str, str]:
@@ -139,7 +139,7 @@ def test_every_shipped_plan_that_ran_before_still_runs(path: Path) -> None:
     plan: Plan = load_plan(path)
     refused = ("aluminium-cube", "aluminium-prism", "aluminium-sphere", "plastic-cone",
                "plastic-pyramid")  # fmt: skip
-    assert (envelope_of(plan).verdict == "refused") == (path.stem in refused)
+    assert (derive(plan).verdict == "refused") == (path.stem in refused)
 
 
 def test_payloads_made_by_hand_need_no_word_about_it() -> None:

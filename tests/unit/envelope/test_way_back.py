@@ -19,7 +19,7 @@ from stepload.envelope.dragged import (
     dragged_left,
     left_at,
 )
-from stepload.envelope.envelope import envelope_of
+from stepload.envelope.envelope import derive
 from stepload.envelope.pressing import largest_top_force
 from stepload.envelope.reason import Severity
 from stepload.envelope.sideways import (
@@ -89,22 +89,22 @@ def test_a_load_cell_counts_with_friction_and_never_allows_more_for_it() -> None
 
 def test_the_top_force_is_refused_up_to_the_friction_that_is_named() -> None:
     plan = arm(0.6)
-    counted_n = envelope_of(plan).theory.counted.lower_n
+    counted_n = derive(plan).theory.counted.lower_n
     allowed = allowed_friction(plan, counted_n)
     assert 0.0 < allowed < 0.6
-    found = envelope_of(plan)
+    found = derive(plan)
     assert found.limits is None
     assert found.largest_safe_force_n < plan.procedure.top_force_n
     (note,) = (r for r in found.reasons if r.code == "friction_on_the_way_back")
     assert f"a friction of up to {allowed:.2g}" in note.message
-    assert envelope_of(arm(allowed)).limits is not None
-    assert envelope_of(arm(allowed + 0.01)).limits is None
+    assert derive(arm(allowed)).limits is not None
+    assert derive(arm(allowed + 0.01)).limits is None
     assert largest_top_force(arm(0.0), counted_n) == largest_top_force(arm(), counted_n)
 
 
 def test_f_lim_is_below_what_friction_leaves() -> None:
     plan = arm(0.3, top_force_n=100.0, levels_n=(50.0, 100.0), step_n=50.0)
-    found = envelope_of(plan)
+    found = derive(plan)
     left_n = left_of_limit(NU, 0.3) * found.theory.counted.lower_n
     assert 100.0 < found.run_limits.force_limit_n <= found.run_limits.allowed_n < left_n
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from stepload.envelope.envelope import envelope_of
+from stepload.envelope.envelope import derive
 from stepload.envelope.reason import PlanVerdict, Severity
 from stepload.plan.load import load_plan
 
@@ -34,7 +34,7 @@ def judged(tmp_path: Path, payload: str, top: str, step: str, stuck_ratio: float
     path.write_text(
         PLAN.format(payload=payload_path, channels=channels, top=top, step=step, ratio=stuck_ratio)
     )
-    return envelope_of(load_plan(path))
+    return derive(load_plan(path))
 
 
 @pytest.mark.parametrize("payload", ["plastic-sphere", "plastic-cone", "aluminium-cube"])
@@ -58,4 +58,4 @@ def test_a_rubber_sphere_may_be_pressed_a_little_with_a_warning(tmp_path):
     assert 57.0 < envelope.largest_safe_force_n < 63.0
     force = replace(envelope.plan.rig.force, drift_n_per_s=0.1)
     twice = replace(envelope.plan, rig=replace(envelope.plan.rig, force=force))
-    assert envelope_of(twice).verdict is PlanVerdict.REFUSED
+    assert derive(twice).verdict is PlanVerdict.REFUSED

@@ -80,6 +80,7 @@ def test_the_share_is_told_with_its_sign_for_each_way() -> None:
     assert up.force_n[-1] < TOP_N
 
 
+@pytest.mark.long
 def test_the_uncertainty_of_a_share_is_that_of_its_mean() -> None:
     off = [
         (told(made(0.1, seed=seed)).branches[0].share[4, 1]

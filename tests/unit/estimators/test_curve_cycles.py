@@ -96,6 +96,7 @@ def test_nothing_pressed_is_no_cycle() -> None:
     assert cycles_of(-ramp(0, 10)) == []
 
 
+@pytest.mark.long
 def test_a_million_samples_in_two_cycles() -> None:
     force = ramp(0, 300, 300, 0, 300, 300, 0, count=170_000)
     noisy = force + np.random.default_rng(2).normal(0, 1.0, force.size)

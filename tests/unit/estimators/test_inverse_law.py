@@ -84,6 +84,7 @@ def test_covariances_are_those_of_the_jacobian() -> None:
     assert not fixed.covariance[2].any()
 
 
+@pytest.mark.long
 def test_covariance_covers_white_noise() -> None:
     """The scatter of n over repeated runs is what the covariance says."""
     fits = [joint(*noisy(seed)) for seed in range(150)]

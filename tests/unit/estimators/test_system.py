@@ -196,6 +196,7 @@ def test_inseparable_columns_are_refused():
         fit_with_smooth_error(np.stack([force, 2 * force], axis=1), force, force, 50.0)
 
 
+@pytest.mark.long
 def test_a_length_that_nobody_knows_costs_width_and_no_coverage():
     """Errors that are alike over 30 N and over 150 N; the 50 N of neither covers the second."""
     rng = np.random.default_rng(5)

@@ -68,6 +68,7 @@ def test_a_zero_beyond_the_depth_gives_no_modulus():
     assert found.stiffness_n_per_m == pytest.approx(TRUE_S, rel=1e-6)
 
 
+@pytest.mark.long
 def test_intervals_hold_the_truth_on_a_rig():
     stiff = modulus = 0
     half = []

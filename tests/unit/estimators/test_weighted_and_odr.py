@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from long_ones import long
 from odrpack import odr_fit
 from scipy.optimize import minimize
 
@@ -85,7 +86,7 @@ def test_odr_distance_is_the_least_distance() -> None:
         assert cost(math.log(fit.k) + step_k, fit.n + step_n) > least
 
 
-@pytest.mark.parametrize("estimator", [ew_tls, odr])
+@pytest.mark.parametrize("estimator", [ew_tls, *long([odr])])
 def test_covariance_is_the_scatter(estimator: Callable[..., Fit]) -> None:
     fits = [estimator(*noisy(s), sigma_m=SIGMA_M, sigma_n=SIGMA_N) for s in range(120)]
     stated = [math.sqrt(f.covariance[1, 1]) for f in fits if f.covariance is not None]

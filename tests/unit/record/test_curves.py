@@ -174,7 +174,7 @@ def test_no_file(tmp_path: Path) -> None:
 
 
 @settings(
-    max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(st.binary(max_size=200), st.booleans())
 def test_any_bytes_are_read_or_refused(tmp_path: Path, data: bytes, with_header: bool) -> None:

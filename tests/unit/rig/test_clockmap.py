@@ -23,7 +23,7 @@ def pairs(
     return device_s, true_s, true_s + latency_s
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.floats(-3e-4, 3e-4), st.floats(20.0, 200.0), st.integers(0, 1000))
 def test_batch_finds_skew_and_offset(skew: float, span_s: float, seed: int) -> None:
     device_s, true_s, receive_s = pairs(skew, span_s, seed)
@@ -36,7 +36,7 @@ def test_batch_finds_skew_and_offset(skew: float, span_s: float, seed: int) -> N
     assert fit.residual_p99_us > 1000.0
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.floats(-3e-4, 3e-4), st.integers(0, 1000))
 def test_streaming_follows(skew: float, seed: int) -> None:
     device_s, true_s, receive_s = pairs(skew, 60.0, seed)

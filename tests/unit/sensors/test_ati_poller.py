@@ -84,7 +84,7 @@ def test_after_a_time_out_nothing_is_asked_until_silence():
     assert (poller.timeouts, poller.late, poller.resyncs) == (1, 1, 1)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(
     st.lists(
         st.tuples(st.integers(0x1F0, 0x20F), st.binary(max_size=8), st.floats(0.0, 0.02)),

@@ -32,7 +32,7 @@ def test_cut_and_foreign_lines_are_no_frames(line):
     assert slcan_frame(line) is None
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(st.text(max_size=40))
 def test_any_text_is_a_frame_or_none(line):
     frame = slcan_frame(line)

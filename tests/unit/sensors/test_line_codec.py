@@ -76,7 +76,7 @@ def test_a_line_without_end_is_given_up_with_all_that_belongs_to_it():
     assert lines.damaged == 1
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(st.lists(st.binary(max_size=60), max_size=10))
 def test_random_bytes_give_only_finite_readings(pieces):
     lines = decoder(number=float, begin=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from datetime import date
 
@@ -34,11 +35,18 @@ def go(path, rig, given, **how):
     return set_up(path, answers, press=press_nothing, today=DAY, open_devices=opener(rig), **how)
 
 
-@pytest.fixture
-def rig_file(tmp_path):
-    path = tmp_path / "rig.yaml"
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    """The directory of a set-up with its plan; each test takes a copy."""
+    path = tmp_path_factory.mktemp("found") / "rig.yaml"
     go(path, Rig(), GIVEN, until="plan")
-    return path
+    return path.parent
+
+
+@pytest.fixture
+def rig_file(tmp_path, found):
+    shutil.copytree(found, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "rig.yaml"
 
 
 @pytest.fixture

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import shutil
 from datetime import date
 
 import pytest
@@ -34,16 +36,23 @@ class Typing(Hands):
         return self.typed.get(question.name, question.default or "")
 
 
-@pytest.fixture
-def rig():
-    return Rig()
-
-
-@pytest.fixture
-def rig_file(tmp_path, rig):
-    path = tmp_path / "rig.yaml"
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    """A set-up up to the way, and the rig after it: each test takes copies."""
+    path, rig = tmp_path_factory.mktemp("found") / "rig.yaml", Rig()
     go(path, rig)
-    return path
+    return path.parent, rig
+
+
+@pytest.fixture
+def rig(found):
+    return copy.deepcopy(found[1])
+
+
+@pytest.fixture
+def rig_file(tmp_path, found):
+    shutil.copytree(found[0], tmp_path, dirs_exist_ok=True)
+    return tmp_path / "rig.yaml"
 
 
 def go(path, rig, given=GIVEN, yes=True, person=None, today=DAY, open_devices=None, **how):

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from long_ones import long
 from six_rigs import SURFACE_M, rig, rub
 
 from stepload.rig.faults import FaultCode
@@ -72,7 +73,7 @@ def test_the_wrench_is_the_load_with_its_moment_about_the_sensor():
     assert (-ty / z, tx / z) == pytest.approx((2e-3, -3e-3))
 
 
-@pytest.mark.parametrize("axis", ["+fx", "-fx", "+fy", "-fy", "-fz"])
+@pytest.mark.parametrize("axis", ["+fx", "-fy", "-fz", *long(["-fx", "+fy"])])
 def test_another_axis_shows_the_same_wrench_renamed(axis):
     mount = replace(rub(0.2, x=0.5, y=0.2), sensor=LEVER)
     shown = {}
@@ -269,9 +270,11 @@ FAULTS = {
     "gain_ramp": (0.1, lambda w: tuple(1.1 * v for v in w)),
     "bias_ramp": (2.0, lambda w: (w[0], w[1], w[2] + 2.0, *w[3:])),
 }
+RATHER = ("reversed", "bias", "swapped", "clipped")
+"""A fault of each kind: of the sign, of the zero, of the axes and of the range."""
 
 
-@pytest.mark.parametrize("kind", FAULTS)
+@pytest.mark.parametrize("kind", [*RATHER, *long(kind for kind in FAULTS if kind not in RATHER)])
 def test_a_fault_of_the_sensor_is_one_of_the_whole_wrench(kind):
     size, change = FAULTS[kind]
     mount = replace(rub(0.2, x=0.5), sensor=LEVER)

@@ -282,7 +282,11 @@ def test_closing_and_opening_without_friction_costs_nothing():
 
 
 @pytest.mark.parametrize(
-    "payload", [{}, {"hard_stop_m": 5e-6, "stop_stiffness_n_per_m": 1e9}], ids=["stiff", "stop"]
+    "payload",
+    [
+        pytest.param({}, marks=pytest.mark.long, id="stiff"),
+        pytest.param({"hard_stop_m": 5e-6, "stop_stiffness_n_per_m": 1e9}, id="stop"),
+    ],
 )
 @pytest.mark.parametrize("friction", [0.3, *long([0.0])])
 def test_stiff_contacts_converge(payload, friction):
