@@ -393,7 +393,8 @@ class Supervisor:
             return self._found(
                 "R11", -force_n, limit_n, "N",
                 f"the force sensor reads {force_n:+.4g} N in the approach, where a surface can only"
-                " push: the sign of force.axis is wrong, or something pulls at the tool",
+                " push: the sign of force.axis is wrong, something pulls at the tool, or its zero"
+                " has moved since the tare",
             )  # fmt: skip
         return self._found(
             "R11", across_n, across_limit_n, "N",

@@ -40,22 +40,32 @@ def zero_drift_reasons(plan: Plan, loop_s: float, stages: Sequence[Stage]) -> It
 
 
 def _stated_reasons(plan: Plan, looked_s: float) -> Iterator[Reason]:
-    """Whether the stated drift may move the zero beyond `max_drift` in a run as planned."""
+    """Whether the stated drift may end a run as planned: by `max_drift`, or by the touch force,
+    above which a contact counts as not open."""
     drift_n_per_s, procedure = plan.rig.force.drift_n_per_s, plan.procedure
-    allowed_n = procedure.max_drift_n
-    if drift_n_per_s * looked_s <= allowed_n:
+    shift_n = drift_n_per_s * looked_s
+    limits_n = {"max_drift": procedure.max_drift_n, "touch_force": procedure.touch_force_n}
+    allowed_n = min(limits_n.values())
+    if shift_n <= allowed_n:
         return
+    passed = " and ".join(name for name, limit_n in limits_n.items() if limit_n < shift_n)
     between = procedure.cycles > 1 and procedure.lift_off
-    shift, allowed = beside_limit(drift_n_per_s * looked_s, allowed_n, "N")
+    shift, allowed = beside_limit(shift_n, allowed_n, "N")
+    ends = (
+        "a retract finds the contact not open, and the run ends"
+        if allowed_n < procedure.max_drift_n
+        else "the run ends between its cycles"
+        if between
+        else "the result is flagged, or the run ends"
+    )
     yield Reason(
         "drift_beyond_max", Severity.WARN,
         f"the stated drift of up to {format_quantity(drift_n_per_s, 'N/s')} (rig.force.drift) may"
         f" move the zero by {shift} in the {looked_s:.0f} s from one look at it to the next: beyond"
-        f" {allowed} (max_drift) the"
-        + (" run ends between its cycles" if between else " result is flagged, or the run ends"),
-        "a larger max_drift (less force is then allowed), fewer load steps or shorter holds, a"
+        f" {allowed} ({min(limits_n, key=limits_n.__getitem__)}) {ends}",
+        f"a larger {passed} (less force is then allowed), fewer load steps or shorter holds, a"
         " longer warm-up, or a sensor that drifts less",
-        drift_n_per_s * looked_s, allowed_n, "N",
+        shift_n, allowed_n, "N",
     )  # fmt: skip
 
 
