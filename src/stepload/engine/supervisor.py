@@ -278,7 +278,7 @@ class Supervisor:
             breach = self._found(
                 "R2", peak_n, limit_n, "N",
                 f"force {force_n:.4g} N would grow to {peak_n:.4g} N, above {limit_n:.4g} N,"
-                " before the arm can give way",
+                f" before the arm can give way{_below_zero(force_n)}",
             )  # fmt: skip
 
         recent = self.motion.recent_m_s
@@ -454,6 +454,13 @@ class Supervisor:
                 "faster in contact than a hidden hard stop would allow",
             )  # fmt: skip
         return self.answers.load(target_m, smooth_n, speed)
+
+
+def _below_zero(force_n: float) -> str:
+    """What a force below zero may be, where a plate can only push; else ""."""
+    if force_n >= 0.0:
+        return ""
+    return "; below zero: something pulls, force.axis has the wrong sign, or the zero has moved"
 
 
 def _opposite(force_n: float, second_n: float) -> str:

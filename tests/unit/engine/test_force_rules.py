@@ -68,6 +68,15 @@ def test_r2_a_rising_force_is_followed_to_where_it_is_when_the_arm_gives_way() -
     assert sup.force_n < LIMIT_N - 4.0 * NOISE_N - 0.5 * rise_n
 
 
+@pytest.mark.parametrize(("sign", "named"), [(1.0, False), (-1.0, True)])
+def test_r2_says_what_a_force_below_zero_may_be(sign: float, named: bool) -> None:
+    feed = Feed(**CALM)
+    while feed.supervisor.cause is None:
+        feed.tick(feed.supervisor.force_n + sign * 5000.0 * PERIOD_S)
+    assert feed.supervisor.cause.rule == "R2"
+    assert ("or the zero has moved" in feed.supervisor.cause.message) is named
+
+
 def test_r2_a_falling_force_predicts_no_lower_peak_and_noise_no_rise() -> None:
     feed = Feed(**CALM, at_n=200.0)
     feed.tick(200.0)
