@@ -68,8 +68,8 @@ def _perhaps_gone(stream: TextIO) -> Iterator[None]:
 def column_widths(cells: Sequence[Sequence[str]], width: int) -> list[int]:
     """Widths of the columns, each given as its cells, of a table in a terminal of `width` columns.
 
-    A column is as wide as its longest word, so that words stay whole; what is left goes to those
-    whose cells are longer. Where the longest words do not fit beside each other they are broken:
+    A column is as wide as its longest word, so that words stay whole; what is left goes to the
+    narrowest whose cells are longer. Where the longest words do not fit beside each other they are broken:
     a column that did not fit at all would be left out without a sign.
     """
     words = [max((len(word) for cell in column for word in cell.split()), default=1)
@@ -80,10 +80,10 @@ def column_widths(cells: Sequence[Sequence[str]], width: int) -> list[int]:
         most -= 1
     found = [min(each, most) for each in words]
     for _ in range(room - sum(found)):
-        lacks = [long - short for long, short in zip(whole, found, strict=True)]
-        if max(lacks) <= 0:
+        lacking = [at for at, each in enumerate(found) if each < whole[at]]
+        if not lacking:
             break
-        found[lacks.index(max(lacks))] += 1
+        found[min(lacking, key=found.__getitem__)] += 1
     return found
 
 
