@@ -69,8 +69,8 @@ def column_widths(cells: Sequence[Sequence[str]], width: int) -> list[int]:
     """Widths of the columns, each given as its cells, of a table in a terminal of `width` columns.
 
     A column is as wide as its longest word, so that words stay whole; what is left goes to the
-    narrowest whose cells are longer. Where the longest words do not fit beside each other they are broken:
-    a column that did not fit at all would be left out without a sign.
+    narrowest whose cells are longer. Where the longest words do not fit beside each other they are
+    broken: a column that did not fit at all would be left out without a sign.
     """
     words = [max((len(word) for cell in column for word in cell.split()), default=1)
              for column in cells]  # fmt: skip
