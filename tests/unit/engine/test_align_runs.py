@@ -114,7 +114,6 @@ def test_a_tilt_above_the_limit_ends_the_run_before_anything_is_loaded(
     assert f"{turn_deg[1]:+.2f}" in engine.cause.message
 
 
-@pytest.mark.long
 def test_the_uncertainty_counts_against_the_plate() -> None:
     """0.9 deg is below the limit of 1 deg, but not by what the touches are known to."""
     _, engine = run_of(tilted_plan(0.9))
@@ -123,6 +122,7 @@ def test_the_uncertainty_counts_against_the_plate() -> None:
     assert engine.cause.value > engine.cause.limit
 
 
+@pytest.mark.long
 def test_a_plate_as_steep_as_the_clearance_allows_is_survived() -> None:
     bench, engine = run_of(tilted_plan(0.0, -8.0))
     assert engine.cause is not None

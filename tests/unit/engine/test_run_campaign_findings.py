@@ -121,6 +121,7 @@ def test_commands_held_back_and_delivered_at_once_do_not_ram_the_surface(
     assert bench.peak_n < elastic_limit_n
 
 
+@pytest.mark.long
 def test_an_arm_that_does_not_follow_is_waited_for(healthy: Healthy) -> None:
     plan = heavy_plan()
     spec = spec_for(plan, 4)

@@ -83,6 +83,7 @@ def test_a_soft_payload_on_a_soft_arm_takes_the_time_that_was_told(soft_arm: str
     assert "level_out_of_reach" not in {reason.code for reason in envelope.reasons}
 
 
+@pytest.mark.long
 def test_a_level_that_the_leash_may_not_reach_is_told_and_what_it_takes_where_it_does(
     soft_arm: str,
 ) -> None:

@@ -21,7 +21,7 @@ from stepload.rig.samples import ForceSample
 from stepload.rig.world import WorldFault
 
 
-@pytest.mark.parametrize("loaded_s", [0.6, *long((0.24, 0.54, 0.66))])
+@pytest.mark.parametrize("loaded_s", [0.24, 0.6, *long((0.54, 0.66))])
 def test_a_main_channel_that_reads_too_little_and_a_frozen_second_one(loaded_s: float) -> None:
     """Found by a search: 1.5 F_c before the rule, since R5 compared with what was read long ago."""
     plan = coarse_plan()

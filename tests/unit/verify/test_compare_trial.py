@@ -22,6 +22,7 @@ def test_equal_payloads_agree() -> None:
     assert found.smallest < 0.04
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ratio", [1.05, *long([1.0 / 1.05])])
 def test_five_percent_are_told_apart_on_one_rig(ratio: float) -> None:
     found = tally(World("5 %", ratio), TRIALS, seed=2)

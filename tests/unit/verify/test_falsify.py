@@ -121,6 +121,7 @@ def test_rigs_with_six_axes_can_have_more_wrong_and_every_pair_has_a_stratum() -
         named("plate_slips+any")
 
 
+@pytest.mark.long
 def test_what_counts_with_six_axes_is_the_force_that_friction_makes_worse() -> None:
     found, _ = scene(named("plate_slips", "six")[0])
     result, _ = run_scenario(found)

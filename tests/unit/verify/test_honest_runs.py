@@ -73,6 +73,7 @@ def test_every_world_makes_the_same_finite_record_again(name):
     assert first.travel_m[first.phase == Phase.TARE].max() < 0.0
 
 
+@pytest.mark.long
 def test_late_deformation_is_that_of_the_differential_equation():
     tau_s, part = 4.0, 0.2
     case = clean(make(ALL, "sphere", 5), creep=Creep((part,), (tau_s,)), held_force=True)
