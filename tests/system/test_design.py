@@ -86,6 +86,8 @@ def test_a_rig_file_is_named_from_where_the_plan_lies(
         "./my rig.yaml",
         "--samples",
         60,
+        "--seed",
+        3,
         "--processes",
         1,
         "--out",
