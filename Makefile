@@ -82,7 +82,7 @@ made: compiled $(KEPT) ## Those of whole runs and commands, on compiled modules
 
 realtime: compiled $(KEPT) ## The tests against the wall clock, under a meter of the host's stalls
 	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'patient and not long' -n $(CORES) $(BESIDE)
-	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'realtime and not patient and not long' -n $(WORKERS) $(BESIDE)
+	STEPLOAD_PURE= $(BIN)/pytest $(CLOCK) -m 'realtime and not patient and not long' -n $(CORES) $(BESIDE)
 
 test-under-load: $(READY) ## Both of these, ten times beside busy loops and ten times with stops
 	$(BIN)/python tests/helpers/under_load.py --runs 10 -- $(MAKE) --no-print-directory virtual realtime

@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 import typer
+from long_ones import long_rows
 from typer.main import get_command, get_group
 
 from stepload.cli.explain import codes
@@ -157,12 +158,12 @@ def test_a_preflight_imports_nothing_of_scipy() -> None:
     [
         ("camp", "campaign"),
         ("drivers show robotous_u", "robotous_u"),
-        pytest.param("pre", "preflight", marks=pytest.mark.long),
-        pytest.param("explain unid", "unidentifiable", marks=pytest.mark.long),
-        pytest.param("run --dry", "--dry-run", marks=pytest.mark.long),
-        pytest.param("drivers sh", "show", marks=pytest.mark.long),
+        *long_rows(
+            [("pre", "preflight"), ("explain unid", "unidentifiable"), ("run --dry", "--dry-run"),
+             ("drivers sh", "show")]
+        ),
     ],
-)
+)  # fmt: skip
 def test_the_shell_completes_verbs_that_are_not_built(typed: str, offered: str) -> None:
     line = f"stepload {typed}"
     shown, _ = in_a_new_process(

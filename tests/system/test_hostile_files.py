@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
+from long_ones import long_rows
 from real_runs import ENVIRONMENT, ROOT, leave_out_figures
 
 sys.path.insert(0, str(ROOT / "bench" / "fuzz"))
@@ -200,11 +201,8 @@ LARGE: dict[str, Callable[[], bytes]] = {
     [
         ("line.csv", "identify"),
         ("zeros.mcap", "recover"),
-        pytest.param("zeros.mcap", "identify", marks=pytest.mark.long),
-        pytest.param("zeros.mcap", "replay", marks=pytest.mark.long),
-        pytest.param("length.mcap", "identify", marks=pytest.mark.long),
-        pytest.param("length.mcap", "recover", marks=pytest.mark.long),
-        pytest.param("length.mcap", "replay", marks=pytest.mark.long),
+        *long_rows(("zeros.mcap", verb) for verb in ("identify", "replay")),
+        *long_rows(("length.mcap", verb) for verb in ("identify", "recover", "replay")),
     ],
 )
 def test_large_files_take_bounded_memory(name: str, verb: str, tmp_path: Path) -> None:

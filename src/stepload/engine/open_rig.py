@@ -11,6 +11,7 @@ from typing import cast
 from stepload.engine.operator import Operator
 from stepload.engine.rehearse import world_for
 from stepload.engine.safing import Action, make_safe
+from stepload.envelope.aligning import SIX_AXES_REMEDY
 from stepload.envelope.envelope import Envelope
 from stepload.errors import DeviceError
 from stepload.plan.model import DriverChoice, Plan, SecondForceSource
@@ -119,9 +120,7 @@ def _check_shift(plan: Plan, arm: Arm, *, dry_run: bool) -> None:
         "procedure.alignment and procedure.nulling need an arm that can go across its approach, "
         "and this one cannot",
         code=FaultCode.REFUSED_COMMAND,
-        hint="describe the six axes of the simulated rig in rig.simulation.mount: {}"
-        if dry_run
-        else "leave both out, and align by hand",
+        hint=SIX_AXES_REMEDY if dry_run else "leave both out, and align by hand",
     )
 
 

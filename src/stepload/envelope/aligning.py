@@ -17,6 +17,8 @@ from stepload.plan.overlay import SIMULATED
 from stepload.rig.plugins import load_arm
 from stepload.units import format_quantity
 
+SIX_AXES_REMEDY = "describe the six axes of the simulated rig in rig.simulation.mount: {}"
+"""Where the simulated arm is to go across its approach."""
 GUESSED_FACTOR = 3.0
 """Lateral stiffness over the largest axial one, where none is stated: a UR5e in its median pose has
 1.3 to 1.5 (assumed joint stiffnesses)."""
@@ -199,7 +201,7 @@ def aligning_reasons(plan: Plan, limits: RunLimits | None) -> Iterator[Reason]:
             "arm_cannot_shift", Severity.REFUSE,
             f"procedure.alignment and procedure.nulling need an arm that can go across its "
             f"approach; the driver {rig.arm.driver.name!r} cannot",
-            "describe the six axes of the simulated rig in rig.simulation.mount: {}"
+            SIX_AXES_REMEDY
             if rig.arm.driver.name == SIMULATED
             else "leave both out: align by hand, with a dial gauge on the plate",
         )  # fmt: skip

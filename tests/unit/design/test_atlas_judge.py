@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from long_ones import long
 
 from stepload.contact.rough import RoughSphere
 from stepload.design import world
@@ -51,20 +52,23 @@ NEAR_THE_EDGE = {
 
 
 @pytest.mark.parametrize("name", NEAR_THE_EDGE)
-def test_a_cell_at_once_says_what_the_whole_pipeline_says_of_every_run(name: str) -> None:
+@pytest.mark.parametrize("count", [5, *long([8])])
+def test_a_cell_at_once_says_what_the_whole_pipeline_says_of_every_run(
+    count: int, name: str
+) -> None:
     cell = NEAR_THE_EDGE[name]
-    plan, runs = pressed(cell, 5)
+    plan, runs = pressed(cell, count)
     found = judged(cell, plan, runs)
     same, widths = 0, []
-    for number in range(5):
+    for number in range(count):
         whole = headline(cell.conditions, plan, runs, number)
         assert whole is not None
         assert found.value_n_per_m[number] == pytest.approx(whole.value_n_per_m, rel=0.02)
         widths.append(float(found.half_width[number]) / whole.half_width)
         same += (whole.verdict is ResultVerdict.IDENTIFIED) == bool(found.identified[number])
-    assert widths == pytest.approx([1.0] * 5, rel=0.2)
+    assert widths == pytest.approx([1.0] * count, rel=0.2)
     assert np.median(widths) == pytest.approx(1.0, rel=0.1 if name == "gauge" else 0.03)
-    assert same >= 4  # a half width of 19.9 % here may be one of 20.1 % there
+    assert same >= count - 1  # a half width of 19.9 % here may be one of 20.1 % there
 
 
 def test_a_damped_load_path_stays_behind_in_every_ramp() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from long_ones import long_rows
 from run_bench import bench_for, run, spec_for
 from run_plans import stvf_plan, ur_plan
 
@@ -34,8 +35,8 @@ def rated(plan: Plan, hz: float, second_hz: float) -> Plan:
     ("hz", "second_hz"),
     [
         (25.0, 50.0), (50.0, 0.0), (100.0, 50.0), (500.0, 50.0),
-        *(
-            pytest.param(hz, second_hz, marks=pytest.mark.long)
+        *long_rows(
+            (hz, second_hz)
             for hz in (25.0, 50.0, 100.0, 500.0)
             for second_hz in (0.0, 500.0, 50.0)
         ),

@@ -8,7 +8,7 @@ from collections import deque
 from dataclasses import replace
 
 import pytest
-from long_ones import long
+from long_ones import long, long_rows
 from run_plans import limits_for, stvf_plan, ur_plan
 
 from stepload.engine import anchor
@@ -194,13 +194,14 @@ def dead_n(
 @pytest.mark.parametrize("frozen", [True, False], ids=["frozen", "dead behind noise"])
 @pytest.mark.parametrize("arm", ["ur", "stvf"])
 @pytest.mark.parametrize("payload", [1e12, *long([3e6]), 1e4])
+@pytest.mark.parametrize("seeds", [range(8), *long([range(8, 12)])])
 def test_channels_that_die_at_any_moment_leave_the_force_below_its_limit(
-    arm: str, payload: float, frozen: bool
+    seeds: range, arm: str, payload: float, frozen: bool
 ) -> None:
     """No other rule looks. Their last rise may be found once more, and proves nothing then."""
     for share in (0.5, 1.0):
         limits = replace(LIMITS[arm], leash_share=share, leash_proved=1.0)
-        reached = [dead_n(limits, payload, seed, frozen=frozen) for seed in range(8)]
+        reached = [dead_n(limits, payload, seed, frozen=frozen) for seed in seeds]
         assert max(reached) < 1.0
 
 
@@ -222,10 +223,7 @@ def drifted_n(limits: RunLimits, drift_n_per_s: float, seconds: float = 60.0) ->
         (0.5, 0.05),
         (0.5, 5.0),
         (1.0, 0.2),
-        *(
-            pytest.param(*each, marks=pytest.mark.long)
-            for each in ((0.5, 0.2), (0.5, 1.0), (1.0, 0.05))
-        ),
+        *long_rows([(0.5, 0.2), (0.5, 1.0), (1.0, 0.05)]),
     ],
 )
 def test_a_dead_channel_that_drifts_is_no_payload_that_answers(
@@ -249,11 +247,12 @@ def test_a_dead_channel_with_slow_noise_is_no_payload_that_answers(
 
 
 @pytest.mark.parametrize("every", [10, *long([20])])
+@pytest.mark.parametrize("seeds", [range(12), *long([range(12, 20)])])
 def test_a_slow_sensor_that_dies_behind_its_noise_leaves_the_force_below_its_limit(
-    every: int,
+    seeds: range, every: int
 ) -> None:
     """Few readings make a mean: its noise is that of readings, not of ticks."""
     limits = LIMITS["ur"]
     limits = replace(limits, leash_proved=1.0, reading_s=every * limits.period_s)
-    reached = [dead_n(limits, 1e12, seed, frozen=False, every=every) for seed in range(12)]
+    reached = [dead_n(limits, 1e12, seed, frozen=False, every=every) for seed in seeds]
     assert max(reached) < 1.0

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from long_ones import long
 
 from stepload.errors import DomainError
 from stepload.estimators.smooth import (
@@ -66,13 +67,13 @@ def test_a_zero_error_does_not_bias_it():
     assert far.stiffness_n_per_m == pytest.approx(near.stiffness_n_per_m, rel=1e-6)
 
 
-def test_sigma_covers_although_the_error_is_smooth():
+@pytest.mark.parametrize("runs", [150, *long([200])])
+def test_sigma_covers_although_the_error_is_smooth(runs):
     """95 % nominal; 2.5 % of such tests would fail below 0.91 if it held only by chance."""
     rng = np.random.default_rng(3)
     time, force, rate = steps()
     clean = travel(force, rate)
     inside = known_inside = iid_inside = 0
-    runs = 150
     for _ in range(runs):
         measured = np.round((clean + smooth_draw(rng, force, 0.54e-6)) / 2e-6) * 2e-6
         noisy = np.round((force + rng.normal(0, 0.5, force.size)) / 1.5) * 1.5
@@ -166,10 +167,10 @@ def test_two_spheres_give_stiffness_and_contact_scale():
 
 
 @pytest.mark.parametrize("repeatable", [False, True])
-def test_two_sphere_sigma_covers(repeatable):
+@pytest.mark.parametrize("runs", [80, *long([150])])
+def test_two_sphere_sigma_covers(runs, repeatable):
     rng = np.random.default_rng(8)
     inside = 0
-    runs = 80
     for _ in range(runs):
         first, second, force, small, large = two_runs(rng, 0.54e-6, repeatable)
         fit = two_sphere_difference(first, second, force, first_contact=small, second_contact=large)

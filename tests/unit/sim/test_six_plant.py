@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from long_ones import long
+from long_ones import long, long_rows
 from quasi_static import press
 from six_rigs import SURFACE_M, go, plant, rig, rub, shift, springs, wait
 
@@ -87,9 +87,8 @@ def test_in_free_air_the_tip_swings_as_the_exact_solution(seed):
 
 ORACLES = [
     (9e4, 8e6, rub(0.3, x=0.33, y=0.1), 2e-3),
-    *(
-        pytest.param(*each, marks=pytest.mark.long)
-        for each in [
+    *long_rows(
+        [
             (9e4, 8e6, rub(0.1, x=0.33, y=0.1, plate_tilt_rad=(0.02, 0.05)), 2e-3),
             (9e4, 8e6, rub(0.0, x=0.6, plate_tilt_rad=(0.02, -0.05)), 2e-3),
         ]

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from long_ones import long
 
 from stepload.estimators.difference import Agreement, difference
 from stepload_verify.trials import compare
@@ -23,7 +22,7 @@ def test_equal_payloads_agree() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("ratio", [1.05, *long([1.0 / 1.05])])
+@pytest.mark.parametrize("ratio", [1.05, 1.0 / 1.05])
 def test_five_percent_are_told_apart_on_one_rig(ratio: float) -> None:
     found = tally(World("5 %", ratio), TRIALS, seed=2)
     assert found.differ >= 0.95
