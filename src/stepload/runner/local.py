@@ -10,8 +10,9 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from multiprocessing import get_context
-from types import TracebackType
+from types import FrameType, TracebackType
 
 from stepload.runner.jobs import DoneT, PartT
 from stepload.runner.losses import Losses
@@ -51,7 +52,10 @@ class LocalPool:
             RefusedError: processes are killed again and again.
         """
         if self._processes <= 1:
-            yield from map(do, parts)
+            for part in parts:
+                with _interrupts():
+                    result = do(part)
+                yield result
             return
         losses, left = Losses(), iter(parts)
         again: deque[PartT] = deque()
@@ -119,6 +123,32 @@ class LocalPool:
         trace: TracebackType | None,
     ) -> None:
         self._end()
+
+
+@contextmanager
+def _interrupts() -> Iterator[None]:
+    """Ctrl+C ends the block with KeyboardInterrupt, even where the block has caught it.
+
+    A simulated run takes it for a fault and ends safely: its result is that of no job.
+    """
+    came = False
+    former = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(former):
+        yield
+        return
+
+    def note(number: int, frame: FrameType | None) -> None:
+        nonlocal came
+        came = True
+        former(number, frame)
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, former)
+    if came:
+        raise KeyboardInterrupt
 
 
 def quiet() -> None:

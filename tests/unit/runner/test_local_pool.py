@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from contextlib import closing
+import signal
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
@@ -43,6 +44,23 @@ def test_two_processes_work_at_the_same_time(tmp_path: Path) -> None:
     with LocalPool(2) as pool:
         rows = [row for batch in run_all(Meeting(tmp_path), JOBS[:2], pool, 1) for row in batch]
     assert rows == [True, True]
+
+
+def test_a_job_that_ctrl_c_came_into_has_no_result_even_where_it_caught_it() -> None:
+    """As a simulated run, which ends by it as by a fault."""
+
+    def run(job: int) -> int:
+        if job == 1:
+            with suppress(KeyboardInterrupt):
+                os.kill(os.getpid(), signal.SIGINT)
+        return job
+
+    before = signal.getsignal(signal.SIGINT)
+    results = LocalPool(1).finished(run, range(3))
+    assert next(results) == 0
+    with pytest.raises(KeyboardInterrupt):
+        next(results)
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_a_process_that_is_killed_loses_nothing_and_nothing_is_done_twice(tmp_path: Path) -> None:
