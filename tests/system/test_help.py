@@ -15,12 +15,14 @@ from typing import Any
 import pytest
 import typer
 from long_ones import long_rows
+from real_runs import in_process
 from typer.main import get_command, get_group
 
 from stepload.cli.explain import codes
 from stepload.cli.main import app
 from stepload.cli.run_paths import run_ids
 from stepload.cli.verbs import ROOMS, VERBS
+from stepload.explain.codes import explained
 
 
 def verbs(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -151,6 +153,14 @@ def test_a_preflight_imports_nothing_of_scipy() -> None:
         capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert done.stderr.split() == ["False"]
+
+
+def test_every_symbol_that_a_preflight_prints_is_explained() -> None:
+    said = in_process("preflight", HOME / "procedures" / "plastic-sphere.yaml", "--verbose")
+    symbols = set(re.findall(r"\b[A-Za-z]_[A-Za-z]+\b", said.stdout))
+    assert {"K_eff", "F_th", "K_r"} <= symbols
+    for symbol in symbols:
+        assert explained(symbol)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pytest
 
 from stepload.errors import BadInputError, ExitCode
 from stepload.estimators.fit import Flag
+from stepload.explain import words
 from stepload.explain.codes import GROUPS, explained, explanations, page
 from stepload.explain.thresholds import thresholds_called
 from stepload.results.fields import SIGNS
@@ -79,12 +80,21 @@ def test_a_code_is_found_however_it_is_written() -> None:
 
 
 def test_a_key_of_a_plan_is_explained_with_the_places_where_it_may_stand() -> None:
-    [told] = explained("stuck_ratio")
+    told, word = explained("stuck_ratio")
+    assert word.group == "word"
     assert told.means.startswith("rig.system_stiffness.stuck_ratio: Largest stiffness while")
     assert told.do == "Write a plain number from 1 to 100."
     [axis] = explained("axis")
     assert axis.means.startswith("rig.force.axis, rig.second_force.sensor.axis: ")
     assert {each.code for each in explained("name")} == {"name"}
+
+
+def test_a_word_or_symbol_is_explained_as_the_glossary_does() -> None:
+    [told] = explained("Elastic limit")
+    assert (told.code, told.group, told.do) == ("F_c, elastic limit", "word", "")
+    assert explained("f_c") == (told,)
+    assert {each.group for each in explained("sigma")} == {"key", "word"}
+    assert (ROOT / "docs" / "glossary.md").read_text() == words.page(), "stepload.explain.words"
 
 
 def test_the_page_is_generated() -> None:

@@ -8,7 +8,7 @@ import typer
 
 from stepload.results.terminal import AsJson, Output
 
-OTHERS = {"key": "a key of a plan", "threshold": "a threshold of a run"}
+OTHERS = {"key": "a key of a plan", "threshold": "a threshold of a run", "word": "the glossary"}
 """Other things that can be explained."""
 
 
@@ -23,13 +23,13 @@ def explain(
     code: Annotated[
         str,
         typer.Argument(
-            help="A code (R6), a key of a plan (search_distance), a threshold; none: all.",
+            help="A code (R6), a key of a plan (search_distance), a threshold, a word; none: all.",
             autocompletion=codes,
         ),
     ] = "",
     as_json: AsJson = False,
 ) -> None:
-    """Say what a code, a key of a plan or a threshold of a run means and what to do.
+    """Say what a code, key, threshold or word means and what to do.
 
     Example: stepload explain unidentifiable
     """
@@ -43,13 +43,15 @@ def explain(
         for each in found:
             output.line(f"{each.code} ({(GROUPS | OTHERS)[each.group]})")
             output.line(f"  {each.means}", hang="  ")
-            output.line(f"  What to do: {each.do}", hang="  ")
+            if each.do:
+                output.line(f"  What to do: {each.do}", hang="  ")
             output.line(f"  More: docs/{each.page}")
     else:
         for group, title in GROUPS.items():
             words = [each.code for each in found if each.group == group]
             output.line(f"{title}: {', '.join(words)}", hang="  ")
         output.line("keys of a plan: docs/plan.md, or stepload explain KEY")
+        output.line("words and symbols: docs/glossary.md, or stepload explain WORD")
     output.result({"codes": [asdict(each) for each in found]})
 
 

@@ -63,7 +63,7 @@ ROOMS = {
         "sound; 4: not.",
     },
     "explain": {
-        "explain": "Say what a code, a key of a plan or a threshold of a run means and what to do.",
+        "explain": "Say what a code, key, threshold or word means and what to do.",
     },
     "atlas": {
         "map": "Say by simulation which payloads a rig can measure, and what to buy to measure "

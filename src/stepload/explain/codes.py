@@ -11,6 +11,7 @@ from stepload.errors import BadInputError
 from stepload.explain.keys import keys_called
 from stepload.explain.model import Explanation
 from stepload.explain.thresholds import thresholds_called
+from stepload.explain.words import words_called
 
 GROUPS = {
     "preflight": "reasons of a preflight",
@@ -37,7 +38,7 @@ def explanations() -> tuple[Explanation, ...]:
 def explained(code: str) -> tuple[Explanation, ...]:
     """Explanations of a code; more than one where groups share it.
 
-    If no code has this name, the keys of a plan or the threshold of a run that have it.
+    If no code has this name, the keys of a plan, thresholds of a run and words that have it.
 
     Raises:
         BadInputError: there is no such code; the message names similar ones.
@@ -45,7 +46,7 @@ def explained(code: str) -> tuple[Explanation, ...]:
     wanted = code.strip().strip("[]").lower().replace("-", "_").replace(" ", "_")
     found = tuple(each for each in explanations() if each.code.lower() == wanted)
     if not found:
-        found = keys_called(wanted) or thresholds_called(wanted)
+        found = keys_called(wanted) + thresholds_called(wanted) + words_called(wanted)
     if not found:
         known = sorted({each.code for each in explanations()})
         near = difflib.get_close_matches(wanted, known, n=3, cutoff=0.5)
