@@ -75,6 +75,7 @@ def falsify(
     from stepload_verify.campaign.ablation import Ablation
     from stepload_verify.campaign.scenario import axes_from
     from stepload_verify.falsify.falsify import falsify as search
+    from stepload_verify.falsify.search import FEWEST
     from stepload_verify.falsify.strata import named, strata
     from stepload_verify.falsify.trial import Search
 
@@ -91,6 +92,8 @@ def falsify(
     where = strata(wider=wider, axes=axes)
     if wrong:
         where = list(dict.fromkeys(one for text in wrong for one in named(text, axes)))
+    if (least := FEWEST * len(where)) > trials:
+        output.line(f"{least} runs, {FEWEST} in each of {len(where)} strata; fewer are no search")
     begun_s = time.monotonic()
     try:
         with _shown(trials) as show, open_pool(processes, scheduler) as pool:

@@ -64,7 +64,10 @@ def rows(directory: str | Path) -> list[RunRow]:
     """
     root = Path(directory)
     if not root.is_dir():
-        raise BadInputError(f"{root} is no directory", hint="the directory that holds the runs")
+        raise BadInputError(
+            f"{root} is no directory",
+            hint="name the directory that holds the runs; `stepload run` makes runs/",
+        )
     found = [
         _unread(path, problem) if problem else _row(path)
         for path, problem in _records(root, MOST_DEEP)

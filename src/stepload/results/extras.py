@@ -266,7 +266,7 @@ def _lost(found: Loss | Missing) -> tuple[str, str]:
     if isinstance(found, Missing):
         return NOTHING, found.why
     shares = ", ".join(f"{c.share:.1%} ± {c.share_sigma:.1%}" for c in found.cycles)
-    worth = "of the energy stored, cycle by cycle"
+    worth = "of the energy stored, cycle by cycle, ± 1 σ"
     if found.change is not None and found.change_sigma is not None:
         worth += f"; last minus first {_with_sigma(found.change, found.change_sigma)}"
     return shares, worth

@@ -13,6 +13,9 @@ from stepload.results.model import Table, table
 from stepload.results.quality import quality_table, summary
 from stepload.units import format_quantity as f
 
+BESIDE = (
+    "beside the answer in the table of stiffnesses: each fit has a zero and a secant of its own"
+)
 HEADLINE_BUDGET = "What the headline's interval is made of"
 
 
@@ -28,6 +31,8 @@ def identification_tables(found: Identification) -> list[Table]:
     """Fits, evidence and budget of an identification."""
     rows, others = fields.fits_of(found), fields.fits_of(found, reported=False)
     why = [f"best of the fits is {found.believe}: {line}" for line in found.why]
+    if found.evidence is not None:
+        why.insert(0, BESIDE)
     at = f(found.fit.secant_force_n, "N")
     beyond = found.fit.secant_force_n > 1.02 * found.peak_force_n
     title = f"Fits (* best of them), secants at {at}" + (", beyond the data" if beyond else "")

@@ -22,6 +22,8 @@ app = typer.Typer(
     "with --fault, or by the same text as a line on standard input; `clear` ends them, `quit` "
     "ends the emulator.",
     no_args_is_help=True,
+    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 FAULT_HELP = "NAME[:MAGNITUDE][@START][+DURATION] (s); NAME one of " + ", ".join(FAULTS)
