@@ -418,10 +418,11 @@ def test_a_load_cell_on_an_arm_may_press_less() -> None:
 
 def test_a_component_that_is_no_number_is_an_overload() -> None:
     supervisor = Supervisor(rated(overload_tx_n_m=8.0, overload_ty_n_m=8.0), "+fz")
-    for wrench in ([0, 0, 0, math.nan, 500.0, 0], [0, 0, 0, math.nan, 500.0, 0]):
-        found = supervisor.overload.judge(wrench)
+    for ty_n_m in (500.0, 0.0, 0.0):  # whatever stands beside it
+        found = supervisor.overload.judge([0, 0, 0, math.nan, ty_n_m, 0])
     assert found is not None
     assert found.rule == "R13"
+    assert "tx reads nan" in found.message
 
 
 def test_a_torque_that_is_no_number_stops_the_run() -> None:

@@ -33,6 +33,7 @@ from stepload_verify.campaign.scenario import (
     _tilted,
     draw,
     expected_times,
+    hazard_of,
     kinds_from,
 )
 from stepload_verify.campaign.single import run_scenario
@@ -144,6 +145,15 @@ def test_a_rig_that_is_dragged_beyond_the_plan_is_stopped_by_r12() -> None:
     truth = mounted(scenario.truth, scenario.envelope, stance, anomalies)
     found, _ = run_scenario(replace(scenario, truth=truth, healthy=False, anomalies=anomalies))
     assert found.rule == "R12"
+
+
+def test_a_channel_dead_across_the_axis_is_a_hazard_only_where_the_payload_is_dragged() -> None:
+    dead, late = (WorldFault("force_lateral_dead", at_s, math.inf, 0.0) for at_s in (0.0, 3.0))
+    dragged = Anomaly(SIX_ANOMALIES[0], 0.5)
+    assert hazard_of([dead], sound().plan) == ""
+    assert hazard_of([], sound().plan, [dragged]) == ""
+    assert hazard_of([late], sound().plan, [dragged]) == ""
+    assert hazard_of([dead], sound().plan, [dragged]) == SIDEWAYS_UNSEEN
 
 
 def test_a_sensor_that_dies_across_the_axis_while_it_presses_is_found() -> None:
