@@ -14,7 +14,6 @@ from stepload.results.terminal import AsJson, Output
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stepload.rig.contract import CheckResult
     from stepload.rig.options import Option
 
 
@@ -28,12 +27,10 @@ class DriverNames(TyperGroup):
         return super().resolve_command(ctx, args)
 
 
-drivers_app = typer.Typer(
-    cls=DriverNames, help="Installed drivers, and the contract they must keep."
-)
+drivers = typer.Typer(cls=DriverNames, help="Installed drivers, and the contract they must keep.")
 
 
-@drivers_app.callback(invoke_without_command=True)
+@drivers.callback(invoke_without_command=True)
 def list_all(context: typer.Context, as_json: AsJson = False) -> None:
     """List installed drivers; broken ones with the reason."""
     if context.invoked_subcommand is not None:
@@ -84,7 +81,7 @@ def _names(incomplete: str) -> list[str]:
     return sorted(name for name in names if name.startswith(incomplete))
 
 
-@drivers_app.command("show")
+@drivers.command("show")
 def show(
     name: Annotated[
         str,
@@ -145,7 +142,7 @@ def _default(option: Option) -> str:
     return str(option.default)
 
 
-@drivers_app.command("test")
+@drivers.command("test")
 def try_driver(
     name: Annotated[str, typer.Argument(help="Driver, as `stepload drivers` lists it.")],
     options: Annotated[
@@ -186,6 +183,8 @@ def try_driver(
 
     Example: stepload drivers test sim --kind force_sensors
     """
+    from dataclasses import asdict
+
     from stepload.plan.option_text import options_from_words
     from stepload.plan.overlay import SIMULATED
     from stepload.rig.contract import CheckStatus, Trial, run_trial, trial_of
@@ -216,13 +215,18 @@ def try_driver(
         refuse_unread_driver(name, hazards_read)
     results = run_trial(trial)
     out = Output(as_json=as_json)
-    _show(name, results, out)
+    out.table(
+        f"contract of {name}",
+        ("check", "status", "took", ""),
+        [(r.name, r.status.value, f"{r.seconds:.1f} s", r.message) for r in results],
+    )
     broken = [result for result in results if result.status is CheckStatus.FAILED]
     skipped = [result.name for result in results if result.status is CheckStatus.SKIPPED]
     kept = "keeps the contract" if not broken else f"breaks it in {len(broken)} checks"
     untried = f"; not tried: {', '.join(skipped)}" if skipped else ""
     out.line(f"{name}: {kept}{untried}")
-    checks = [_as_data(result) for result in results]
+    # `verdict` is the older name of `status`.
+    checks = [{"name": r.name, "verdict": r.status} | asdict(r) for r in results]
     out.result({"driver": name, "kind": group, "kept": not broken, "checks": checks})
     if broken:
         raise typer.Exit(ExitCode.STOPPED)
@@ -251,27 +255,3 @@ class _Operator:
             return size
 
         return put_on
-
-
-def _as_data(result: CheckResult) -> dict[str, object]:
-    """One check as an object for programs; `verdict` is the older name of `status`."""
-    return {
-        "name": result.name,
-        "verdict": result.status,
-        "status": result.status,
-        "message": result.message,
-        "seconds": result.seconds,
-    }
-
-
-def _show(name: str, results: list[CheckResult], out: Output) -> None:
-    out.table(
-        f"contract of {name}",
-        ("check", "status", "took", ""),
-        [(r.name, r.status.value, f"{r.seconds:.1f} s", r.message) for r in results],
-    )
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.add_typer(drivers_app, name="drivers")

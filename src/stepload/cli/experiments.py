@@ -232,9 +232,3 @@ def pause(
     where = f"cycle {answer.get('cycle', 0)}, {answer.get('phase', '')}"
     output.line(f"run {answer.get('run_id')}: {'goes on' if resume else 'pauses'} ({where})")
     output.result(answer)
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.command()(run)
-    app.command()(pause)

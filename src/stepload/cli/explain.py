@@ -51,8 +51,3 @@ def explain(
             output.line(f"{title}: {', '.join(words)}", hang="  ")
         output.line("keys of a plan: docs/plan.md, or stepload explain KEY")
     output.result({"codes": [asdict(each) for each in found]})
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.command()(explain)

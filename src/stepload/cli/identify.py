@@ -9,18 +9,13 @@ import typer
 
 from stepload.cli.identify_all import show_all
 from stepload.cli.paper import A4, AsPdf, PaperSize, put_on_paper, wanted_paper
-from stepload.cli.run_paths import run_path
+from stepload.cli.run_paths import RunOrCurve
 from stepload.errors import BadInputError
 from stepload.results.terminal import AsJson, Output
 
 
 def identify(
-    file: Annotated[
-        Path,
-        typer.Argument(
-            parser=run_path, metavar="FILE", help="A run (directory, record, id), or a CSV curve."
-        ),
-    ],
+    file: RunOrCurve,
     system_stiffness: Annotated[
         str | None,
         typer.Option("--system-stiffness", help='K_s to take out, such as "3.49e6 N/m".'),
@@ -151,8 +146,3 @@ def identify(
     out.result(data)
     if write_to is not None:
         put_on_paper(report, on, out)
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.command()(identify)

@@ -25,7 +25,7 @@ class Verb(NamedTuple):
 
     name: str
     room: str
-    """Module with a function `register(app)` that adds it."""
+    """Module with the function or group of this name, and their `CONTEXT_SETTINGS` if any."""
     line: str
     """The first paragraph of its help."""
 
@@ -39,9 +39,13 @@ class Declared(TyperCommand):
 
     def built(self) -> Any:
         """The verb itself, from its module."""
-        rooms_own = typer.Typer(rich_markup_mode=None)
-        import_module(self.verb.room).register(rooms_own)
-        return _group_of(rooms_own).commands[self.verb.name]
+        app, room = typer.Typer(rich_markup_mode=None), import_module(self.verb.room)
+        found = getattr(room, self.verb.name)
+        if isinstance(found, typer.Typer):
+            app.add_typer(found, name=self.verb.name)
+        else:
+            app.command(context_settings=getattr(room, "CONTEXT_SETTINGS", None))(found)
+        return _group_of(app).commands[self.verb.name]
 
 
 def _group_of(app: typer.Typer) -> TyperGroup:

@@ -371,10 +371,3 @@ def profiles(
             for kind, found in told.items()
         }
     )
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.command()(preflight)
-    app.command()(schema)
-    app.command()(profiles)
