@@ -49,6 +49,7 @@ from stepload.plan.tree import Place, parse_tree
 from stepload.plan.whole_file import replace_file
 from stepload.rig.samples import SixFloats
 
+_Part = Annotated[float, Number(0.0, 1.0)]
 _Ratio = Annotated[float, Number(-2.0, 2.0)]
 TEMPERATURE_BAND_K = 5.0
 """A record counts as made at another temperature when it is further away than this."""
@@ -93,9 +94,7 @@ class CalibrationRecord:
         tuple[LengthOrZero, ...], Key("Standard uncertainty of each deflection.")
     ] = ()
     deflection_common: Annotated[
-        float,
-        Number(0.0, 1.0),
-        Key("Relative standard uncertainty that all of them have in common."),
+        _Part, Key("Relative standard uncertainty that all of them have in common.")
     ] = 0.0
     across_m_per_n: Annotated[
         tuple[Compliance, ...],
@@ -113,9 +112,7 @@ class CalibrationRecord:
         ),
     ] = ()
     share_reach: Annotated[
-        float,
-        Number(0.0, 1.0),
-        Key("How far from it the shares went from which `across` was measured."),
+        _Part, Key("How far from it the shares went from which `across` was measured.")
     ] = 0.0
     across_told: Annotated[
         Remark, Key("What the runs tell of the force across the axis, in words.")
@@ -138,9 +135,7 @@ class CalibrationRecord:
     def tcp_offset(self) -> SixFloats | None:
         """The TCP from the flange, as in `ArmConfiguration`; None where it is not stated."""
         numbers = (*self.tcp_position_m, *self.tcp_rotation_rad)
-        if len(numbers) != 6:
-            return None
-        return (numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5])
+        return numbers if len(numbers) == 6 else None
 
 
 def write_calibration(record: CalibrationRecord, path: Path) -> None:

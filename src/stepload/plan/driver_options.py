@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping as MappingABC
 
 from stepload.errors import BadInputError
 from stepload.plan.problems import Problem, printable
@@ -37,24 +36,13 @@ def read_options(
         elif not isinstance(value, Broken):
             _read_one(key, declared[key], value, options, problems)
     place = at if node.place.source.path is None else node.place
-    _report_missing(declared, node, name, place, problems, device)
-    return options
-
-
-def _report_missing(
-    declared: MappingABC[str, Option],
-    node: Mapping,
-    name: str,
-    at: Place,
-    problems: list[Problem],
-    device: str,
-) -> None:
     called = f"{device}: driver {name!r}" if device else f"driver {name!r}"
     for key, option in declared.items():
         if option.required and key not in node.entries:
             message = f"{called} needs the option {key!r}"
             hint = f"{device}.options.{key}: " if device else ""
-            problems.append(at.problem(message, f"{hint}{option.help}; {expected(option)}"))
+            problems.append(place.problem(message, f"{hint}{option.help}; {expected(option)}"))
+    return options
 
 
 def expected(option: Option) -> str:

@@ -12,7 +12,6 @@ import math
 from collections.abc import Mapping, Sequence
 
 from stepload.rig.device import ArmConfiguration
-from stepload.rig.samples import SixFloats
 
 STIFFNESS_PER_RAD = 3.4
 """Largest relative change of an arm's stiffness per rad of the largest joint difference."""
@@ -92,9 +91,7 @@ def to_texts(stands: ArmConfiguration | None) -> dict[str, str]:
 def from_texts(told: Mapping[str, str]) -> ArmConfiguration | None:
     """The arm's configuration in a record; None where it is not stated, or not in numbers."""
     joints, tcp = _numbers(told.get(JOINTS, "")), _numbers(told.get(TCP, ""))
-    offset: SixFloats | None = None
-    if len(tcp) == 6:
-        offset = (tcp[0], tcp[1], tcp[2], tcp[3], tcp[4], tcp[5])
+    offset = tcp if len(tcp) == 6 else None
     return ArmConfiguration(joints or None, offset) if joints or offset else None
 
 
