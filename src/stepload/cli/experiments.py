@@ -119,7 +119,7 @@ def press(
 ) -> Finished:
     """Run a plan with its preflight, progress and result shown; `operator` listens already."""
     from stepload.cli.keys import keys
-    from stepload.cli.plans import show_preflight, show_verdict
+    from stepload.cli.plans import show_figures, show_verdict
     from stepload.cli.progress import progress
     from stepload.envelope.reason import PlanVerdict
     from stepload.results.model import SIMULATED
@@ -134,7 +134,8 @@ def press(
         for repaired in repair_all(out or envelope.plan.record.directory):
             output.line(repaired.line)
         if verbose:
-            show_preflight(envelope, output)
+            show_verdict(envelope, output)
+            show_figures(envelope, output)
         elif not quiet or envelope.verdict is PlanVerdict.WARN:
             show_verdict(envelope, output, details=False)
     with (

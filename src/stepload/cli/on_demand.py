@@ -8,7 +8,6 @@ names are needed, or one that is not stepload's own.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -100,9 +99,3 @@ class VerbsOnDemand(TyperGroup):
         """The verb that the arguments begin with, built."""
         name, command, rest = super().resolve_command(ctx, args)
         return name, command.built() if isinstance(command, Declared) else command, rest
-
-    def all_built(self) -> Iterator[tuple[str, Any]]:
-        """Every verb by name, built: for a program that inspects all of them."""
-        for name in self.list_commands(None):
-            command = self.commands[name]
-            yield name, command.built() if isinstance(command, Declared) else command

@@ -109,12 +109,6 @@ def show_verdict(
             out.finding(Finding(reason.severity, told, reason.remedy))
 
 
-def show_preflight(envelope: Envelope, out: Output) -> None:
-    """A preflight as text: verdict and reasons first, then the figures behind them."""
-    show_verdict(envelope, out)
-    show_figures(envelope, out)
-
-
 def show_figures(envelope: Envelope, out: Output, *, details: bool = True) -> None:
     """The figures of a preflight; the schedule with `details` only."""
     from stepload.envelope.reason import PlanVerdict

@@ -16,7 +16,7 @@ from stepload.envelope.aligning import (
     aligning_reasons,
     nulling_of,
 )
-from stepload.envelope.bounds import Measured, press_rig, retract_speed_m_s
+from stepload.envelope.bounds import Measured, press_rig
 from stepload.envelope.climb import Climbs, climbs_of
 from stepload.envelope.cycles import cycle_reasons
 from stepload.envelope.domains import domain_reasons
@@ -82,7 +82,6 @@ class Envelope:
     force_limit_n: float
     deformation_m: float
     secant_n_per_m: float
-    secant_at_top_n_per_m: float
     identifiability: Identifiability | None
     guarded_speed_m_s: float
     fast_speed_m_s: float
@@ -164,7 +163,6 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     pressing, limits, refusal = _pressed(plan, theory, safe_n, measured)
     shake = shake_for(plan, limits) if limits is not None and measured is None else None
     climbs = climbs_of(plan, limits, theory.law) if limits is not None else None
-    secant_at_top = theory.law.secant(plan.procedure.top_force_n)
     found = None if plan.identify.kind == "system" else _identifiability_of(plan)
     aligning = None if limits is None else aligning_of(plan, limits)
     nulling = None if limits is None else nulling_of(plan, limits)
@@ -209,9 +207,8 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         refusal=refusal,
         largest_safe_force_n=safe_n,
         force_limit_n=pressing.forces.limit_n if pressing else 0.0,
-        deformation_m=plan.procedure.top_force_n / secant_at_top,
+        deformation_m=plan.procedure.top_force_n / theory.law.secant(plan.procedure.top_force_n),
         secant_n_per_m=theory.law.secant(plan.identify.secant_force_n),
-        secant_at_top_n_per_m=secant_at_top,
         identifiability=found,
         guarded_speed_m_s=pressing.guarded_speed_m_s if pressing else 0.0,
         fast_speed_m_s=pressing.fast_speed_m_s if pressing else 0.0,
@@ -286,7 +283,6 @@ def _stages(
         plan.procedure,
         limits,
         climbs,
-        retract_speed_m_s=retract_speed_m_s(plan.rig),
         shake_s=shake.duration_s if shake is not None and shake.tells else 0.0,
         align_s=align_s(plan.procedure, limits, aligning) if aligning is not None else 0.0,
         null_s=NULLING_TIMES * nulling.time_constant_s if nulling is not None else 0.0,

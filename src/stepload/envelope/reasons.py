@@ -28,39 +28,28 @@ def force_reasons(
     top_n = plan.procedure.top_force_n
     if refusal:
         why = f". {counted_on(counted)}" if counted.sigma_ln > 0.0 and top_n > safe_n else ""
-        yield Reason(
-            "top_force_above_safe_limit" if top_n > safe_n else "no_safe_way_to_press",
-            Severity.REFUSE,
-            f"{refusal.message}{why}. This cannot be overridden",
-            "",
-            top_n,
-            safe_n,
-            "N",
-        )
+        code = "top_force_above_safe_limit" if top_n > safe_n else "no_safe_way_to_press"
+        message = f"{refusal.message}{why}. This cannot be overridden"
+        yield _too_much(code, message, top_n, safe_n)
     push_n = plan.rig.arm.max_push_n
     if top_n > push_n:
-        yield Reason(
-            "arm_too_weak",
-            Severity.REFUSE,
+        message = (
             f"the arm pushes at most {format_quantity(push_n, 'N')}, top force is "
-            f"{format_quantity(top_n, 'N')}",
-            "",
-            top_n,
-            push_n,
-            "N",
+            f"{format_quantity(top_n, 'N')}"
         )
+        yield _too_much("arm_too_weak", message, top_n, push_n)
     range_n = plan.rig.force.range_n
     if top_n > range_n:
-        yield Reason(
-            "sensor_range",
-            Severity.REFUSE,
+        message = (
             f"top force {format_quantity(top_n, 'N')} is beyond the force sensor's range "
-            f"{format_quantity(range_n, 'N')}",
-            "",
-            top_n,
-            range_n,
-            "N",
+            f"{format_quantity(range_n, 'N')}"
         )
+        yield _too_much("sensor_range", message, top_n, range_n)
+
+
+def _too_much(code: str, message: str, top_n: float, limit_n: float) -> Reason:
+    """A refusal of the top force, whose remedies are tried later."""
+    return Reason(code, Severity.REFUSE, message, "", top_n, limit_n, "N")
 
 
 def identifiable_reasons(

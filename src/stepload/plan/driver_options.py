@@ -112,7 +112,9 @@ def _vector(node: Node) -> tuple[float, float, float] | None:
     items = (
         [n.value for n in node.items if isinstance(n, Scalar)] if isinstance(node, Sequence) else []
     )
-    numbers = [float(v) for v in items if isinstance(v, (int, float)) and not isinstance(v, bool)]
+    numbers = tuple(
+        float(v) for v in items if isinstance(v, (int, float)) and not isinstance(v, bool)
+    )
     if len(numbers) != 3 or len(items) != 3 or not all(map(math.isfinite, numbers)):
         return None
-    return (numbers[0], numbers[1], numbers[2])
+    return numbers

@@ -111,6 +111,13 @@ def parse(kind: type[R], record: RawRecord) -> R:
     return parsed
 
 
+def parse_attachment(record: RawRecord) -> records.Attachment:
+    """The content of an attachment; raises as `parse`, and where its checksum is wrong."""
+    if int.from_bytes(record.body[-4:], "little") != zlib.crc32(record.body[:-4]):
+        raise DamageError(record.at, "the checksum of an attachment is wrong")
+    return parse(records.Attachment, record)
+
+
 def record_head(data: bytes, at: int, base: int = 0, room: int = MAX_RECORD_BYTES) -> RecordHead:
     """The head of the record at a place of `data`; opcode 0 where it is not whole yet.
 
