@@ -161,12 +161,21 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     theory, bounds = theory_of(plan.payload), press_rig(plan.rig, plan.rig.force.noise_n)
     safe_n = largest_top_force(plan, theory.counted.lower_n)
     pressing, limits, refusal = _pressed(plan, theory, safe_n, measured)
-    shake = shake_for(plan, limits) if limits is not None and measured is None else None
-    climbs = climbs_of(plan, limits, theory.law) if limits is not None else None
     found = None if plan.identify.kind == "system" else _identifiability_of(plan)
-    aligning = None if limits is None else aligning_of(plan, limits)
-    nulling = None if limits is None else nulling_of(plan, limits)
-    stages = _stages(plan, limits, climbs, shake, aligning, nulling)
+    stages: tuple[Stage, ...] = ()
+    climbs = shake = aligning = nulling = None
+    if limits is not None:
+        climbs = climbs_of(plan, limits, theory.law)
+        shake = shake_for(plan, limits) if measured is None else None
+        aligning, nulling = aligning_of(plan, limits), nulling_of(plan, limits)
+        stages = schedule(
+            plan.procedure,
+            limits,
+            climbs,
+            shake_s=shake.duration_s if shake is not None and shake.tells else 0.0,
+            align_s=align_s(plan.procedure, limits, aligning) if aligning is not None else 0.0,
+            null_s=NULLING_TIMES * nulling.time_constant_s if nulling is not None else 0.0,
+        )
     reasons = [
         *force_reasons(plan, safe_n, refusal, theory.counted),
         *limit_reasons(theory),
@@ -266,24 +275,4 @@ def _identifiability_of(plan: Plan) -> Identifiability:
         p=plan.identify.resolution_multiple_p,
         s=plan.identify.compensation_quality_s,
         t=plan.identify.accuracy_t,
-    )
-
-
-def _stages(
-    plan: Plan,
-    limits: RunLimits | None,
-    climbs: Climbs | None,
-    shake: Shake | None,
-    aligning: Aligning | None,
-    nulling: NullingLaw | None,
-) -> tuple[Stage, ...]:
-    if limits is None or climbs is None:
-        return ()
-    return schedule(
-        plan.procedure,
-        limits,
-        climbs,
-        shake_s=shake.duration_s if shake is not None and shake.tells else 0.0,
-        align_s=align_s(plan.procedure, limits, aligning) if aligning is not None else 0.0,
-        null_s=NULLING_TIMES * nulling.time_constant_s if nulling is not None else 0.0,
     )
