@@ -65,9 +65,8 @@ def _group(name: str, kind: str) -> str:
     if len(found) == 1:
         return found[0]
     if not found:
-        names = sorted({n for group in GROUPS for n in driver_names(group)})
         raise BadInputError(
-            f"no driver named {name!r} is installed", hint=f"installed: {', '.join(names)}"
+            f"no driver named {name!r} is installed", hint=f"installed: {', '.join(_names(''))}"
         )
     kinds = ", ".join(group.removeprefix("stepload.") for group in found)
     raise BadInputError(f"several drivers are named {name!r}", hint=f"say --kind, one of {kinds}")

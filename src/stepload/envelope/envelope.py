@@ -18,7 +18,6 @@ from stepload.envelope.aligning import (
 )
 from stepload.envelope.bounds import Measured, press_rig
 from stepload.envelope.climb import Climbs, climbs_of
-from stepload.envelope.cycles import cycle_reasons
 from stepload.envelope.domains import domain_reasons
 from stepload.envelope.friction import friction_reasons
 from stepload.envelope.hazards import hazards
@@ -30,7 +29,13 @@ from stepload.envelope.pressing import Pressing, largest_top_force, pressing_for
 from stepload.envelope.proof import shake_reasons
 from stepload.envelope.ranges import range_reasons
 from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
-from stepload.envelope.reasons import age_reasons, force_reasons, identifiable_reasons, rig_reasons
+from stepload.envelope.reasons import (
+    age_reasons,
+    cycle_reasons,
+    force_reasons,
+    identifiable_reasons,
+    rig_reasons,
+)
 from stepload.envelope.schedule import NULLING_TIMES, Stage, align_s, schedule
 from stepload.envelope.shake import Shake, shake_for
 from stepload.envelope.sideways import share_reasons, sideways_reasons

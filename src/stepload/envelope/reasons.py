@@ -17,6 +17,9 @@ from stepload.estimators.identifiability import Identifiability
 from stepload.plan.model import Plan, Provenance, SecondForceSource
 from stepload.units import format_quantity
 
+WHOLE = 2
+"""A first loading and one more of the same contact: the least that reveals set and drift."""
+
 
 def force_reasons(
     plan: Plan,
@@ -151,4 +154,28 @@ def age_reasons(plan: Plan) -> Iterator[Reason]:
             limit_s,
             AGE_S,
             "s",
+        )
+
+
+def cycle_reasons(plan: Plan) -> Iterator[Reason]:
+    """What repeated loading would have shown and this plan does not; notes, no refusals."""
+    procedure = plan.procedure
+    if procedure.cycles < WHOLE:
+        hint = (
+            "only the gap between loading and unloading hints at them"
+            if procedure.unload
+            else "without stepped unloading nothing in the run hints at them"
+        )
+        yield Reason(
+            "one_cycle", Severity.NOTE,
+            f"one cycle: set, creep and drift cannot be told from the contact's law; {hint}",
+            "plan `cycles: 2` with `unload: true`", procedure.cycles, WHOLE, "",
+        )  # fmt: skip
+    elif not procedure.unload:
+        yield Reason(
+            "no_unloading",
+            Severity.NOTE,
+            "no holds on the way down: the second loading shows set and drift, but creep cannot "
+            "be told from them",
+            "plan `unload: true`",
         )

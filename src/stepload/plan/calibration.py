@@ -7,7 +7,7 @@ A small JSON file with units, written by `stepload calibrate` and read (as JSON 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from stepload.contact.across import across_problem
-from stepload.estimators.deflection_rows import table_problem
+from stepload.estimators.deflection_rows import table_problem, upper_stiffness_n_per_m
 from stepload.plan.draft import UnknownError, whole
 from stepload.plan.leaves import (
     Angle,
@@ -44,15 +44,17 @@ from stepload.plan.problems import PlanError, Problem
 from stepload.plan.reader import read_section
 from stepload.plan.sections import Entry, Key, entries
 from stepload.plan.source import Source, read_source
-from stepload.plan.table import disagreement
 from stepload.plan.tree import Place, parse_tree
 from stepload.plan.whole_file import replace_file
 from stepload.rig.samples import SixFloats
+from stepload.units import format_quantity
 
 _Part = Annotated[float, Number(0.0, 1.0)]
 _Ratio = Annotated[float, Number(-2.0, 2.0)]
 TEMPERATURE_BAND_K = 5.0
 """A record counts as made at another temperature when it is further away than this."""
+TABLE_AGREES = 0.1
+"""Largest relative difference between the table of the deflection and the stiffness beside it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -196,3 +198,20 @@ def _impossible(source: Source, record: CalibrationRecord) -> Iterator[Problem]:
     stiffness = record.stiffness_n_per_m, record.sigma_n_per_m
     if problem := table_problem(*rows) or disagreement(*stiffness, rows[0], rows[1]):
         yield source.problem(1, 1, f"table of the deflection: {problem}")
+
+
+def disagreement(
+    stiffness_n_per_m: float,
+    sigma_n_per_m: float,
+    force_n: Sequence[float],
+    deflection_m: Sequence[float],
+) -> str:
+    """Why the stated K_s does not belong to this table; "" where the two agree."""
+    slope = upper_stiffness_n_per_m(force_n, deflection_m)
+    allowed = max(TABLE_AGREES, 3.0 * sigma_n_per_m / stiffness_n_per_m)
+    if abs(slope / stiffness_n_per_m - 1.0) <= allowed:
+        return ""
+    return (
+        f"the table has a stiffness of {format_quantity(slope, 'N/m')} above 40 % of its forces, "
+        f"value is {format_quantity(stiffness_n_per_m, 'N/m')}"
+    )
