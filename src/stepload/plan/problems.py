@@ -47,14 +47,11 @@ class Problem:
             start = max(0, self.column - _WIDTH // 2) if self.column > _WIDTH - 20 else 0
             shown = self.source_line[start : start + _WIDTH]
             shown = "".join(c if c.isprintable() else " " for c in shown).rstrip()
-            number = f"{self.line:5d} | "
-            lines += [number + shown, " " * (len(number) - 2) + "| " + self._caret(start)]
+            number, caret = f"{self.line:5d} | ", " " * (self.column - 1 - start) + "^"
+            lines += [number + shown, " " * (len(number) - 2) + "| " + caret]
         if self.hint:
             lines.append(f"  -> {self.hint}")
         return "\n".join(lines)
-
-    def _caret(self, start: int) -> str:
-        return " " * (self.column - 1 - start) + "^"
 
 
 class PlanError(BadInputError):

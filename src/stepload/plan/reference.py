@@ -56,12 +56,6 @@ def with_tables(text: str) -> str:
     return _BLOCK.sub(fill, text)
 
 
-def missing_tables(text: str) -> list[str]:
-    """Sections of a plan that `text` has no table for."""
-    named = {match[2] for match in _BLOCK.finditer(text)}
-    return [kind.__name__ for kind in sections_below(Plan) if kind.__name__ not in named]
-
-
 def _value(entry: Entry) -> str:
     if isinstance(entry.content, OneOf):
         return "a mapping with one of the shapes below"

@@ -87,10 +87,6 @@ class Shared:
     def _counter(name: str, which: int) -> int:
         return _FIRST_COUNTER + _PER_RING * RINGS.index(name) + which
 
-    @property
-    def state(self) -> State:
-        return State(self.counters[0])
-
     def set_state(self, state: State, text: str = "") -> None:
         """Publish the writer's state; the text is in place before the state shows."""
         raw = text.encode()[: CONTROL_BYTES - TEXT_AT - 1]

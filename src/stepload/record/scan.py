@@ -46,7 +46,6 @@ class DamageError(Exception):
     def __init__(self, at: int, why: str) -> None:
         super().__init__(f"byte {at}: {why}")
         self.at = at
-        self.why = why
 
 
 class RawRecord(NamedTuple):
@@ -170,7 +169,8 @@ class Scan:
                 opcode, length = _RECORD_HEAD.unpack_from(data, at)
                 end = at + RECORD_HEAD + length
             if not 1 <= opcode <= 0x0F or end > len(data):  # else it is whole, and here already
-                opcode, end = self._head(data, at, base)
+                room = self._size - base - at - RECORD_HEAD
+                opcode, end = record_head(data, at, base, room)
             if end > len(data):
                 crc = zlib.crc32(memoryview(data)[:at], crc)
                 data = data[at:] + self._file.read(max(_BLOCK_BYTES, end - len(data)))
@@ -191,9 +191,6 @@ class Scan:
                     return
                 yield record
             at = end
-
-    def _head(self, data: bytes, at: int, base: int) -> RecordHead:
-        return record_head(data, at, base, self._size - base - at - RECORD_HEAD)
 
     def chunk(self, record: RawRecord) -> Chunk:
         """Decompress and check one chunk.
