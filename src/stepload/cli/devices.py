@@ -184,7 +184,7 @@ def try_driver(
     """
     from dataclasses import asdict
 
-    from stepload.plan.option_text import options_from_words
+    from stepload.plan.driver_options import options_from_words
     from stepload.plan.overlay import SIMULATED
     from stepload.rig.contract import CheckStatus, Trial, run_trial, trial_of
     from stepload.rig.plugins import load_driver
