@@ -19,7 +19,7 @@ from typer.main import get_command
 from stepload.cli.explain import codes
 from stepload.cli.main import app
 from stepload.cli.run_paths import run_ids
-from stepload.cli.verbs import ROOMS, VERBS
+from stepload.cli.verbs import LINES, OwnVerbs
 
 
 def verbs(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -98,7 +98,7 @@ def test_codes_and_runs_are_completed(
 def test_the_line_of_a_verb_is_the_first_paragraph_of_its_own_help() -> None:
     built = dict(all_built())
     assert {"campaign", "emulate"} < set(built)
-    for verb in VERBS:
+    for verb in OwnVerbs.VERBS:
         assert " ".join(built[verb.name].help.split("\n\n")[0].split()) == verb.line
 
 
@@ -108,17 +108,16 @@ def test_every_verb_of_every_room_is_declared() -> None:
         path.stem: set(re.findall(r"Example: stepload (\w+)", path.read_text()))
         for path in cli.glob("*.py")
     }
-    declared = {room: set(names) for room, names in ROOMS.items()}
-    assert {room: names for room, names in examples.items() if names} == declared
-    for room, names in declared.items():
-        assert all(hasattr(import_module(f"stepload.cli.{room}"), name) for name in names)
+    assert {f"{room}.{name}" for room, names in examples.items() for name in names} == set(LINES)
+    for verb in OwnVerbs.VERBS:
+        assert hasattr(import_module(verb.room), verb.name)
 
 
 def in_a_new_process(*words: str, **environment: str) -> tuple[str, list[str]]:
     """What `stepload WORDS` prints, and the verbs' modules it imported."""
     program = (
         "import sys, atexit; sys.argv[0] = 'stepload'\n"
-        f"rooms = {[*ROOMS]!r}\n"
+        f"rooms = {[*dict.fromkeys(line.split('.')[0] for line in LINES)]!r}\n"
         "seen = lambda: [r for r in rooms if 'stepload.cli.' + r in sys.modules]\n"
         "atexit.register(lambda: print(*seen(), file=sys.stderr))\n"
         "from stepload.cli.main import main\n"
@@ -133,7 +132,7 @@ def in_a_new_process(*words: str, **environment: str) -> tuple[str, list[str]]:
 
 def test_only_the_verb_that_is_called_is_imported() -> None:
     shown, rooms = in_a_new_process("--help")
-    assert all(name in shown for name in (*(verb.name for verb in VERBS), "campaign"))
+    assert all(name in shown for name in (*(verb.name for verb in OwnVerbs.VERBS), "campaign"))
     assert rooms == []
     assert in_a_new_process("plans")[1] == ["shipped"]
 
