@@ -12,8 +12,6 @@ from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from stepload.rig.options import Option
 
 
@@ -183,6 +181,7 @@ def try_driver(
     Example: stepload drivers test sim --kind force_sensors
     """
     from dataclasses import asdict
+    from functools import partial
 
     from stepload.plan.driver_options import options_from_words
     from stepload.plan.overlay import SIMULATED
@@ -194,18 +193,27 @@ def try_driver(
     given = options_from_words(group, name, options or [])
     unit = "m" if group == "stepload.displacement_sensors" else "N"
     make, make_with = trial_of(load_driver(group, name), given)
-    ask = _Operator(as_json)
     move_m = parse_quantity(move, "m") if move else 0.0
     if move and not move_m > 0.0:
         raise BadInputError(f"--move {move!r} is not above 0", hint="how far towards the plate")
+    size = parse_quantity(load, unit) if load else 0.0
+
+    def ask(text: str) -> None:
+        """Ask the person at the device to do something by hand, and wait for Enter."""
+        typer.prompt(f"{text}, then press Enter", default="", show_default=False, err=as_json)
+
+    def put_on() -> float:
+        ask(f"Put {load} on the device")
+        return size
+
     trial = Trial(
         make,
         make_with,
         open_timeout_s=open_timeout,
         observe_s=seconds,
-        silence=ask.pull_the_cable if unplug else None,
-        restore=ask.plug_it_in,
-        load=ask.load_of(load, parse_quantity(load, unit)) if load else None,
+        silence=partial(ask, "Pull the data cable of the device") if unplug else None,
+        restore=partial(ask, "Plug the cable in again"),
+        load=put_on if load else None,
         noise=parse_quantity(noise, unit) if noise else None,
         resolution=parse_quantity(resolution, unit) if resolution else 0.0,
         move_m=move_m,
@@ -229,28 +237,3 @@ def try_driver(
     out.result({"driver": name, "kind": group, "kept": not broken, "checks": checks})
     if broken:
         raise typer.Exit(ExitCode.STOPPED)
-
-
-class _Operator:
-    """Asks the person at the device to do something by hand, and waits for Enter."""
-
-    def __init__(self, as_json: bool) -> None:
-        self._as_json = as_json
-
-    def _ask(self, text: str) -> None:
-        typer.prompt(f"{text}, then press Enter", default="", show_default=False, err=self._as_json)
-
-    def pull_the_cable(self) -> None:
-        self._ask("Pull the data cable of the device")
-
-    def plug_it_in(self) -> None:
-        self._ask("Plug the cable in again")
-
-    def load_of(self, text: str, size: float) -> Callable[[], float]:
-        """Asks for a load described by `text` and returns its `size` in N or m."""
-
-        def put_on() -> float:
-            self._ask(f"Put {text} on the device")
-            return size
-
-        return put_on

@@ -30,6 +30,7 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
     from stepload.results.model import data
 
     found = envelope.identifiability
+    sideways = {"alignment": envelope.aligning, "nulling": envelope.nulling}
     return {
         "verdict": envelope.verdict,
         "reasons": envelope.reasons,
@@ -54,14 +55,8 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
         "duration_s": envelope.duration_s if envelope.stages else None,
         **_until_data(envelope.until),
-        **_sideways_data(envelope),
+        **{name: part.terms for name, part in sideways.items() if part is not None},
     }
-
-
-def _sideways_data(envelope: Envelope) -> dict[str, Any]:
-    """Lateral actions of a run; nothing where the plan does not ask for any."""
-    parts = {"alignment": envelope.aligning, "nulling": envelope.nulling}
-    return {name: part.terms for name, part in parts.items() if part is not None}
 
 
 def _until_data(until: Until | None) -> dict[str, Any]:

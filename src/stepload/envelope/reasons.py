@@ -31,9 +31,12 @@ def force_reasons(
     top_n = plan.procedure.top_force_n
     if refusal:
         why = f". {counted_on(counted)}" if counted.sigma_ln > 0.0 and top_n > safe_n else ""
-        code = "top_force_above_safe_limit" if top_n > safe_n else "no_safe_way_to_press"
-        message = f"{refusal.message}{why}. This cannot be overridden"
-        yield _too_much(code, message, top_n, safe_n)
+        yield _too_much(
+            "top_force_above_safe_limit" if top_n > safe_n else "no_safe_way_to_press",
+            f"{refusal.message}{why}. This cannot be overridden",
+            top_n,
+            safe_n,
+        )
     push_n = plan.rig.arm.max_push_n
     if top_n > push_n:
         message = (

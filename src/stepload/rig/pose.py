@@ -58,9 +58,7 @@ def stiffness_change(one: ArmConfiguration, other: ArmConfiguration) -> float:
 
     It is 1 with another TCP, or where the joints are not reported.
     """
-    if _another_tcp(one, other):
-        return 1.0
-    if not (one.joints_rad and other.joints_rad):
+    if _another_tcp(one, other) or not (one.joints_rad and other.joints_rad):
         return 1.0
     return min(1.0, STIFFNESS_PER_RAD * joint_distance_rad(one.joints_rad, other.joints_rad))
 
