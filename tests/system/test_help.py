@@ -13,24 +13,28 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import typer
 from long_ones import long_rows
 from real_runs import in_process
-from typer.main import get_command, get_group
+from typer.main import get_command
 
 from stepload.cli.explain import codes
 from stepload.cli.main import app
 from stepload.cli.run_paths import run_ids
-from stepload.cli.verbs import ROOMS, VERBS
+from stepload.cli.verbs import LINES, OwnVerbs
 from stepload.explain.codes import explained
 
 
 def verbs(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
     if not hasattr(command, "commands"):
         yield words, command
-    inside = command.all_built() if words == () else getattr(command, "commands", {}).items()
+    inside = all_built() if words == () else getattr(command, "commands", {}).items()
     for name, each in sorted(inside):
         yield from verbs(each, (*words, name))
+
+
+def all_built() -> Iterator[tuple[str, Any]]:
+    for name in ROOT.list_commands(None):
+        yield name, ROOT.resolve_command(None, [name])[1]
 
 
 ROOT: Any = get_command(app)
@@ -94,27 +98,28 @@ def test_codes_and_runs_are_completed(
 
 
 def test_the_line_of_a_verb_is_the_first_paragraph_of_its_own_help() -> None:
-    built = dict(ROOT.all_built())
+    built = dict(all_built())
     assert {"campaign", "emulate"} < set(built)
-    for verb in VERBS:
+    for verb in OwnVerbs.VERBS:
         assert " ".join(built[verb.name].help.split("\n\n")[0].split()) == verb.line
 
 
 def test_every_verb_of_every_room_is_declared() -> None:
     cli = HOME / "src" / "stepload" / "cli"
-    rooms = {path.stem for path in cli.glob("*.py") if "\ndef register(" in path.read_text()}
-    assert rooms == set(ROOMS)
-    for room, declared in ROOMS.items():
-        own = typer.Typer()
-        import_module(f"stepload.cli.{room}").register(own)
-        assert set(get_group(own).commands) == set(declared)
+    examples = {
+        path.stem: set(re.findall(r"Example: stepload (\w+)", path.read_text()))
+        for path in cli.glob("*.py")
+    }
+    assert {f"{room}.{name}" for room, names in examples.items() for name in names} == set(LINES)
+    for verb in OwnVerbs.VERBS:
+        assert hasattr(import_module(verb.room), verb.name)
 
 
 def in_a_new_process(*words: str, **environment: str) -> tuple[str, list[str]]:
     """What `stepload WORDS` prints, and the verbs' modules it imported."""
     program = (
         "import sys, atexit; sys.argv[0] = 'stepload'\n"
-        f"rooms = {[*ROOMS]!r}\n"
+        f"rooms = {[*dict.fromkeys(line.split('.')[0] for line in LINES)]!r}\n"
         "seen = lambda: [r for r in rooms if 'stepload.cli.' + r in sys.modules]\n"
         "atexit.register(lambda: print(*seen(), file=sys.stderr))\n"
         "from stepload.cli.main import main\n"
@@ -129,7 +134,7 @@ def in_a_new_process(*words: str, **environment: str) -> tuple[str, list[str]]:
 
 def test_only_the_verb_that_is_called_is_imported() -> None:
     shown, rooms = in_a_new_process("--help")
-    assert all(name in shown for name in (*(verb.name for verb in VERBS), "campaign"))
+    assert all(name in shown for name in (*(verb.name for verb in OwnVerbs.VERBS), "campaign"))
     assert rooms == []
     assert in_a_new_process("plans")[1] == ["shipped"]
 

@@ -16,7 +16,7 @@ from stepload.results.fields import SIGNS
 from stepload.rig.faults import FaultCode
 
 ROOT = Path(__file__).parents[2]
-PREFLIGHT, STOP = {"Reason", "DomainDoubt"}, {"fail", "Cause", "found", "_found"}
+PREFLIGHT, STOP = {"Reason", "_too_much", "DomainDoubt"}, {"fail", "Cause", "found", "_found"}
 
 
 def constants(node: ast.expr) -> list[str]:

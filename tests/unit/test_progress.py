@@ -6,8 +6,7 @@ import threading
 
 import pytest
 
-from stepload.cli.pen import pen
-from stepload.cli.seen import Seen
+from stepload.cli.progress import Seen, pen
 
 
 def seen(share: float) -> Seen:

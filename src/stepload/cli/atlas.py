@@ -11,7 +11,7 @@ from stepload.cli.sheet import check_sheet, write_sheet
 from stepload.results.terminal import AsJson, Output
 
 
-def map_rig(
+def map(
     rig: Annotated[str, typer.Argument(help="Rig profile, or a rig file (YAML).")],
     payload: Annotated[
         list[Path] | None,
@@ -48,6 +48,7 @@ def map_rig(
     from stepload.design import atlas_tables as tables
     from stepload.plan.room_to_write import check_room
     from stepload.runner.choose import open_pool
+    from stepload.units import parse_quantity
 
     output = Output(as_json=as_json)
     if parquet is not None:
@@ -60,7 +61,7 @@ def map_rig(
             rig,
             payload or [],
             shipped=atlas.shipped_payloads(),
-            top_n=_force(top_force),
+            top_n=parse_quantity(top_force, "N") if top_force else None,
             samples=samples,
             seed=seed,
             pool=pool,
@@ -97,16 +98,3 @@ def map_rig(
         write_columns({name: [each[name] for each in cells] for name in cells[0]}, parquet)
         output.line(f"written: {parquet}")
     output.result(said)
-
-
-def _force(text: str) -> float | None:
-    from stepload.units import parse_quantity
-
-    if not text:
-        return None
-    return parse_quantity(text, "N")
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verb."""
-    app.command("map")(map_rig)

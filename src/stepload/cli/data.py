@@ -117,9 +117,3 @@ def export(
     for path in written:
         output.line(str(path))
     output.result({"simulated": opened.simulated, "partial": opened.partial, "files": written})
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.command()(runs)
-    app.command()(export)

@@ -12,7 +12,7 @@ from stepload.errors import BadInputError
 from stepload.results.terminal import AsJson, Output
 
 
-def design_plan(
+def design(
     payload: Annotated[Path, typer.Argument(help="Payload file (YAML).", show_default=False)],
     rig: Annotated[
         str, typer.Argument(help="Rig profile, or a rig file (YAML).", show_default=False)
@@ -114,8 +114,3 @@ def _positive(option: str, text: str, unit: str) -> float:
     if value <= 0.0:
         raise BadInputError(f"{option}: {text} is not more than nothing", hint="give more")
     return value
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verb."""
-    app.command("design")(design_plan)

@@ -12,9 +12,6 @@ from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from stepload.rig.contract import CheckResult
     from stepload.rig.options import Option
 
 
@@ -28,12 +25,10 @@ class DriverNames(TyperGroup):
         return super().resolve_command(ctx, args)
 
 
-drivers_app = typer.Typer(
-    cls=DriverNames, help="Installed drivers, and the contract they must keep."
-)
+drivers = typer.Typer(cls=DriverNames, help="Installed drivers, and the contract they must keep.")
 
 
-@drivers_app.callback(invoke_without_command=True)
+@drivers.callback(invoke_without_command=True)
 def list_all(context: typer.Context, as_json: AsJson = False) -> None:
     """List installed drivers; broken ones with the reason."""
     if context.invoked_subcommand is not None:
@@ -68,9 +63,8 @@ def _group(name: str, kind: str) -> str:
     if len(found) == 1:
         return found[0]
     if not found:
-        names = sorted({n for group in GROUPS for n in driver_names(group)})
         raise BadInputError(
-            f"no driver named {name!r} is installed", hint=f"installed: {', '.join(names)}"
+            f"no driver named {name!r} is installed", hint=f"installed: {', '.join(_names(''))}"
         )
     kinds = ", ".join(group.removeprefix("stepload.") for group in found)
     raise BadInputError(f"several drivers are named {name!r}", hint=f"say --kind, one of {kinds}")
@@ -84,7 +78,7 @@ def _names(incomplete: str) -> list[str]:
     return sorted(name for name in names if name.startswith(incomplete))
 
 
-@drivers_app.command("show")
+@drivers.command("show")
 def show(
     name: Annotated[
         str,
@@ -145,7 +139,7 @@ def _default(option: Option) -> str:
     return str(option.default)
 
 
-@drivers_app.command("test")
+@drivers.command("test")
 def try_driver(
     name: Annotated[str, typer.Argument(help="Driver, as `stepload drivers` lists it.")],
     options: Annotated[
@@ -186,7 +180,10 @@ def try_driver(
 
     Example: stepload drivers test sim --kind force_sensors
     """
-    from stepload.plan.option_text import options_from_words
+    from dataclasses import asdict
+    from functools import partial
+
+    from stepload.plan.driver_options import options_from_words
     from stepload.plan.overlay import SIMULATED
     from stepload.rig.contract import CheckStatus, Trial, run_trial, trial_of
     from stepload.rig.plugins import load_driver
@@ -196,18 +193,27 @@ def try_driver(
     given = options_from_words(group, name, options or [])
     unit = "m" if group == "stepload.displacement_sensors" else "N"
     make, make_with = trial_of(load_driver(group, name), given)
-    ask = _Operator(as_json)
     move_m = parse_quantity(move, "m") if move else 0.0
     if move and not move_m > 0.0:
         raise BadInputError(f"--move {move!r} is not above 0", hint="how far towards the plate")
+    size = parse_quantity(load, unit) if load else 0.0
+
+    def ask(text: str) -> None:
+        """Ask the person at the device to do something by hand, and wait for Enter."""
+        typer.prompt(f"{text}, then press Enter", default="", show_default=False, err=as_json)
+
+    def put_on() -> float:
+        ask(f"Put {load} on the device")
+        return size
+
     trial = Trial(
         make,
         make_with,
         open_timeout_s=open_timeout,
         observe_s=seconds,
-        silence=ask.pull_the_cable if unplug else None,
-        restore=ask.plug_it_in,
-        load=ask.load_of(load, parse_quantity(load, unit)) if load else None,
+        silence=partial(ask, "Pull the data cable of the device") if unplug else None,
+        restore=partial(ask, "Plug the cable in again"),
+        load=put_on if load else None,
         noise=parse_quantity(noise, unit) if noise else None,
         resolution=parse_quantity(resolution, unit) if resolution else 0.0,
         move_m=move_m,
@@ -216,62 +222,18 @@ def try_driver(
         refuse_unread_driver(name, hazards_read)
     results = run_trial(trial)
     out = Output(as_json=as_json)
-    _show(name, results, out)
-    broken = [result for result in results if result.status is CheckStatus.FAILED]
-    skipped = [result.name for result in results if result.status is CheckStatus.SKIPPED]
-    kept = "keeps the contract" if not broken else f"breaks it in {len(broken)} checks"
-    untried = f"; not tried: {', '.join(skipped)}" if skipped else ""
-    out.line(f"{name}: {kept}{untried}")
-    checks = [_as_data(result) for result in results]
-    out.result({"driver": name, "kind": group, "kept": not broken, "checks": checks})
-    if broken:
-        raise typer.Exit(ExitCode.STOPPED)
-
-
-class _Operator:
-    """Asks the person at the device to do something by hand, and waits for Enter."""
-
-    def __init__(self, as_json: bool) -> None:
-        self._as_json = as_json
-
-    def _ask(self, text: str) -> None:
-        typer.prompt(f"{text}, then press Enter", default="", show_default=False, err=self._as_json)
-
-    def pull_the_cable(self) -> None:
-        self._ask("Pull the data cable of the device")
-
-    def plug_it_in(self) -> None:
-        self._ask("Plug the cable in again")
-
-    def load_of(self, text: str, size: float) -> Callable[[], float]:
-        """Asks for a load described by `text` and returns its `size` in N or m."""
-
-        def put_on() -> float:
-            self._ask(f"Put {text} on the device")
-            return size
-
-        return put_on
-
-
-def _as_data(result: CheckResult) -> dict[str, object]:
-    """One check as an object for programs; `verdict` is the older name of `status`."""
-    return {
-        "name": result.name,
-        "verdict": result.status,
-        "status": result.status,
-        "message": result.message,
-        "seconds": result.seconds,
-    }
-
-
-def _show(name: str, results: list[CheckResult], out: Output) -> None:
     out.table(
         f"contract of {name}",
         ("check", "status", "took", ""),
         [(r.name, r.status.value, f"{r.seconds:.1f} s", r.message) for r in results],
     )
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.add_typer(drivers_app, name="drivers")
+    broken = [result for result in results if result.status is CheckStatus.FAILED]
+    skipped = [result.name for result in results if result.status is CheckStatus.SKIPPED]
+    kept = "keeps the contract" if not broken else f"breaks it in {len(broken)} checks"
+    untried = f"; not tried: {', '.join(skipped)}" if skipped else ""
+    out.line(f"{name}: {kept}{untried}")
+    # `verdict` is the older name of `status`.
+    checks = [{"name": r.name, "verdict": r.status} | asdict(r) for r in results]
+    out.result({"driver": name, "kind": group, "kept": not broken, "checks": checks})
+    if broken:
+        raise typer.Exit(ExitCode.STOPPED)

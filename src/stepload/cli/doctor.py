@@ -68,8 +68,3 @@ def doctor(
     out.result({"sound": not found.failed, "lines": found.lines, "rig": found.snippet})
     if found.failed:
         raise typer.Exit(ExitCode.STOPPED)
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.command()(doctor)

@@ -29,33 +29,6 @@ OutDirectory = Annotated[
 ]
 Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Seed of the simulated rig.")]
 
-Tags = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--tag",
-        help="A word to find the run by; specimen=…, batch=… and operator=… set those of the plan.",
-    ),
-]
-
-Live = Annotated[
-    bool,
-    typer.Option("--live", help="Show the run to Foxglove or Lichtblick while it goes on."),
-]
-LiveAddress = Annotated[
-    str,
-    typer.Option("--live-address", help="Where viewers connect; loopback unless you say so."),
-]
-
-ResumeDirectory = Annotated[
-    Path | None,
-    typer.Option(
-        "--resume",
-        parser=run_directory,
-        metavar="RUN",
-        help="An interrupted run (directory, record or id); goes on after its last step.",
-    ),
-]
-
 EXIT_OF_SIGNAL: dict[int, ExitCode] = {
     signal.SIGTERM: ExitCode.TERMINATED,
     signal.SIGHUP: ExitCode.HANGUP,
@@ -74,12 +47,6 @@ def exit_code(finished: Finished) -> ExitCode:
     if finished.left_early:
         return EXIT_OF_SIGNAL.get(finished.left_early, ExitCode.INTERRUPTED)
     return ExitCode.BUG if finished.problems else ExitCode.OK
-
-
-Verbose = Annotated[
-    bool,
-    typer.Option("--verbose", help="All tables, of preflight and result; the report has them too."),
-]
 
 
 def _show_run(finished: Finished, out: Output, *, details: bool, quiet: bool, dry: bool) -> None:
@@ -119,7 +86,7 @@ def press(
 ) -> Finished:
     """Run a plan with its preflight, progress and result shown; `operator` listens already."""
     from stepload.cli.keys import keys
-    from stepload.cli.plans import show_preflight, show_verdict
+    from stepload.cli.plans import show_figures, show_verdict
     from stepload.cli.progress import progress
     from stepload.envelope.reason import PlanVerdict
     from stepload.results.model import SIMULATED
@@ -134,7 +101,8 @@ def press(
         for repaired in repair_all(out or envelope.plan.record.directory):
             output.line(repaired.line)
         if verbose:
-            show_preflight(envelope, output)
+            show_verdict(envelope, output)
+            show_figures(envelope, output)
         elif not quiet or envelope.verdict is PlanVerdict.WARN:
             show_verdict(envelope, output, details=False)
     with (
@@ -170,15 +138,41 @@ def run(
     out: OutDirectory = None,
     payload: PayloadFile = None,
     seed: Seed = None,
-    resume: ResumeDirectory = None,
-    tag: Tags = None,
+    resume: Annotated[
+        Path | None,
+        typer.Option(
+            "--resume",
+            parser=run_directory,
+            metavar="RUN",
+            help="An interrupted run (directory, record or id); goes on after its last step.",
+        ),
+    ] = None,
+    tag: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--tag",
+            help="A word to find the run by; specimen=…, batch=… and operator=… set those of the "
+            "plan.",
+        ),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="The verdict only, no progress.")] = False,
-    verbose: Verbose = False,
+    verbose: Annotated[
+        bool,
+        typer.Option(
+            "--verbose", help="All tables, of preflight and result; the report has them too."
+        ),
+    ] = False,
     watch: Annotated[
         bool, typer.Option("--watch", help="Draw force, curve and margins in the terminal.")
     ] = False,
-    live: Live = False,
-    live_address: LiveAddress = DEFAULT_ADDRESS,
+    live: Annotated[
+        bool,
+        typer.Option("--live", help="Show the run to Foxglove or Lichtblick while it goes on."),
+    ] = False,
+    live_address: Annotated[
+        str,
+        typer.Option("--live-address", help="Where viewers connect; loopback unless you say so."),
+    ] = DEFAULT_ADDRESS,
     hazards_read: HazardsRead = False,
     pdf: AsPdf = False,
     paper: PaperSize = A4,
@@ -232,9 +226,3 @@ def pause(
     where = f"cycle {answer.get('cycle', 0)}, {answer.get('phase', '')}"
     output.line(f"run {answer.get('run_id')}: {'goes on' if resume else 'pauses'} ({where})")
     output.result(answer)
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.command()(run)
-    app.command()(pause)

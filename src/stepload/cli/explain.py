@@ -53,8 +53,3 @@ def explain(
         output.line("keys of a plan: docs/plan.md, or stepload explain KEY")
         output.line("words and symbols: docs/glossary.md, or stepload explain WORD")
     output.result({"codes": [asdict(each) for each in found]})
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.command()(explain)

@@ -55,8 +55,3 @@ def layout(
     except OSError as error:
         raise BadInputError(f"cannot write {file}: {error.strerror}") from error
     print(f"{file}: import it as a layout in Foxglove or Lichtblick")
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.command()(layout)

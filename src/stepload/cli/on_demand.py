@@ -8,7 +8,6 @@ names are needed, or one that is not stepload's own.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -25,7 +24,7 @@ class Verb(NamedTuple):
 
     name: str
     room: str
-    """Module with a function `register(app)` that adds it."""
+    """Module with the function or group of this name, and their `CONTEXT_SETTINGS` if any."""
     line: str
     """The first paragraph of its help."""
 
@@ -39,9 +38,13 @@ class Declared(TyperCommand):
 
     def built(self) -> Any:
         """The verb itself, from its module."""
-        rooms_own = typer.Typer(rich_markup_mode=None)
-        import_module(self.verb.room).register(rooms_own)
-        return _group_of(rooms_own).commands[self.verb.name]
+        app, room = typer.Typer(rich_markup_mode=None), import_module(self.verb.room)
+        found = getattr(room, self.verb.name)
+        if isinstance(found, typer.Typer):
+            app.add_typer(found, name=self.verb.name)
+        else:
+            app.command(context_settings=getattr(room, "CONTEXT_SETTINGS", None))(found)
+        return _group_of(app).commands[self.verb.name]
 
 
 def _group_of(app: typer.Typer) -> TyperGroup:
@@ -96,9 +99,3 @@ class VerbsOnDemand(TyperGroup):
         """The verb that the arguments begin with, built."""
         name, command, rest = super().resolve_command(ctx, args)
         return name, command.built() if isinstance(command, Declared) else command, rest
-
-    def all_built(self) -> Iterator[tuple[str, Any]]:
-        """Every verb by name, built: for a program that inspects all of them."""
-        for name in self.list_commands(None):
-            command = self.commands[name]
-            yield name, command.built() if isinstance(command, Declared) else command

@@ -30,6 +30,7 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
     from stepload.results.model import data
 
     found = envelope.identifiability
+    sideways = {"alignment": envelope.aligning, "nulling": envelope.nulling}
     return {
         "verdict": envelope.verdict,
         "reasons": envelope.reasons,
@@ -54,14 +55,8 @@ def preflight_data(envelope: Envelope) -> dict[str, Any]:
         "schedule": [data(fields.STAGE, stage) for stage in envelope.stages],
         "duration_s": envelope.duration_s if envelope.stages else None,
         **_until_data(envelope.until),
-        **_sideways_data(envelope),
+        **{name: part.terms for name, part in sideways.items() if part is not None},
     }
-
-
-def _sideways_data(envelope: Envelope) -> dict[str, Any]:
-    """Lateral actions of a run; nothing where the plan does not ask for any."""
-    parts = {"alignment": envelope.aligning, "nulling": envelope.nulling}
-    return {name: part.terms for name, part in parts.items() if part is not None}
 
 
 def _until_data(until: Until | None) -> dict[str, Any]:
@@ -107,12 +102,6 @@ def show_verdict(
         if reason.code not in hidden:
             told = f"{reason.message} [{reason.code}]"
             out.finding(Finding(reason.severity, told, reason.remedy))
-
-
-def show_preflight(envelope: Envelope, out: Output) -> None:
-    """A preflight as text: verdict and reasons first, then the figures behind them."""
-    show_verdict(envelope, out)
-    show_figures(envelope, out)
 
 
 def show_figures(envelope: Envelope, out: Output, *, details: bool = True) -> None:
@@ -371,10 +360,3 @@ def profiles(
             for kind, found in told.items()
         }
     )
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.command()(preflight)
-    app.command()(schema)
-    app.command()(profiles)

@@ -129,8 +129,3 @@ def _stiffnesses(text: str) -> list[float] | None:
             hint=f"{SOFTEST:g} to {STIFFEST:g} N m/rad each",
         )
     return found
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verb."""
-    app.command("pose")(pose)

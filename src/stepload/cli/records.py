@@ -132,9 +132,3 @@ def replay(
     )
     if cause is not None:
         raise typer.Exit(ExitCode.STOPPED)
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.command()(recover)
-    app.command()(replay)

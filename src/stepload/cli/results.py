@@ -279,9 +279,3 @@ def compare(
     output.result(data)
     if out is not None:
         put_on_paper(out / "compare.html", on, output)
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.command()(calibrate)
-    app.command()(compare)

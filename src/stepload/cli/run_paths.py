@@ -58,3 +58,9 @@ RunPath = Annotated[
         autocompletion=run_ids,
     ),
 ]
+RunOrCurve = Annotated[
+    Path,
+    typer.Argument(
+        parser=run_path, metavar="FILE", help="A run (directory, record, id), or a CSV curve."
+    ),
+]

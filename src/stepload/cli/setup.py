@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stepload.setup.answers import Answers
     from stepload.setup.questions import Question
 
-ANY_FLAGS = {"allow_extra_args": True, "ignore_unknown_options": True}
+CONTEXT_SETTINGS = {"allow_extra_args": True, "ignore_unknown_options": True}
 STEP_HELP = "Stop after this step: arm, sensor, push, weigh, start, way, plan, doctor, touch."
 AnswerFile = Annotated[
     Path | None, typer.Option("--answers", help="YAML file of answers, `question: answer`.")
@@ -166,9 +166,3 @@ def init(
     show_verdict(envelope, out, details=False)
     out.line(f"written: {plan}")
     out.result({"plan": plan, "verdict": envelope.verdict})
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.command(context_settings=ANY_FLAGS)(setup)
-    app.command(context_settings=ANY_FLAGS)(init)

@@ -9,10 +9,10 @@ import typer
 
 from stepload.results.terminal import AsJson, Output
 
-plans_app = typer.Typer(help="Plans that come with stepload, ready to run or to begin with.")
+plans = typer.Typer(help="Plans that come with stepload, ready to run or to begin with.")
 
 
-@plans_app.callback(invoke_without_command=True)
+@plans.callback(invoke_without_command=True)
 def list_all(context: typer.Context, as_json: AsJson = False) -> None:
     """List the plans that come with stepload."""
     if context.invoked_subcommand is not None:
@@ -26,7 +26,7 @@ def list_all(context: typer.Context, as_json: AsJson = False) -> None:
     out.result({"plans": found})
 
 
-@plans_app.command("copy")
+@plans.command("copy")
 def copy(
     name: Annotated[str, typer.Argument(help="Plan, as `stepload plans` lists it.")],
     directory: Annotated[Path, typer.Argument(help="Where to; made where missing.")] = Path(),
@@ -43,8 +43,3 @@ def copy(
     for path in written:
         out.line(str(path))
     out.result({"written": written})
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.add_typer(plans_app, name="plans")

@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from stepload.cli.run_paths import run_path
+from stepload.cli.run_paths import RunOrCurve
 from stepload.errors import BadInputError
 from stepload.results.terminal import AsJson, Output
 
 
 def snippet(
-    file: Annotated[
-        Path,
-        typer.Argument(
-            parser=run_path, metavar="FILE", help="A run (directory, record, id), or a CSV curve."
-        ),
-    ],
+    file: RunOrCurve,
     simulator: Annotated[
         str, typer.Option("--for", help="mujoco (MJCF), drake (SDFormat) or drake-python.")
     ],
@@ -57,8 +51,3 @@ def snippet(
     output = Output(as_json=as_json)
     output.line(text.rstrip("\n"))
     output.result({**asdict(spring), "for": simulator, "snippet": text})
-
-
-def register(app: typer.Typer) -> None:
-    """Add this module's verbs."""
-    app.command()(snippet)

@@ -42,7 +42,7 @@ class Remedy:
 def advised(plan: Plan, reasons: tuple[Reason, ...], judge: Judge) -> tuple[Reason, ...]:
     """The reasons with remedies that were tried, and one more where changes must be combined."""
     found = tuple(
-        replace(reason, remedy=_told(reason, remedies_for(plan, reason, reasons, judge)))
+        replace(reason, remedy=_told(remedies_for(plan, reason, reasons, judge)))
         if reason.code in FAMILIES and reason.severity is not Severity.NOTE
         else reason
         for reason in reasons
@@ -81,7 +81,7 @@ def _lifting(
             return
 
 
-def _told(reason: Reason, remedies: tuple[Remedy, ...]) -> str:
+def _told(remedies: tuple[Remedy, ...]) -> str:
     return "; or ".join(remedy.text for remedy in remedies) or NONE_HELPS
 
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
-from stepload.envelope.press import PressRig, Term
+from stepload.envelope.press import PressRig
 from stepload.plan.model import (
     ArmSpec,
     ForceSpec,
@@ -137,15 +137,16 @@ def step_patience_s(procedure: Procedure) -> float:
 def press_rig(rig: Rig, noise_n: float) -> PressRig:
     """Upper bounds of a rig's stiffness, delays and inertia, from the plan."""
     arm, force = rig.arm, rig.force
-    parts = (
-        Term("force sensor delay", force.delay_s, "s", "rig: force.delay"),
-        Term("force sensor period", 1.0 / force.rate_hz, "s", "rig: 1 / force.rate"),
-        Term("tick", 1.0 / arm.rate_hz, "s", "rig: 1 / arm.rate"),
-        Term("computing and jitter", 1.0 / arm.rate_hz, "s", "one tick"),
-        Term("command delay", arm.command_delay_s, "s", "rig: arm.command_delay"),
-        Term("arm lag", arm.lag_s, "s", "rig: arm.lag"),
+    tick_s = 1.0 / arm.rate_hz
+    parts_s = (
+        force.delay_s,
+        1.0 / force.rate_hz,
+        tick_s,
+        tick_s,  # computing and jitter
+        arm.command_delay_s,
+        arm.lag_s,
     )
-    total_s = sum(part.value for part in parts)
+    total_s = sum(parts_s)
     loop_s = rig.loop_delay_s if rig.loop_delay_s is not None else total_s
     second = rig.second_force
     has_second = second.source is not SecondForceSource.NONE
@@ -156,7 +157,6 @@ def press_rig(rig: Rig, noise_n: float) -> PressRig:
         acceleration_m_s2=arm.max_acceleration_m_s2,
         lag_s=arm.lag_s,
         noise_n=noise_n,
-        reaction=parts,
         reaction_s=max(total_s, loop_s),
         loop_s=loop_s,
         cross_check_s=(

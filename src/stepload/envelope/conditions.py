@@ -118,7 +118,7 @@ def across_of(stiffness: SystemStiffness) -> Across:
 
 
 def _pair(values: tuple[float, ...]) -> tuple[float, float] | None:
-    return (values[0], values[1]) if len(values) == 2 else None
+    return values if len(values) == 2 else None
 
 
 def _rough_length(payload: Payload, theory: Theory) -> float | None:

@@ -16,9 +16,8 @@ from stepload.envelope.aligning import (
     aligning_reasons,
     nulling_of,
 )
-from stepload.envelope.bounds import Measured, press_rig, retract_speed_m_s
+from stepload.envelope.bounds import Measured, press_rig
 from stepload.envelope.climb import Climbs, climbs_of
-from stepload.envelope.cycles import cycle_reasons
 from stepload.envelope.domains import domain_reasons
 from stepload.envelope.friction import friction_reasons
 from stepload.envelope.hazards import hazards
@@ -30,7 +29,13 @@ from stepload.envelope.pressing import Pressing, largest_top_force, pressing_for
 from stepload.envelope.proof import shake_reasons
 from stepload.envelope.ranges import range_reasons
 from stepload.envelope.reason import PlanVerdict, Reason, Severity, verdict_of
-from stepload.envelope.reasons import age_reasons, force_reasons, identifiable_reasons, rig_reasons
+from stepload.envelope.reasons import (
+    age_reasons,
+    cycle_reasons,
+    force_reasons,
+    identifiable_reasons,
+    rig_reasons,
+)
 from stepload.envelope.schedule import NULLING_TIMES, Stage, align_s, schedule
 from stepload.envelope.shake import Shake, shake_for
 from stepload.envelope.sideways import share_reasons, sideways_reasons
@@ -82,7 +87,6 @@ class Envelope:
     force_limit_n: float
     deformation_m: float
     secant_n_per_m: float
-    secant_at_top_n_per_m: float
     identifiability: Identifiability | None
     guarded_speed_m_s: float
     fast_speed_m_s: float
@@ -162,13 +166,21 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
     theory, bounds = theory_of(plan.payload), press_rig(plan.rig, plan.rig.force.noise_n)
     safe_n = largest_top_force(plan, theory.counted.lower_n)
     pressing, limits, refusal = _pressed(plan, theory, safe_n, measured)
-    shake = shake_for(plan, limits) if limits is not None and measured is None else None
-    climbs = climbs_of(plan, limits, theory.law) if limits is not None else None
-    secant_at_top = theory.law.secant(plan.procedure.top_force_n)
     found = None if plan.identify.kind == "system" else _identifiability_of(plan)
-    aligning = None if limits is None else aligning_of(plan, limits)
-    nulling = None if limits is None else nulling_of(plan, limits)
-    stages = _stages(plan, limits, climbs, shake, aligning, nulling)
+    stages: tuple[Stage, ...] = ()
+    climbs = shake = aligning = nulling = None
+    if limits is not None:
+        climbs = climbs_of(plan, limits, theory.law)
+        shake = shake_for(plan, limits) if measured is None else None
+        aligning, nulling = aligning_of(plan, limits), nulling_of(plan, limits)
+        stages = schedule(
+            plan.procedure,
+            limits,
+            climbs,
+            shake_s=shake.duration_s if shake is not None and shake.tells else 0.0,
+            align_s=align_s(plan.procedure, limits, aligning) if aligning is not None else 0.0,
+            null_s=NULLING_TIMES * nulling.time_constant_s if nulling is not None else 0.0,
+        )
     reasons = [
         *force_reasons(plan, safe_n, refusal, theory.counted),
         *limit_reasons(theory),
@@ -209,9 +221,8 @@ def derive(plan: Plan, measured: Measured | None = None) -> Envelope:
         refusal=refusal,
         largest_safe_force_n=safe_n,
         force_limit_n=pressing.forces.limit_n if pressing else 0.0,
-        deformation_m=plan.procedure.top_force_n / secant_at_top,
+        deformation_m=plan.procedure.top_force_n / theory.law.secant(plan.procedure.top_force_n),
         secant_n_per_m=theory.law.secant(plan.identify.secant_force_n),
-        secant_at_top_n_per_m=secant_at_top,
         identifiability=found,
         guarded_speed_m_s=pressing.guarded_speed_m_s if pressing else 0.0,
         fast_speed_m_s=pressing.fast_speed_m_s if pressing else 0.0,
@@ -269,25 +280,4 @@ def _identifiability_of(plan: Plan) -> Identifiability:
         p=plan.identify.resolution_multiple_p,
         s=plan.identify.compensation_quality_s,
         t=plan.identify.accuracy_t,
-    )
-
-
-def _stages(
-    plan: Plan,
-    limits: RunLimits | None,
-    climbs: Climbs | None,
-    shake: Shake | None,
-    aligning: Aligning | None,
-    nulling: NullingLaw | None,
-) -> tuple[Stage, ...]:
-    if limits is None or climbs is None:
-        return ()
-    return schedule(
-        plan.procedure,
-        limits,
-        climbs,
-        retract_speed_m_s=retract_speed_m_s(plan.rig),
-        shake_s=shake.duration_s if shake is not None and shake.tells else 0.0,
-        align_s=align_s(plan.procedure, limits, aligning) if aligning is not None else 0.0,
-        null_s=NULLING_TIMES * nulling.time_constant_s if nulling is not None else 0.0,
     )

@@ -30,9 +30,9 @@ class Term:
 class PressRig:
     """Properties of a rig that matter for pressing; upper bounds throughout.
 
-    `stiffness_n_per_m` is the largest K_s that is believed possible; `reaction` are the delays from
-    a rise of force until the arm gives way, `reaction_s` their sum T_r; `loop_s` is the delay T of
-    the whole control loop; `cross_check_s` how much later the second channel reacts (0: has none).
+    `stiffness_n_per_m` is the largest K_s that is believed possible; `reaction_s` is T_r, from a
+    rise of force until the arm gives way; `loop_s` is the delay T of the whole control loop;
+    `cross_check_s` how much later the second channel reacts (0: has none).
     """
 
     stiffness_n_per_m: float
@@ -41,7 +41,6 @@ class PressRig:
     acceleration_m_s2: float
     lag_s: float
     noise_n: float
-    reaction: tuple[Term, ...]
     reaction_s: float
     loop_s: float
     cross_check_s: float

@@ -17,6 +17,9 @@ from stepload.estimators.identifiability import Identifiability
 from stepload.plan.model import Plan, Provenance, SecondForceSource
 from stepload.units import format_quantity
 
+WHOLE = 2
+"""A first loading and one more of the same contact: the least that reveals set and drift."""
+
 
 def force_reasons(
     plan: Plan,
@@ -28,39 +31,31 @@ def force_reasons(
     top_n = plan.procedure.top_force_n
     if refusal:
         why = f". {counted_on(counted)}" if counted.sigma_ln > 0.0 and top_n > safe_n else ""
-        yield Reason(
+        yield _too_much(
             "top_force_above_safe_limit" if top_n > safe_n else "no_safe_way_to_press",
-            Severity.REFUSE,
             f"{refusal.message}{why}. This cannot be overridden",
-            "",
             top_n,
             safe_n,
-            "N",
         )
     push_n = plan.rig.arm.max_push_n
     if top_n > push_n:
-        yield Reason(
-            "arm_too_weak",
-            Severity.REFUSE,
+        message = (
             f"the arm pushes at most {format_quantity(push_n, 'N')}, top force is "
-            f"{format_quantity(top_n, 'N')}",
-            "",
-            top_n,
-            push_n,
-            "N",
+            f"{format_quantity(top_n, 'N')}"
         )
+        yield _too_much("arm_too_weak", message, top_n, push_n)
     range_n = plan.rig.force.range_n
     if top_n > range_n:
-        yield Reason(
-            "sensor_range",
-            Severity.REFUSE,
+        message = (
             f"top force {format_quantity(top_n, 'N')} is beyond the force sensor's range "
-            f"{format_quantity(range_n, 'N')}",
-            "",
-            top_n,
-            range_n,
-            "N",
+            f"{format_quantity(range_n, 'N')}"
         )
+        yield _too_much("sensor_range", message, top_n, range_n)
+
+
+def _too_much(code: str, message: str, top_n: float, limit_n: float) -> Reason:
+    """A refusal of the top force, whose remedies are tried later."""
+    return Reason(code, Severity.REFUSE, message, "", top_n, limit_n, "N")
 
 
 def identifiable_reasons(
@@ -162,4 +157,28 @@ def age_reasons(plan: Plan) -> Iterator[Reason]:
             limit_s,
             AGE_S,
             "s",
+        )
+
+
+def cycle_reasons(plan: Plan) -> Iterator[Reason]:
+    """What repeated loading would have shown and this plan does not; notes, no refusals."""
+    procedure = plan.procedure
+    if procedure.cycles < WHOLE:
+        hint = (
+            "only the gap between loading and unloading hints at them"
+            if procedure.unload
+            else "without stepped unloading nothing in the run hints at them"
+        )
+        yield Reason(
+            "one_cycle", Severity.NOTE,
+            f"one cycle: set, creep and drift cannot be told from the contact's law; {hint}",
+            "plan `cycles: 2` with `unload: true`", procedure.cycles, WHOLE, "",
+        )  # fmt: skip
+    elif not procedure.unload:
+        yield Reason(
+            "no_unloading",
+            Severity.NOTE,
+            "no holds on the way down: the second loading shows set and drift, but creep cannot "
+            "be told from them",
+            "plan `unload: true`",
         )

@@ -79,8 +79,8 @@ class Remaining:
             self._press(self._index(row))
         elif self._step < 0:
             self._approach(_BEFORE.get(phase, "") if row.cycle else ALIGN)
-        elif phase == Phase.RETRACT and self._step == self._steps_of_run - 1:
-            self._enter_last()
+        elif phase == Phase.RETRACT and self._step == self._steps_of_run - 1 and not self._over:
+            self._over, self._began_s = True, self.active_s
         self._now_left_s = self._left_s(max(row.cycle, 1))
         return self._now_left_s
 
@@ -134,10 +134,6 @@ class Remaining:
                 planned_s = self._planned_s(self._first, step)
                 self._pace = max(took_s / planned_s, 0.0) if planned_s > 0.0 else 1.0
             self._step, self._began_s = step, self.active_s
-
-    def _enter_last(self) -> None:
-        if not self._over:
-            self._over, self._began_s = True, self.active_s
 
     def _left_s(self, cycle: int) -> float:
         in_it_s = self.active_s - self._began_s

@@ -83,7 +83,6 @@ def schedule(
     limits: RunLimits,
     climbs: Climbs,
     *,
-    retract_speed_m_s: float,
     shake_s: float = 0.0,
     align_s: float = 0.0,
     null_s: float = 0.0,
@@ -94,10 +93,7 @@ def schedule(
     the first touch and after every lift-off.
 
     Args:
-        procedure: the plan's steps.
-        limits: of the run.
-        climbs: its load steps, without their holds.
-        retract_speed_m_s: speed away from the surface.
+        climbs: load steps of the plan, without their holds.
         shake_s: time of the shake that proves the force channels; 0 without one.
         align_s: time of the touches on a circle; 0 without them.
         null_s: time in which lateral force is nulled before a level is held; 0 without.
@@ -114,9 +110,9 @@ def schedule(
     up = tuple(each + held_s for each in climbs.up_s)
     down = tuple(each + held_s for each in reversed(climbs.down_s)) if procedure.unload else ()
     rest_s = REST_S + 4.0 * limits.loop_s
-    back_s = back_m / retract_speed_m_s + rest_s
+    back_s = back_m / limits.retract_speed_m_s + rest_s
     again_s = (gap_m + run_out_m) / (SLOW_SHARE * guarded_m_s) + RING_S
-    touch_s = gap_m / retract_speed_m_s + rest_s + again_s
+    touch_s = gap_m / limits.retract_speed_m_s + rest_s + again_s
     return_s = max(back_m - gap_m - run_out_m, 0.0) / fast_m_s + again_s
     between_s = min(procedure.tare_s, BETWEEN_CYCLES_TARE_S)
     stages = [

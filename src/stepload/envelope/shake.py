@@ -9,11 +9,10 @@ and from the noise of the channels: the shortest shake that measures the mass we
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from stepload.envelope.limits import RunLimits
-from stepload.plan.model import Plan, SecondForceSource
+from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
 
 HALF_WIDTH = 0.2
 """Largest half width of the 99 % interval of the felt mass, as a share of the stated mass."""
@@ -109,43 +108,31 @@ class Shake:
 
 def channels_of(plan: Plan) -> tuple[ShakenChannel, ...]:
     """The force channels of a plan whose mass is stated."""
-    return tuple(_channels(plan))
-
-
-def _channels(plan: Plan) -> Iterator[ShakenChannel]:
-    force, second, arm = plan.rig.force, plan.rig.second_force, plan.rig.arm
-    tick_hz = arm.rate_hz
+    force, second, tick_hz = plan.rig.force, plan.rig.second_force, plan.rig.arm.rate_hz
+    found = []
     if force.tool_mass_kg is not None:
-        yield _channel(
-            "force sensor", "rig.force", force.tool_mass_kg, force.noise_n, force.resolution_n,
-            min(force.rate_hz, tick_hz), force.delay_s, second=False,
-        )  # fmt: skip
-    if second.tool_mass_kg is None or second.source is SecondForceSource.NONE:
-        return
-    sensor = second.sensor
-    yield _channel(
-        "second force channel", "rig.second_force", second.tool_mass_kg, second.noise_n,
-        sensor.resolution_n if sensor else 0.0,
-        min(sensor.rate_hz if sensor else tick_hz, tick_hz), sensor.delay_s if sensor else 0.0,
-        second=True,
-    )  # fmt: skip
+        found.append(_channel(force, force.tool_mass_kg, force, tick_hz))
+    if second.tool_mass_kg is not None and second.source is not SecondForceSource.NONE:
+        found.append(_channel(second, second.tool_mass_kg, second.sensor, tick_hz))
+    return tuple(found)
 
 
 def _channel(
-    name: str,
-    key: str,
-    mass_kg: float,
-    noise_n: float,
-    resolution_n: float,
-    rate_hz: float,
-    delay_s: float,
-    *,
-    second: bool,
+    channel: ForceSpec | SecondForce, mass_kg: float, sensor: ForceSpec | None, tick_hz: float
 ) -> ShakenChannel:
+    second, noise_n = isinstance(channel, SecondForce), channel.noise_n
+    resolution_n = sensor.resolution_n if sensor else 0.0
     return ShakenChannel(
-        name, key, second, mass_kg, math.hypot(noise_n, _QUANTUM_SIGMA * resolution_n),
-        resolution_n, noise_n >= STIRRED * resolution_n, rate_hz, delay_s,
-    )  # fmt: skip
+        name="second force channel" if second else "force sensor",
+        key="rig.second_force" if second else "rig.force",
+        second=second,
+        mass_kg=mass_kg,
+        noise_n=math.hypot(noise_n, _QUANTUM_SIGMA * resolution_n),
+        resolution_n=resolution_n,
+        stirred=noise_n >= STIRRED * resolution_n,
+        rate_hz=min(sensor.rate_hz, tick_hz) if sensor else tick_hz,
+        delay_s=sensor.delay_s if sensor else 0.0,
+    )
 
 
 def shake_for(plan: Plan, limits: RunLimits) -> Shake | None:

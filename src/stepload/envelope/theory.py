@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stepload.contact.elastic import law_for
 from stepload.contact.limit import ElasticLimit, elastic_limit, no_limit_reason
@@ -11,7 +11,6 @@ from stepload.contact.limit_doubt import (
     Source,
     doubted_limits,
     limit_in,
-    lower_end,
     probability_below,
 )
 from stepload.contact.materials import Material
@@ -107,48 +106,34 @@ def _of_body(payload: Payload, body: Material, other: Material) -> CountedLimit 
     """
     if is_range(body) or (found := limit_in(body, stiffest(other), payload.geometry)) is None:
         return None
-    coverage = payload.limit_coverage
-    lower_n = found.lower_end(coverage)
-    return CountedLimit(
-        found.force_n,
-        f"(13) of {body.name}, pressed by the stiffest that {other.name} may be",
-        found.sigma_ln,
-        coverage,
-        lower_n,
-        found.probability_below(lower_n),
-        found.sources,
-    )
+    told = f"(13) of {body.name}, pressed by the stiffest that {other.name} may be"
+    return _counted(found, told, payload.limit_coverage)
 
 
 def _of_theory(payload: Payload, equation: str) -> CountedLimit:
     """Of the bodies that may yield first, the one with the lowest end rules."""
     limits = doubted_limits(payload.geometry, payload.material, payload.plate)
     coverage = payload.limit_coverage
-    lower_n = lower_end(limits, coverage)
     ruling = min(limits, key=lambda limit: limit.lower_end(coverage))
-    return CountedLimit(
-        ruling.force_n,
-        f"{equation} elastic-plastic sphere",
-        ruling.sigma_ln,
-        coverage,
-        lower_n,
-        probability_below(limits, lower_n),
-        ruling.sources,
-    )
+    counted = _counted(ruling, f"{equation} elastic-plastic sphere", coverage)
+    return replace(counted, probability=probability_below(limits, counted.lower_n))
 
 
 def _declared(payload: Payload, declared_n: float) -> CountedLimit:
     sigma_n = payload.declared_force_limit_sigma_n or 0.0
     relative = sigma_n / declared_n if sigma_n else 0.0
     stated = (Source("declared force_limit", relative, relative, assumed=False),) if sigma_n else ()
-    limit = DoubtedLimit(declared_n, stated)
-    lower_n = limit.lower_end(payload.limit_coverage)
+    return _counted(DoubtedLimit(declared_n, stated), DECLARED, payload.limit_coverage)
+
+
+def _counted(limit: DoubtedLimit, equation: str, coverage: float) -> CountedLimit:
+    lower_n = limit.lower_end(coverage)
     return CountedLimit(
-        declared_n,
-        DECLARED,
+        limit.force_n,
+        equation,
         limit.sigma_ln,
-        payload.limit_coverage,
+        coverage,
         lower_n,
         limit.probability_below(lower_n),
-        stated,
+        limit.sources,
     )

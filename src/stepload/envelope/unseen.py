@@ -208,10 +208,7 @@ def silent_reasons(plan: Plan, limits: RunLimits) -> Iterator[Reason]:
 def deaf_approach_reasons(plan: Plan, limits: RunLimits, *, shaken: bool) -> Iterator[Reason]:
     """The force that an approach reaches if every force channel has died under live noise.
 
-    Args:
-        plan: of the run.
-        limits: its thresholds.
-        shaken: whether a shake proves the channels just before the approach.
+    `shaken`: whether a shake proves the channels just before the approach.
     """
     most_n, limit_n = _search_n(plan, limits), limits.counted_limit_n
     if most_n <= limit_n:

@@ -7,7 +7,7 @@ A small JSON file with units, written by `stepload calibrate` and read (as JSON 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from stepload.contact.across import across_problem
-from stepload.estimators.deflection_rows import table_problem
+from stepload.estimators.deflection_rows import table_problem, upper_stiffness_n_per_m
 from stepload.plan.draft import UnknownError, whole
 from stepload.plan.leaves import (
     Angle,
@@ -44,14 +44,17 @@ from stepload.plan.problems import PlanError, Problem
 from stepload.plan.reader import read_section
 from stepload.plan.sections import Entry, Key, entries
 from stepload.plan.source import Source, read_source
-from stepload.plan.table import disagreement
 from stepload.plan.tree import Place, parse_tree
 from stepload.plan.whole_file import replace_file
 from stepload.rig.samples import SixFloats
+from stepload.units import format_quantity
 
+_Part = Annotated[float, Number(0.0, 1.0)]
 _Ratio = Annotated[float, Number(-2.0, 2.0)]
 TEMPERATURE_BAND_K = 5.0
 """A record counts as made at another temperature when it is further away than this."""
+TABLE_AGREES = 0.1
+"""Largest relative difference between the table of the deflection and the stiffness beside it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,9 +96,7 @@ class CalibrationRecord:
         tuple[LengthOrZero, ...], Key("Standard uncertainty of each deflection.")
     ] = ()
     deflection_common: Annotated[
-        float,
-        Number(0.0, 1.0),
-        Key("Relative standard uncertainty that all of them have in common."),
+        _Part, Key("Relative standard uncertainty that all of them have in common.")
     ] = 0.0
     across_m_per_n: Annotated[
         tuple[Compliance, ...],
@@ -113,9 +114,7 @@ class CalibrationRecord:
         ),
     ] = ()
     share_reach: Annotated[
-        float,
-        Number(0.0, 1.0),
-        Key("How far from it the shares went from which `across` was measured."),
+        _Part, Key("How far from it the shares went from which `across` was measured.")
     ] = 0.0
     across_told: Annotated[
         Remark, Key("What the runs tell of the force across the axis, in words.")
@@ -138,9 +137,7 @@ class CalibrationRecord:
     def tcp_offset(self) -> SixFloats | None:
         """The TCP from the flange, as in `ArmConfiguration`; None where it is not stated."""
         numbers = (*self.tcp_position_m, *self.tcp_rotation_rad)
-        if len(numbers) != 6:
-            return None
-        return (numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5])
+        return numbers if len(numbers) == 6 else None
 
 
 def write_calibration(record: CalibrationRecord, path: Path) -> None:
@@ -201,3 +198,20 @@ def _impossible(source: Source, record: CalibrationRecord) -> Iterator[Problem]:
     stiffness = record.stiffness_n_per_m, record.sigma_n_per_m
     if problem := table_problem(*rows) or disagreement(*stiffness, rows[0], rows[1]):
         yield source.problem(1, 1, f"table of the deflection: {problem}")
+
+
+def disagreement(
+    stiffness_n_per_m: float,
+    sigma_n_per_m: float,
+    force_n: Sequence[float],
+    deflection_m: Sequence[float],
+) -> str:
+    """Why the stated K_s does not belong to this table; "" where the two agree."""
+    slope = upper_stiffness_n_per_m(force_n, deflection_m)
+    allowed = max(TABLE_AGREES, 3.0 * sigma_n_per_m / stiffness_n_per_m)
+    if abs(slope / stiffness_n_per_m - 1.0) <= allowed:
+        return ""
+    return (
+        f"the table has a stiffness of {format_quantity(slope, 'N/m')} above 40 % of its forces, "
+        f"value is {format_quantity(stiffness_n_per_m, 'N/m')}"
+    )

@@ -25,19 +25,13 @@ def rederived(before: Plan, after: Plan) -> Plan:
 
     Values that were changed themselves are kept.
     """
-    given = {
-        (section, field)
-        for section, field, _ in RULES
-        if section and getattr(getattr(before, section), field)
-        != getattr(getattr(after, section), field)
-    }  # fmt: skip
     for section, field, rule in RULES:
-        if (section, field) in given:
-            continue
         if section and follows(before, section, field):
-            with suppress(UnknownError):
-                part = replace(getattr(after, section), **{field: rule(after)})
-                after = replace(after, **{section: part})
+            part = getattr(after, section)
+            if getattr(getattr(before, section), field) == getattr(part, field):
+                with suppress(UnknownError):
+                    part = replace(part, **{field: rule(after)})
+                    after = replace(after, **{section: part})
     return after
 
 

@@ -18,6 +18,7 @@ from stepload.contact.materials import Material, Sphere
 from stepload.contact.unknown import is_range
 from stepload.errors import DomainError
 from stepload.estimators.deflection_rows import table_problem
+from stepload.plan.calibration import disagreement
 from stepload.plan.derived import MAX_LEVELS
 from stepload.plan.draft import drafts_in, kind_of, left_out, whole, written
 from stepload.plan.impossible import Check, Impossibility, metre, newton, run_checks
@@ -33,7 +34,6 @@ from stepload.plan.model import (
 from stepload.plan.payload import material
 from stepload.plan.reader import expected
 from stepload.plan.sections import Kind, entries
-from stepload.plan.table import disagreement
 from stepload.units import format_quantity
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Mapping as MappingABC
+from collections.abc import Sequence as SequenceABC
+from pathlib import Path
 
 from stepload.errors import BadInputError
-from stepload.plan.problems import Problem, printable
+from stepload.plan.problems import PlanError, Problem, printable
 from stepload.plan.reader import unknown_key
-from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence
+from stepload.plan.source import Source, read_source
+from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, Sequence, parse_tree
 from stepload.rig.options import Option
 from stepload.rig.plugins import load_driver
 from stepload.units import QuantityError, parse_quantity
@@ -37,24 +40,13 @@ def read_options(
         elif not isinstance(value, Broken):
             _read_one(key, declared[key], value, options, problems)
     place = at if node.place.source.path is None else node.place
-    _report_missing(declared, node, name, place, problems, device)
-    return options
-
-
-def _report_missing(
-    declared: MappingABC[str, Option],
-    node: Mapping,
-    name: str,
-    at: Place,
-    problems: list[Problem],
-    device: str,
-) -> None:
     called = f"{device}: driver {name!r}" if device else f"driver {name!r}"
     for key, option in declared.items():
         if option.required and key not in node.entries:
             message = f"{called} needs the option {key!r}"
             hint = f"{device}.options.{key}: " if device else ""
-            problems.append(at.problem(message, f"{hint}{option.help}; {expected(option)}"))
+            problems.append(place.problem(message, f"{hint}{option.help}; {expected(option)}"))
+    return options
 
 
 def expected(option: Option) -> str:
@@ -124,7 +116,46 @@ def _vector(node: Node) -> tuple[float, float, float] | None:
     items = (
         [n.value for n in node.items if isinstance(n, Scalar)] if isinstance(node, Sequence) else []
     )
-    numbers = [float(v) for v in items if isinstance(v, (int, float)) and not isinstance(v, bool)]
+    numbers = tuple(
+        float(v) for v in items if isinstance(v, (int, float)) and not isinstance(v, bool)
+    )
     if len(numbers) != 3 or len(items) != 3 or not all(map(math.isfinite, numbers)):
         return None
-    return (numbers[0], numbers[1], numbers[2])
+    return numbers
+
+
+def options_from_words(group: str, name: str, words: SequenceABC[str]) -> dict[str, object]:
+    """Options in SI from KEY=VALUE words, or from the one YAML file that is named instead.
+
+    Raises:
+        BadInputError: no such driver, or a word that is neither.
+        PlanError: every option that the driver does not take as given.
+    """
+    declared = load_driver(group, name).OPTIONS
+    if len(words) == 1 and "=" not in words[0]:
+        return _checked(group, name, read_source(Path(words[0])))
+    lines = []
+    for word in words:
+        key, equals, value = word.partition("=")
+        if not (key and equals):
+            raise BadInputError(
+                f"--options {word}", hint='KEY=VALUE, such as rate="1 kHz", or one YAML file'
+            )
+        is_text = key in declared and declared[key].kind == "text"
+        lines.append(f"{key}: {json.dumps(value, ensure_ascii=False) if is_text else value}")
+    text = "\n".join(lines)
+    return _checked(group, name, Source("--options", None, text, text.encode()))
+
+
+def _checked(group: str, name: str, source: Source) -> dict[str, object]:
+    start = Place(source, 1, 1)
+    problems: list[Problem] = []
+    root: object = Mapping(start)
+    if source.text.strip():
+        root, problems = parse_tree(source)
+        if not isinstance(root, Mapping):
+            problems.append(start.problem("options are a mapping", "one `key: value` a line"))
+    options = read_options(group, name, start, root, problems)
+    if problems:
+        raise PlanError(tuple(problems))
+    return options

@@ -9,26 +9,24 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from difflib import get_close_matches
-from importlib import resources
 from pathlib import Path
 from typing import Annotated, ClassVar
 
 from stepload.errors import BadInputError
-from stepload.plan.draft import UnknownError, whole
-from stepload.plan.leaves import Angle, Length, Name, Offset, Quantity, Remark, Version
-from stepload.plan.problems import PlanError, Problem, printable
+from stepload.plan.draft import UnknownError, put, whole
+from stepload.plan.leaves import Angle, Length, Name, Offset, Quantity, Remark, Torque, Version
+from stepload.plan.model import Plan
+from stepload.plan.problems import PlanError, Problem, guess, printable
 from stepload.plan.reader import read_section
 from stepload.plan.references import names_a_file
 from stepload.plan.sections import Key
-from stepload.plan.shelf import ARMS, Disk
+from stepload.plan.shelf import ARMS, Disk, shipped_names
 from stepload.plan.source import Source
 from stepload.plan.tree import Place, parse_tree
 
 JOINTS = 6
 _JointStiffness = Annotated[float, Quantity("N m/rad", 1.0, 1e9)]
 _Mass = Annotated[float, Quantity("kg", 0.0, 1e4)]
-_Torque = Annotated[float, Quantity("N m", 0.0, 1e6, above=True)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,25 +58,38 @@ class ArmKinematics:
     centre_x_m: Annotated[tuple[Offset, ...], Key("Its centre, x in the link's frame.")] = ()
     centre_y_m: Annotated[tuple[Offset, ...], Key("The same, y.")] = ()
     centre_z_m: Annotated[tuple[Offset, ...], Key("The same, z.")] = ()
-    max_torque_n_m: Annotated[tuple[_Torque, ...], Key("Largest torque of each joint.")] = ()
+    max_torque_n_m: Annotated[tuple[Torque, ...], Key("Largest torque of each joint.")] = ()
 
 
 def arms() -> tuple[str, ...]:
     """Names of the arms that come with stepload."""
-    files = (resources.files("stepload.plan") / ARMS).iterdir()
-    return tuple(sorted(f.name[:-5] for f in files if f.name.endswith(".yaml")))
+    return shipped_names(ARMS)
 
 
 def unknown_arm(name: str) -> tuple[str, str] | None:
     """Message and hint where `name` is neither a file's nor that of an arm that is known."""
     if names_a_file(name) or name in (known := arms()):
         return None
-    near = get_close_matches(name[:60], known, n=1)
-    guess = f"did you mean {near[0]!r}? " if near else ""
     return (
         f"no arm is named {printable(name)!r}",
-        f"{guess}there are {', '.join(known)}; or a FILE.yaml of its DH parameters",
+        f"{guess(name, known)}there are {', '.join(known)}; or a FILE.yaml of its DH parameters",
     )
+
+
+def settle_kinematics(plan: Plan, at: Place, problems: list[Problem]) -> None:
+    """Put the path of the arm's file into the draft of a plan; a name must be one that is known.
+
+    `at` is where the name stands: paths start at the directory of that file. The file itself is
+    read only where poses are asked for; no run needs it.
+    """
+    name = plan.rig.arm.kinematics
+    if name is None:
+        return
+    if problem := unknown_arm(name):
+        problems.append(at.problem(f"kinematics: {problem[0]}", problem[1]))
+    elif names_a_file(name):
+        home = at.source.path
+        put(plan.rig.arm, "kinematics", str((home.parent if home else Path()) / name))
 
 
 def read_arm(name: str) -> ArmKinematics:
@@ -91,10 +102,7 @@ def read_arm(name: str) -> ArmKinematics:
     if problem := unknown_arm(name):
         raise BadInputError(problem[0], hint=problem[1])
     disk = Disk()
-    source = (
-        disk.file(Path(name)) if names_a_file(name) else disk.shipped(ARMS, name, f"arm {name}")
-    )
-    return parse_arm(source)
+    return parse_arm(disk.file(Path(name)) if names_a_file(name) else disk.shipped(ARMS, name))
 
 
 def parse_arm(source: Source) -> ArmKinematics:

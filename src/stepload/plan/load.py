@@ -14,7 +14,7 @@ from stepload.plan.derived import fill
 from stepload.plan.draft import UnknownError, put, whole
 from stepload.plan.driver_options import read_options
 from stepload.plan.impossible import Impossibility
-from stepload.plan.joints import settle_kinematics
+from stepload.plan.kinematics import settle_kinematics
 from stepload.plan.model import DriverChoice, Payload, Plan, SourceFile
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.pushes import settle_pushes
@@ -150,9 +150,8 @@ class _Loader:
             with suppress(UnknownError):
                 if (spec := attrgetter(device)(plan.rig)) is not None:
                     driver: DriverChoice = spec.driver
-                    at = _place(root, ("rig", *device.split("."), "driver"))
                     given = getattr(driver, "options", None)
-                    lacking = _place_for_options(root, device, at)
+                    lacking = _place_for_options(root, device)
                     options = read_options(
                         group, driver.name, lacking, given, self.problems, f"rig.{device}"
                     )
@@ -204,17 +203,11 @@ def _refuse_no_plan(root: Node) -> None:
             raise PlanError((source.problem(1, 1, f"this is a {noun}, not a plan", told),))
 
 
-def _place_for_options(root: Node, device: str, at: Place) -> Place:
+def _place_for_options(root: Node, device: str) -> Place:
     """Where to report what a driver lacks: in the user's file, never in one of the package."""
-    if at.source.path is not None:
-        return at
-    path: tuple[str, ...] = ("rig", *device.split("."))
-    while path:
-        place = _place(root, path)
-        if place.source.path is not None:
-            return place
-        path = path[:-1]
-    return root.place
+    path = ("rig", *device.split("."), "driver")
+    places = (_place(root, path[:end]) for end in range(len(path), 0, -1))
+    return next((place for place in places if place.source.path is not None), root.place)
 
 
 def _place(root: Node, path: tuple[str, ...]) -> Place:

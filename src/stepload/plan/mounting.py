@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from math import pi
 from typing import Annotated
 
-from stepload.plan.leaves import Length, LengthOrZero, Number, Offset, Quantity
+from stepload.plan.leaves import Length, LengthOrZero, Number, Offset, Quantity, ShareAcross
 from stepload.plan.sections import Key
 
-_Share = Annotated[float, Quantity("%", -2.0, 2.0)]
 _Tilt = Annotated[float, Quantity("rad", -pi / 6, pi / 6)]
 _Torque = Annotated[float, Quantity("N m", 0.0, 1e4)]
 _Friction = Annotated[float, Number(0.0, 2.0)]
@@ -23,10 +22,10 @@ class Mounting:
     """
 
     coupling_x: Annotated[
-        _Share,
+        ShareAcross,
         Key("Motion of the tip along x under an axial load, over its motion along the press."),
     ] = 0.33
-    coupling_y: Annotated[_Share, Key("The same along y.")] = 0.0
+    coupling_y: Annotated[ShareAcross, Key("The same along y.")] = 0.0
     lateral_compliance: Annotated[
         float,
         Number(1e-3, 1e3),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 from stepload.errors import BadInputError
 
@@ -16,6 +18,12 @@ def printable(text: str, limit: int = 60) -> str:
     """`text` cut to `limit` characters, with everything that could steer a terminal escaped."""
     cut = text if len(text) <= limit else text[: limit - 3] + "..."
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
+
+
+def guess(name: str, known: Iterable[str]) -> str:
+    """A question whether the nearest known name is meant, for a hint; "" where none is near."""
+    near = get_close_matches(name[:60], list(known), n=1)
+    return f"did you mean {near[0]!r}? " if near else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,14 +47,11 @@ class Problem:
             start = max(0, self.column - _WIDTH // 2) if self.column > _WIDTH - 20 else 0
             shown = self.source_line[start : start + _WIDTH]
             shown = "".join(c if c.isprintable() else " " for c in shown).rstrip()
-            number = f"{self.line:5d} | "
-            lines += [number + shown, " " * (len(number) - 2) + "| " + self._caret(start)]
+            number, caret = f"{self.line:5d} | ", " " * (self.column - 1 - start) + "^"
+            lines += [number + shown, " " * (len(number) - 2) + "| " + caret]
         if self.hint:
             lines.append(f"  -> {self.hint}")
         return "\n".join(lines)
-
-    def _caret(self, start: int) -> str:
-        return " " * (self.column - 1 - start) + "^"
 
 
 class PlanError(BadInputError):

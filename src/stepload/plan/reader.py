@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from difflib import get_close_matches
 from typing import Any, TypeVar, cast
 
 from stepload.plan.draft import Draft, UnknownError, kind_of, leave_out, put
 from stepload.plan.leaves import Leaf, LeafError, Stated
-from stepload.plan.problems import Problem, printable
+from stepload.plan.problems import Problem, guess, printable
 from stepload.plan.sections import (
     SHAPE,
     Each,
@@ -49,8 +48,7 @@ def read_section(
 
 def unknown_key(place: Place, key: str, known: list[str]) -> Problem:
     """The problem of a key that means nothing here, with the nearest one that does."""
-    near = get_close_matches(key[:60], known, n=1)
-    hint = f"did you mean {near[0]!r}?" if near else "known keys: " + (", ".join(known) or "none")
+    hint = guess(key, known).rstrip() or f"known keys: {', '.join(known) or 'none'}"
     return place.problem(f"unknown key {printable(key)!r}", hint)
 
 
@@ -132,8 +130,7 @@ def _shaped(content: OneOf, node: Node, at: Place, problems: list[Problem]) -> o
         raise UnknownError
     shape = tag.value if isinstance(tag, Scalar) else None
     if shape not in kinds:
-        near = get_close_matches(str(shape or "")[:60], kinds, n=1)
-        hint = f"did you mean {near[0]!r}? {hint}" if near else hint
+        hint = guess(str(shape or ""), kinds) + hint
         raise _refused(problems, tag, f"{_shown(tag)} is not a shape", hint)
     return read_section(kinds[str(shape)], node, at, problems, shaped=True)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from stepload.plan.calibration import CalibrationRecord
@@ -28,18 +29,9 @@ def table(kind: Kind) -> str:
     return "\n".join(rows)
 
 
-def profile_table() -> str:
-    """Markdown table of the rig profiles with their first sentences."""
-    return _table_of([(name, read_profile(name)) for name in profiles()])
-
-
-def data_sheet_table() -> str:
-    """Markdown table of the data sheets of force sensors with their first sentences."""
-    return _table_of([(name, read_data_sheet(name)) for name in data_sheets()])
-
-
-def _table_of(sources: list[tuple[str, Source]]) -> str:
-    rows = [f"| `{name}` | {about(source)} |" for name, source in sources]
+def _shipped_table(names: Sequence[str], read: Callable[[str], Source]) -> str:
+    """Markdown table of what comes with stepload, with its first sentences."""
+    rows = [f"| `{name}` | {about(read(name))} |" for name in names]
     return "\n".join(["| profile | what it is |", "|---|---|", *rows])
 
 
@@ -53,17 +45,15 @@ def with_tables(text: str) -> str:
 
     def fill(match: re.Match[str]) -> str:
         name = match[2]
-        listed = {"profiles": profile_table, "data_sheets": data_sheet_table}
-        made = listed[name]() if name in listed else table(kinds[name])
+        if name == "profiles":
+            made = _shipped_table(profiles(), read_profile)
+        elif name == "data_sheets":
+            made = _shipped_table(data_sheets(), read_data_sheet)
+        else:
+            made = table(kinds[name])
         return f"{match[1]}{made}\n{match[3]}"
 
     return _BLOCK.sub(fill, text)
-
-
-def missing_tables(text: str) -> list[str]:
-    """Sections of a plan that `text` has no table for."""
-    named = {match[2] for match in _BLOCK.finditer(text)}
-    return [kind.__name__ for kind in sections_below(Plan) if kind.__name__ not in named]
 
 
 def _value(entry: Entry) -> str:

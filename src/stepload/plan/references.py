@@ -3,56 +3,40 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from difflib import get_close_matches
-from importlib import resources
 from pathlib import Path
 
 from stepload.plan.compose import composed, problems_of, with_data_sheets
 from stepload.plan.leaves import FileName, LeafError
-from stepload.plan.problems import PlanError, Problem, printable
-from stepload.plan.shelf import PROFILES, SENSORS, Disk, Shelf
+from stepload.plan.problems import PlanError, Problem, guess, printable
+from stepload.plan.shelf import PROFILES, SENSORS, Disk, Shelf, shipped_names
 from stepload.plan.source import Source
 from stepload.plan.tree import Broken, Mapping, Node, Place, Scalar, parse_tree
 
 
 def profiles() -> tuple[str, ...]:
     """Names of the rig profiles that come with stepload."""
-    return _names(PROFILES)
+    return shipped_names(PROFILES)
 
 
 def data_sheets() -> tuple[str, ...]:
     """Names of the data sheets of force sensors that come with stepload."""
-    return _names(SENSORS)
+    return shipped_names(SENSORS)
 
 
 def read_profile(name: str) -> Source:
     """The text of the profile `name`, which must be one of `profiles()`."""
-    return Disk().shipped(PROFILES, name, _profile_name(name))
+    return Disk().shipped(PROFILES, name)
 
 
 def read_data_sheet(name: str) -> Source:
     """The text of the data sheet `name`, which must be one of `data_sheets()`."""
-    return Disk().shipped(SENSORS, name, _sheet_name(name))
+    return Disk().shipped(SENSORS, name)
 
 
 def about(source: Source) -> str:
     """The comment that a profile or a data sheet begins with, as one line."""
     comment = re.match(r"(?:#[^\n]*\n)+", source.text)
     return re.sub(r"\n?# ?", " ", comment[0]).strip() if comment else ""
-
-
-def _names(folder: str) -> tuple[str, ...]:
-    files = (resources.files("stepload.plan") / folder).iterdir()
-    return tuple(sorted(f.name[:-5] for f in files if f.name.endswith(".yaml")))
-
-
-def _profile_name(name: str) -> str:
-    return f"profile {name}"
-
-
-def _sheet_name(name: str) -> str:
-    return f"data sheet {name}"
 
 
 class References:
@@ -121,36 +105,19 @@ class References:
     def profile(self, node: Node) -> Node:
         """The tree of the rig profile that `node` names."""
         more = "; a file of yours is no profile: `rig: FILE.yaml`"
-
-        def read(name: str) -> Source:
-            return self.shelf.shipped(PROFILES, name, _profile_name(name))
-
-        return self._named(node, "rig profile", profiles(), read, more)
+        return self._named(node, PROFILES, "rig profile", more)
 
     def data_sheet(self, node: Node) -> Node:
         """The tree of the data sheet that `node` names."""
+        return self._named(node, SENSORS, "data sheet of a force sensor")
 
-        def read(name: str) -> Source:
-            return self.shelf.shipped(SENSORS, name, _sheet_name(name))
-
-        return self._named(node, "data sheet of a force sensor", data_sheets(), read)
-
-    def _named(
-        self,
-        node: Node,
-        what: str,
-        known: tuple[str, ...],
-        read: Callable[[str], Source],
-        more: str = "",
-    ) -> Node:
-        name = node.value if isinstance(node, Scalar) else None
+    def _named(self, node: Node, folder: str, what: str, more: str = "") -> Node:
+        name, known = node.value if isinstance(node, Scalar) else None, shipped_names(folder)
         if isinstance(name, str) and name in known:
-            return self.parse(read(name))
+            return self.parse(self.shelf.shipped(folder, name))
         if not isinstance(node, Broken):
             shown = printable(str(name)) if name is not None else "this"
-            near = get_close_matches(str(name)[:60], known, n=1)
-            guess = f"did you mean {near[0]!r}? " if near else ""
-            hint = f"{guess}profiles: {', '.join(known)}{more}"
+            hint = f"{guess(str(name), known)}profiles: {', '.join(known)}{more}"
             self.problems.append(node.place.problem(f"{shown!r} is no {what}", hint))
         return Broken(node.place)
 

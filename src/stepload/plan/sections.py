@@ -143,7 +143,7 @@ def entries(kind: Kind) -> tuple[Entry, ...]:
             name = _without_unit(field, content)
             kept = field in parameters
             default = parameters[field].default if kept else getattr(kind, field, REQUIRED)
-            sigma, ends = _sigma_field(field, content), _ends_field(field, content)
+            sigma, ends = _fields_beside(field, content)
             if missing := {sigma, ends} - {"", *parameters}:
                 raise TypeError(f"{field} is uncertain: there must be a field {min(missing)}")
             found.append(Entry(key.name or name, field, key, content, default, kept, sigma, ends))
@@ -174,28 +174,19 @@ def _leaf(content: Content) -> Leaf | None:
     return item if isinstance(item, Leaf) else None
 
 
-def _quantity(content: Content) -> Leaf | None:
-    """The leaf that stands here, that of an uncertain one without its uncertainty."""
-    leaf = _leaf(content)
-    return leaf.leaf if isinstance(leaf, Uncertain) else leaf
-
-
-def _sigma_field(field: str, content: Content) -> str:
+def _fields_beside(field: str, content: Content) -> tuple[str, str]:
+    """The fields of an uncertain value's standard uncertainty and range; "" where it has none."""
     if not isinstance(content, Uncertain):
-        return ""
+        return "", ""
     suffix = content.leaf.suffix if isinstance(content.leaf, Quantity) else ""
-    return f"{field.removesuffix(suffix)}_sigma{suffix}"
-
-
-def _ends_field(field: str, content: Content) -> str:
-    if not isinstance(content, Uncertain) or not content.spread:
-        return ""
-    suffix = content.leaf.suffix if isinstance(content.leaf, Quantity) else ""
-    return f"{field.removesuffix(suffix)}_ends{suffix}"
+    name = field.removesuffix(suffix)
+    return f"{name}_sigma{suffix}", f"{name}_ends{suffix}" if content.spread else ""
 
 
 def _without_unit(field: str, content: Content) -> str:
-    leaf = _quantity(content)
+    leaf = _leaf(content)
+    if isinstance(leaf, Uncertain):
+        leaf = leaf.leaf
     if not isinstance(leaf, Quantity):
         return field
     if not field.endswith(leaf.suffix):

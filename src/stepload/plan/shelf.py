@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Protocol
 
 from stepload.plan.problems import PlanError, Problem
 from stepload.plan.source import Source, read_source
@@ -13,34 +12,30 @@ from stepload.plan.source import Source, read_source
 PROFILES, SENSORS, ARMS = "profiles", "sensors", "arms"
 
 
-class Shelf(Protocol):
-    """Gives texts by path, or by the name of what comes with stepload."""
+_CALLED = {PROFILES: "profile", SENSORS: "data sheet", ARMS: "arm"}
 
-    def file(self, path: Path) -> Source:
-        """A file.
 
-        Raises:
-            PlanError: it is not there, or no text.
-        """
-
-    def shipped(self, folder: str, name: str, shown: str) -> Source:
-        """A profile or data sheet by its name, which errors call `shown`."""
-
-    def has(self, path: Path) -> bool:
-        """Whether there is such a file."""
+def shipped_names(folder: str) -> tuple[str, ...]:
+    """Names of the texts in a folder of the package."""
+    files = (resources.files("stepload.plan") / folder).iterdir()
+    return tuple(sorted(f.name[:-5] for f in files if f.name.endswith(".yaml")))
 
 
 class Disk:
     """The files as they are now."""
 
     def file(self, path: Path) -> Source:
-        """A file of the user."""
+        """A file of the user.
+
+        Raises:
+            PlanError: it is not there, or no text.
+        """
         return read_source(path)
 
-    def shipped(self, folder: str, name: str, shown: str) -> Source:
-        """A text of the package."""
+    def shipped(self, folder: str, name: str) -> Source:
+        """A text of the package: a profile, a data sheet or an arm."""
         data = (resources.files("stepload.plan") / folder / f"{name}.yaml").read_bytes()
-        return Source(shown, None, data.decode(), data)
+        return Source(f"{_CALLED[folder]} {name}", None, data.decode(), data)
 
     def has(self, path: Path) -> bool:
         """Whether there is such a file."""
@@ -65,9 +60,9 @@ class Kept:
         """The next text, which must have the name of the file; the first is the plan itself."""
         return self._next(path.name if self._given else "", path)
 
-    def shipped(self, folder: str, name: str, shown: str) -> Source:
+    def shipped(self, folder: str, name: str) -> Source:
         """The next text, which must be this profile or data sheet."""
-        return self._next(shown, None)
+        return self._next(f"{_CALLED[folder]} {name}", None)
 
     def has(self, path: Path) -> bool:
         """Whether the next text is that of the file."""
@@ -85,3 +80,7 @@ class Kept:
         except UnicodeDecodeError:
             message = "the text that the record has kept is not UTF-8"
             raise PlanError((Problem(name, 0, 0, "", message, ""),)) from None
+
+
+Shelf = Disk | Kept
+"""Gives texts by path, or by the name of what comes with stepload."""

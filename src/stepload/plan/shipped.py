@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
 from stepload.errors import BadInputError
 from stepload.plan.load import load_plan
+from stepload.plan.references import about
+from stepload.plan.source import read_source
 
 PACKAGED = Path(__file__).parents[1] / "procedures"
 CHECKOUT = Path(__file__).parents[3] / "procedures"
@@ -25,7 +26,10 @@ class ShippedPlan:
 
 def shipped_plans() -> list[ShippedPlan]:
     """All of them, by name."""
-    return [ShippedPlan(path.stem, path, _about(path)) for path in sorted(_folder().glob("*.yaml"))]
+    return [
+        ShippedPlan(path.stem, path, about(read_source(path)))
+        for path in sorted(_folder().glob("*.yaml"))
+    ]
 
 
 def plan_path(name: str) -> Path:
@@ -72,8 +76,3 @@ def _named_by(plan: Path) -> list[Path]:
     """The other files that a plan is made of."""
     names = (Path(source.name) for source in load_plan(plan).sources[1:])
     return [path for path in names if path.is_file()]
-
-
-def _about(path: Path) -> str:
-    comment = re.match(r"(?:#[^\n]*\n)+", path.read_text(encoding="utf-8"))
-    return re.sub(r"\n?# ?", " ", comment[0]).strip() if comment else ""

@@ -16,6 +16,7 @@ from stepload.plan.leaves import (
     Pressure,
     Quantity,
     Share,
+    ShareAcross,
     Stiffness,
 )
 from stepload.plan.mounting import Mounting
@@ -117,13 +118,10 @@ class Simulation:
     ] = 0.0
     softness_force_n: Annotated[Force, Key("Force over which that softness fades, by 1/e.")] = 100.0
     lateral: Annotated[
-        float,
-        Quantity("%", -2.0, 2.0),
-        Key("Force across the pressing axis, share of the force along it."),
+        ShareAcross, Key("Force across the pressing axis, share of the force along it.")
     ] = 0.0
     lateral_coupling: Annotated[
-        float,
-        Quantity("%", -2.0, 2.0),
+        ShareAcross,
         Key("Travel along the axis by which a lateral force moves the tip, over F/K_s."),
     ] = 0.3
     cross_talk: Annotated[

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import NoReturn, TextIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
 from stepload.record.curve_header import (
@@ -22,9 +21,7 @@ from stepload.record.curve_header import (
     parse_header,
     split,
 )
-from stepload.record.curve_rows import MAX_LINE, RowError, Table, read_rows
-
-FloatArray = NDArray[np.float64]
+from stepload.record.curve_rows import MAX_LINE, FloatArray, RowError, Table, read_rows
 
 MAX_BYTES = 1 << 28
 MIN_ROWS = 3

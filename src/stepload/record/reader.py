@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,7 +22,16 @@ from stepload.record.rows import (
     ForceColumns,
     TickColumns,
 )
-from stepload.record.scan import DamageError, RawRecord, Run, Scan, open_scan, parse, runs
+from stepload.record.scan import (
+    DamageError,
+    RawRecord,
+    Run,
+    Scan,
+    open_scan,
+    parse,
+    parse_attachment,
+    runs,
+)
 
 BATCH_BYTES = 1 << 22
 """Message bytes gathered before they are turned into columns."""
@@ -174,9 +182,7 @@ class Reading:
             metadata = parse(records.Metadata, record)
             self.metadata[metadata.name] = metadata.metadata
         elif record.opcode == Opcode.ATTACHMENT:
-            if int.from_bytes(record.body[-4:], "little") != zlib.crc32(record.body[:-4]):
-                raise DamageError(record.at, "the checksum of an attachment is wrong")
-            attachment = parse(records.Attachment, record)
+            attachment = parse_attachment(record)
             self.attachments[attachment.name] = attachment.data
         else:
             self.define(record)

@@ -6,7 +6,6 @@ import contextlib
 import fcntl
 import os
 import stat
-import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +27,7 @@ from stepload.record.scan import (
     fingerprint,
     open_scan,
     parse,
+    parse_attachment,
     runs,
 )
 
@@ -110,7 +110,10 @@ class _Repair:
                 metadata = parse(records.Metadata, record)
                 self._out.add_metadata(metadata.name, metadata.metadata)
             elif record.opcode == Opcode.ATTACHMENT:
-                self._take_attachment(record)
+                a = parse_attachment(record)
+                self._out.append_attachment(
+                    record.encoded(), a.name, a.media_type, len(a.data), a.log_time, a.create_time
+                )
             else:
                 self._define(record)
         except DamageError as error:
@@ -129,14 +132,6 @@ class _Repair:
             if channel.id not in self._topics:
                 self._topics[channel.id] = channel.topic
                 self._out.add_channel(channel)
-
-    def _take_attachment(self, record: RawRecord) -> None:
-        if int.from_bytes(record.body[-4:], "little") != zlib.crc32(record.body[:-4]):
-            raise DamageError(record.at, "the checksum of an attachment is wrong")
-        a = parse(records.Attachment, record)
-        self._out.append_attachment(
-            record.encoded(), a.name, a.media_type, len(a.data), a.log_time, a.create_time
-        )
 
     def _take_chunk(self, record: RawRecord, chunk: Chunk) -> None:
         entries: dict[int, list[NDArray[np.void]]] = {}

@@ -87,10 +87,6 @@ class Shared:
     def _counter(name: str, which: int) -> int:
         return _FIRST_COUNTER + _PER_RING * RINGS.index(name) + which
 
-    @property
-    def state(self) -> State:
-        return State(self.counters[0])
-
     def set_state(self, state: State, text: str = "") -> None:
         """Publish the writer's state; the text is in place before the state shows."""
         raw = text.encode()[: CONTROL_BYTES - TEXT_AT - 1]
@@ -215,34 +211,30 @@ class Shared:
 
     def take(self, name: str) -> NDArray[np.void]:
         """All waiting rows of a ring, copied; frees their places."""
-        i_head, i_tail = self._counter(name, 0), self._counter(name, _TAIL)
-        head, tail, capacity = self.counters[i_head], self.counters[i_tail], self.capacity[name]
         dtype = self._dtypes[name]
-        size, base = dtype.itemsize, self.base[name]
-        start = tail % capacity
-        stop = start + head - tail
-        data = self.memory[base + start * size : base + min(stop, capacity) * size]
-        if stop > capacity:
-            data += self.memory[base : base + (stop - capacity) * size]
-        self.counters[i_tail] = head
-        return np.frombuffer(data, dtype)
+        return np.frombuffer(self._taken(name, dtype.itemsize), dtype)
 
     def take_events(self) -> list[tuple[float, bytes]]:
         """All waiting events, oldest first."""
-        i_head, i_tail = self._counter("events", 0), self._counter("events", _TAIL)
-        head, tail = self.counters[i_head], self.counters[i_tail]
-        capacity, base = self.capacity["events"], self.base["events"]
-        at = tail % capacity
-        first = self.memory[base + at : base + min(at + head - tail, capacity)]
-        data = first + self.memory[base : base + head - tail - len(first)]
-        self.counters[i_tail] = head
-        events, at = [], 0
+        data, events, at = self._taken("events", 1), [], 0
         while at < len(data):
             length, time_s = EVENT_HEAD.unpack_from(data, at)
             at += EVENT_HEAD.size
             events.append((time_s, data[at : at + length]))
             at += length
         return events
+
+    def _taken(self, name: str, size: int) -> bytes:
+        """The bytes of all waiting rows of a ring, each of `size`; their places are free then."""
+        i_head, i_tail = self._counter(name, 0), self._counter(name, _TAIL)
+        head, tail, capacity = self.counters[i_head], self.counters[i_tail], self.capacity[name]
+        base, start = self.base[name], tail % capacity
+        stop = start + head - tail
+        data = self.memory[base + start * size : base + min(stop, capacity) * size]
+        if stop > capacity:
+            data += self.memory[base : base + (stop - capacity) * size]
+        self.counters[i_tail] = head
+        return data
 
     def close(self) -> None:
         """Unmap; producers must not be called any more."""

@@ -46,7 +46,6 @@ class DamageError(Exception):
     def __init__(self, at: int, why: str) -> None:
         super().__init__(f"byte {at}: {why}")
         self.at = at
-        self.why = why
 
 
 class RawRecord(NamedTuple):
@@ -111,6 +110,13 @@ def parse(kind: type[R], record: RawRecord) -> R:
     return parsed
 
 
+def parse_attachment(record: RawRecord) -> records.Attachment:
+    """The content of an attachment; raises as `parse`, and where its checksum is wrong."""
+    if int.from_bytes(record.body[-4:], "little") != zlib.crc32(record.body[:-4]):
+        raise DamageError(record.at, "the checksum of an attachment is wrong")
+    return parse(records.Attachment, record)
+
+
 def record_head(data: bytes, at: int, base: int = 0, room: int = MAX_RECORD_BYTES) -> RecordHead:
     """The head of the record at a place of `data`; opcode 0 where it is not whole yet.
 
@@ -163,7 +169,8 @@ class Scan:
                 opcode, length = _RECORD_HEAD.unpack_from(data, at)
                 end = at + RECORD_HEAD + length
             if not 1 <= opcode <= 0x0F or end > len(data):  # else it is whole, and here already
-                opcode, end = self._head(data, at, base)
+                room = self._size - base - at - RECORD_HEAD
+                opcode, end = record_head(data, at, base, room)
             if end > len(data):
                 crc = zlib.crc32(memoryview(data)[:at], crc)
                 data = data[at:] + self._file.read(max(_BLOCK_BYTES, end - len(data)))
@@ -184,9 +191,6 @@ class Scan:
                     return
                 yield record
             at = end
-
-    def _head(self, data: bytes, at: int, base: int) -> RecordHead:
-        return record_head(data, at, base, self._size - base - at - RECORD_HEAD)
 
     def chunk(self, record: RawRecord) -> Chunk:
         """Decompress and check one chunk.

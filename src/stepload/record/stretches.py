@@ -77,14 +77,10 @@ class _Pending:
     def cut(self, start_s: float, end_s: float) -> Stretch:
         """The pending samples before `end_s`; the others stay pending."""
         found = {name: self._split(name, end_s) for name in COLUMNS}
-        return Stretch(
-            start_s, end_s, found["force"], found["second_force"] if self._has("second_force")
-            else None, found["arm"], found["displacement"] if self._has("displacement") else None,
-            found["tick"],
-        )  # fmt: skip
-
-    def _has(self, name: str) -> bool:
-        return self._reading.has(name)
+        for name in ("second_force", "displacement"):
+            if not self._reading.has(name):
+                found[name] = None
+        return Stretch(start_s, end_s, *found.values())
 
     def _split(self, name: str, end_s: float) -> Any:
         parts = self._parts[name] or [self._reading.stream(name, COLUMNS[name], self._path)]

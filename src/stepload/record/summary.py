@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import struct
-import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ from stepload.errors import BadInputError
 from stepload.record.container import MAGIC
 from stepload.record.layout import RECORD_HEAD
 from stepload.record.reader import results_in
-from stepload.record.scan import DamageError, RawRecord, open_scan, parse
+from stepload.record.scan import DamageError, RawRecord, open_scan, parse, parse_attachment
 
 _FOOTER = struct.Struct("<BQQQI")
 _HEAD = struct.Struct("<BQ")
@@ -78,10 +77,7 @@ def _finished(file: BinaryIO, path: Path) -> Summary | None:
         elif record.opcode == Opcode.ATTACHMENT_INDEX:
             named = parse(records.AttachmentIndex, record)
             if named.name == "results.json":
-                kept = _at(file, named.offset, Opcode.ATTACHMENT)
-                if int.from_bytes(kept.body[-4:], "little") != zlib.crc32(kept.body[:-4]):
-                    raise DamageError(kept.at, "the checksum of an attachment is wrong")
-                attached = parse(records.Attachment, kept)
+                attached = parse_attachment(_at(file, named.offset, Opcode.ATTACHMENT))
                 results = results_in({attached.name: attached.data})
     if "run" not in metadata:
         raise BadInputError(f"{path}: no record of a run")

@@ -34,7 +34,6 @@ class Kind(IntEnum):
 
     START = 1
     ATTACHMENT = 2
-    GO = 3
     DRAIN = 4
     FINISH = 5
 

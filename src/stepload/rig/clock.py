@@ -14,11 +14,9 @@ class Clock(Protocol):
 
     def now_s(self) -> float:
         """Seconds on this clock; never goes back."""
-        ...
 
     def sleep_until(self, time_s: float) -> None:
         """Return at `time_s` or as soon after it as possible; at once if it is past."""
-        ...
 
 
 class MonotonicClock:

@@ -25,6 +25,7 @@ MAX_SKEW = 1e-3
 SKEW_SPAN_S = 10.0
 """Below this span jitter would be mistaken for skew: only the offset is fitted."""
 _BUCKETS = 512
+_SECONDS = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,14 +115,14 @@ class ClockMap:
     Keeps the least delayed pair of each second; the skew follows slow (thermal) changes.
     """
 
-    def __init__(self, bucket_s: float = 1.0, buckets: int = 256) -> None:
-        self._bucket_s = bucket_s
-        self._lowest: deque[tuple[float, float]] = deque(maxlen=buckets)
+    def __init__(self) -> None:
+        self._lowest: deque[tuple[float, float]] = deque(maxlen=_SECONDS)
         self._bucket = -1
         self._reference_s = 0.0
         self._base_s = 0.0
         self._offset_s = 0.0
-        self._skew = 0.0
+        self.skew = 0.0
+        """Relative rate error of the device clock: positive when it is slow."""
 
     def add(self, device_s: float, host_s: float) -> float:
         """Take one pair; returns receive time minus mapped time in s *before* it counts.
@@ -133,29 +134,24 @@ class ClockMap:
             self._reference_s, self._base_s = device_s, host_s - device_s
         x = device_s - self._reference_s
         y = host_s - device_s - self._base_s
-        residual_s = y - self._offset_s - self._skew * x
-        bucket = max(int(x / self._bucket_s), 0)
+        residual_s = y - self._offset_s - self.skew * x
+        bucket = max(int(x), 0)
         if bucket > self._bucket:
             self._bucket = bucket
             if self._lowest:
                 self._refit()
             self._lowest.append((x, y))
-        elif y - self._skew * x < self._lowest[-1][1] - self._skew * self._lowest[-1][0]:
+        elif y - self.skew * x < self._lowest[-1][1] - self.skew * self._lowest[-1][0]:
             self._lowest[-1] = (x, y)
-        self._offset_s = min(self._offset_s, y - self._skew * x)
+        self._offset_s = min(self._offset_s, y - self.skew * x)
         return residual_s
 
     def _refit(self) -> None:
         pairs = sorted(dict(self._lowest).items())
         x, y = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
-        self._offset_s, self._skew = _envelope(x, y, (x[0] + x[-1]) / 2)
-
-    @property
-    def skew(self) -> float:
-        """Relative rate error of the device clock: positive when it is slow."""
-        return self._skew
+        self._offset_s, self.skew = _envelope(x, y, (x[0] + x[-1]) / 2)
 
     def to_host(self, device_s: float) -> float:
         """Host time in s of a device time; never later than the pairs taken so far allow."""
         x = device_s - self._reference_s
-        return device_s + self._base_s + self._offset_s + self._skew * x
+        return device_s + self._base_s + self._offset_s + self.skew * x

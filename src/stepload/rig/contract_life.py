@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import closing
 
 from stepload.errors import DeviceError
 from stepload.rig.contract_leaks import leaks, resources
@@ -56,9 +57,8 @@ def check_options(trial: Trial) -> None:
 
 def check_open(trial: Trial) -> None:
     """`open` keeps its deadline, identifies the device, and returns with the first sample there."""
-    device = trial.make()
-    watch = Stopwatch(trial)
-    try:
+    with closing(trial.make()) as device:
+        watch = Stopwatch(trial)
         identity = device.open(trial.open_timeout_s)
         took_s = watch.seconds
         limit_s = trial.open_timeout_s + GRACE_S
@@ -77,15 +77,12 @@ def check_open(trial: Trial) -> None:
         require(math.isfinite(health.age_s), f"age after open() is {health.age_s}")
         require(device.fault() is None, f"a fault right after open(): {device.fault()}")
         require(len(drain(device)) > 0, "the sample that open() waited for was not delivered")
-    finally:
-        device.close()
 
 
 def check_safe(trial: Trial) -> None:
     """`safe` works opened and twice in a row; unopened and closed it may refuse, not crash."""
-    device = trial.make()
-    _safe_or_refused(device)
-    try:
+    with closing(trial.make()) as device:
+        _safe_or_refused(device)
         device.open(trial.open_timeout_s)
         for which in ("the first", "the second"):
             try:
@@ -94,8 +91,6 @@ def check_safe(trial: Trial) -> None:
                 raise ContractViolation(
                     f"{which} safe() of a sound device failed: {error}"
                 ) from error
-    finally:
-        device.close()
     _safe_or_refused(device)
     device.close()
 
@@ -110,11 +105,8 @@ def _safe_or_refused(device: Device) -> None:
 def check_close(trial: Trial) -> None:
     """`close` gives back threads, processes and ports, twice, and leaves the device callable."""
     before = resources()
-    device = trial.make()
-    try:
+    with closing(trial.make()) as device:
         device.open(trial.open_timeout_s)
-    finally:
-        device.close()
     device.close()
     left = leaks(before, trial.leak_grace_s)
     require(not left, f"left open after close(): {left}")
@@ -125,8 +117,7 @@ def check_close(trial: Trial) -> None:
 
 def check_reopen(trial: Trial) -> None:
     """A closed device opens again, counts from zero, and hands out nothing of its first life."""
-    device = trial.make()
-    try:
+    with closing(trial.make()) as device:
         device.open(trial.open_timeout_s)
         trial.wait(trial.observe_s)
         before = device.health().received
@@ -148,8 +139,6 @@ def check_reopen(trial: Trial) -> None:
             f"health counts {received} samples after the second open(), which delivered "
             f"{len(samples)}: it must count since open()",
         )
-    finally:
-        device.close()
 
 
 def check_failing_open(trial: Trial) -> None:

@@ -12,12 +12,12 @@ from stepload.rig.contract_trial import (
     GRACE_S,
     POLL_S,
     ContractViolation,
-    Opened,
     SkippedCheck,
     Stopwatch,
     Trial,
     drain,
     nominal_rate_hz,
+    opened,
     require,
 )
 from stepload.rig.device import Arm, Device
@@ -58,7 +58,7 @@ def _silencer(trial: Trial) -> Callable[[], None]:
 def check_stale(trial: Trial) -> str:
     """A device that falls silent latches a fault, keeps it, and repeats no sample."""
     silence = _silencer(trial)
-    with Opened(trial) as device:
+    with opened(trial) as device:
         trial.wait(trial.observe_s)
         drain(device)
         with _silenced(silence, trial):

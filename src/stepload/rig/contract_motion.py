@@ -9,11 +9,11 @@ from contextlib import contextmanager, suppress
 from stepload.errors import SteploadError
 from stepload.rig.contract_trial import (
     ContractViolation,
-    Opened,
     SkippedCheck,
     Stopwatch,
     Trial,
     idle,
+    opened,
     require,
 )
 from stepload.rig.device import Arm
@@ -36,7 +36,7 @@ def moving_arm(trial: Trial) -> Iterator[Arm]:
         raise SkippedCheck("only arms move")
     if trial.move_m == 0.0:
         raise SkippedCheck("moving was not allowed: NOT checked (--move)")
-    with Opened(trial) as device:
+    with opened(trial) as device:
         assert isinstance(device, Arm)
         try:
             yield device

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 import statistics
+from contextlib import closing
 
 from stepload.rig.contract_trial import (
     MIN_SAMPLES,
@@ -39,7 +40,7 @@ def check_rest(trial: Trial) -> str:
     arm = trial.make()
     if not isinstance(arm, Arm):
         raise SkippedCheck("only arms move")
-    try:
+    with closing(arm):
         arm.open(trial.open_timeout_s)
         first = _watched(arm, trial)
         limit_m = _limit_m(first, trial)
@@ -49,8 +50,6 @@ def check_rest(trial: Trial) -> str:
         arm.open(trial.open_timeout_s)
         second = _watched(arm, trial)
         _require_still("the second open()", second, limit_m)
-    finally:
-        arm.close()
     went_m = _apart_m(_mean(second), _mean(first))
     require(
         went_m <= limit_m,

@@ -10,7 +10,6 @@ from stepload.rig.contract_trial import (
     MIN_SAMPLES,
     POLL_S,
     ContractViolation,
-    Opened,
     Sample,
     Stopwatch,
     Trial,
@@ -18,6 +17,7 @@ from stepload.rig.contract_trial import (
     idle,
     nominal_rate_hz,
     observe,
+    opened,
     require,
 )
 from stepload.rig.device import Arm, Device
@@ -39,7 +39,7 @@ WHOLE, SIX = ("sequence", "status"), ("wrench", "pose")
 
 def check_samples(trial: Trial) -> str:
     """Nothing repeated, nothing lost unnoticed, no time runs backwards, all values finite."""
-    with Opened(trial) as device:
+    with opened(trial) as device:
         rate_hz = nominal_rate_hz(device)
         samples = observe(device, trial)
         looks = 1
@@ -140,7 +140,7 @@ def _require_finite(sample: Sample, device: Device) -> None:
 
 def check_stamps(trial: Trial) -> str:
     """`receive_time_s` is the host's monotonic clock at arrival: not later, not at the drain."""
-    with Opened(trial) as device:
+    with opened(trial) as device:
         youngest_s = _youngest_age_s(device, trial)
         limit_s = OLDEST_S + 3.0 / nominal_rate_hz(device)
         require(
@@ -190,7 +190,7 @@ def _youngest_age_s(device: Device, trial: Trial) -> float:
 
 def check_drain(trial: Trial) -> str:
     """`drain` never waits for the next sample."""
-    with Opened(trial) as device:
+    with opened(trial) as device:
         limit_s = max(QUICK_S, min(1e-3, 0.5 / nominal_rate_hz(device)))
         drain(device)
         took = []

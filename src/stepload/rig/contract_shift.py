@@ -7,7 +7,6 @@ import math
 from stepload.rig.contract_motion import ARRIVE_S, NEAR_SHARE, moving_arm, refused
 from stepload.rig.contract_trial import ContractViolation, SkippedCheck, Trial, require
 from stepload.rig.device import LARGEST_SHIFT_M, Arm
-from stepload.rig.samples import SixFloats
 
 Vector = tuple[float, float, float]
 
@@ -87,12 +86,8 @@ def _rest(arm: Arm, trial: Trial) -> tuple[float, Vector]:
     for _ in range(200):
         trial.wait(arm.period_s)
         if samples := arm.drain():
-            return samples[-1].position_m, _place(samples[-1].pose)
+            return samples[-1].position_m, samples[-1].pose[:3]
     raise ContractViolation("an open arm delivers no samples")
-
-
-def _place(pose: SixFloats) -> Vector:
-    return pose[0], pose[1], pose[2]
 
 
 def _less(one: Vector, other: Vector) -> Vector:

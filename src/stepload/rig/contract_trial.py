@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import cast
 
@@ -73,19 +74,15 @@ class Trial:
     leak_grace_s: float = 1.5
 
 
-class Opened:
+@contextmanager
+def opened(trial: Trial) -> Iterator[Device]:
     """A device that is open inside `with`, and closed after it."""
-
-    def __init__(self, trial: Trial) -> None:
-        self._device = trial.make()
-        self._timeout_s = trial.open_timeout_s
-
-    def __enter__(self) -> Device:
-        self._device.open(self._timeout_s)
-        return self._device
-
-    def __exit__(self, *_: object) -> None:
-        self._device.close()
+    device = trial.make()
+    device.open(trial.open_timeout_s)
+    try:
+        yield device
+    finally:
+        device.close()
 
 
 class Stopwatch:

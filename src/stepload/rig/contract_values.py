@@ -12,7 +12,6 @@ import math
 
 from stepload.rig.contract_trial import (
     ContractViolation,
-    Opened,
     Sample,
     SkippedCheck,
     Trial,
@@ -20,6 +19,7 @@ from stepload.rig.contract_trial import (
     idle,
     nominal_rate_hz,
     observe,
+    opened,
     require,
 )
 from stepload.rig.device import Arm, ForceSensor
@@ -64,7 +64,7 @@ def check_frozen(trial: Trial) -> str:
             )
         noise, resolution, said = 1.0, 1.0, "assumed: noise as large as the resolution"
     limit = equal_readings_limit(noise, resolution)
-    with Opened(trial) as device:
+    with opened(trial) as device:
         if limit > LONGEST_LOOK_S * nominal_rate_hz(device):
             raise SkippedCheck(
                 f"with noise {noise:g} and resolution {resolution:g} a living sensor may repeat "
@@ -108,7 +108,7 @@ def check_load(trial: Trial) -> str:
         raise SkippedCheck("only sensors are loaded")
     if trial.load is None:
         raise SkippedCheck("no known load: unit and factor of readings are NOT checked (--load)")
-    with Opened(trial) as device:
+    with opened(trial) as device:
         unit = "N" if isinstance(device, ForceSensor) else "m"
         before = _mean(observe(device, trial))
         true = abs(trial.load())
@@ -127,7 +127,7 @@ def check_bias(trial: Trial) -> str:
     """Where `bias` returns True the sensor reads zero afterwards. Needs free air."""
     if not isinstance(trial.make(), ForceSensor):
         raise SkippedCheck("only force sensors have a bias")
-    with Opened(trial) as device:
+    with opened(trial) as device:
         assert isinstance(device, ForceSensor)
         before = _force_n(observe(device, trial))
         if not device.bias(trial.open_timeout_s):

@@ -12,7 +12,6 @@ import math
 from collections.abc import Mapping, Sequence
 
 from stepload.rig.device import ArmConfiguration
-from stepload.rig.samples import SixFloats
 
 STIFFNESS_PER_RAD = 3.4
 """Largest relative change of an arm's stiffness per rad of the largest joint difference."""
@@ -59,9 +58,7 @@ def stiffness_change(one: ArmConfiguration, other: ArmConfiguration) -> float:
 
     It is 1 with another TCP, or where the joints are not reported.
     """
-    if _another_tcp(one, other):
-        return 1.0
-    if not (one.joints_rad and other.joints_rad):
+    if _another_tcp(one, other) or not (one.joints_rad and other.joints_rad):
         return 1.0
     return min(1.0, STIFFNESS_PER_RAD * joint_distance_rad(one.joints_rad, other.joints_rad))
 
@@ -92,9 +89,7 @@ def to_texts(stands: ArmConfiguration | None) -> dict[str, str]:
 def from_texts(told: Mapping[str, str]) -> ArmConfiguration | None:
     """The arm's configuration in a record; None where it is not stated, or not in numbers."""
     joints, tcp = _numbers(told.get(JOINTS, "")), _numbers(told.get(TCP, ""))
-    offset: SixFloats | None = None
-    if len(tcp) == 6:
-        offset = (tcp[0], tcp[1], tcp[2], tcp[3], tcp[4], tcp[5])
+    offset = tcp if len(tcp) == 6 else None
     return ArmConfiguration(joints or None, offset) if joints or offset else None
 
 

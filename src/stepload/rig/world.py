@@ -150,7 +150,6 @@ class WorldView(Protocol):
     @property
     def true_peak_force_n(self) -> float:
         """Largest true contact force so far: the resultant of all its components."""
-        ...
 
     @property
     def true_peak_equivalent_n(self) -> float:
@@ -158,12 +157,10 @@ class WorldView(Protocol):
 
         g is the share of the elastic limit that a lateral share t = tangential/normal force leaves.
         """
-        ...
 
     @property
     def true_force_n(self) -> float:
         """True contact force now."""
-        ...
 
 
 @dataclass(slots=True)

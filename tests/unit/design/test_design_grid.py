@@ -126,7 +126,7 @@ def test_every_plan_of_the_grid_is_one_that_preflight_lets_run() -> None:
         assert (cell.top_n, cell.order) == (each.top_n, each.order)
         assert cell.damping_n_s_per_m == 3.87e4
         assert cell.zero_drift_n_per_s == 0.005
-        assert cell.payload.secant_n_per_m == envelope.secant_at_top_n_per_m
+        assert cell.payload.secant_n_per_m == envelope.theory.law.secant(each.top_n)
 
 
 def test_a_longer_way_to_the_surface_takes_longer(monkeypatch: pytest.MonkeyPatch) -> None:

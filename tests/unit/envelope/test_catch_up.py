@@ -22,7 +22,7 @@ def rig(
     return PressRig(
         stiffness_n_per_m=stiffness,
         damping_n_s_per_m=ratio * 2.0 * math.sqrt(stiffness * mass_kg),
-        mass_kg=mass_kg, acceleration_m_s2=acceleration, lag_s=lag_s, noise_n=0.1, reaction=(),
+        mass_kg=mass_kg, acceleration_m_s2=acceleration, lag_s=lag_s, noise_n=0.1,
         reaction_s=0.01, loop_s=0.01, cross_check_s=0.0,
     )  # fmt: skip
 

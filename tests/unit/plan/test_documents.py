@@ -15,7 +15,7 @@ import yaml
 from stepload.plan.calibration import CalibrationRecord
 from stepload.plan.load import json_schema, load_plan, profiles
 from stepload.plan.model import Plan
-from stepload.plan.reference import missing_tables, with_tables
+from stepload.plan.reference import with_tables
 from stepload.plan.sections import sections_below, written_entries
 
 ROOT = Path(__file__).parents[3]
@@ -25,7 +25,7 @@ DOCS = ROOT / "docs" / "plan.md"
 def test_the_reference_is_up_to_date() -> None:
     text = DOCS.read_text(encoding="utf-8")
     assert with_tables(text) == text, "run: python -m stepload.plan.reference"
-    assert missing_tables(text) == []
+    assert all(f"<!-- keys: {kind.__name__} -->" in text for kind in sections_below(Plan))
 
 
 def test_every_key_has_a_meaning() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stepload.errors import BadInputError
-from stepload.plan.option_text import options_from_words
+from stepload.plan.driver_options import options_from_words
 from stepload.plan.problems import PlanError
 
 GROUP, NAME = "stepload.arms", "ur"

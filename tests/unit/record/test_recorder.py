@@ -407,7 +407,7 @@ def test_a_failed_writer_keeps_the_file_until_the_run_lets_go(
     size = recorder.part_path.stat().st_size
     resource.prlimit(recorder.writer_pid, resource.RLIMIT_FSIZE, (size, size))
     recorder.force(make.force(0))
-    until(lambda: recorder._shared.state == State.FAILED)
+    until(lambda: recorder._shared.counters[0] == State.FAILED)
     recorder._file_fd, held = os.open(os.devnull, os.O_RDONLY), recorder._file_fd
     os.close(held)  # the run's own hold on the file; the writer's is left
     for _ in range(20):

@@ -377,5 +377,5 @@ def test_a_disk_that_fails_is_told_to_the_loop(
     story, shared, _ = run_process(tmp_path, monkeypatch, make)
     assert "RUNNING" in story
     assert story[-1] == "FAILED OSError: [Errno 28] No space left on device"
-    assert shared.state == State.FAILED
+    assert shared.counters[0] == State.FAILED
     assert shared.recorded("force") == 0

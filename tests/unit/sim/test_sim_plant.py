@@ -250,7 +250,7 @@ def test_guarded_approach_stays_within_the_force_budget(seed: float) -> None:
         elif tick:
             plant.command(plant.time_s, plant.drive_m - 1e-3)
         plant.step()
-    rig = PressRig(stiffness, damping, mass, 2.0, lag_s, 0.0, (), 0.0, 0.0, 0.0)
+    rig = PressRig(stiffness, damping, mass, 2.0, lag_s, 0.0, 0.0, 0.0, 0.0)
     terms = force_budget(
         rig,
         speed_m_s=speed,
