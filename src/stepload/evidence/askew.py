@@ -10,7 +10,7 @@ from stepload.estimators.across import CROSS_COMPLIANCE, Across
 from stepload.estimators.contact_point import OFF_AXIS_M
 from stepload.estimators.contact_quality import NOT_IN_DATA, ContactQuality
 from stepload.estimators.missing import Missing
-from stepload.evidence.gates import HARMLESS, Gate, gate
+from stepload.evidence.gates import HARMLESS, Gate, gate, judged
 from stepload.evidence.quantity import Line
 from stepload.units import beside_limit, format_quantity
 
@@ -124,9 +124,11 @@ class Askew:
         """Gates of the contact; `slipped_m` is the first figure of `slip_m`."""
         if isinstance(self.quality, Missing):
             return []
-        found = [_slip_gate(slipped_m, span_m, self.tilt_rad)]
+        tilt = f"{math.degrees(self.tilt_rad):.2g}"
+        found = [judged("slip", slipped_m, HARMLESS * span_m, "m", tilt=tilt)]
         if self.quality.change is not None:
-            found.append(_change_gate(*self.quality.change))
+            change, sigma = self.quality.change
+            found.append(judged("share_change", change, max(SHARE_CHANGE, SIGMAS * sigma)))
         point = self.quality.eccentric
         if point is not None and self.gauge_offset_m > 0.0:
             allowed_m = OFF_AXIS_M + 2.0 * point.sigma_m
@@ -161,24 +163,3 @@ def coupling_of(across: Across, yields_m_per_n: float) -> float:
 def _off(size_m: float, allowed_m: float) -> str:
     size, limit = beside_limit(size_m, allowed_m, "m")
     return f"the plate is touched {size} beside the force sensor's axis (allowed {limit})"
-
-
-def _slip_gate(moved_m: float, span_m: float, tilt_rad: float) -> Gate:
-    moved, limit = beside_limit(moved_m, HARMLESS * span_m, "m")
-    text = (
-        "the contact slipped while loading; on a plate tilted by as much as "
-        f"{math.degrees(tilt_rad):.2g} degrees, which is not excluded, this may be {moved} of the "
-        f"deformation (allowed {limit}): square the plate, or reduce the friction"
-    )
-    return gate("slip", moved_m, HARMLESS * span_m, "m", "all", text)
-
-
-def _change_gate(change: float, sigma: float) -> Gate:
-    allowed = max(SHARE_CHANGE, SIGMAS * sigma)
-    shown, limit = beside_limit(change, allowed)
-    text = (
-        f"the force across the axis differs by {shown} of that along it between the first loading "
-        f"and the second (allowed {limit}): friction has changed, or the contact has slipped to "
-        "another place"
-    )
-    return gate("share_change", change, allowed, "", "all", text)

@@ -13,18 +13,20 @@ from stepload.evidence.chord import Chord
 from stepload.evidence.drift import Drift
 from stepload.evidence.elastic import Elastic
 from stepload.evidence.gates import (
+    HARMLESS,
+    HARMLESS_DRIFT,
     Gate,
     creep_gates,
-    drift_gate,
+    judged,
     sign_gate,
     touch_gate,
-    zero_gate,
 )
 from stepload.evidence.loops import Loop
 from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.rate import rate_sign
 from stepload.evidence.rehearse import TO_SIGMA, creep_threshold, thresholds
 from stepload.evidence.signs import branches_of, hold_creep, signs_of
+from stepload.units import format_quantity
 
 OF_TWO_CYCLES = ("gap_change", "set", "reload")
 UNSEEN = 0.02
@@ -109,11 +111,16 @@ def contact_signs(
     if run.zero_step_n is not None:
         # Between two tares the zero is within half the step of an even drift.
         harm_m = 0.5 * abs(run.zero_step_n) * elastic.at(main.from_n)
-        gates.append(zero_gate(run.zero_step_n, harm_m, main.span_m))
+        step = format_quantity(run.zero_step_n, "N")
+        gates.append(judged("force_zero", harm_m, HARMLESS * main.span_m, "m", step=step))
         zero_m = harm_m / math.sqrt(3.0)
     if drift is not None:
         elapsed_s = float(main.weights @ loops[0].loading.path.time_s)
-        gates.append(drift_gate(drift.rate_m_per_s * elapsed_s, elapsed_s, main.span_m))
+        shift_m = drift.rate_m_per_s * elapsed_s
+        share, shift = abs(shift_m) / main.span_m, format_quantity(shift_m, "m")
+        gates.append(
+            judged("drift", share, HARMLESS_DRIFT, shift=shift, elapsed=f"{elapsed_s:.0f} s")
+        )
     if run.touches is not None:
         gates.append(_touch(run, run.touches, main, elastic, drift))
     ends = run.deflection(np.array([main.from_n, main.to_n]))
