@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from stepload.estimators.fit import FloatArray
 from stepload.evidence.chord import Chord
 from stepload.evidence.drift import Drift
 from stepload.evidence.elastic import Elastic
+from stepload.evidence.figures import Discrepancies
 from stepload.evidence.gates import (
     HARMLESS,
     HARMLESS_DRIFT,
@@ -38,16 +38,6 @@ HARMLESS_TOUCH = 0.03
 """Largest harmless shift of the touch, as a share of the deformation."""
 
 
-class ContactSigns(NamedTuple):
-    """Gates, and their contribution to the budget as standard uncertainties in m."""
-
-    gates: list[Gate]
-    time_m: float
-    creep_m: float
-    zero_m: float
-    slip_m: float
-
-
 def contact_signs(
     run: Pressed,
     loops: Sequence[Loop],
@@ -55,8 +45,8 @@ def contact_signs(
     elastic: Elastic,
     drift: Drift | None,
     drawn: Sequence[FloatArray],
-) -> ContactSigns:
-    """Evaluate every sign that a contact is not elastic.
+) -> tuple[list[Gate], Discrepancies]:
+    """Evaluate every sign that a contact is not elastic: the gates, and their share in the budget.
 
     Args:
         run: the run.
@@ -128,7 +118,7 @@ def contact_signs(
     slipped_m, unseen_m = run.askew.slip_m(main.from_n, main.to_n, elastic.payload_at)
     gates += run.askew.gates(slipped_m, main.span_m)
     slip_m = math.hypot(slipped_m, unseen_m) / math.sqrt(3.0)
-    return ContactSigns(gates, time_m, creep_m, zero_m, slip_m)
+    return gates, Discrepancies(time_m, creep_m, zero_m, slip_m)
 
 
 def _touch(
