@@ -229,11 +229,11 @@ def _of_laws(
         kept = [[each[ROUGH.name]] for each in law_sets if ROUGH.name in each]
     best = at_point(believed, believed.best, read)
     whole = union(kept, read)
-    if best is None or whole is None or whole.high - whole.low > OPEN:
+    if best is None or whole is None or whole[1] - whole[0] > OPEN:
         return None
     length_m = math.exp(best[0])
     value = at_n / length_m
-    low, high = at_n / math.exp(whole.high), at_n / math.exp(whole.low)
+    high, low = (at_n / math.exp(end) for end in whole)
     low, high = min(low, value), max(high, value)
     lines = max((_lines(parts, _sensitivity(believed, read, path, parts), length_m)
                  for parts in errors), key=combined)  # fmt: skip

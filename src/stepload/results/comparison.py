@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.contact.power_law import secant_stiffness
 from stepload.errors import BadInputError
@@ -36,8 +35,6 @@ from stepload.results.comparison_groups import differences, grouped, pair_half_w
 from stepload.results.comparison_notes import REACHED, notes_of
 from stepload.results.press_data import LOADING
 from stepload.results.saved import SavedRun, labelled
-
-FloatArray = NDArray[np.float64]
 
 INSIDE = 0.95
 """Share of a curve's points that must lie inside the 95 % band."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 from stepload.estimators.compare import Band
+from stepload.estimators.fit import FloatArray
 from stepload.results.comparison import ComparedRun, Comparison, virgin_band
 from stepload.results.figures import (
     BLUE,
@@ -15,7 +16,6 @@ from stepload.results.figures import (
     MOST_DOTS,
     ORANGE,
     RED,
-    FloatArray,
     figure_of,
     plain,
     svg_of,

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from stepload.errors import DomainError
 from stepload.estimators.measured import Measured
 from stepload.evidence.answer import weigh
+from stepload.evidence.quantity import Quantity
 from stepload.results.origins import origin_of
 from stepload.results.saved import SavedRun
 
@@ -20,39 +20,7 @@ CHORD = "chord stiffness"
 SECANT = "secant stiffness"
 
 
-class Line(Protocol):
-    """One source of a budget and its relative standard uncertainty."""
-
-    @property
-    def source(self) -> str:
-        """Its name, which identifies shared errors."""
-
-    @property
-    def relative(self) -> float:
-        """Relative standard uncertainty of the quantity, ≥ 0."""
-
-
-class Stiffness(Protocol):
-    """A stiffness between two forces with its budget, such as the headline of a run."""
-
-    @property
-    def value_n_per_m(self) -> float:
-        """The stiffness."""
-
-    @property
-    def from_n(self) -> float:
-        """Lower force."""
-
-    @property
-    def to_n(self) -> float:
-        """Upper force."""
-
-    @property
-    def lines(self) -> Sequence[Line]:
-        """Its budget."""
-
-
-def measured(run: SavedRun, quantity: str, found: Stiffness) -> Measured:
+def measured(run: SavedRun, quantity: str, found: Quantity) -> Measured:
     """Any stiffness of a run in the form used for comparisons."""
     return Measured(
         run=run.name,

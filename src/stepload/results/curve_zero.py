@@ -19,11 +19,10 @@ from stepload.estimators.curve_parts import (
     white_noise,
 )
 from stepload.estimators.curve_signs import signs
+from stepload.estimators.fit import FloatArray
 from stepload.record.curves import Curve
 from stepload.results.curve_glitches import without_glitches
 from stepload.units import format_quantity
-
-FloatArray = NDArray[np.float64]
 
 TOUCH_SHARE = 0.01
 """A curve's touch is where the force passes this share of its peak, at least six times noise."""

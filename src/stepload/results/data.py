@@ -11,7 +11,7 @@ from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
-from stepload.results.about import about_recording
+from stepload.results.about import about
 from stepload.results.analyse import Evaluation, beyond_theory
 from stepload.results.extras import extras_data
 from stepload.results.model import data
@@ -122,7 +122,7 @@ def outcome_data(outcome: RunOutcome, envelope: Envelope) -> dict[str, Any]:
 def run_data(run: Evaluation) -> dict[str, Any]:
     """The object of a run, including that of its identification where there is one."""
     made = {
-        **about_recording(run.recording),
+        **about(run.recording.metadata, run.recording.attachments),
         "simulated": run.dry_run,
         **outcome_data(run.outcome, run.envelope),
     }

@@ -27,11 +27,10 @@ from stepload.estimators.unloading import OPINION, Unloading, unloading
 from stepload.evidence.identification import Identification
 from stepload.record.rows import Phase
 from stepload.results.model import NOTHING, Field, Table, interval, named, number, quantity, table
-from stepload.results.press_data import LOADING, UNLOADING, PressData
+from stepload.results.press_data import HOLDS, LOADING, UNLOADING, PressData
 from stepload.units import format_quantity as f
 
 T = TypeVar("T")
-HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
 
 
 @dataclass(frozen=True, slots=True)

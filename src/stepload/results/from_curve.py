@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.curve_parts import is_exact, quantum
+from stepload.estimators.fit import FloatArray
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY
 from stepload.estimators.sampling import uniform_in_force
@@ -30,8 +28,6 @@ from stepload.results.curve_doubts import (
 from stepload.results.curve_zero import Branch, CurveCycle, cycles, first_loading, zero
 from stepload.results.wishes import Wishes
 from stepload.units import format_quantity
-
-FloatArray = NDArray[np.float64]
 
 SECANT_FORCE_N = 300.0
 LEAST_SECANT_SHARE = 0.1

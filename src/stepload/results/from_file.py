@@ -23,6 +23,7 @@ from stepload.results.analyse import (
 )
 from stepload.results.extras import Extras, extras_of
 from stepload.results.from_curve import prepare, pressed_system
+from stepload.results.model import finite
 from stepload.results.press_data import number
 from stepload.results.pressed import pressed_curve
 from stepload.results.saved import SavedRun, saved_run
@@ -76,8 +77,7 @@ def results_of_file(path: Path, wishes: Wishes) -> FromFile:
         except BadInputError as error:
             run_in, notes = None, (*notes, error.message)
         extras = extras_of(run.data, found)
-        peak_n = run.peak_force_n if math.isfinite(run.peak_force_n) else None
-        return FromFile(found, notes, run_in, extras, run.simulated, peak_n)
+        return FromFile(found, notes, run_in, extras, run.simulated, finite(run.peak_force_n))
 
 
 def _identify_record(run: SavedRun, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:

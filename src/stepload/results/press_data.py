@@ -16,18 +16,19 @@ from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
 from stepload.estimators.across import Across
+from stepload.estimators.fit import FloatArray
 from stepload.record.align import Aligned, ChannelClock, align
 from stepload.record.lag import Lag, measure_lag
 from stepload.record.reader import Event, Recording
 from stepload.record.rows import Phase
 
-FloatArray = NDArray[np.float64]
 MOST_MISSING = 20.0
 """Largest ratio of expected to recorded samples of a usable record."""
 IntArray = NDArray[np.integer]
 
 LOADING = (Phase.LOAD, Phase.HOLD)
 UNLOADING = (Phase.UNLOAD, Phase.UNLOAD_HOLD)
+HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,13 +101,6 @@ class PressData:
         """
         times = np.array([touch.time_s for touch in self.touches])
         return np.searchsorted(times, self.time_s, side="right")
-
-    @property
-    def lateral_n(self) -> FloatArray | None:
-        """Size (N,) of the lateral force. Noise makes it larger, never smaller."""
-        if self.across_n is None:
-            return None
-        return np.asarray(np.linalg.norm(self.across_n, axis=1))
 
     def since_touch(self, cycle: int) -> FloatArray:
         """Travel (M,) of the loading of a cycle since the touch that began it.

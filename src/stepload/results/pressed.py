@@ -9,33 +9,37 @@ from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
+from stepload.estimators.fit import FloatArray
 from stepload.evidence.askew import Askew, coupling_of
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.sideways import GUIDED_COMPLIANCE, Sideways, sideways
 from stepload.record.rows import Phase
-from stepload.results.adhesion import pulls
 from stepload.results.curve_zero import SAME_PEAK, Branch
 from stepload.results.from_curve import PreparedCurve
-from stepload.results.press_data import LOADING, UNLOADING, PressData
+from stepload.results.model import finite
+from stepload.results.press_data import HOLDS, LOADING, UNLOADING, PressData
 from stepload.results.quality import quality_of
 
-FloatArray = NDArray[np.float64]
-_HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
+CLOSING_OPENING = (
+    Phase.GUARDED_APPROACH,
+    Phase.LISTENING,
+    Phase.DWELL,
+    Phase.TOUCH_RETRACT,
+    Phase.UNLOAD,
+    Phase.RETRACT,
+)
+SIGMAS = 6.0
+"""Least pull, in standard deviations of one sample, that is not an extreme of the noise."""
 NEAR_TOP = 0.5
 """Least share of the largest force at which the lateral force is evaluated."""
 BEFORE_TOUCH_S = 0.05
 """Time before a touch over which the speed of the approach is measured."""
 
 
-def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = ()) -> Pressed:
+def pressed(data: PressData, conditions: Conditions) -> Pressed:
     """The cycles of a run with the known errors.
-
-    Args:
-        data: a run.
-        conditions: inputs other than the data.
-        doubts: sentences that block every figure.
 
     Raises:
         BadInputError: there is no load step.
@@ -51,7 +55,7 @@ def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = (
         unloading = data.branch(UNLOADING, number)
         tracks.append((number, loading, _track(data, unloading) if unloading.sum() > 1 else None))
     peak_n = float(data.force_n[data.branch(LOADING)].max())
-    doubts = (*doubts, *conditions.table_doubts(peak_n))
+    doubts = tuple(conditions.table_doubts(peak_n))
     limit_n = conditions.elastic_limit_n
     if limit_n is not None and peak_n > limit_n:
         doubts = (*doubts, _above(peak_n, limit_n))
@@ -64,7 +68,7 @@ def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = (
         sources=conditions.sources,
         roughness=Roughness(conditions.rough_length_m, conditions.rough_length_sigma),
         touches=_touches(data),
-        zero_step_n=data.zero_step_n if math.isfinite(data.zero_step_n) else None,
+        zero_step_n=finite(data.zero_step_n),
         sideways=aside,
         askew=Askew(
             quality_of(data, conditions.lever_m),
@@ -168,7 +172,7 @@ def _above(peak_n: float, limit_n: float) -> str:
 
 
 def _track(data: PressData, mask: NDArray[np.bool_]) -> Track:
-    resting = np.isin(data.phase[mask], _HOLDS)
+    resting = np.isin(data.phase[mask], HOLDS)
     begins = resting & ~np.concatenate([[False], resting[:-1]])
     held = np.where(resting, np.cumsum(begins), 0)
     return Track(data.time_s[mask], data.force_n[mask], data.travel_m[mask], held)
@@ -215,6 +219,18 @@ def sideways_of(data: PressData, conditions: Conditions) -> Sideways:
         across, conditions.sources.system_stiffness_n_per_m, share, size, away,
         arm=conditions.arm, stuck_ratio=conditions.stuck_ratio,
     )  # fmt: skip
+
+
+def pulls(data: PressData) -> bool:
+    """Whether the tared force falls below zero by more than noise where a contact closes or opens.
+
+    An arm that shakes its sensor at a reversal looks the same; then an additional law is tried,
+    which can only widen the intervals of figures that rest on a zero.
+    """
+    about = np.isin(data.phase, CLOSING_OPENING)
+    if not about.any():
+        return False
+    return bool(float(data.force_n[about].min()) < -SIGMAS * data.noise_n)
 
 
 def _share_size(across_n: FloatArray, force_n: FloatArray, noise_n: float) -> float:

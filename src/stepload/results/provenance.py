@@ -88,20 +88,12 @@ def _library(name: str) -> str:
         return f"{name} of an unknown version"
 
 
-def sum_of(path: Path) -> str:
-    """SHA-256 of a file in hexadecimal.
-
-    Raises:
-        OSError: it cannot be read.
-    """
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def sum_or_why(path: Path) -> str:
-    """The same, or the reason why there is none: a report is written in any case."""
+    """SHA-256 of a file in hexadecimal, or the reason why there is none: a report is written in
+    any case."""
     try:
-        return sum_of(path)
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         return f"not known: {error.strerror or error}"
 

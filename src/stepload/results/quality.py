@@ -12,12 +12,9 @@ from stepload.estimators.contact_quality import ContactQuality, contact_quality
 from stepload.estimators.missing import Missing
 from stepload.estimators.shares import BranchShare
 from stepload.estimators.wrench import Wrench, turn_of
-from stepload.record.rows import Phase
 from stepload.results.model import Table
-from stepload.results.press_data import LOADING, UNLOADING, PressData
+from stepload.results.press_data import HOLDS, LOADING, UNLOADING, PressData
 from stepload.units import format_quantity as f
-
-HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
 
 
 def wrench_of(data: PressData) -> Wrench | None:

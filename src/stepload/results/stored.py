@@ -28,17 +28,12 @@ from stepload.results.wishes import Wishes
 from stepload.rig.pose import from_texts
 
 
-def kept_plan(recording: Recording) -> Plan:
+def plan_of(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> Plan:
     """The plan of a run as it was on the day of the run, from the texts that its record keeps.
 
     Raises:
         PlanError: the record has kept no plan that this version can read.
     """
-    return plan_of(recording.metadata, recording.attachments)
-
-
-def plan_of(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> Plan:
-    """The same from metadata and attachments of a record; raises as `kept_plan`."""
     texts = [
         (name, data)
         for name, data in attachments.items()
@@ -66,7 +61,7 @@ def evaluation_of(path: Path, wishes: Wishes | None = None) -> Evaluation:
     file = record_in(path)
     with untrusted(file):
         recording = read_to_evaluate(file)
-        plan = kept_plan(recording)
+        plan = plan_of(recording.metadata, recording.attachments)
         with suppress(RefusedError):  # no run continues after that
             plan = plan_where_it_stands(plan, from_texts(recording.metadata))
         run = Evaluation(
