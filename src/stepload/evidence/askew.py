@@ -16,6 +16,8 @@ from stepload.units import beside_limit, format_quantity
 
 TILT_RAD = math.radians(3.0)
 """Tilt of the plate that is allowed for where none was measured."""
+CLIMB = math.tan(TILT_RAD) / math.sqrt(3.0)
+"""Slope of the plate along an unknown direction (1 σ)."""
 SIDEWAYS_OVER_ALONG = 3.3
 """Compliance of an arm's tip across the press over that along it: at most this in 90 % of tool-down
 poses of a UR5e (2.9) and a UR10e (3.2); median 1.4 and 1.2, a UR3e 3.0 and 8.1. Joint stiffnesses
@@ -49,7 +51,6 @@ class Askew:
         share: size of lateral over axial force near the top; None where it is not known.
         coupling: travel across over travel along of a tip that may slide, along each axis (1 σ).
         misalignment_rad: largest angle between sensor and press.
-        tilt_rad: possible tilt of the plate.
         yields_m_per_n: how the rig gives way along the press per newton.
         gauge_offset_m: lateral distance of a gauge on an arm from the contact; 0 without one.
     """
@@ -59,7 +60,6 @@ class Askew:
     share: float | None = None
     coupling: float = CROSS_COMPLIANCE
     misalignment_rad: float = 0.0
-    tilt_rad: float = TILT_RAD
     yields_m_per_n: float = 0.0
     gauge_offset_m: float = 0.0
 
@@ -72,14 +72,14 @@ class Askew:
             span_m: its deformation in m.
         """
         found = []
-        angle = math.hypot(self.misalignment_rad, self.tilt_rad if self.arm else 0.0)
+        angle = math.hypot(self.misalignment_rad, TILT_RAD if self.arm else 0.0)
         if angle > 0.0:
             share = UNKNOWN_SHARE if self.share is None else self.share
             force = math.hypot(
                 ANY_WAY * share * math.sin(angle), (1.0 - math.cos(angle)) / math.sqrt(3.0)
             )
             moved_m = self.coupling * self.yields_m_per_n * (to_n - from_n) if self.arm else 0.0
-            relative = math.hypot(power * force, moved_m * self._climb / span_m)
+            relative = math.hypot(power * force, moved_m * CLIMB / span_m)
             size = f"{math.degrees(angle):.2g} deg"
             found.append(Line("misalignment of sensor and plate", size, relative))
         if self.gauge_offset_m > 0.0:
@@ -87,11 +87,6 @@ class Askew:
             size = f"{format_quantity(self.gauge_offset_m, 'm')} beside the contact"
             found.append(Line("gauge off the axis of an arm that turns", size, turned_m / span_m))
         return found
-
-    @property
-    def _climb(self) -> float:
-        """Slope of the plate along an unknown direction (1 σ)."""
-        return math.tan(self.tilt_rad) / math.sqrt(3.0)
 
     def slip_m(self, from_n: float, to_n: float, payload: Compliance) -> tuple[float, float]:
         """Possible axial motion of the tip in m due to slips between the chord's forces.
@@ -118,13 +113,13 @@ class Askew:
         """Axial motion of the tip in m that a jump of the lateral force in N allows."""
         across = SIDEWAYS_OVER_ALONG * self.yields_m_per_n
         across += payload_m_per_n / TANGENTIAL_OVER_NORMAL
-        return jump_n * across * math.tan(self.tilt_rad)
+        return jump_n * across * math.tan(TILT_RAD)
 
     def gates(self, slipped_m: float, span_m: float) -> list[Gate]:
         """Gates of the contact; `slipped_m` is the first figure of `slip_m`."""
         if isinstance(self.quality, Missing):
             return []
-        tilt = f"{math.degrees(self.tilt_rad):.2g}"
+        tilt = f"{math.degrees(TILT_RAD):.2g}"
         found = [judged("slip", slipped_m, HARMLESS * span_m, "m", tilt=tilt)]
         if self.quality.change is not None:
             change, sigma = self.quality.change

@@ -73,6 +73,12 @@ def extras_of(data: PressData, found: Identification, geometry: Geometry | None 
     )
 
 
+def dissipation_of(extras: Extras | None) -> float | None:
+    """d of Hunt and Crossley in s/m; None where it was not determined."""
+    damping = extras.hunt_crossley if extras is not None else None
+    return damping.dissipation_s_per_m if isinstance(damping, HuntCrossley) else None
+
+
 def _told(compute: Callable[[], T | Missing]) -> T | Missing:
     """The result of `compute`; a numerical error becomes a `Missing` with the reason."""
     try:

@@ -21,12 +21,13 @@ from stepload.results.analyse import (
     identify_system,
     whole_cycles,
 )
-from stepload.results.extras import Extras, extras_of
+from stepload.results.extras import Extras, dissipation_of, extras_of
 from stepload.results.from_curve import prepare, pressed_system
 from stepload.results.model import finite
 from stepload.results.press_data import number
 from stepload.results.pressed import pressed_curve
 from stepload.results.saved import SavedRun, saved_run
+from stepload.results.snippets import Kind, Spring, spring_of
 from stepload.results.until import loaded
 from stepload.results.wishes import Wishes
 
@@ -149,3 +150,21 @@ def _without_errors(found: Identification) -> Identification:
         judged = replace(judged, verdict=evidence.headline.verdict, reasons=evidence.headline.why)
     judged = replace(judged, k_max_n_per_m=math.nan)
     return replace(found, budgets={}, judgement=judged, evidence=evidence)
+
+
+def spring_of_file(path: Path, *, at_n: float | None, kind: Kind) -> Spring:
+    """The law of a record (.mcap, or the directory of a run) or of a curve, linearised.
+
+    Damping is looked for in records only: a curve from elsewhere has no phases.
+
+    Raises:
+        BadInputError: the file is invalid, or has no result at that force.
+    """
+    if not is_record(path):
+        found, _ = identify_file(path, Wishes())
+        return spring_of(found, at_n=at_n, kind=kind)
+    with untrusted(path):
+        run = saved_run(path)
+        found = identify_payload(run.data, run.conditions)
+        d = dissipation_of(extras_of(run.data, found))
+    return spring_of(found, at_n=at_n, kind=kind, dissipation_s_per_m=d, simulated=run.simulated)

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from stepload.envelope.reason import Severity
+from stepload.errors import BadInputError
 from stepload.estimators.judge import ResultVerdict
-from stepload.estimators.runin import RunIn
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
 from stepload.record.outcome import RunStatus
@@ -27,8 +27,9 @@ from stepload.results.course_tables import (
     safing_table,
 )
 from stepload.results.equations import equation_table
-from stepload.results.extras import Extras, extras_tables
+from stepload.results.extras import dissipation_of, extras_tables
 from stepload.results.facts import other_elastic_limit
+from stepload.results.from_file import FromFile
 from stepload.results.identified_tables import (
     HEADLINE_BUDGET,
     identification_tables,
@@ -41,7 +42,7 @@ from stepload.results.model import Card, Document, Mood, Table, Verdict, interva
 from stepload.results.provenance import provenance_table
 from stepload.results.remarks import alive, levels, remarks, sideways
 from stepload.results.run_figures import figures_of, law_figure
-from stepload.results.run_snippets import snippet_texts
+from stepload.results.snippets import SIMULATORS, snippet, spring_of
 from stepload.results.until import levels_to_load, loaded, until_table
 from stepload.units import format_quantity as f
 
@@ -52,32 +53,23 @@ MOOD: dict[ResultVerdict, Mood] = {
 }
 
 
-def identification_document(
-    found: Identification,
-    notes: Sequence[str] = (),
-    run_in: RunIn | None = None,
-    extras: Extras | None = None,
-    simulated: bool = False,
-) -> Document:
-    """An identification from a file; `notes` are the assumptions.
-
-    `run_in` and `extras` are the further results of a record, as in a run's report.
-    """
-    tables = identification_tables(found)
-    if run_in is not None:
-        tables.append(run_in_table(run_in))
-    if extras is not None:
-        tables += extras_tables(extras)
+def identification_document(told: FromFile) -> Document:
+    """An identification from a file, with the further results of a record as in a run's report."""
+    tables = identification_tables(told.found)
+    if told.run_in is not None:
+        tables.append(run_in_table(told.run_in))
+    if told.extras is not None:
+        tables += extras_tables(told.extras)
     return Document(
         title="Identification",
-        verdict=_identified(found),
-        reasons=(*found.judgement.reasons, *(f"note: {note}" for note in notes)),
+        verdict=_identified(told.found),
+        reasons=(*told.found.judgement.reasons, *(f"note: {note}" for note in told.notes)),
         tables=tables,
-        simulated=simulated,
+        simulated=told.simulated,
     )
 
 
-def system_document(fit: SystemStiffnessFit, *, simulated: bool = False) -> Document:
+def system_document(fit: SystemStiffnessFit, *, simulated: bool) -> Document:
     """A system stiffness from a file."""
     return Document(
         "System stiffness",
@@ -102,7 +94,7 @@ def run_document(run: Evaluation) -> Document:
         tables=_tables(run, levels, system),
         cards=_cards(run),
         figures=figures_of(run),
-        texts=[*snippet_texts(run), *_texts(run.recording)],
+        texts=[*_snippets(run), *_texts(run.recording)],
         simulated=run.dry_run,
         certificate=run_certificate(run, levels, reasons, law_figure(run), system),
     )
@@ -247,6 +239,18 @@ def _stiffness_cards(found: Identification) -> list[Card]:
             Card("exponent n", f"{n.value:.2f}", "95 % {:.2f} … {:.2f}".format(*n.interval))
         )
     return cards
+
+
+def _snippets(run: Evaluation) -> list[tuple[str, str]]:
+    """(name, content) for every simulator, at half of the highest force; none without a law."""
+    if run.identification is None:
+        return []
+    d = dissipation_of(run.extras)
+    try:
+        spring = spring_of(run.identification, dissipation_s_per_m=d, simulated=run.dry_run)
+    except BadInputError:
+        return []
+    return [(f"contact parameters: {name}", snippet(spring, name)) for name in SIMULATORS]
 
 
 def _texts(recording: Recording) -> list[tuple[str, str]]:
