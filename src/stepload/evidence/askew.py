@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
@@ -12,6 +11,7 @@ from stepload.estimators.contact_quality import NOT_IN_DATA, ContactQuality
 from stepload.estimators.missing import Missing
 from stepload.evidence.gates import HARMLESS, Gate, gate, judged
 from stepload.evidence.quantity import Line
+from stepload.evidence.signs import Compliance
 from stepload.units import beside_limit, format_quantity
 
 TILT_RAD = math.radians(3.0)
@@ -36,9 +36,6 @@ SIGMAS = 4.0
 ANY_WAY = math.sqrt(1.0 / 6.0)
 """Standard deviation of the component along a given direction of an angle of up to 1 in an unknown
 direction: sizes uniform (1/3), directions uniform (1/2)."""
-
-Compliance = Callable[[float], float]
-"""dδ/dF of the payload in m/N at a force in N."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,7 @@ FOOT_SHARE = 0.03
 """Share of the top force at which a seat is looked for, or where the data begin above it."""
 
 Compliance = Callable[[float], float]
-"""dδ/dF in m/N at a force in N: of payload and system together."""
+"""dδ/dF in m/N at a force in N: here of payload and system together."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepload.errors import SteploadError
-from stepload.live.messages import OURS, pose_message, wrench_message
+from stepload.live.messages import POSE, TARED, pose_message, wrench_message
 from stepload.live.schema import LIVE, LIVE_SCHEMA
 from stepload.live.state import State
 from stepload.live.tail import Message, Tail
@@ -69,7 +69,7 @@ class Publisher:
                 if not self._tail.attachments or tick is None:
                     return
                 self._state = State(self._tail.metadata, self._tail.attachments)
-                for topic in OURS:
+                for topic in (TARED, POSE):
                     self._open(topic.name, topic.schema, topic.definition.encode())
                 self._channels[LIVE] = _json_channel(LIVE, LIVE_SCHEMA)
             self._state.take(*rows, events, ended=self._tail.ended)
@@ -83,12 +83,9 @@ class Publisher:
         if told is not None:
             self._channels[LIVE].log(json.dumps(told), log_time=time_ns)
         if arm is not None:
-            self._log(OURS[1].name, pose_message(time_ns, arm.pose), time_ns)
+            self._channels[POSE.name].log(pose_message(time_ns, arm.pose), log_time=time_ns)
         if tared is not None:
-            self._log(OURS[0].name, wrench_message(time_ns, tared), time_ns)
-
-    def _log(self, topic: str, data: bytes, time_ns: int) -> None:
-        self._channels[topic].log(data, log_time=time_ns)
+            self._channels[TARED.name].log(wrench_message(time_ns, tared), log_time=time_ns)
 
     def _open(self, topic: str, schema: str, definition: bytes) -> None:
         import foxglove

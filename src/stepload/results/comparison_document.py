@@ -135,14 +135,8 @@ def comparison_document(found: Comparison) -> Document:
         simulated=any(each.run.simulated for each in found.runs),
         certificate=comparison_sheet(found, reasons, laws),
     )
-    return replace(
-        document,
-        tables=[
-            *document.tables,
-            runs_table([each.run for each in found.runs]),
-            equation_table(document),
-        ],
-    )
+    runs = runs_table([each.run for each in found.runs])
+    return replace(document, tables=[*document.tables, runs, equation_table(document)])
 
 
 def _named(found: Comparison) -> str:
@@ -219,10 +213,10 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
             {
                 "name": each.run.name,
                 "path": each.run.path,
-                "run_id": each.run.metadata.get("run_id"),
-                "specimen": each.run.metadata.get("specimen"),
-                "payload": each.run.metadata.get("payload"),
-                "rig": each.run.metadata.get("rig"),
+                **{
+                    key: each.run.metadata.get(key)
+                    for key in ("run_id", "specimen", "payload", "rig")
+                },
                 "believe": each.found.believe,
                 "fits": fits_data(fields.fits_of(each.found)),
                 "cycles": [

@@ -50,6 +50,15 @@ class Branch:
     force_n: FloatArray
     lateral_n: FloatArray | None
 
+    def part(self, index: slice | NDArray[np.intp]) -> Branch:
+        """Some of its samples."""
+        return Branch(
+            None if self.time_s is None else self.time_s[index],
+            self.travel_m[index],
+            self.force_n[index],
+            None if self.lateral_n is None else self.lateral_n[index],
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class CurveCycle:
@@ -195,21 +204,13 @@ def cycles(zeroed: Zeroed) -> Iterator[CurveCycle]:
         if number == 1:
             begin = max(loading.start, min(zeroed.begin, loading.stop - 1))
             loading = slice(begin, loading.stop)
+        whole, unloading = zeroed.whole, part.unloading
         yield CurveCycle(
             number,
-            _cut(zeroed.whole, loading),
-            _cut(zeroed.whole, part.hold),
-            None if part.unloading is None else _cut(zeroed.whole, part.unloading),
+            whole.part(loading),
+            whole.part(part.hold),
+            None if unloading is None else whole.part(unloading),
         )
-
-
-def _cut(whole: Branch, part: slice) -> Branch:
-    return Branch(
-        None if whole.time_s is None else whole.time_s[part],
-        whole.travel_m[part],
-        whole.force_n[part],
-        None if whole.lateral_n is None else whole.lateral_n[part],
-    )
 
 
 def _presses(force_n: FloatArray, travel_m: FloatArray) -> list[CycleParts]:

@@ -22,7 +22,6 @@ from stepload.estimators.hunt_crossley import HuntCrossley, hunt_crossley
 from stepload.estimators.loss import CycleLoss, Loss, loss
 from stepload.estimators.missing import Missing
 from stepload.estimators.relaxation import HoldChange, HoldSamples, Relaxation, relaxation
-from stepload.estimators.selection import compensated
 from stepload.estimators.unloading import OPINION, Unloading, unloading
 from stepload.evidence.identification import Identification
 from stepload.record.rows import Phase
@@ -58,13 +57,7 @@ def extras_of(data: PressData, found: Identification, geometry: Geometry | None 
         found: its identification: the law, K_s and the uncertainty sources.
         geometry: of the payload where it is known; a sphere on a flat plate gives a modulus.
     """
-    conditions = found.conditions
-    deformation_m = compensated(
-        data.travel_m,
-        data.force_n,
-        system_stiffness_n_per_m=conditions.sources.system_stiffness_n_per_m,
-        deflection=conditions.deflection(),
-    )
+    deformation_m = data.travel_m - found.conditions.bend(data.force_n)
     return Extras(
         relaxation=_told(lambda: _relaxation(data, deformation_m, found)),
         unloading=_told(lambda: _unloadings(data, deformation_m, found, geometry)),

@@ -84,7 +84,8 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
     loading, notes = first_loading(zeroed)
     notes = [*curve.notes, *zeroed.notes, *notes]
     whole = zeroed.whole
-    force_n, travel_m = whole.force_n[loading], whole.travel_m[loading]
+    first = whole.part(loading)
+    force_n, travel_m = first.force_n, first.travel_m
     if not compensated and not wishes.system_stiffness_sigma_n_per_m:
         notes.append("σ(K_s) not given (--system-stiffness-sigma): K_s counts as known to 5 %")
     top_n = float(force_n.max())
@@ -108,9 +109,8 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
             position_resolution_m=_resolution(travel_m, quantum_m, wishes),
         )
     )
-    time_s = None if whole.time_s is None else whole.time_s[loading]
     stiffness = conditions.sources.system_stiffness_n_per_m
-    selected = select(travel_m, force_n, system_stiffness_n_per_m=stiffness, time_s=time_s)
+    selected = select(travel_m, force_n, system_stiffness_n_per_m=stiffness, time_s=first.time_s)
     if stiffness is not None:
         check_what_is_left(selected, travel_m, force_n, stiffness)
         notes.append(TAKEN_AS_GUIDED)
@@ -159,14 +159,14 @@ def deformation_curve(curve: Curve) -> Curve:
     zeroed = zero(curve, keep_zero=True)
     loading, notes = first_loading(zeroed)
     notes += machine_doubts(curve)
-    whole = zeroed.whole
-    travel_m, force_n = whole.travel_m[loading], whole.force_n[loading]
+    first = zeroed.whole.part(loading)
+    travel_m, force_n = first.travel_m, first.force_n
     if zeroed.touch_n > 0.0:
         zero_m = _fitted_zero(travel_m, force_n)
         travel_m = travel_m - zero_m
         notes.append(f"its zero is fitted, {format_quantity(zero_m, 'm')} from the touch")
     return Curve(
-        time_s=None if whole.time_s is None else whole.time_s[loading],
+        time_s=first.time_s,
         position_m=None,
         displacement_m=travel_m,
         force_n=force_n,

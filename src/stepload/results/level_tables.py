@@ -179,8 +179,3 @@ TOUCH: tuple[Field[TouchPoint], ...] = (
         show=micrometres,
     ),
 )
-
-
-def touch_table(touches: Sequence[TouchPoint]) -> Table:
-    """Every touch of the run."""
-    return table("Touches", TOUCH, touches, page_only=True)

@@ -134,6 +134,11 @@ def number(event: Event, key: str) -> float:
         ) from None
 
 
+def number_or_nan(value: object) -> float:
+    """A number of a record, whose content is not trusted; NaN where it is none."""
+    return float(value) if isinstance(value, int | float) else math.nan
+
+
 def _touches(recording: Recording) -> tuple[TouchPoint, ...]:
     return tuple(
         TouchPoint(
@@ -151,11 +156,7 @@ def _touches(recording: Recording) -> tuple[TouchPoint, ...]:
 def _tares(recording: Recording) -> list[tuple[float, float, float]]:
     """(time_s, mean_n, noise_n) of every tare."""
     return [
-        (
-            number(event, "time_s"),
-            number(event, "mean_n"),
-            number(event, "noise_n"),
-        )
+        (number(event, "time_s"), number(event, "mean_n"), number(event, "noise_n"))
         for event in recording.events
         if event.kind in ("tare", "zero_shift")
     ]

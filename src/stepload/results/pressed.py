@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,18 +56,12 @@ def pressed(data: PressData, conditions: Conditions) -> Pressed:
         unloading = data.branch(UNLOADING, number)
         tracks.append((number, loading, _track(data, unloading) if unloading.sum() > 1 else None))
     peak_n = float(data.force_n[data.branch(LOADING)].max())
-    doubts = tuple(conditions.table_doubts(peak_n))
-    limit_n = conditions.elastic_limit_n
-    if limit_n is not None and peak_n > limit_n:
-        doubts = (*doubts, _above(peak_n, limit_n))
     aside = sideways_of(data, conditions)
-    return Pressed(
+    return _pressed(
+        conditions,
+        peak_n,
+        tuple(conditions.table_doubts(peak_n)),
         tracks=tracks,
-        deflection=conditions.bend,
-        deflection_sigma=conditions.bend_sigma,
-        table_sigma=conditions.table_sigma,
-        sources=conditions.sources,
-        roughness=Roughness(conditions.rough_length_m, conditions.rough_length_sigma),
         touches=_touches(data),
         zero_step_n=finite(data.zero_step_n),
         sideways=aside,
@@ -80,23 +75,15 @@ def pressed(data: PressData, conditions: Conditions) -> Pressed:
             gauge_offset_m=conditions.gauge_offset_m,
         ),
         adhesive=pulls(data),
-        elastic_limit_n=limit_n,
-        secant_force_n=conditions.secant_force_n,
-        accuracy=1.0 / conditions.t,
-        laws=conditions.laws,
         looked=data.looked,
         notes=(conditions.structure_note,) if conditions.structure_note else (),
-        doubts=doubts,
     )
 
 
 def pressed_curve(curve: PreparedCurve) -> Pressed:
     """The cycles of a curve from elsewhere with the known errors."""
-    conditions, cycles = curve.conditions, curve.cycles
+    cycles = curve.cycles
     top_n = max(float(each.loading.force_n.max()) for each in cycles)
-    limit_n, doubts = conditions.elastic_limit_n, curve.doubts
-    if limit_n is not None and top_n > limit_n:
-        doubts = (*doubts, _above(top_n, limit_n))
     if float(cycles[0].loading.force_n.max()) >= SAME_PEAK * top_n:
         tracks = [
             (each.number, _joined(each.loading, each.hold),
@@ -108,21 +95,38 @@ def pressed_curve(curve: PreparedCurve) -> Pressed:
     shares = [share for each in cycles if (share := _share(each.loading)) is not None]
     share = max(shares, default=None)
     relative = 0.0 if share is None else GUIDED_COMPLIANCE * share
-    return Pressed(
+    return _pressed(
+        curve.conditions,
+        top_n,
+        curve.doubts,
         tracks=tracks,
+        sideways=Sideways("guided", share, relative=relative),
+        adhesive=curve.adhesion_n > 0.0,
+        law_doubts=curve.law_doubts,
+    )
+
+
+def _pressed(conditions: Conditions, top_n: float, doubts: tuple[str, ...], **own: Any) -> Pressed:
+    """A press up to `top_n` under its conditions; above F_c one doubt more blocks every figure."""
+    limit_n = conditions.elastic_limit_n
+    if limit_n is not None and top_n > limit_n:
+        above = (
+            f"forces up to {top_n:.4g} N, above the elastic limit of {limit_n:.4g} N: the payload "
+            "may have yielded"
+        )
+        doubts = (*doubts, above)
+    return Pressed(
         deflection=conditions.bend,
         deflection_sigma=conditions.bend_sigma,
         table_sigma=conditions.table_sigma,
         sources=conditions.sources,
         roughness=Roughness(conditions.rough_length_m, conditions.rough_length_sigma),
-        sideways=Sideways("guided", share, relative=relative),
-        adhesive=curve.adhesion_n > 0.0,
         elastic_limit_n=limit_n,
         secant_force_n=conditions.secant_force_n,
         accuracy=1.0 / conditions.t,
         laws=conditions.laws,
         doubts=doubts,
-        law_doubts=curve.law_doubts,
+        **own,
     )
 
 
@@ -162,13 +166,6 @@ def _share(branch: Branch) -> float | None:
         return None
     high = branch.force_n > NEAR_TOP * float(branch.force_n.max())
     return float(np.median(branch.lateral_n[high]) / np.mean(branch.force_n[high]))
-
-
-def _above(peak_n: float, limit_n: float) -> str:
-    return (
-        f"forces up to {peak_n:.4g} N, above the elastic limit of {limit_n:.4g} N: the payload may "
-        "have yielded"
-    )
 
 
 def _track(data: PressData, mask: NDArray[np.bool_]) -> Track:

@@ -50,9 +50,6 @@ def provenance_table(metadata: Mapping[str, str]) -> Table:
     return Table(TITLE, ("what", "which"), [row for row in rows if row[1]], page_only=True)
 
 
-RUNS = "Runs"
-
-
 def runs_table(runs: Sequence[SavedRun]) -> Table:
     """The runs that a result was made from; `sealed_runs` adds the checksums of their records."""
     rows = [
@@ -66,7 +63,7 @@ def runs_table(runs: Sequence[SavedRun]) -> Table:
     ]  # fmt: skip
     columns = ("run", "specimen", "batch", "id", "started", "operator", "recorded by")
     here = f"Evaluated by {_evaluated_by()}."
-    return Table(RUNS, columns, rows, (here,), page_only=True)
+    return Table("Runs", columns, rows, (here,), page_only=True)
 
 
 def sealed_runs(document: Document, runs: Sequence[SavedRun]) -> Document:

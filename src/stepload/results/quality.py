@@ -53,7 +53,6 @@ def quality_data(found: ContactQuality | Missing) -> dict[str, Any]:
                 "unseen_slip_n", "points", "points_missing")  # fmt: skip
         return {"missing": found.why, **dict.fromkeys(keys)}
     change, sigma = found.change or (None, None)
-    known = not isinstance(found.points, Missing)
     return {
         "missing": "",
         "share": found.share,
@@ -64,7 +63,7 @@ def quality_data(found: ContactQuality | Missing) -> dict[str, Any]:
         "slips": [asdict(slip) for slip in found.slips],
         "unseen_slip_n": found.unseen_n,
         "points": None if isinstance(found.points, Missing) else [asdict(p) for p in found.points],
-        "points_missing": "" if known else _why(found),
+        "points_missing": _why(found),
     }
 
 

@@ -24,7 +24,6 @@ from stepload.results.course_tables import (
     health_tables,
     predicted_table,
     rig_table,
-    safing_table,
 )
 from stepload.results.equations import equation_table
 from stepload.results.extras import dissipation_of, extras_tables
@@ -36,9 +35,9 @@ from stepload.results.identified_tables import (
     run_in_table,
     system_table,
 )
-from stepload.results.level_tables import hold_table, touch_table
+from stepload.results.level_tables import TOUCH, hold_table
 from stepload.results.levels import Level, levels_of
-from stepload.results.model import Card, Document, Mood, Table, Verdict, interval
+from stepload.results.model import Card, Document, Mood, Table, Verdict, interval, table
 from stepload.results.provenance import provenance_table
 from stepload.results.remarks import alive, levels, remarks, sideways
 from stepload.results.run_figures import figures_of, law_figure
@@ -147,7 +146,7 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
         tables.append(until_table(until))
     tables += [provenance_table(metadata), hold_table(holds, way)]
     if run.data is not None:
-        tables.append(touch_table(run.data.touches))
+        tables.append(table("Touches", TOUCH, run.data.touches, page_only=True))
     tables += [each for each in known if each.title != HEADLINE_BUDGET]
     if system is not None:
         tables.append(system)
@@ -157,7 +156,7 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
         tables += extras_tables(run.extras)
     return [
         *tables,
-        safing_table(run.outcome),
+        table("Safing", fields.SAFING, run.outcome.safing, page_only=True),
         force_budget_table(run.envelope, page_only=True),
         rig_table(run.recording),
     ]
