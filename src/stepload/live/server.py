@@ -60,6 +60,8 @@ class Publisher:
         self._tell(newest.get("/tick"), events)
 
     def _tell(self, tick: Message | None, events: Any) -> None:
+        import foxglove
+
         rows = self._tail.rows()
         time_ns = self._tick_ns = tick.time_ns if tick is not None else self._tick_ns
         if self._problem:
@@ -71,7 +73,9 @@ class Publisher:
                 self._state = State(self._tail.metadata, self._tail.attachments)
                 for topic in (TARED, POSE):
                     self._open(topic.name, topic.schema, topic.definition.encode())
-                self._channels[LIVE] = _json_channel(LIVE, LIVE_SCHEMA)
+                self._channels[LIVE] = foxglove.Channel(
+                    LIVE, schema=LIVE_SCHEMA, message_encoding="json"
+                )
             self._state.take(*rows, events, ended=self._tail.ended)
         except (SteploadError, ValueError, KeyError, TypeError, ArithmeticError) as error:
             self._problem = f"margins and deformation are not shown: {error}"
@@ -95,12 +99,6 @@ class Publisher:
             schema=foxglove.Schema(name=schema, encoding="ros2msg", data=definition),
             message_encoding="cdr",
         )
-
-
-def _json_channel(topic: str, schema: dict[str, Any]) -> foxglove.Channel:
-    import foxglove
-
-    return foxglove.Channel(topic, schema=schema, message_encoding="json")
 
 
 def _first_line(fd: int) -> str:

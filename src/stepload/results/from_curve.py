@@ -25,7 +25,7 @@ from stepload.results.curve_doubts import (
     with_leftover,
     zero_doubts,
 )
-from stepload.results.curve_zero import Branch, CurveCycle, cycles, first_loading, zero
+from stepload.results.curve_zero import CurveCycle, cycles, first_loading, zero
 from stepload.results.wishes import Wishes
 from stepload.units import format_quantity
 
@@ -172,15 +172,6 @@ def deformation_curve(curve: Curve) -> Curve:
         force_n=force_n,
         notes=(*curve.notes, *zeroed.notes, *notes),
     )
-
-
-def pressed_system(curve: Curve) -> Branch:
-    """A curve of the system alone, with signs and tare corrected; travel from its touch.
-
-    Raises:
-        BadInputError: there is no pressing.
-    """
-    return zero(curve, keep_zero=False).whole
 
 
 def _fitted_zero(travel_m: FloatArray, force_n: FloatArray) -> float:

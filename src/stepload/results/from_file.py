@@ -21,8 +21,9 @@ from stepload.results.analyse import (
     identify_system,
     whole_cycles,
 )
+from stepload.results.curve_zero import zero
 from stepload.results.extras import Extras, dissipation_of, extras_of
-from stepload.results.from_curve import prepare, pressed_system
+from stepload.results.from_curve import prepare
 from stepload.results.model import finite
 from stepload.results.press_data import number
 from stepload.results.pressed import pressed_curve
@@ -121,7 +122,7 @@ def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
             raise BadInputError(
                 f"{path}: system stiffness needs the columns time_s, position_m, force_n"
             )
-        pressed = pressed_system(curve)
+        pressed = zero(curve, keep_zero=False).whole  # signs and tare corrected, from its touch
         assert pressed.time_s is not None
         fit = fit_system_stiffness(
             pressed.time_s, pressed.travel_m, pressed.force_n,
