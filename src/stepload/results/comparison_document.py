@@ -90,11 +90,9 @@ DIFFERENCE_LINE: tuple[Field[DifferenceLine], ...] = (
     named("left", "in all", number(".2%")),
 )
 DIFFERENCE: tuple[Field[Difference], ...] = (
-    named("quantity"), named("from_n"), named("to_n"), named("first"), named("second"),
-    named("relative"), named("interval"),
-    named("smallest_detectable"), named("tolerance"),
-    named("verdict"), named("why"),
-    named("scatter"), named("scatter_degrees"), named("scatter_expected"), named("open_sources"),
+    *map(named, ("quantity", "from_n", "to_n", "first", "second", "relative", "interval")),
+    *map(named, ("smallest_detectable", "tolerance", "verdict", "why")),
+    *map(named, ("scatter", "scatter_degrees", "scatter_expected", "open_sources")),
     Field(lambda each: [data(DIFFERENCE_LINE, line) for line in each.lines], "lines"),
 )  # fmt: skip
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,9 @@ from stepload.estimators.curve_parts import (
     white_noise,
 )
 from stepload.estimators.curve_signs import signs
+from stepload.estimators.curve_spikes import spikes
 from stepload.estimators.fit import FloatArray
 from stepload.record.curves import Curve
-from stepload.results.curve_glitches import without_glitches
 from stepload.units import format_quantity
 
 TOUCH_SHARE = 0.01
@@ -101,9 +101,8 @@ def zero(curve: Curve, *, keep_zero: bool) -> Zeroed:
     Raises:
         BadInputError: there is no pressing in the data.
     """
-    curve, notes = without_glitches(curve)
-    given = curve.displacement_m if curve.displacement_m is not None else curve.position_m
-    assert given is not None
+    curve, notes = _without_glitches(curve)
+    given = _travel(curve)
     turn = signs(given, curve.force_n)
     travel_m, force_n = turn.travel * given, turn.force * curve.force_n
     if turn.force < 0.0:
@@ -156,6 +155,39 @@ def zero(curve: Curve, *, keep_zero: bool) -> Zeroed:
         tuple(notes),
         air is not None,
     )
+
+
+def _travel(curve: Curve) -> FloatArray:
+    travel_m = curve.displacement_m if curve.displacement_m is not None else curve.position_m
+    assert travel_m is not None
+    return travel_m
+
+
+def _without_glitches(curve: Curve) -> tuple[Curve, list[str]]:
+    """The rows without a glitch of force or travel, and notes on the others."""
+    travel_m = _travel(curve)
+    off = {"force": spikes(curve.force_n), "travel": spikes(travel_m)}
+    bad = off["force"] | off["travel"]
+    if not bad.any():
+        return curve, []
+
+    def left(values: FloatArray | None) -> FloatArray | None:
+        return None if values is None else values[..., ~bad]
+
+    kept = replace(
+        curve,
+        time_s=left(curve.time_s),
+        position_m=left(curve.position_m),
+        displacement_m=left(curve.displacement_m),
+        force_n=curve.force_n[~bad],
+        lateral_n=left(curve.lateral_n),
+    )
+    first, what = int(np.argmax(bad)), " or ".join(name for name, each in off.items() if each.any())
+    rows = "row" if bad.sum() == 1 else "rows"
+    return kept, [
+        f"{bad.sum()} of {bad.size} {rows} dropped: the {what} jumps away and comes back within "
+        f"two samples (first in row {first + 1}, {format_quantity(curve.force_n[first], 'N')})"
+    ]
 
 
 def first_loading(zeroed: Zeroed) -> tuple[NDArray[np.intp], list[str]]:

@@ -137,21 +137,16 @@ def run_data(run: Evaluation) -> dict[str, Any]:
         made["verdict"] = "system stiffness measured"
     if run.run_in is not None:
         made["run_in"] = _run_in_data(run.run_in)
-    if (told_until := loaded(run.recording.events, run.identification)) is not None:
+    reasons = [*filter(None, [run.problem]), *made["reasons"]]
+    events = run.recording.events
+    if (told_until := loaded(events, run.identification)) is not None:
         made["until"] = told_until
-        made["reasons"] = [*made["reasons"], told_until.text]
+        reasons.append(told_until.text)
     if run.data is not None:
-        told = (
-            *remarks(run.data),
-            *alive(run.recording.events),
-            *levels(run.recording.events),
-            *beyond_theory(run),
-        )
-        made["reasons"] = [*made["reasons"], *told]
+        reasons += [*remarks(run.data), *alive(events), *levels(events), *beyond_theory(run)]
     if run.extras is not None:
         made |= extras_data(run.extras)
-    if run.problem:
-        made["reasons"] = [run.problem, *made["reasons"]]
     if resumed := run.recording.metadata.get("resumed"):
-        made |= {"resumed": resumed, "reasons": [*made["reasons"], resumed]}
-    return made
+        made["resumed"] = resumed
+        reasons.append(resumed)
+    return made | {"reasons": reasons}
