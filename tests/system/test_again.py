@@ -38,7 +38,7 @@ def test_a_very_long_record_is_read_alike_by_all(
     run = tmp_path / "run"
     done = in_process("run", quick_plan, "--dry-run", "--quiet", "--out", run)
     assert done.returncode == 0, done.stderr
-    told, again = results(run), results_again(run).data
+    told, again = results(run), results_again(run)[0]
     said = json.loads(in_process("identify", run, "--json").stdout)
     for name in ("headline", "quantities", "gates", "fits", "peak_force_n"):
         assert told[name] == again[name] == said[name]
@@ -46,7 +46,7 @@ def test_a_very_long_record_is_read_alike_by_all(
     assert levels == [level["deformation_m"] for level in told["levels"]]
     assert len(evaluation_of(run).recording.ticks.time_s) < told["lateness"]["ticks"]
     monkeypatch.setattr(reading, "WHOLE_TICKS", 10**6)
-    assert results_again(run).data["headline"] != told["headline"]
+    assert results_again(run)[0]["headline"] != told["headline"]
 
 
 def test_the_largest_force_is_that_of_the_whole_run(cycles_run: Path) -> None:
@@ -154,7 +154,7 @@ def test_the_outcome_of_a_cut_record_hides_nothing(cycles_run: Path) -> None:
 def test_limits_of_another_version_are_told(
     cycles_run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert not any("of that day" in each for each in results_again(cycles_run).document.reasons)
+    assert not any("of that day" in each for each in results_again(cycles_run)[1].reasons)
     had = again.limits_from
 
     def other(attachments: Any) -> Any:
@@ -162,9 +162,9 @@ def test_limits_of_another_version_are_told(
         return replace(limits, force_limit_n=0.9 * limits.force_limit_n)
 
     monkeypatch.setattr(again, "limits_from", other)
-    found = results_again(cycles_run)
-    assert "the run's force limit was 337.5 N" in found.document.reasons[0]
-    assert found.data["reasons"][0] == found.document.reasons[0]
+    data, document = results_again(cycles_run)
+    assert "the run's force limit was 337.5 N" in document.reasons[0]
+    assert data["reasons"][0] == document.reasons[0]
 
 
 def test_the_results_name_the_devices(cycles_run: Path) -> None:

@@ -25,7 +25,7 @@ from stepload.engine.margins import RULES
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.remaining import Remaining
 from stepload.errors import BadInputError
-from stepload.live.messages import OURS, pose_message, quaternion, wrench_message
+from stepload.live.messages import POSE, TARED, pose_message, quaternion, wrench_message
 from stepload.live.plots import Plots
 from stepload.live.schema import LIVE_SCHEMA
 from stepload.live.state import State
@@ -199,7 +199,7 @@ def test_our_messages_are_what_ros_reads() -> None:
     wrench, pose = (1.0, -2.0, 3.0, 0.1, 0.2, 0.3), (0.1, 0.2, 0.3, 0.0, np.pi, 0.0)
     read = []
     for topic, data in zip(
-        OURS,
+        (TARED, POSE),
         (wrench_message(5 * 10**9 + 7, wrench), pose_message(5 * 10**9 + 7, pose)),
         strict=True,
     ):

@@ -10,8 +10,7 @@ import pytest
 from stepload.errors import BadInputError, ExitCode
 from stepload.estimators.fit import Flag
 from stepload.explain import words
-from stepload.explain.codes import GROUPS, explained, explanations, page
-from stepload.explain.thresholds import thresholds_called
+from stepload.explain.codes import GROUPS, explained, explanations, page, thresholds_called
 from stepload.results.fields import SIGNS
 from stepload.rig.faults import FaultCode
 

@@ -136,9 +136,7 @@ def identify(
         data = {"simulated": simulated, **system_data(fit)}
     elif kind == "payload":
         told = results_of_file(file, wishes)
-        document = identification_document(
-            told.found, told.notes, told.run_in, told.extras, simulated=told.simulated
-        )
+        document = identification_document(told)
         data = {"simulated": told.simulated, **identification_data(told.found)}
         data |= {"notes": told.notes}
         if told.peak_force_n is not None:

@@ -33,7 +33,7 @@ def snippet(
 
     Example: stepload snippet runs/20260801-101500-demo --for mujoco --mass "1 kg"
     """
-    from stepload.results.snippet_of_file import spring_of_file
+    from stepload.results.from_file import spring_of_file
     from stepload.results.snippets import KINDS, SIMULATORS
     from stepload.results.snippets import snippet as written
     from stepload.units import parse_quantity

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from math import isfinite
 from pathlib import Path
 
 import stepload
 from stepload.data.catalog import RunRow, rows
 from stepload.errors import BadInputError
 from stepload.results.from_file import results_of_file
+from stepload.results.model import finite
 from stepload.results.wishes import Wishes
 from stepload.runner.digest import code_digest
 from stepload.runner.jobs import Pool, run_in_order
@@ -69,13 +69,13 @@ class Reidentify:
             found = results_of_file(Path(job.path), self.wishes).found
             verdict = found.judgement.verdict.value
             if (headline := found.headline) is not None:
-                value = _number(headline.value_n_per_m)
-                low, high = map(_number, headline.interval_n_per_m)
+                value = finite(headline.value_n_per_m)
+                low, high = map(finite, headline.interval_n_per_m)
         except BadInputError as error:
             problem = error.message
         return Again(
             job.run_id, job.path, job.payload, job.simulated,
-            job.verdict, _number(job.chord_n_per_m), verdict, value, low, high, problem,
+            job.verdict, finite(job.chord_n_per_m), verdict, value, low, high, problem,
         )  # fmt: skip
 
 
@@ -105,10 +105,6 @@ def identify_all(
         if on_done is not None:
             on_done(len(found), len(jobs))
     return found
-
-
-def _number(value: float) -> float | None:
-    return value if isfinite(value) else None
 
 
 @cache

@@ -15,6 +15,7 @@ import numpy as np
 
 from stepload.data.libraries import library
 from stepload.data.opened import Run
+from stepload.data.streams import STREAMS
 from stepload.data.table import PHASE, Table
 from stepload.errors import BadInputError
 from stepload.plan.problems import printable
@@ -44,13 +45,7 @@ def tables(run: Run) -> dict[str, Table]:
         found["touches"] = _of_objects(run.touches, "time_s")
     except BadInputError:
         found.clear()
-    raw = {
-        "force": run.force,
-        "second_force": run.second_force,
-        "arm": run.arm,
-        "displacement": run.displacement,
-        "ticks": run.ticks,
-    }
+    raw: dict[str, Table | None] = {name: getattr(run, name) for name in STREAMS}
     return found | {name: table for name, table in raw.items() if table is not None}
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from stepload.data.streams import SIX, tables_of
+from stepload.data.streams import SIX, STREAMS, tables_of
 from stepload.data.table import Table
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
@@ -29,7 +29,7 @@ from stepload.results.press_data import LOADING, UNLOADING, PressData, TouchPoin
 from stepload.results.quality import quality_of
 from stepload.results.reading import condensed, read_to_evaluate, told_ticks
 from stepload.results.saved import record_in
-from stepload.results.stored import kept_plan
+from stepload.results.stored import plan_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +114,7 @@ class Run:
         Raises:
             PlanError: the record has kept no plan that this version can read.
         """
-        return kept_plan(self._recording)
+        return plan_of(self.metadata, self.files)
 
     @cached_property
     def preflight(self) -> Preflight:
@@ -242,7 +242,7 @@ class Run:
             raise BadInputError(f"from {start_s} s to {end_s} s is no time")
         tables: dict[str, Any] = {
             name: None if (table := getattr(self, name)) is None else table.between(start_s, end_s)
-            for name in ("force", "second_force", "arm", "displacement", "ticks")
+            for name in STREAMS
         }
         events = tuple(e for e in self.events if start_s <= e.time_s < end_s)
         return replace(self, **tables, events=events, _span_s=(start_s, end_s))

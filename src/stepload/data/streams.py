@@ -6,7 +6,6 @@ from typing import Any
 
 from stepload.data.table import Column, Table
 from stepload.record.reader import Recording
-from stepload.record.rows import ArmColumns, DisplacementColumns, ForceColumns, TickColumns
 from stepload.record.stretches import Stretch
 
 SIX = {
@@ -17,37 +16,21 @@ SIX = {
 }  # fmt: skip
 """Names of the six numbers of a field."""
 RECEIVED = "receive_time_s"
-
-
-def force_table(columns: ForceColumns) -> Table:
-    """A force sensor's samples: not tared, in the sensor's frame."""
-    return _table(columns, RECEIVED)
-
-
-def arm_table(columns: ArmColumns) -> Table:
-    """States of the arm: travel from the start pose, its own force channel, TCP pose."""
-    return _table(columns, RECEIVED)
-
-
-def displacement_table(columns: DisplacementColumns) -> Table:
-    """Readings of the gauge across the contact."""
-    return _table(columns, RECEIVED)
-
-
-def tick_table(columns: TickColumns) -> Table:
-    """What the engine saw and decided in each period."""
-    return _table(columns, "time_s")
+STREAMS = {
+    "force": RECEIVED, "second_force": RECEIVED, "arm": RECEIVED, "displacement": RECEIVED,
+    "ticks": "time_s",
+}  # fmt: skip
+"""The column of each stream that is its time."""
 
 
 def tables_of(streams: Recording | Stretch) -> dict[str, Any]:
-    """Every stream as a table, by name; None for a missing one."""
-    second, gauge = streams.second_force, streams.displacement
+    """Every stream as a table, by name; None for a missing one.
+
+    Forces are not tared, in the sensor's frame; the arm's travel is from the start pose.
+    """
     return {
-        "force": force_table(streams.force),
-        "second_force": None if second is None else force_table(second),
-        "arm": arm_table(streams.arm),
-        "displacement": None if gauge is None else displacement_table(gauge),
-        "ticks": tick_table(streams.ticks),
+        name: None if (columns := getattr(streams, name)) is None else _table(columns, time)
+        for name, time in STREAMS.items()
     }
 
 

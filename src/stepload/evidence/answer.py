@@ -97,7 +97,7 @@ def weigh(run: Pressed) -> Evidence:
     errors = [errors_of(run, first, elastic, drift, length_n) for length_n in assumed]
     fitted = [_fitted(run, first, parts) for parts in errors]
     drawn = draws(branches_of(loops), elastic, run, assumed[here])
-    signs = contact_signs(run, loops, main, elastic, drift, drawn)
+    gates, left = contact_signs(run, loops, main, elastic, drift, drawn)
     data, laws = fitted[here]
     every = [each for _, each in fitted if each]
     chosen = [chosen_fits(data, run.laws, each, run.roughness) for data, each in fitted]
@@ -119,14 +119,8 @@ def weigh(run: Pressed) -> Evidence:
         errors=errors,
         law_sets=counting if power is not None else [],
         power=power.best.shape if power is not None else 1.0,
-        left=figures.Discrepancies(
-            signs.time_m,
-            signs.creep_m,
-            signs.zero_m,
-            signs.slip_m,
-            abs(shape.off) / 2.0,
-        ),
-        gates=[*signs.gates, *shape.gates, *misfit],
+        left=left._replace(shape=abs(shape.off) / 2.0),
+        gates=[*gates, *shape.gates, *misfit],
         doubts=(*run.doubts, *blocking),
         law_doubts=run.law_doubts,
     )

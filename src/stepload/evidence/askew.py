@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
 from stepload.estimators.contact_point import OFF_AXIS_M
 from stepload.estimators.contact_quality import NOT_IN_DATA, ContactQuality
 from stepload.estimators.missing import Missing
-from stepload.evidence.gates import HARMLESS, Gate, gate
+from stepload.evidence.gates import HARMLESS, Gate, gate, judged
 from stepload.evidence.quantity import Line
+from stepload.evidence.signs import Compliance
 from stepload.units import beside_limit, format_quantity
 
 TILT_RAD = math.radians(3.0)
 """Tilt of the plate that is allowed for where none was measured."""
+CLIMB = math.tan(TILT_RAD) / math.sqrt(3.0)
+"""Slope of the plate along an unknown direction (1 σ)."""
 SIDEWAYS_OVER_ALONG = 3.3
 """Compliance of an arm's tip across the press over that along it: at most this in 90 % of tool-down
 poses of a UR5e (2.9) and a UR10e (3.2); median 1.4 and 1.2, a UR3e 3.0 and 8.1. Joint stiffnesses
@@ -35,9 +37,6 @@ ANY_WAY = math.sqrt(1.0 / 6.0)
 """Standard deviation of the component along a given direction of an angle of up to 1 in an unknown
 direction: sizes uniform (1/3), directions uniform (1/2)."""
 
-Compliance = Callable[[float], float]
-"""dδ/dF of the payload in m/N at a force in N."""
-
 
 @dataclass(frozen=True, slots=True)
 class Askew:
@@ -49,7 +48,6 @@ class Askew:
         share: size of lateral over axial force near the top; None where it is not known.
         coupling: travel across over travel along of a tip that may slide, along each axis (1 σ).
         misalignment_rad: largest angle between sensor and press.
-        tilt_rad: possible tilt of the plate.
         yields_m_per_n: how the rig gives way along the press per newton.
         gauge_offset_m: lateral distance of a gauge on an arm from the contact; 0 without one.
     """
@@ -59,7 +57,6 @@ class Askew:
     share: float | None = None
     coupling: float = CROSS_COMPLIANCE
     misalignment_rad: float = 0.0
-    tilt_rad: float = TILT_RAD
     yields_m_per_n: float = 0.0
     gauge_offset_m: float = 0.0
 
@@ -72,14 +69,14 @@ class Askew:
             span_m: its deformation in m.
         """
         found = []
-        angle = math.hypot(self.misalignment_rad, self.tilt_rad if self.arm else 0.0)
+        angle = math.hypot(self.misalignment_rad, TILT_RAD if self.arm else 0.0)
         if angle > 0.0:
             share = UNKNOWN_SHARE if self.share is None else self.share
             force = math.hypot(
                 ANY_WAY * share * math.sin(angle), (1.0 - math.cos(angle)) / math.sqrt(3.0)
             )
             moved_m = self.coupling * self.yields_m_per_n * (to_n - from_n) if self.arm else 0.0
-            relative = math.hypot(power * force, moved_m * self._climb / span_m)
+            relative = math.hypot(power * force, moved_m * CLIMB / span_m)
             size = f"{math.degrees(angle):.2g} deg"
             found.append(Line("misalignment of sensor and plate", size, relative))
         if self.gauge_offset_m > 0.0:
@@ -87,11 +84,6 @@ class Askew:
             size = f"{format_quantity(self.gauge_offset_m, 'm')} beside the contact"
             found.append(Line("gauge off the axis of an arm that turns", size, turned_m / span_m))
         return found
-
-    @property
-    def _climb(self) -> float:
-        """Slope of the plate along an unknown direction (1 σ)."""
-        return math.tan(self.tilt_rad) / math.sqrt(3.0)
 
     def slip_m(self, from_n: float, to_n: float, payload: Compliance) -> tuple[float, float]:
         """Possible axial motion of the tip in m due to slips between the chord's forces.
@@ -118,15 +110,17 @@ class Askew:
         """Axial motion of the tip in m that a jump of the lateral force in N allows."""
         across = SIDEWAYS_OVER_ALONG * self.yields_m_per_n
         across += payload_m_per_n / TANGENTIAL_OVER_NORMAL
-        return jump_n * across * math.tan(self.tilt_rad)
+        return jump_n * across * math.tan(TILT_RAD)
 
     def gates(self, slipped_m: float, span_m: float) -> list[Gate]:
         """Gates of the contact; `slipped_m` is the first figure of `slip_m`."""
         if isinstance(self.quality, Missing):
             return []
-        found = [_slip_gate(slipped_m, span_m, self.tilt_rad)]
+        tilt = f"{math.degrees(TILT_RAD):.2g}"
+        found = [judged("slip", slipped_m, HARMLESS * span_m, "m", tilt=tilt)]
         if self.quality.change is not None:
-            found.append(_change_gate(*self.quality.change))
+            change, sigma = self.quality.change
+            found.append(judged("share_change", change, max(SHARE_CHANGE, SIGMAS * sigma)))
         point = self.quality.eccentric
         if point is not None and self.gauge_offset_m > 0.0:
             allowed_m = OFF_AXIS_M + 2.0 * point.sigma_m
@@ -161,24 +155,3 @@ def coupling_of(across: Across, yields_m_per_n: float) -> float:
 def _off(size_m: float, allowed_m: float) -> str:
     size, limit = beside_limit(size_m, allowed_m, "m")
     return f"the plate is touched {size} beside the force sensor's axis (allowed {limit})"
-
-
-def _slip_gate(moved_m: float, span_m: float, tilt_rad: float) -> Gate:
-    moved, limit = beside_limit(moved_m, HARMLESS * span_m, "m")
-    text = (
-        "the contact slipped while loading; on a plate tilted by as much as "
-        f"{math.degrees(tilt_rad):.2g} degrees, which is not excluded, this may be {moved} of the "
-        f"deformation (allowed {limit}): square the plate, or reduce the friction"
-    )
-    return gate("slip", moved_m, HARMLESS * span_m, "m", "all", text)
-
-
-def _change_gate(change: float, sigma: float) -> Gate:
-    allowed = max(SHARE_CHANGE, SIGMAS * sigma)
-    shown, limit = beside_limit(change, allowed)
-    text = (
-        f"the force across the axis differs by {shown} of that along it between the first loading "
-        f"and the second (allowed {limit}): friction has changed, or the contact has slipped to "
-        "another place"
-    )
-    return gate("share_change", change, allowed, "", "all", text)

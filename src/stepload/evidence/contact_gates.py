@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -12,19 +11,22 @@ from stepload.estimators.fit import FloatArray
 from stepload.evidence.chord import Chord
 from stepload.evidence.drift import Drift
 from stepload.evidence.elastic import Elastic
+from stepload.evidence.figures import Discrepancies
 from stepload.evidence.gates import (
+    HARMLESS,
+    HARMLESS_DRIFT,
     Gate,
     creep_gates,
-    drift_gate,
+    judged,
     sign_gate,
     touch_gate,
-    zero_gate,
 )
 from stepload.evidence.loops import Loop
 from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.rate import rate_sign
 from stepload.evidence.rehearse import TO_SIGMA, creep_threshold, thresholds
 from stepload.evidence.signs import branches_of, hold_creep, signs_of
+from stepload.units import format_quantity
 
 OF_TWO_CYCLES = ("gap_change", "set", "reload")
 UNSEEN = 0.02
@@ -36,16 +38,6 @@ HARMLESS_TOUCH = 0.03
 """Largest harmless shift of the touch, as a share of the deformation."""
 
 
-class ContactSigns(NamedTuple):
-    """Gates, and their contribution to the budget as standard uncertainties in m."""
-
-    gates: list[Gate]
-    time_m: float
-    creep_m: float
-    zero_m: float
-    slip_m: float
-
-
 def contact_signs(
     run: Pressed,
     loops: Sequence[Loop],
@@ -53,8 +45,8 @@ def contact_signs(
     elastic: Elastic,
     drift: Drift | None,
     drawn: Sequence[FloatArray],
-) -> ContactSigns:
-    """Evaluate every sign that a contact is not elastic.
+) -> tuple[list[Gate], Discrepancies]:
+    """Evaluate every sign that a contact is not elastic: the gates, and their share in the budget.
 
     Args:
         run: the run.
@@ -109,11 +101,16 @@ def contact_signs(
     if run.zero_step_n is not None:
         # Between two tares the zero is within half the step of an even drift.
         harm_m = 0.5 * abs(run.zero_step_n) * elastic.at(main.from_n)
-        gates.append(zero_gate(run.zero_step_n, harm_m, main.span_m))
+        step = format_quantity(run.zero_step_n, "N")
+        gates.append(judged("force_zero", harm_m, HARMLESS * main.span_m, "m", step=step))
         zero_m = harm_m / math.sqrt(3.0)
     if drift is not None:
         elapsed_s = float(main.weights @ loops[0].loading.path.time_s)
-        gates.append(drift_gate(drift.rate_m_per_s * elapsed_s, elapsed_s, main.span_m))
+        shift_m = drift.rate_m_per_s * elapsed_s
+        share, shift = abs(shift_m) / main.span_m, format_quantity(shift_m, "m")
+        gates.append(
+            judged("drift", share, HARMLESS_DRIFT, shift=shift, elapsed=f"{elapsed_s:.0f} s")
+        )
     if run.touches is not None:
         gates.append(_touch(run, run.touches, main, elastic, drift))
     ends = run.deflection(np.array([main.from_n, main.to_n]))
@@ -121,7 +118,7 @@ def contact_signs(
     slipped_m, unseen_m = run.askew.slip_m(main.from_n, main.to_n, elastic.payload_at)
     gates += run.askew.gates(slipped_m, main.span_m)
     slip_m = math.hypot(slipped_m, unseen_m) / math.sqrt(3.0)
-    return ContactSigns(gates, time_m, creep_m, zero_m, slip_m)
+    return gates, Discrepancies(time_m, creep_m, zero_m, slip_m)
 
 
 def _touch(

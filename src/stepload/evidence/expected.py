@@ -67,10 +67,6 @@ def expected_chord(run: Pressed) -> Quantity:
         errors=[errors_of(run, first, elastic, None, length_n) for length_n in lengths],
         law_sets=[],
         power=elastic.q,
-        left=figures.Discrepancies(0.0, 0.0, 0.0, 0.0, 0.0),
-        gates=[],
-        doubts=(),
-        law_doubts=(),
     )
     return figures.quantities(run, reading)["chord"]
 

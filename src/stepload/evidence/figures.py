@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from stepload.evidence.lawfit import CANNOT_TELL, CHI2_95, LawFit, Roughness
 from stepload.evidence.laws import BILINEAR, POWER, ROUGH
 from stepload.evidence.path import Path
 from stepload.evidence.pressed import Pressed
-from stepload.evidence.quantity import Exponent, Line, Quantity, log_interval
+from stepload.evidence.quantity import Exponent, Line, Quantity, combined, log_interval
 from stepload.evidence.union import Read, at_point, union
 from stepload.units import beside_limit, percent
 
@@ -39,11 +39,11 @@ HOPELESS = 1.0
 class Discrepancies(NamedTuple):
     """Contributions of the gates to the budget: standard uncertainties in m, and a relative one."""
 
-    time_m: float
-    creep_m: float
-    zero_m: float
-    slip_m: float
-    shape: float
+    time_m: float = 0.0
+    creep_m: float = 0.0
+    zero_m: float = 0.0
+    slip_m: float = 0.0
+    shape: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,10 +70,10 @@ class Reading:
     errors: Sequence[Sequence[Component]]
     law_sets: Sequence[Mapping[str, LawFit]]
     power: float
-    left: Discrepancies
-    gates: Sequence[Gate]
-    doubts: Sequence[str]
-    law_doubts: Sequence[str]
+    left: Discrepancies = field(default_factory=Discrepancies)
+    gates: Sequence[Gate] = ()
+    doubts: Sequence[str] = ()
+    law_doubts: Sequence[str] = ()
 
 
 def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
@@ -94,31 +94,25 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
     ]
     scale = [line for line in scale if line.relative > 0.0]
 
-    def discrepancy(span_m: float) -> list[Line]:
-        slip = [Line("slip on a plate that may be tilted", f"{left.slip_m * 1e6:.2g} µm",
-                     left.slip_m / span_m)]  # fmt: skip
-        return [
-            Line("time (gap, set, rate)", f"{left.time_m * 1e6:.2g} µm", left.time_m / span_m),
-            Line(
-                "creep (found, or not excluded by the holds)", f"{left.creep_m * 1e6:.2g} µm",
-                left.creep_m / span_m,
-            ),
-            Line("zero of force", f"{left.zero_m * 1e6:.2g} µm", left.zero_m / span_m),
-            Line(
-                "force across the axis", run.sideways.size,
-                run.sideways.relative * abs(bend) / span_m,
-            ),
-            *(slip if left.slip_m > 0.0 else []),
-            *run.askew.lines(q, main.from_n, main.to_n, span_m),
-        ]  # fmt: skip
+    def length(source: str, size_m: float) -> Line:
+        return Line(source, f"{size_m * 1e6:.2g} µm", size_m / main.span_m)
 
-    common = discrepancy(main.span_m)
+    sideways = run.sideways.relative * abs(bend) / main.span_m
+    slip = [length("slip on a plate that may be tilted", left.slip_m)]
+    common = [
+        length("time (gap, set, rate)", left.time_m),
+        length("creep (found, or not excluded by the holds)", left.creep_m),
+        length("zero of force", left.zero_m),
+        Line("force across the axis", run.sideways.size, sideways),
+        *(slip if left.slip_m > 0.0 else []),
+        *run.askew.lines(q, main.from_n, main.to_n, main.span_m),
+    ]
     lines = [
-        *max((_lines(parts, main.weights, main.span_m) for parts in errors), key=_size),
+        *max((_lines(parts, main.weights, main.span_m) for parts in errors), key=combined),
         *scale, *common,
         Line("shape (local chord against the law's)", f"{left.shape:.2%}", left.shape),
     ]  # fmt: skip
-    lines += _of_looks(run, _size(lines))
+    lines += _of_looks(run, combined(lines))
     blocked = (*doubts, *fired(gates, of_law=False))
     found = {
         "chord": _made("chord", main.n_per_m, log_interval(main.n_per_m, lines), main.from_n,
@@ -151,9 +145,9 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
         rest = [*scale, *common]
         if kind == "tangent":
             rest.append(_upper(read_from, roughness))
-        whole = math.hypot(math.log(high / low) / 2.0 / NORMAL_95, _size(rest))
+        whole = math.hypot(math.log(high / low) / 2.0 / NORMAL_95, combined(rest))
         rest += _of_looks(run, whole)
-        extra = NORMAL_95 * _size(rest)
+        extra = NORMAL_95 * combined(rest)
         low, high = (stiffness * math.exp(side * math.hypot(math.log(end / stiffness), extra))
                      for side, end in ((-1.0, low), (1.0, high)))  # fmt: skip
         found[kind] = _made(
@@ -235,16 +229,16 @@ def _of_laws(
         kept = [[each[ROUGH.name]] for each in law_sets if ROUGH.name in each]
     best = at_point(believed, believed.best, read)
     whole = union(kept, read)
-    if best is None or whole is None or whole.high - whole.low > OPEN:
+    if best is None or whole is None or whole[1] - whole[0] > OPEN:
         return None
     length_m = math.exp(best[0])
     value = at_n / length_m
-    low, high = at_n / math.exp(whole.high), at_n / math.exp(whole.low)
+    high, low = (at_n / math.exp(end) for end in whole)
     low, high = min(low, value), max(high, value)
     lines = max((_lines(parts, _sensitivity(believed, read, path, parts), length_m)
-                 for parts in errors), key=_size)  # fmt: skip
+                 for parts in errors), key=combined)  # fmt: skip
     half = math.log(high / low) / 2.0 / NORMAL_95
-    model = math.sqrt(max(half**2 - _size(lines) ** 2, 0.0))
+    model = math.sqrt(max(half**2 - combined(lines) ** 2, 0.0))
     names = sorted({fit.law.name for each in kept for fit in each})
     size = f"{len(names)} laws" if len(names) > 1 else names[0]
     if believed.law is ROUGH and roughness.length_m:
@@ -262,7 +256,7 @@ def _upper(read_from: Reading, roughness: Roughness) -> Line:
 
     of_law_m = float(span(believed, believed.best.shape) @ believed.best.coefficients)
     weights = upper.weights - _sensitivity(believed, span, read_from.path, parts)
-    allowed = _size(_lines(parts, weights, upper.span_m))
+    allowed = combined(_lines(parts, weights, upper.span_m))
     off = math.log(of_law_m / upper.span_m) if min(of_law_m, upper.span_m) > 0.0 else math.inf
     beyond = math.sqrt(max(off**2 - allowed**2, 0.0))
     return Line("shape (upper chord against the law's)", f"{off:.2%}", beyond)
@@ -293,10 +287,6 @@ def _lines(parts: Sequence[Component], weights: FloatArray, length_m: float) -> 
              math.sqrt(max(float(weights @ part.covariance @ weights), 0.0)) / length_m)
         for part in parts
     ]  # fmt: skip
-
-
-def _size(lines: Sequence[Line]) -> float:
-    return math.sqrt(sum(line.relative**2 for line in lines))
 
 
 def _made(

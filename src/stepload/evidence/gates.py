@@ -81,6 +81,32 @@ _MEANS = {
     "rate": "deformation in the holds is {value} from that of the ramps at the same force (allowed "
     "{limit}): the contact is viscous, or force and position are out of step; stiffness depends on "
     "the rate",
+    "drift": "the rig drifts by {shift} in the {elapsed} of the loading, {value} of the "
+    "deformation (allowed {limit}): it is taken out, but such a drift is rarely even; let the rig "
+    "warm up",
+    "force_zero": "the zero of force moves by {step} from one look at free air to the next; taken "
+    "out as if it were even, it may still be {value} of the deformation (allowed {limit}): let the "
+    "sensor warm up",
+    "lateral": "the force across the axis reaches {value} of that along it (allowed {limit}): the "
+    "arm bends sideways, and its deflection is not that of K_s",
+    "strong_lateral": "the force across the axis reaches {value} of that along it (allowed "
+    "{limit}): the contact slides, and yields at a smaller force",
+    "other_friction": "the force across the axis differs by {value} of that along it from the "
+    "calibration (allowed {limit}): the arm bends sideways otherwise, and one K_s does not hold; "
+    "calibrate dry and greased",
+    "lateral_correction": "what was taken out for the force across the axis is {value} of the "
+    "deformation (allowed {limit}): press where the arm couples less, or reduce the friction",
+    "friction": "how friction at the contact compares with that of the calibration is not known; "
+    "it may change the arm's deflection by up to {value} of the deformation (allowed {limit}): use "
+    "a six-axis sensor and calibrate with it, dry and greased, or a gauge across the contact",
+    "slip": "the contact slipped while loading; on a plate tilted by as much as {tilt} degrees, "
+    "which is not excluded, this may be {value} of the deformation (allowed {limit}): square the "
+    "plate, or reduce the friction",
+    "share_change": "the force across the axis differs by {value} of that along it between the "
+    "first loading and the second (allowed {limit}): friction has changed, or the contact has "
+    "slipped to another place",
+    "misfit": "the law ({law}) does not fit: it leaves {value} rms (allowed {limit}), and loading "
+    "again scatters by {scatter} only: this is no noise, whatever errors were stated",
 }
 
 
@@ -90,6 +116,25 @@ def gate(
     """A gate whose sentence is kept only if it fires."""
     made = Gate(name, value, threshold, unit, blocks, sentence)
     return made if made.fires else Gate(name, value, threshold, unit, blocks, "")
+
+
+def judged(
+    name: str,
+    value: float,
+    threshold: float,
+    unit: str = "",
+    *,
+    blocks: Blocks = "all",
+    meaning: str = "",
+    **words: str,
+) -> Gate:
+    """A gate with its sentence of the table, of that name or of another `meaning`.
+
+    `words` are what it says besides the value and what is allowed.
+    """
+    shown, limit = beside_limit(value, threshold, unit or "%")
+    text = _MEANS[meaning or name].format(value=shown, limit=limit, **words)
+    return gate(name, value, threshold, unit, blocks, text)
 
 
 def sign_gate(sign: Sign, rehearsed_m: float, span_m: float, blocks: Blocks = "all") -> Gate:
@@ -113,27 +158,10 @@ def creep_gates(creep: HoldCreep, rehearsed_m: float, total_m: float, span_m: fl
     per_hold = HARMLESS * span_m / max(creep.holds, 1)
     if creep.unloading_m is not None:
         value = 0.5 * abs(creep.loading_m - creep.unloading_m)
-        found.append(_creep("hold_split", value, max(rehearsed_m, per_hold)))
+        found.append(judged("hold_split", value, max(rehearsed_m, per_hold), "m"))
     allowed_m = max(total_m, CREEP_SHARE * span_m)
-    found.append(_creep("hold_creep", abs(creep.total_m), allowed_m))
+    found.append(judged("hold_creep", abs(creep.total_m), allowed_m, "m"))
     return found
-
-
-def _creep(name: str, value: float, threshold: float) -> Gate:
-    shown, limit = beside_limit(value, threshold, "m")
-    return gate(name, value, threshold, "m", "all", _MEANS[name].format(value=shown, limit=limit))
-
-
-def drift_gate(shift_m: float, elapsed_s: float, span_m: float) -> Gate:
-    """The gate of a drift correction; `shift_m` is the drift between the chord's forces."""
-    drift = abs(shift_m) / span_m
-    shown, limit = beside_limit(drift, HARMLESS_DRIFT)
-    text = (
-        f"the rig drifts by {format_quantity(shift_m, 'm')} in the {elapsed_s:.0f} s of the "
-        f"loading, {shown} of the deformation (allowed {limit}): it is taken out, but such a "
-        "drift is rarely even; let the rig warm up"
-    )
-    return gate("drift", drift, HARMLESS_DRIFT, "", "all", text)
 
 
 def touch_gate(shift_m: float, threshold_m: float, limit_n: float | None) -> Gate:
@@ -146,69 +174,6 @@ def touch_gate(shift_m: float, threshold_m: float, limit_n: float | None) -> Gat
     moved, limit = beside_limit(shift_m, threshold_m, "m")
     text = f"the point of touch has moved by {moved} from first to last (allowed {limit}): {means}"
     return gate("touch_shift", abs(shift_m), threshold_m, "m", "all", text)
-
-
-def zero_gate(step_n: float, harm_m: float, span_m: float) -> Gate:
-    """The gate of the force's zero: the possible effect of its change between two tares."""
-    harm, limit = beside_limit(harm_m, HARMLESS * span_m, "m")
-    text = (
-        f"the zero of force moves by {format_quantity(step_n, 'N')} from one look at free air to "
-        f"the next; taken out as if it were even, it may still be {harm} of the deformation "
-        f"(allowed {limit}): let the sensor warm up"
-    )
-    return gate("force_zero", harm_m, HARMLESS * span_m, "m", "all", text)
-
-
-def lateral_gate(share: float) -> Gate:
-    """The gate of the lateral force."""
-    shown, limit = beside_limit(share, LATERAL_SHARE)
-    text = (
-        f"the force across the axis reaches {shown} of that along it (allowed {limit}): the arm "
-        "bends sideways, and its deflection is not that of K_s"
-    )
-    return gate("lateral", share, LATERAL_SHARE, "", "all", text)
-
-
-def strong_lateral_gate(share: float) -> Gate:
-    """The gate of a lateral force whose effect on the arm was corrected."""
-    shown, limit = beside_limit(share, STRONG_LATERAL)
-    text = (
-        f"the force across the axis reaches {shown} of that along it (allowed {limit}): the "
-        "contact slides, and yields at a smaller force"
-    )
-    return gate("lateral", share, STRONG_LATERAL, "", "all", text)
-
-
-def correction_gate(taken: float) -> Gate:
-    """The gate of the correction for lateral force, as a share of the deformation."""
-    shown, limit = beside_limit(taken, LARGEST_CORRECTION)
-    text = (
-        f"what was taken out for the force across the axis is {shown} of the deformation (allowed "
-        f"{limit}): press where the arm couples less, or reduce the friction"
-    )
-    return gate("lateral_correction", taken, LARGEST_CORRECTION, "", "all", text)
-
-
-def other_friction_gate(away: float) -> Gate:
-    """The gate of a lateral share that differs from that of the calibration."""
-    shown, limit = beside_limit(away, LATERAL_SHARE)
-    text = (
-        f"the force across the axis differs by {shown} of that along it from the calibration "
-        f"(allowed {limit}): the arm bends sideways otherwise, and one K_s does not hold; "
-        "calibrate dry and greased"
-    )
-    return gate("lateral", away, LATERAL_SHARE, "", "all", text)
-
-
-def friction_gate(worst: float) -> Gate:
-    """The gate of unknown friction; `worst`: its largest effect over the deformation."""
-    shown, limit = beside_limit(worst, FRICTION_HARMLESS)
-    text = (
-        "how friction at the contact compares with that of the calibration is not known; it may "
-        f"change the arm's deflection by up to {shown} of the deformation (allowed {limit}): use a "
-        "six-axis sensor and calibrate with it, dry and greased, or a gauge across the contact"
-    )
-    return gate("friction", worst, FRICTION_HARMLESS, "", "all", text)
 
 
 def shape_gates(
@@ -250,17 +215,6 @@ def fit_gate(chi2: float, allowed: float, law: str) -> Gate:
         "the stated errors"
     ) + ("; they are too small, or the travel jumps: no interval holds" if far else "")
     return gate("lack_of_fit", chi2, allowed, "", "all" if far else "law", text)
-
-
-def misfit_gate(misfit_m: float, spread_m: float, allowed_m: float, law: str) -> Gate:
-    """The gate of a law's misfit (rms) against the spread between two loadings."""
-    scatter = format_quantity(spread_m, "m")
-    found, allowed = beside_limit(misfit_m, allowed_m, "m")
-    text = (
-        f"the law ({law}) does not fit: it leaves {found} rms (allowed {allowed}), and loading "
-        f"again scatters by {scatter} only: this is no noise, whatever errors were stated"
-    )
-    return gate("misfit", misfit_m, allowed_m, "m", "law", text)
 
 
 def fired(gates: Sequence[Gate], *, of_law: bool) -> tuple[str, ...]:

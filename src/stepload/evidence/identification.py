@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.budget import Budget, budget
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.decide import decide
-from stepload.estimators.fit import Fit
+from stepload.estimators.fit import Fit, FloatArray
 from stepload.estimators.fit_all import fit_all, recursive_as_batch
 from stepload.estimators.identifiability import identifiability
 from stepload.estimators.judge import Judgement, ResultVerdict
@@ -25,9 +24,6 @@ from stepload.evidence.loops import LEAST_STRETCHES
 from stepload.evidence.pressed import Pressed
 from stepload.evidence.quantity import Quantity
 from stepload.units import beside_limit, format_quantity
-
-FloatArray = NDArray[np.float64]
-
 
 REPORTED = ("rs_btls", "rs_rtls", "joint")
 """Always reported: the paper's two fits and the one with a fitted zero."""

@@ -109,10 +109,6 @@ class LawFit:
         low, high = self.law.basis(np.array([u - step, u + step]), shape)
         return np.concatenate([[0.0], (high - low) / (2.0 * step * self.top_n)])
 
-    def zero_m(self, shape: float, coefficients: FloatArray) -> float:
-        """Deformation at the law's touch in the coordinate of the data."""
-        return float(coefficients[0] + self.law.at_touch(shape) @ coefficients[1:])
-
 
 def fit_law(data: Whitened, law: Law, roughness: Roughness | None = None) -> LawFit | None:
     """Fit a law at every shape parameter of its grid; None where none is possible.

@@ -59,7 +59,6 @@ class Branch:
 class Loop:
     """One cycle; `unloading` is None where there is none."""
 
-    number: int
     loading: Branch
     unloading: Branch | None
 
@@ -85,8 +84,8 @@ def loops_of(
         return Branch(path, path.travel_m - deflection(path.force_n), _holds(track, deflection))
 
     return tuple(
-        Loop(number, branch(loading), branch(unloading) if unloading is not None else None)
-        for number, loading, unloading in tracks
+        Loop(branch(loading), branch(unloading) if unloading is not None else None)
+        for _, loading, unloading in tracks
     )
 
 

@@ -18,11 +18,12 @@ import numpy as np
 
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.elastic import Elastic
-from stepload.evidence.gates import HARMLESS, Gate, misfit_gate
+from stepload.evidence.gates import HARMLESS, Gate, judged
 from stepload.evidence.lawfit import LawFit
 from stepload.evidence.loops import Branch
 from stepload.evidence.path import Path
 from stepload.evidence.rehearse import QUANTILE
+from stepload.units import format_quantity
 
 TRUSTED = 0.02
 """Largest misfit, as a share of the deformation, that the stated errors alone may explain."""
@@ -72,7 +73,10 @@ def misfit_of(visits: Sequence[Visit], elastic: Elastic, law: LawFit, span_m: fl
     times = float(np.quantile(rehearsed / np.maximum(spreads, 1e-300), QUANTILE))
     stated_m = min(float(np.quantile(rehearsed, QUANTILE)), TRUSTED * span_m)
     allowed_m = max(times * spread_m, stated_m, HARMLESS * span_m)
-    return misfit_gate(misfit_m, spread_m, allowed_m, law.law.name)
+    scatter = format_quantity(spread_m, "m")
+    return judged(
+        "misfit", misfit_m, allowed_m, "m", blocks="law", law=law.law.name, scatter=scatter
+    )
 
 
 def _rms(left_m: FloatArray, weights: FloatArray) -> FloatArray:

@@ -50,7 +50,7 @@ class Quantity:
     @property
     def relative(self) -> float:
         """Relative standard uncertainty of all lines together."""
-        return math.sqrt(sum(line.relative**2 for line in self.lines))
+        return combined(self.lines)
 
     @property
     def half_width(self) -> float:
@@ -69,9 +69,14 @@ class Exponent:
     why: tuple[str, ...]
 
 
+def combined(lines: Sequence[Line]) -> float:
+    """Relative standard uncertainty of independent lines together."""
+    return math.sqrt(sum(line.relative**2 for line in lines))
+
+
 def log_interval(value: float, lines: Sequence[Line]) -> tuple[float, float]:
     """The 95 % interval of a positive figure from its lines, taken in the logarithm."""
-    factor = math.exp(min(NORMAL_95 * math.sqrt(sum(line.relative**2 for line in lines)), 700.0))
+    factor = math.exp(min(NORMAL_95 * combined(lines), 700.0))
     return value / factor, value * factor
 
 

@@ -9,12 +9,12 @@ from typing import Literal
 from stepload.estimators.across import CROSS_COMPLIANCE, Across
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.gates import (
+    FRICTION_HARMLESS,
+    LARGEST_CORRECTION,
+    LATERAL_SHARE,
+    STRONG_LATERAL,
     Gate,
-    correction_gate,
-    friction_gate,
-    lateral_gate,
-    other_friction_gate,
-    strong_lateral_gate,
+    judged,
 )
 
 GUIDED_COMPLIANCE = 0.3
@@ -78,14 +78,15 @@ class Sideways:
         """The gates; the deflection of the system is that share of the chord's deformation."""
         if self.rule == "three numbers":
             return [
-                strong_lateral_gate(self.share or 0.0),
-                correction_gate(self.taken * deflection_share),
+                judged("lateral", self.share or 0.0, STRONG_LATERAL, meaning="strong_lateral"),
+                judged("lateral_correction", self.taken * deflection_share, LARGEST_CORRECTION),
             ]
         if self.rule == "one number":
-            return [other_friction_gate(self.away)]
-        found = [lateral_gate(self.share)] if self.share is not None else []
+            return [judged("lateral", self.away, LATERAL_SHARE, meaning="other_friction")]
+        found = [judged("lateral", self.share, LATERAL_SHARE)] if self.share is not None else []
         if self.rule == "unknown":
-            found.append(friction_gate((1.0 - 1.0 / self.stuck_ratio) * deflection_share))
+            worst = (1.0 - 1.0 / self.stuck_ratio) * deflection_share
+            found.append(judged("friction", worst, FRICTION_HARMLESS))
         return found
 
     @property

@@ -23,7 +23,7 @@ FOOT_SHARE = 0.03
 """Share of the top force at which a seat is looked for, or where the data begin above it."""
 
 Compliance = Callable[[float], float]
-"""dδ/dF in m/N at a force in N: of payload and system together."""
+"""dδ/dF in m/N at a force in N: here of payload and system together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +159,7 @@ class HoldCreep:
             their pace for the time between them too.
         total_per_mean: error of `total_m` per error of the mean over all holds, whose errors are
             independent.
-        holds: how many; `lasted_s` their median length.
+        holds: how many.
     """
 
     loading_m: float
@@ -167,7 +167,6 @@ class HoldCreep:
     total_m: float
     total_per_mean: float
     holds: int
-    lasted_s: float
 
 
 def hold_creep(
@@ -209,5 +208,4 @@ def hold_creep(
         longer * float(sum(crept for _, crept in within)),
         longer * math.sqrt(len(within) * len(loading)),
         len(loading),
-        float(np.median([hold.lasted_s for holds in up for hold, _ in holds])),
     )

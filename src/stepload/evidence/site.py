@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.path import Path
@@ -33,10 +34,7 @@ def top_site(path: Path) -> Site:
     held = (path.held > 0) & (path.force_n >= AT_TOP * largest_n)
     if held.any():
         # The first hold at the top is used; a later one of the same level adds creep.
-        last = held & (path.held == path.held[held][0])
-        weights = np.where(last, path.count, 0.0)
-        weights /= weights.sum()
-        return Site(float(weights @ path.force_n), weights)
+        return _mean_site(path, held & (path.held == path.held[held][0]))
     return site(path, largest_n, TOP_REACH)
 
 
@@ -66,7 +64,11 @@ def hold_site(path: Path, hold_force_n: float) -> Site | None:
     nearest = int(np.argmin(np.where(held, np.abs(path.force_n - hold_force_n), np.inf)))
     if abs(path.force_n[nearest] - hold_force_n) > 0.1 * hold_force_n:
         return None
-    same = path.held == path.held[nearest]
-    weights = np.where(same, path.count, 0.0)
+    return _mean_site(path, path.held == path.held[nearest])
+
+
+def _mean_site(path: Path, stretches: NDArray[np.bool_]) -> Site:
+    """The mean over some stretches (B,), at their mean force."""
+    weights = np.where(stretches, path.count, 0.0)
     weights /= weights.sum()
     return Site(float(weights @ path.force_n), weights)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.lawfit import CHI2_95, LawFit, Point, alike
@@ -17,14 +16,7 @@ Read = Callable[[LawFit, float], FloatArray]
 """From a law and its shape parameter to the gradient of a length over the coefficients."""
 
 
-class Range(NamedTuple):
-    """Interval of the logarithm of a length."""
-
-    low: float
-    high: float
-
-
-def profile(fit: LawFit, read: Read) -> Range | None:
+def _profile(fit: LawFit, read: Read) -> tuple[float, float] | None:
     """The profile-likelihood interval (95 %) of the logarithm of a length under one law; None where
     the length may be 0."""
     low, high = math.inf, -math.inf
@@ -38,7 +30,7 @@ def profile(fit: LawFit, read: Read) -> Range | None:
         value, sigma = found
         reach = math.sqrt(CHI2_95 - beyond) * sigma
         low, high = min(low, value - reach), max(high, value + reach)
-    return Range(low, high)
+    return low, high
 
 
 def at_point(fit: LawFit, point: Point, read: Read) -> tuple[float, float] | None:
@@ -52,14 +44,15 @@ def at_point(fit: LawFit, point: Point, read: Read) -> tuple[float, float] | Non
     ) / length
 
 
-def union(law_sets: Sequence[Sequence[LawFit]], read: Read) -> Range | None:
-    """The union over the laws that the data cannot distinguish, in each of several sets (one per
-    assumption about the errors); None where one of them leaves the length undetermined."""
+def union(law_sets: Sequence[Sequence[LawFit]], read: Read) -> tuple[float, float] | None:
+    """The interval of the logarithm of a length over the laws that the data cannot distinguish, in
+    each of several sets (one per assumption about the errors); None where one of them leaves the
+    length undetermined."""
     low, high = math.inf, -math.inf
     for laws in law_sets:
         for fit in alike(laws):
-            found = profile(fit, read)
+            found = _profile(fit, read)
             if found is None:
                 return None
-            low, high = min(low, found.low), max(high, found.high)
-    return Range(low, high) if low <= high else None
+            low, high = min(low, found[0]), max(high, found[1])
+    return (low, high) if low <= high else None

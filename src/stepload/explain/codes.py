@@ -1,17 +1,20 @@
-"""The explanations of all codes, read from their table; keys are explained by the plan itself."""
+"""The explanations of all codes, read from their table; keys and thresholds are explained by the
+plan and the limits themselves."""
 
 from __future__ import annotations
 
 import difflib
 import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
 from functools import cache
 from importlib import resources
 
+from stepload.envelope.limits import RunLimits
 from stepload.errors import BadInputError
-from stepload.explain.keys import keys_called
-from stepload.explain.model import Explanation
-from stepload.explain.thresholds import thresholds_called
-from stepload.explain.words import words_called
+from stepload.explain.words import words
+from stepload.plan.model import Plan
+from stepload.plan.sections import Entry, Kind, nested_kinds, written_entries
 
 GROUPS = {
     "preflight": "reasons of a preflight",
@@ -22,6 +25,19 @@ GROUPS = {
     "exit": "exit codes",
 }
 """Meaning of each group of codes."""
+KEY, THRESHOLD = "key", "threshold"
+"""Group names of keys and thresholds, which are no codes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """What a code means and what to do; `page` is a page of docs/."""
+
+    group: str
+    code: str
+    means: str
+    do: str
+    page: str
 
 
 @cache
@@ -54,6 +70,58 @@ def explained(code: str) -> tuple[Explanation, ...]:
         hint = f"perhaps {', '.join(near[:5])}" if near else "`stepload explain` lists them all"
         raise BadInputError(f"no code is called {code!r}", hint=hint)
     return found
+
+
+def keys_called(name: str) -> tuple[Explanation, ...]:
+    """Every key of a plan with this name, with all places where it may stand."""
+    places: dict[str, tuple[Entry, list[str]]] = {}
+    for path, entry in _below(Plan, ""):
+        if entry.name == name:
+            places.setdefault(entry.key.meaning, (entry, []))[1].append(path)
+    return tuple(
+        Explanation(
+            KEY, name, f"{', '.join(dict.fromkeys(paths))}: {meaning}",
+            f"Write {entry.leaf.expected() if entry.leaf else 'a mapping'}.", "plan.md",
+        )
+        for meaning, (entry, paths) in places.items()
+    )  # fmt: skip
+
+
+def _below(kind: Kind, path: str) -> Iterator[tuple[str, Entry]]:
+    for entry in written_entries(kind):
+        here = f"{path}{entry.name}"
+        yield here, entry
+        for inner in nested_kinds(entry):
+            yield from _below(inner, f"{here}.")
+
+
+def thresholds_called(name: str) -> tuple[Explanation, ...]:
+    """The threshold with this name, if there is one."""
+    return tuple(
+        Explanation(
+            THRESHOLD,
+            each.name,
+            f"{each.metadata['source']}"
+            + (f" [{each.metadata['unit']}]" if each.metadata["unit"] else "")
+            + (f"; rule {each.metadata['rule']} judges by it" if each.metadata["rule"] else "")
+            + ".",
+            "Nothing: limits.json says what it is in a run, and for the rules' own also"
+            " `stepload preflight PLAN --verbose`;"
+            " `stepload replay RECORD --limit` judges a record by another.",
+            "safety.md",
+        )
+        for each in fields(RunLimits)
+        if each.name == name and "source" in each.metadata
+    )
+
+
+def words_called(name: str) -> tuple[Explanation, ...]:
+    """The words or symbols with this name, `_` for spaces, in large or small letters."""
+    return tuple(
+        Explanation("word", ", ".join(names), means, "", page)
+        for names, means, page in words()
+        if name.casefold() in {each.replace(" ", "_").casefold() for each in names}
+    )
 
 
 def page() -> str:

@@ -32,7 +32,6 @@ POSE = Topic(
     dict.fromkeys(("x", "y", "z", "qx", "qy", "qz", "qw"), KINDS[Number]),
     "base",
 )
-OURS = (TARED, POSE)
 
 
 def wrench_message(time_ns: int, wrench: Sequence[float]) -> bytes:

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stepload.errors import SteploadError
-from stepload.live.messages import OURS, pose_message, wrench_message
+from stepload.live.messages import POSE, TARED, pose_message, wrench_message
 from stepload.live.schema import LIVE, LIVE_SCHEMA
 from stepload.live.state import State
 from stepload.live.tail import Message, Tail
@@ -60,6 +60,8 @@ class Publisher:
         self._tell(newest.get("/tick"), events)
 
     def _tell(self, tick: Message | None, events: Any) -> None:
+        import foxglove
+
         rows = self._tail.rows()
         time_ns = self._tick_ns = tick.time_ns if tick is not None else self._tick_ns
         if self._problem:
@@ -69,9 +71,11 @@ class Publisher:
                 if not self._tail.attachments or tick is None:
                     return
                 self._state = State(self._tail.metadata, self._tail.attachments)
-                for topic in OURS:
+                for topic in (TARED, POSE):
                     self._open(topic.name, topic.schema, topic.definition.encode())
-                self._channels[LIVE] = _json_channel(LIVE, LIVE_SCHEMA)
+                self._channels[LIVE] = foxglove.Channel(
+                    LIVE, schema=LIVE_SCHEMA, message_encoding="json"
+                )
             self._state.take(*rows, events, ended=self._tail.ended)
         except (SteploadError, ValueError, KeyError, TypeError, ArithmeticError) as error:
             self._problem = f"margins and deformation are not shown: {error}"
@@ -83,12 +87,9 @@ class Publisher:
         if told is not None:
             self._channels[LIVE].log(json.dumps(told), log_time=time_ns)
         if arm is not None:
-            self._log(OURS[1].name, pose_message(time_ns, arm.pose), time_ns)
+            self._channels[POSE.name].log(pose_message(time_ns, arm.pose), log_time=time_ns)
         if tared is not None:
-            self._log(OURS[0].name, wrench_message(time_ns, tared), time_ns)
-
-    def _log(self, topic: str, data: bytes, time_ns: int) -> None:
-        self._channels[topic].log(data, log_time=time_ns)
+            self._channels[TARED.name].log(wrench_message(time_ns, tared), log_time=time_ns)
 
     def _open(self, topic: str, schema: str, definition: bytes) -> None:
         import foxglove
@@ -98,12 +99,6 @@ class Publisher:
             schema=foxglove.Schema(name=schema, encoding="ros2msg", data=definition),
             message_encoding="cdr",
         )
-
-
-def _json_channel(topic: str, schema: dict[str, Any]) -> foxglove.Channel:
-    import foxglove
-
-    return foxglove.Channel(topic, schema=schema, message_encoding="json")
 
 
 def _first_line(fd: int) -> str:

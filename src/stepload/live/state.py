@@ -16,6 +16,7 @@ from stepload.engine.watch import wrench_axis
 from stepload.record.reader import Event
 from stepload.record.rows import ArmColumns, ForceColumns, Phase, TickColumns, TickRow, rows_of
 from stepload.results.conditions import from_attachments
+from stepload.results.model import finite
 from stepload.results.press_data import LOADING, UNLOADING
 from stepload.rig.samples import ArmSample, ForceSample
 
@@ -158,14 +159,14 @@ class State:
             "cycle": row.cycle,
             "step": row.step,
             "level_n": row.level_n,
-            "force_n": _number(row.force_n),
-            "largest_force_n": _number(largest_n),
-            "second_force_n": _number(row.second_force_n),
-            "predicted_peak_n": _number(row.predicted_peak_n),
-            "force_limit_n": _number(row.limit_n),
+            "force_n": finite(row.force_n),
+            "largest_force_n": finite(largest_n),
+            "second_force_n": finite(row.second_force_n),
+            "predicted_peak_n": finite(row.predicted_peak_n),
+            "force_limit_n": finite(row.limit_n),
             "elastic_limit_n": limits.elastic_limit_n,
             "counted_limit_n": limits.counted_limit_n,
-            "target_um": _number(row.target_m * 1e6),
+            "target_um": finite(row.target_m * 1e6),
             "deformation_um": self._deformation_um(row.force_n),
             "margins": margins(self._replayer.supervisor, limits, row.time_s, row.phase),
         }
@@ -176,13 +177,9 @@ class State:
         if self.arm is None or not pressing or self._touch_m != self._touch_m:
             return None
         bent_m = float(self._conditions.bend(np.array([force_n]))[0])
-        return _number((self.arm.position_m - self._touch_m - bent_m) * 1e6)
+        return finite((self.arm.position_m - self._touch_m - bent_m) * 1e6)
 
 
 def _drop(samples: deque[Any], count: int) -> None:
     for _ in range(count):
         samples.popleft()
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -32,9 +32,7 @@ class Announced(NamedTuple):
 
     topic: str
     schema: str
-    encoding: str
     definition: bytes
-    message_encoding: str
 
 
 class Message(NamedTuple):
@@ -58,9 +56,7 @@ class _Newest(Reading):
         if record.opcode == Opcode.CHANNEL:
             channel = parse(records.Channel, record)
             name, definition = self.schemas.get(channel.schema_id, ("", b""))
-            self.announced[channel.topic] = Announced(
-                channel.topic, name, "ros2msg", definition, channel.message_encoding
-            )
+            self.announced[channel.topic] = Announced(channel.topic, name, definition)
 
     def take_run(self, at: int, raw: bytes, run: Run) -> None:
         super().take_run(at, raw, run)

@@ -12,7 +12,6 @@ import numpy as np
 import scipy
 
 import stepload
-from stepload.record.reader import Recording
 
 SCHEMA = "stepload-results/1"
 """Name of the schema of results.json. Within a version keys are added, never removed or changed."""
@@ -59,8 +58,3 @@ def about(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> dict
             "scipy": scipy.__version__,
         },
     }
-
-
-def about_recording(recording: Recording) -> dict[str, Any]:
-    """The head of the results, from a record."""
-    return about(recording.metadata, recording.attachments)

@@ -15,7 +15,7 @@ from stepload.envelope.ranges import beyond_range
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.runin import STEADY_CYCLES, RunIn, run_in
-from stepload.estimators.selection import compensated, select
+from stepload.estimators.selection import select
 from stepload.estimators.system import SeriesContact, SystemStiffnessFit, fit_system_stiffness
 from stepload.evidence.identification import Identification, identify
 from stepload.plan.model import Plan
@@ -186,12 +186,7 @@ def cycles_of_run(
         )
     mask = data.branch((*LOADING, *UNLOADING)) & np.isin(data.cycle, whole)
     force_n = data.force_n[mask]
-    deformation_m = compensated(
-        data.travel_m[mask],
-        force_n,
-        system_stiffness_n_per_m=found.conditions.sources.system_stiffness_n_per_m,
-        deflection=found.conditions.deflection(),
-    )
+    deformation_m = data.travel_m[mask] - found.conditions.bend(force_n)
     seating = np.array([t.position_m for t in data.touches if t.purpose in ("cycle", "last")])
     first = [t.position_m for t in data.touches if t.purpose in ("first", "again")]
     touch_m = np.concatenate([first[-1:], seating]) if first else seating

@@ -8,10 +8,10 @@ from datetime import timedelta
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import stepload
 from stepload.errors import BadInputError
+from stepload.estimators.fit import FloatArray
 from stepload.estimators.pool import PooledStiffness, pool
 from stepload.estimators.smooth_length import SmoothLength, measure_length
 from stepload.estimators.system import SystemStiffnessFit
@@ -24,8 +24,6 @@ from stepload.results.analyse import identify_system, pieces, series_contact
 from stepload.results.press_data import LOADING
 from stepload.results.saved import SavedRun, labelled
 from stepload.rig.pose import differences
-
-FloatArray = NDArray[np.float64]
 
 VALID_DAYS = 180
 _LEVELS = 200

@@ -15,7 +15,7 @@ from stepload.results.calibration_figures import SHEET, figures_of
 from stepload.results.certificate import few
 from stepload.results.data import system_data
 from stepload.results.equations import equation_table
-from stepload.results.facts import NOT_STATED, Facts, short, stated
+from stepload.results.facts import NOT_STATED, Facts, shared, short, stated
 from stepload.results.model import (
     Certificate,
     Document,
@@ -99,7 +99,7 @@ def _sheet(
     told = [run.metadata for run in found.runs]
 
     def common(key: str) -> str:
-        return stated(", ".join(dict.fromkeys(filter(None, (each.get(key, "") for each in told)))))
+        return shared(each.get(key, "") for each in told)
 
     what: Facts = [
         ("Pressed on", common("payload")),

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from stepload.estimators.fit import FloatArray
 from stepload.estimators.smooth import NORMAL_95
 from stepload.plan.calibration import CalibrationRecord
 from stepload.results.calibration import Calibration
@@ -16,7 +17,6 @@ from stepload.results.figures import (
     GREY,
     INK,
     MOST_DOTS,
-    FloatArray,
     figure_of,
     plain,
     svg_of,

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.contact.power_law import secant_stiffness
 from stepload.errors import BadInputError
@@ -33,11 +32,9 @@ from stepload.evidence.identification import REPORTED, Identification
 from stepload.record.curves import Curve
 from stepload.results.analyse import identify_payload
 from stepload.results.comparison_groups import differences, grouped, pair_half_width
-from stepload.results.comparison_notes import REACHED, notes_of
+from stepload.results.comparison_notes import REACHED, group_notes, run_notes
 from stepload.results.press_data import LOADING
 from stepload.results.saved import SavedRun, labelled
-
-FloatArray = NDArray[np.float64]
 
 INSIDE = 0.95
 """Share of a curve's points that must lie inside the 95 % band."""
@@ -171,7 +168,7 @@ def compare(
         spreads=_spreads(compared),
         pairs=tuple(_pairs(compared, tolerance)),
         curve=() if given is None else tuple(_against(each, given, tolerance) for each in compared),
-        notes=notes_of(compared, groups, sizes, given, at),
+        notes=(*group_notes(groups, sizes), *run_notes(compared, given, at)),
         groups=groups,
         differences=differences(compared, groups, tolerance) if reached else (),
         tolerance=tolerance,
@@ -189,13 +186,13 @@ def _secant_force_n(run: SavedRun) -> float:
     return wanted_n if not 0.0 < peak_n < REACHED * wanted_n else peak_n
 
 
-def virgin_band(each: ComparedRun, points: int = 120) -> Band | None:
+def virgin_band(each: ComparedRun) -> Band | None:
     """The believed curve of a run with its 95 % band; None where it has no budget."""
     found = each.found
     if found.budget is None:
         return None
     top = (found.peak_force_n / found.fit.k) ** (1.0 / found.fit.n)
-    deformation = np.linspace(0.0, top, points + 1)[1:]
+    deformation = np.linspace(0.0, top, 121)[1:]
     return confidence_band(found.fit, found.budget.covariance, deformation)
 
 

@@ -90,11 +90,9 @@ DIFFERENCE_LINE: tuple[Field[DifferenceLine], ...] = (
     named("left", "in all", number(".2%")),
 )
 DIFFERENCE: tuple[Field[Difference], ...] = (
-    named("quantity"), named("from_n"), named("to_n"), named("first"), named("second"),
-    named("relative"), named("interval"),
-    named("smallest_detectable"), named("tolerance"),
-    named("verdict"), named("why"),
-    named("scatter"), named("scatter_degrees"), named("scatter_expected"), named("open_sources"),
+    *map(named, ("quantity", "from_n", "to_n", "first", "second", "relative", "interval")),
+    *map(named, ("smallest_detectable", "tolerance", "verdict", "why")),
+    *map(named, ("scatter", "scatter_degrees", "scatter_expected", "open_sources")),
     Field(lambda each: [data(DIFFERENCE_LINE, line) for line in each.lines], "lines"),
 )  # fmt: skip
 
@@ -135,14 +133,8 @@ def comparison_document(found: Comparison) -> Document:
         simulated=any(each.run.simulated for each in found.runs),
         certificate=comparison_sheet(found, reasons, laws),
     )
-    return replace(
-        document,
-        tables=[
-            *document.tables,
-            runs_table([each.run for each in found.runs]),
-            equation_table(document),
-        ],
-    )
+    runs = runs_table([each.run for each in found.runs])
+    return replace(document, tables=[*document.tables, runs, equation_table(document)])
 
 
 def _named(found: Comparison) -> str:
@@ -219,10 +211,10 @@ def comparison_data(found: Comparison) -> dict[str, Any]:
             {
                 "name": each.run.name,
                 "path": each.run.path,
-                "run_id": each.run.metadata.get("run_id"),
-                "specimen": each.run.metadata.get("specimen"),
-                "payload": each.run.metadata.get("payload"),
-                "rig": each.run.metadata.get("rig"),
+                **{
+                    key: each.run.metadata.get(key)
+                    for key in ("run_id", "specimen", "payload", "rig")
+                },
                 "believe": each.found.believe,
                 "fits": fits_data(fields.fits_of(each.found)),
                 "cycles": [

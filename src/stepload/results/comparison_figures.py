@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 from stepload.estimators.compare import Band
+from stepload.estimators.fit import FloatArray
 from stepload.results.comparison import ComparedRun, Comparison, virgin_band
 from stepload.results.figures import (
     BLUE,
@@ -15,7 +16,6 @@ from stepload.results.figures import (
     MOST_DOTS,
     ORANGE,
     RED,
-    FloatArray,
     figure_of,
     plain,
     svg_of,
@@ -38,6 +38,11 @@ def figures_of(found: Comparison) -> list[Figure]:
     if found.curve:
         first = found.curve[0].result
         imported = first.band.deformation_m, first.curve_n
+    # Deformation from the believed zero, and force, of the points that every fit used.
+    points = {
+        each.run.name: (each.found.deformation_m - each.found.fit.zero_m, each.found.force_n)
+        for each in found.runs
+    }
     if laws:
         made.append(
             Figure(
@@ -45,7 +50,7 @@ def figures_of(found: Comparison) -> list[Figure]:
                 "Believed laws from their own zeros, 95 % bands, what was measured"
                 + ("; the curve is corrected for its modulus." if imported else "."),
                 "force over deformation with confidence bands",
-                partial(_bands, laws, _points(found), imported),
+                partial(_bands, laws, points, imported),
             )
         )  # fmt: skip
     made.append(
@@ -58,14 +63,6 @@ def figures_of(found: Comparison) -> list[Figure]:
         )
     )  # fmt: skip
     return made
-
-
-def _points(found: Comparison) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Deformation from the believed zero, and force, of the points that every fit used."""
-    return {
-        each.run.name: (each.found.deformation_m - each.found.fit.zero_m, each.found.force_n)
-        for each in found.runs
-    }
 
 
 def _bands(

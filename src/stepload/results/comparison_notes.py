@@ -16,18 +16,8 @@ REACHED = 0.98
 """Least share of a force that counts as reached: levels are held that well."""
 
 
-def notes_of(
-    runs: Sequence[ComparedRun],
-    groups: Sequence[Sequence[int]],
-    sizes: Sequence[int] | None,
-    given: CurveGiven | None,
-    at_n: float,
-) -> tuple[str, ...]:
-    """The notes of a comparison of `runs` at the force `at_n`."""
-    return (*_group_notes(groups, sizes), *_run_notes(runs, given, at_n))
-
-
-def _group_notes(groups: Sequence[Sequence[int]], sizes: Sequence[int] | None) -> list[str]:
+def group_notes(groups: Sequence[Sequence[int]], sizes: Sequence[int] | None) -> list[str]:
+    """Notes on the repeats of a comparison."""
     notes: list[str] = []
     if len(groups) < 2:
         return notes
@@ -45,7 +35,8 @@ def _group_notes(groups: Sequence[Sequence[int]], sizes: Sequence[int] | None) -
     return notes
 
 
-def _run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: float) -> list[str]:
+def run_notes(runs: Sequence[ComparedRun], given: CurveGiven | None, at_n: float) -> list[str]:
+    """Notes on a comparison of `runs` at the force `at_n`."""
     notes = []
     if len({each.run.simulated for each in runs}) > 1:
         simulated = ", ".join(each.run.name for each in runs if each.run.simulated)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import stepload
 from stepload.estimators.difference import Difference
 from stepload.results.certificate import few
-from stepload.results.comparison import ComparedRun, Comparison
-from stepload.results.facts import Facts, stated
+from stepload.results.comparison import Comparison
+from stepload.results.facts import Facts, shared
 from stepload.results.model import (
     Certificate,
     Field,
@@ -39,22 +39,26 @@ def comparison_sheet(
     found: Comparison, reasons: Sequence[str], figure: Figure | None
 ) -> Certificate:
     """The sheet of a comparison; `figure` is the one with all laws."""
-    runs = found.runs
+    told = [each.run.metadata for each in found.runs]
+
+    def common(key: str) -> str:
+        return shared(each.get(key, "") for each in told)
+
     what: Facts = [
-        ("Payload", _common(runs, lambda each: each.run.metadata.get("payload", ""))),
-        ("Specimens", _common(runs, lambda each: each.run.metadata.get("specimen", ""))),
-        ("Batch", _common(runs, lambda each: each.run.metadata.get("batch", ""))),
-        ("Plan", _common(runs, lambda each: each.run.metadata.get("plan", ""))),
-        ("Compared", f"{len(runs)} runs in {len(found.groups)} groups"),
+        ("Payload", common("payload")),
+        ("Specimens", common("specimen")),
+        ("Batch", common("batch")),
+        ("Plan", common("plan")),
+        ("Compared", f"{len(told)} runs in {len(found.groups)} groups"),
         ("Tolerance", f"{found.tolerance:.2%} of the stiffness"),
     ]
     rig: Facts = [
-        ("Rig", _common(runs, lambda each: each.run.metadata.get("rig", ""))),
-        ("Arm", _common(runs, lambda each: each.run.metadata.get("arm", ""))),
-        ("Force sensor", _common(runs, lambda each: each.run.metadata.get("force_sensor", ""))),
-        ("K_s from", _common(runs, lambda each: each.run.metadata.get("calibration", ""))),
-        ("Operator", _common(runs, lambda each: each.run.metadata.get("operator", ""))),
-        ("Days", _common(runs, lambda each: each.run.metadata.get("started", "")[:10])),
+        ("Rig", common("rig")),
+        ("Arm", common("arm")),
+        ("Force sensor", common("force_sensor")),
+        ("K_s from", common("calibration")),
+        ("Operator", common("operator")),
+        ("Days", shared(each.get("started", "")[:10] for each in told)),
     ]
     tables = [table_one(found)]
     if found.differences:
@@ -66,10 +70,5 @@ def comparison_sheet(
         figure=figure,
         remarks=few(reasons),
         signatures=(("Compared by", ""), ("Checked by", "")),
-        foot=f"stepload {stepload.__version__} · comparison of {len(runs)} runs",
+        foot=f"stepload {stepload.__version__} · comparison of {len(told)} runs",
     )
-
-
-def _common(runs: Sequence[ComparedRun], of: Callable[[ComparedRun], str]) -> str:
-    """The value that the runs have in common, or all their values, each once."""
-    return stated(", ".join(dict.fromkeys(filter(None, map(of, runs)))))

@@ -134,11 +134,6 @@ def ending_table(outcome: RunOutcome) -> Table:
     return Table("How it ended", ("what", "which"), rows, page_only=True)
 
 
-def safing_table(outcome: RunOutcome) -> Table:
-    """The actions that made the rig safe."""
-    return table("Safing", fields.SAFING, outcome.safing, page_only=True)
-
-
 def rig_table(recording: Recording) -> Table:
     """The record's metadata of the run, unchanged."""
     rows = [

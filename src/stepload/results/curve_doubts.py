@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.curve_jumps import largest_jump
+from stepload.estimators.fit import FloatArray
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.leftover import smooth_leftover
 from stepload.estimators.selection import Selected
@@ -18,8 +18,6 @@ from stepload.record.curves import Curve
 from stepload.results.curve_zero import TOUCH_NOISE, Zeroed
 from stepload.results.wishes import Wishes
 from stepload.units import format_quantity
-
-FloatArray = NDArray[np.float64]
 
 SMOOTH_LENGTH_SHARE = 1.0 / 6.0
 """Assumed correlation length for estimating an unstated smooth error from residuals, as a share of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +19,10 @@ from stepload.estimators.curve_parts import (
     white_noise,
 )
 from stepload.estimators.curve_signs import signs
+from stepload.estimators.curve_spikes import spikes
+from stepload.estimators.fit import FloatArray
 from stepload.record.curves import Curve
-from stepload.results.curve_glitches import without_glitches
 from stepload.units import format_quantity
-
-FloatArray = NDArray[np.float64]
 
 TOUCH_SHARE = 0.01
 """A curve's touch is where the force passes this share of its peak, at least six times noise."""
@@ -50,6 +49,15 @@ class Branch:
     travel_m: FloatArray
     force_n: FloatArray
     lateral_n: FloatArray | None
+
+    def part(self, index: slice | NDArray[np.intp]) -> Branch:
+        """Some of its samples."""
+        return Branch(
+            None if self.time_s is None else self.time_s[index],
+            self.travel_m[index],
+            self.force_n[index],
+            None if self.lateral_n is None else self.lateral_n[index],
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,9 +101,8 @@ def zero(curve: Curve, *, keep_zero: bool) -> Zeroed:
     Raises:
         BadInputError: there is no pressing in the data.
     """
-    curve, notes = without_glitches(curve)
-    given = curve.displacement_m if curve.displacement_m is not None else curve.position_m
-    assert given is not None
+    curve, notes = _without_glitches(curve)
+    given = _travel(curve)
     turn = signs(given, curve.force_n)
     travel_m, force_n = turn.travel * given, turn.force * curve.force_n
     if turn.force < 0.0:
@@ -150,6 +157,39 @@ def zero(curve: Curve, *, keep_zero: bool) -> Zeroed:
     )
 
 
+def _travel(curve: Curve) -> FloatArray:
+    travel_m = curve.displacement_m if curve.displacement_m is not None else curve.position_m
+    assert travel_m is not None
+    return travel_m
+
+
+def _without_glitches(curve: Curve) -> tuple[Curve, list[str]]:
+    """The rows without a glitch of force or travel, and notes on the others."""
+    travel_m = _travel(curve)
+    off = {"force": spikes(curve.force_n), "travel": spikes(travel_m)}
+    bad = off["force"] | off["travel"]
+    if not bad.any():
+        return curve, []
+
+    def left(values: FloatArray | None) -> FloatArray | None:
+        return None if values is None else values[..., ~bad]
+
+    kept = replace(
+        curve,
+        time_s=left(curve.time_s),
+        position_m=left(curve.position_m),
+        displacement_m=left(curve.displacement_m),
+        force_n=curve.force_n[~bad],
+        lateral_n=left(curve.lateral_n),
+    )
+    first, what = int(np.argmax(bad)), " or ".join(name for name, each in off.items() if each.any())
+    rows = "row" if bad.sum() == 1 else "rows"
+    return kept, [
+        f"{bad.sum()} of {bad.size} {rows} dropped: the {what} jumps away and comes back within "
+        f"two samples (first in row {first + 1}, {format_quantity(curve.force_n[first], 'N')})"
+    ]
+
+
 def first_loading(zeroed: Zeroed) -> tuple[NDArray[np.intp], list[str]]:
     """Indices of the first loading, and notes on the rest.
 
@@ -196,21 +236,13 @@ def cycles(zeroed: Zeroed) -> Iterator[CurveCycle]:
         if number == 1:
             begin = max(loading.start, min(zeroed.begin, loading.stop - 1))
             loading = slice(begin, loading.stop)
+        whole, unloading = zeroed.whole, part.unloading
         yield CurveCycle(
             number,
-            _cut(zeroed.whole, loading),
-            _cut(zeroed.whole, part.hold),
-            None if part.unloading is None else _cut(zeroed.whole, part.unloading),
+            whole.part(loading),
+            whole.part(part.hold),
+            None if unloading is None else whole.part(unloading),
         )
-
-
-def _cut(whole: Branch, part: slice) -> Branch:
-    return Branch(
-        None if whole.time_s is None else whole.time_s[part],
-        whole.travel_m[part],
-        whole.force_n[part],
-        None if whole.lateral_n is None else whole.lateral_n[part],
-    )
 
 
 def _presses(force_n: FloatArray, travel_m: FloatArray) -> list[CycleParts]:

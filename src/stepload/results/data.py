@@ -11,7 +11,7 @@ from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
-from stepload.results.about import about_recording
+from stepload.results.about import about
 from stepload.results.analyse import Evaluation, beyond_theory
 from stepload.results.extras import extras_data
 from stepload.results.model import data
@@ -122,7 +122,7 @@ def outcome_data(outcome: RunOutcome, envelope: Envelope) -> dict[str, Any]:
 def run_data(run: Evaluation) -> dict[str, Any]:
     """The object of a run, including that of its identification where there is one."""
     made = {
-        **about_recording(run.recording),
+        **about(run.recording.metadata, run.recording.attachments),
         "simulated": run.dry_run,
         **outcome_data(run.outcome, run.envelope),
     }
@@ -137,21 +137,16 @@ def run_data(run: Evaluation) -> dict[str, Any]:
         made["verdict"] = "system stiffness measured"
     if run.run_in is not None:
         made["run_in"] = _run_in_data(run.run_in)
-    if (told_until := loaded(run.recording.events, run.identification)) is not None:
+    reasons = [*filter(None, [run.problem]), *made["reasons"]]
+    events = run.recording.events
+    if (told_until := loaded(events, run.identification)) is not None:
         made["until"] = told_until
-        made["reasons"] = [*made["reasons"], told_until.text]
+        reasons.append(told_until.text)
     if run.data is not None:
-        told = (
-            *remarks(run.data),
-            *alive(run.recording.events),
-            *levels(run.recording.events),
-            *beyond_theory(run),
-        )
-        made["reasons"] = [*made["reasons"], *told]
+        reasons += [*remarks(run.data), *alive(events), *levels(events), *beyond_theory(run)]
     if run.extras is not None:
         made |= extras_data(run.extras)
-    if run.problem:
-        made["reasons"] = [run.problem, *made["reasons"]]
     if resumed := run.recording.metadata.get("resumed"):
-        made |= {"resumed": resumed, "reasons": [*made["reasons"], resumed]}
-    return made
+        made["resumed"] = resumed
+        reasons.append(resumed)
+    return made | {"reasons": reasons}

@@ -22,16 +22,14 @@ from stepload.estimators.hunt_crossley import HuntCrossley, hunt_crossley
 from stepload.estimators.loss import CycleLoss, Loss, loss
 from stepload.estimators.missing import Missing
 from stepload.estimators.relaxation import HoldChange, HoldSamples, Relaxation, relaxation
-from stepload.estimators.selection import compensated
 from stepload.estimators.unloading import OPINION, Unloading, unloading
 from stepload.evidence.identification import Identification
 from stepload.record.rows import Phase
 from stepload.results.model import NOTHING, Field, Table, interval, named, number, quantity, table
-from stepload.results.press_data import LOADING, UNLOADING, PressData
+from stepload.results.press_data import HOLDS, LOADING, UNLOADING, PressData
 from stepload.units import format_quantity as f
 
 T = TypeVar("T")
-HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,19 +57,19 @@ def extras_of(data: PressData, found: Identification, geometry: Geometry | None 
         found: its identification: the law, K_s and the uncertainty sources.
         geometry: of the payload where it is known; a sphere on a flat plate gives a modulus.
     """
-    conditions = found.conditions
-    deformation_m = compensated(
-        data.travel_m,
-        data.force_n,
-        system_stiffness_n_per_m=conditions.sources.system_stiffness_n_per_m,
-        deflection=conditions.deflection(),
-    )
+    deformation_m = data.travel_m - found.conditions.bend(data.force_n)
     return Extras(
         relaxation=_told(lambda: _relaxation(data, deformation_m, found)),
         unloading=_told(lambda: _unloadings(data, deformation_m, found, geometry)),
         loss=_told(lambda: _loss(data, deformation_m, found)),
         hunt_crossley=_told(lambda: _damping(data, deformation_m, found)),
     )
+
+
+def dissipation_of(extras: Extras | None) -> float | None:
+    """d of Hunt and Crossley in s/m; None where it was not determined."""
+    damping = extras.hunt_crossley if extras is not None else None
+    return damping.dissipation_s_per_m if isinstance(damping, HuntCrossley) else None
 
 
 def _told(compute: Callable[[], T | Missing]) -> T | Missing:

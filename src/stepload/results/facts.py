@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from datetime import date, datetime
 
 from stepload.contact.materials import (
@@ -43,6 +44,11 @@ def short(text: str, longest: int = LONGEST) -> str:
 def stated(text: str) -> str:
     """`text` for the first sheet, or a note that it was not stated."""
     return short(text) or NOT_STATED
+
+
+def shared(texts: Iterable[str]) -> str:
+    """The value that several runs have in common, or all their values, each once."""
+    return stated(", ".join(dict.fromkeys(filter(None, texts))))
 
 
 def other_elastic_limit(envelope: Envelope, found: Identification | None) -> float | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from stepload.results.model import NOTHING, Field, data, interval, named, number, quantity
+from stepload.results.model import NOTHING, Field, data, finite, interval, named, number, quantity
 
 if TYPE_CHECKING:
     from stepload.envelope.press import Term
@@ -85,16 +85,10 @@ KINDS = {
 }
 """Displayed name of each stiffness; the headline has the star."""
 
-_known = math.isfinite
-
-
-def _finite(value: float) -> float | None:
-    return value if _known(value) else None
-
 
 def _interval(each: Quantity) -> tuple[float, float] | None:
-    low, high = each.interval_n_per_m
-    return (low, high) if _known(low) and _known(high) else None
+    ends = each.interval_n_per_m
+    return ends if all(map(math.isfinite, ends)) else None
 
 
 QUANTITY: tuple[Field[Quantity], ...] = (
@@ -102,11 +96,11 @@ QUANTITY: tuple[Field[Quantity], ...] = (
     named("from_n", "from", lambda force: quantity("N")(force) if force else "touch"),
     named("to_n", "to", quantity("N")),
     Field(
-        lambda each: _finite(each.value_n_per_m), "value_n_per_m", "value", quantity("N/m")
+        lambda each: finite(each.value_n_per_m), "value_n_per_m", "value", quantity("N/m")
     ),
     Field(_interval, "interval_n_per_m", "95 % interval", interval("N/m")),
     Field(
-        lambda each: _finite(each.half_width), label="half width", show=lambda half: f"±{half:.1%}"
+        lambda each: finite(each.half_width), label="half width", show=lambda half: f"±{half:.1%}"
     ),
     named("verdict", "verdict"),
     named("why"),

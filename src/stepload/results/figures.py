@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stepload.estimators.fit import FloatArray
 from stepload.record.rows import Phase
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.integer]
 
 MOST_POINTS, MOST_DOTS = 4000, 1500

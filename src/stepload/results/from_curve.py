@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.curve_parts import is_exact, quantum
+from stepload.estimators.fit import FloatArray
 from stepload.estimators.inverse_law import joint
 from stepload.estimators.linearity import ASSUMED_NONLINEARITY
 from stepload.estimators.sampling import uniform_in_force
@@ -27,11 +25,9 @@ from stepload.results.curve_doubts import (
     with_leftover,
     zero_doubts,
 )
-from stepload.results.curve_zero import Branch, CurveCycle, cycles, first_loading, zero
+from stepload.results.curve_zero import CurveCycle, cycles, first_loading, zero
 from stepload.results.wishes import Wishes
 from stepload.units import format_quantity
-
-FloatArray = NDArray[np.float64]
 
 SECANT_FORCE_N = 300.0
 LEAST_SECANT_SHARE = 0.1
@@ -88,7 +84,8 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
     loading, notes = first_loading(zeroed)
     notes = [*curve.notes, *zeroed.notes, *notes]
     whole = zeroed.whole
-    force_n, travel_m = whole.force_n[loading], whole.travel_m[loading]
+    first = whole.part(loading)
+    force_n, travel_m = first.force_n, first.travel_m
     if not compensated and not wishes.system_stiffness_sigma_n_per_m:
         notes.append("σ(K_s) not given (--system-stiffness-sigma): K_s counts as known to 5 %")
     top_n = float(force_n.max())
@@ -112,9 +109,8 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
             position_resolution_m=_resolution(travel_m, quantum_m, wishes),
         )
     )
-    time_s = None if whole.time_s is None else whole.time_s[loading]
     stiffness = conditions.sources.system_stiffness_n_per_m
-    selected = select(travel_m, force_n, system_stiffness_n_per_m=stiffness, time_s=time_s)
+    selected = select(travel_m, force_n, system_stiffness_n_per_m=stiffness, time_s=first.time_s)
     if stiffness is not None:
         check_what_is_left(selected, travel_m, force_n, stiffness)
         notes.append(TAKEN_AS_GUIDED)
@@ -163,28 +159,19 @@ def deformation_curve(curve: Curve) -> Curve:
     zeroed = zero(curve, keep_zero=True)
     loading, notes = first_loading(zeroed)
     notes += machine_doubts(curve)
-    whole = zeroed.whole
-    travel_m, force_n = whole.travel_m[loading], whole.force_n[loading]
+    first = zeroed.whole.part(loading)
+    travel_m, force_n = first.travel_m, first.force_n
     if zeroed.touch_n > 0.0:
         zero_m = _fitted_zero(travel_m, force_n)
         travel_m = travel_m - zero_m
         notes.append(f"its zero is fitted, {format_quantity(zero_m, 'm')} from the touch")
     return Curve(
-        time_s=None if whole.time_s is None else whole.time_s[loading],
+        time_s=first.time_s,
         position_m=None,
         displacement_m=travel_m,
         force_n=force_n,
         notes=(*curve.notes, *zeroed.notes, *notes),
     )
-
-
-def pressed_system(curve: Curve) -> Branch:
-    """A curve of the system alone, with signs and tare corrected; travel from its touch.
-
-    Raises:
-        BadInputError: there is no pressing.
-    """
-    return zero(curve, keep_zero=False).whole
 
 
 def _fitted_zero(travel_m: FloatArray, force_n: FloatArray) -> float:

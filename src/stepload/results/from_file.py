@@ -21,11 +21,14 @@ from stepload.results.analyse import (
     identify_system,
     whole_cycles,
 )
-from stepload.results.extras import Extras, extras_of
-from stepload.results.from_curve import prepare, pressed_system
+from stepload.results.curve_zero import zero
+from stepload.results.extras import Extras, dissipation_of, extras_of
+from stepload.results.from_curve import prepare
+from stepload.results.model import finite
 from stepload.results.press_data import number
 from stepload.results.pressed import pressed_curve
 from stepload.results.saved import SavedRun, saved_run
+from stepload.results.snippets import Kind, Spring, spring_of
 from stepload.results.until import loaded
 from stepload.results.wishes import Wishes
 
@@ -76,8 +79,7 @@ def results_of_file(path: Path, wishes: Wishes) -> FromFile:
         except BadInputError as error:
             run_in, notes = None, (*notes, error.message)
         extras = extras_of(run.data, found)
-        peak_n = run.peak_force_n if math.isfinite(run.peak_force_n) else None
-        return FromFile(found, notes, run_in, extras, run.simulated, peak_n)
+        return FromFile(found, notes, run_in, extras, run.simulated, finite(run.peak_force_n))
 
 
 def _identify_record(run: SavedRun, wishes: Wishes) -> tuple[Identification, tuple[str, ...]]:
@@ -120,7 +122,7 @@ def system_results_of_file(path: Path) -> tuple[SystemStiffnessFit, bool]:
             raise BadInputError(
                 f"{path}: system stiffness needs the columns time_s, position_m, force_n"
             )
-        pressed = pressed_system(curve)
+        pressed = zero(curve, keep_zero=False).whole  # signs and tare corrected, from its touch
         assert pressed.time_s is not None
         fit = fit_system_stiffness(
             pressed.time_s, pressed.travel_m, pressed.force_n,
@@ -149,3 +151,21 @@ def _without_errors(found: Identification) -> Identification:
         judged = replace(judged, verdict=evidence.headline.verdict, reasons=evidence.headline.why)
     judged = replace(judged, k_max_n_per_m=math.nan)
     return replace(found, budgets={}, judgement=judged, evidence=evidence)
+
+
+def spring_of_file(path: Path, *, at_n: float | None, kind: Kind) -> Spring:
+    """The law of a record (.mcap, or the directory of a run) or of a curve, linearised.
+
+    Damping is looked for in records only: a curve from elsewhere has no phases.
+
+    Raises:
+        BadInputError: the file is invalid, or has no result at that force.
+    """
+    if not is_record(path):
+        found, _ = identify_file(path, Wishes())
+        return spring_of(found, at_n=at_n, kind=kind)
+    with untrusted(path):
+        run = saved_run(path)
+        found = identify_payload(run.data, run.conditions)
+        d = dissipation_of(extras_of(run.data, found))
+    return spring_of(found, at_n=at_n, kind=kind, dissipation_s_per_m=d, simulated=run.simulated)

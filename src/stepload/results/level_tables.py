@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stepload.results.levels import Level
-from stepload.results.model import Field, Table, named, number, quantity, table
+from stepload.results.model import Field, Table, finite, named, number, quantity, table
 from stepload.results.press_data import TouchPoint
 from stepload.units import format_quantity
 
@@ -17,22 +17,10 @@ SHEET_ROWS = 8
 """Largest number of load levels on the first sheet; of more, some are left out there."""
 
 
-def _metres(value: float) -> str | None:
-    return f"{value * 1e6:.2f}" if math.isfinite(value) else None
-
-
-def _change(value: float | None) -> str | None:
-    return None if value is None or not math.isfinite(value) else micrometres(value)
-
-
 def micrometres(value_m: float) -> str:
     """A change in µm with its sign; a zero has none."""
     text = f"{value_m * 1e6:+.2f}"
     return text if text.strip("+-0.") else "0.00"
-
-
-def _yes(settled: bool) -> str:
-    return "yes" if settled else "NO"
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,13 +68,13 @@ def level_rows(levels: Sequence[Level]) -> list[LevelRow]:
 
 LEVEL: tuple[Field[Level], ...] = (
     Field(lambda each: each.level_n, label="load level", show=quantity("N")),
+    Field(lambda each: finite(each.force_n), label="force [N]", show=number(".1f")),
     Field(
-        lambda each: each.force_n if math.isfinite(each.force_n) else None,
-        label="force [N]", show=number(".1f"),
+        lambda each: finite(each.deformation_m), label="deformation [µm]",
+        show=lambda value: f"{value * 1e6:.2f}",
     ),
-    Field(lambda each: _metres(each.deformation_m), label="deformation [µm]"),
-    Field(lambda each: _change(each.creep_m), label="creep in the hold [µm]"),
-    Field(lambda each: _yes(each.settled), label="settled"),
+    Field(lambda each: finite(each.creep_m), label="creep in the hold [µm]", show=micrometres),
+    Field(lambda each: "yes" if each.settled else "NO", label="settled"),
 )  # fmt: skip
 HOLD: tuple[Field[Level], ...] = (
     named("cycle", "cycle"),
@@ -95,8 +83,7 @@ HOLD: tuple[Field[Level], ...] = (
     *LEVEL,
     Field(lambda each: f"{each.end_s - each.start_s:.1f} s", label="held for"),
     Field(
-        lambda each: each.force_change_n if math.isfinite(each.force_change_n) else None,
-        label="change of force [N]", show=number("+.2f"),
+        lambda each: finite(each.force_change_n), label="change of force [N]", show=number("+.2f")
     ),
     named("samples", "samples"),
 )  # fmt: skip
@@ -104,8 +91,7 @@ HOLD: tuple[Field[Level], ...] = (
 
 def _headed(made: Table, what: str) -> Table:
     """The fields with `what` as the quantity shown for the arm's motion."""
-    columns = [column.replace("deformation", what) for column in made.columns]
-    return Table(made.title, columns, made.rows, made.notes, made.page_only, made.headline)
+    return replace(made, columns=[each.replace("deformation", what) for each in made.columns])
 
 
 def sheet_table(
@@ -124,10 +110,7 @@ def sheet_table(
     notes = []
     if any(row.again_m is not None for row in rows):
         last = max(each.cycle for each in levels if each.loading)
-        again: Field[LevelRow] = Field(
-            lambda row: _change(row.again_m), label=f"cycle {last} less cycle 1 [µm]"
-        )
-        fields.append(again)
+        fields.append(Field(_again, label=f"cycle {last} less cycle 1 [µm]", show=micrometres))
     if len(shown) < len(rows):
         notes.append(
             f"{len(shown)} of {len(rows)} levels; all of them are in the table of every hold."
@@ -137,6 +120,10 @@ def sheet_table(
     notes.append(touch_repeatability(touches, resolution_m))
     made = table("Load levels of the first loading", fields, shown, [n for n in notes if n])
     return _headed(made, what)
+
+
+def _again(row: LevelRow) -> float | None:
+    return None if row.again_m is None else finite(row.again_m)
 
 
 def _some(rows: list[LevelRow]) -> list[LevelRow]:
@@ -186,10 +173,9 @@ TOUCH: tuple[Field[TouchPoint], ...] = (
     named("purpose", "touch"),
     named("cycle", "cycle"),
     Field(lambda touch: touch.force_n, label="force", show=quantity("N")),
-    Field(lambda touch: _change(touch.travel_m), label="from the zero of the run [µm]"),
+    Field(
+        lambda touch: finite(touch.travel_m),
+        label="from the zero of the run [µm]",
+        show=micrometres,
+    ),
 )
-
-
-def touch_table(touches: Sequence[TouchPoint]) -> Table:
-    """Every touch of the run."""
-    return table("Touches", TOUCH, touches, page_only=True)

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stepload.estimators.conditions import Conditions
+from stepload.estimators.fit import FloatArray
 from stepload.record.reader import Event
-from stepload.record.rows import Phase
-from stepload.results.press_data import PressData, number
+from stepload.results.press_data import HOLDS, PressData, number
 
-HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
 END_SHARE = 0.1
 """Share of a hold that is averaged at its beginning and its end for the creep."""
 
@@ -85,7 +84,7 @@ def levels_of(
     return tuple(found)
 
 
-def _change(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
+def _change(values: FloatArray) -> float:
     """Mean of the last tenth less that of the first; NaN where a tenth has no two samples."""
     part = int(values.size * END_SHARE)
     return float(values[-part:].mean() - values[:part].mean()) if part >= 2 else math.nan

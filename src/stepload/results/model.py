@@ -7,6 +7,7 @@ is a whole result for people; `terminal` and `page` show it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from operator import attrgetter
@@ -88,6 +89,11 @@ def interval(unit: str) -> Show:
         return f"[{low}, {high}] {of}"
 
     return show
+
+
+def finite(value: float) -> float | None:
+    """The number; None for one that is not finite, where there is nothing to show."""
+    return value if math.isfinite(value) else None
 
 
 def data(fields: Iterable[Field[T]], item: T) -> dict[str, Any]:

@@ -16,18 +16,19 @@ from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
 from stepload.estimators.across import Across
+from stepload.estimators.fit import FloatArray
 from stepload.record.align import Aligned, ChannelClock, align
 from stepload.record.lag import Lag, measure_lag
 from stepload.record.reader import Event, Recording
 from stepload.record.rows import Phase
 
-FloatArray = NDArray[np.float64]
 MOST_MISSING = 20.0
 """Largest ratio of expected to recorded samples of a usable record."""
 IntArray = NDArray[np.integer]
 
 LOADING = (Phase.LOAD, Phase.HOLD)
 UNLOADING = (Phase.UNLOAD, Phase.UNLOAD_HOLD)
+HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,13 +102,6 @@ class PressData:
         times = np.array([touch.time_s for touch in self.touches])
         return np.searchsorted(times, self.time_s, side="right")
 
-    @property
-    def lateral_n(self) -> FloatArray | None:
-        """Size (N,) of the lateral force. Noise makes it larger, never smaller."""
-        if self.across_n is None:
-            return None
-        return np.asarray(np.linalg.norm(self.across_n, axis=1))
-
     def since_touch(self, cycle: int) -> FloatArray:
         """Travel (M,) of the loading of a cycle since the touch that began it.
 
@@ -140,6 +134,11 @@ def number(event: Event, key: str) -> float:
         ) from None
 
 
+def number_or_nan(value: object) -> float:
+    """A number of a record, whose content is not trusted; NaN where it is none."""
+    return float(value) if isinstance(value, int | float) else math.nan
+
+
 def _touches(recording: Recording) -> tuple[TouchPoint, ...]:
     return tuple(
         TouchPoint(
@@ -157,11 +156,7 @@ def _touches(recording: Recording) -> tuple[TouchPoint, ...]:
 def _tares(recording: Recording) -> list[tuple[float, float, float]]:
     """(time_s, mean_n, noise_n) of every tare."""
     return [
-        (
-            number(event, "time_s"),
-            number(event, "mean_n"),
-            number(event, "noise_n"),
-        )
+        (number(event, "time_s"), number(event, "mean_n"), number(event, "noise_n"))
         for event in recording.events
         if event.kind in ("tare", "zero_shift")
     ]

@@ -3,39 +3,44 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
+from stepload.estimators.fit import FloatArray
 from stepload.evidence.askew import Askew, coupling_of
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.sideways import GUIDED_COMPLIANCE, Sideways, sideways
 from stepload.record.rows import Phase
-from stepload.results.adhesion import pulls
 from stepload.results.curve_zero import SAME_PEAK, Branch
 from stepload.results.from_curve import PreparedCurve
-from stepload.results.press_data import LOADING, UNLOADING, PressData
+from stepload.results.model import finite
+from stepload.results.press_data import HOLDS, LOADING, UNLOADING, PressData
 from stepload.results.quality import quality_of
 
-FloatArray = NDArray[np.float64]
-_HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
+CLOSING_OPENING = (
+    Phase.GUARDED_APPROACH,
+    Phase.LISTENING,
+    Phase.DWELL,
+    Phase.TOUCH_RETRACT,
+    Phase.UNLOAD,
+    Phase.RETRACT,
+)
+SIGMAS = 6.0
+"""Least pull, in standard deviations of one sample, that is not an extreme of the noise."""
 NEAR_TOP = 0.5
 """Least share of the largest force at which the lateral force is evaluated."""
 BEFORE_TOUCH_S = 0.05
 """Time before a touch over which the speed of the approach is measured."""
 
 
-def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = ()) -> Pressed:
+def pressed(data: PressData, conditions: Conditions) -> Pressed:
     """The cycles of a run with the known errors.
-
-    Args:
-        data: a run.
-        conditions: inputs other than the data.
-        doubts: sentences that block every figure.
 
     Raises:
         BadInputError: there is no load step.
@@ -51,20 +56,14 @@ def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = (
         unloading = data.branch(UNLOADING, number)
         tracks.append((number, loading, _track(data, unloading) if unloading.sum() > 1 else None))
     peak_n = float(data.force_n[data.branch(LOADING)].max())
-    doubts = (*doubts, *conditions.table_doubts(peak_n))
-    limit_n = conditions.elastic_limit_n
-    if limit_n is not None and peak_n > limit_n:
-        doubts = (*doubts, _above(peak_n, limit_n))
     aside = sideways_of(data, conditions)
-    return Pressed(
+    return _pressed(
+        conditions,
+        peak_n,
+        tuple(conditions.table_doubts(peak_n)),
         tracks=tracks,
-        deflection=conditions.bend,
-        deflection_sigma=conditions.bend_sigma,
-        table_sigma=conditions.table_sigma,
-        sources=conditions.sources,
-        roughness=Roughness(conditions.rough_length_m, conditions.rough_length_sigma),
         touches=_touches(data),
-        zero_step_n=data.zero_step_n if math.isfinite(data.zero_step_n) else None,
+        zero_step_n=finite(data.zero_step_n),
         sideways=aside,
         askew=Askew(
             quality_of(data, conditions.lever_m),
@@ -76,23 +75,15 @@ def pressed(data: PressData, conditions: Conditions, doubts: tuple[str, ...] = (
             gauge_offset_m=conditions.gauge_offset_m,
         ),
         adhesive=pulls(data),
-        elastic_limit_n=limit_n,
-        secant_force_n=conditions.secant_force_n,
-        accuracy=1.0 / conditions.t,
-        laws=conditions.laws,
         looked=data.looked,
         notes=(conditions.structure_note,) if conditions.structure_note else (),
-        doubts=doubts,
     )
 
 
 def pressed_curve(curve: PreparedCurve) -> Pressed:
     """The cycles of a curve from elsewhere with the known errors."""
-    conditions, cycles = curve.conditions, curve.cycles
+    cycles = curve.cycles
     top_n = max(float(each.loading.force_n.max()) for each in cycles)
-    limit_n, doubts = conditions.elastic_limit_n, curve.doubts
-    if limit_n is not None and top_n > limit_n:
-        doubts = (*doubts, _above(top_n, limit_n))
     if float(cycles[0].loading.force_n.max()) >= SAME_PEAK * top_n:
         tracks = [
             (each.number, _joined(each.loading, each.hold),
@@ -104,21 +95,38 @@ def pressed_curve(curve: PreparedCurve) -> Pressed:
     shares = [share for each in cycles if (share := _share(each.loading)) is not None]
     share = max(shares, default=None)
     relative = 0.0 if share is None else GUIDED_COMPLIANCE * share
-    return Pressed(
+    return _pressed(
+        curve.conditions,
+        top_n,
+        curve.doubts,
         tracks=tracks,
+        sideways=Sideways("guided", share, relative=relative),
+        adhesive=curve.adhesion_n > 0.0,
+        law_doubts=curve.law_doubts,
+    )
+
+
+def _pressed(conditions: Conditions, top_n: float, doubts: tuple[str, ...], **own: Any) -> Pressed:
+    """A press up to `top_n` under its conditions; above F_c one doubt more blocks every figure."""
+    limit_n = conditions.elastic_limit_n
+    if limit_n is not None and top_n > limit_n:
+        above = (
+            f"forces up to {top_n:.4g} N, above the elastic limit of {limit_n:.4g} N: the payload "
+            "may have yielded"
+        )
+        doubts = (*doubts, above)
+    return Pressed(
         deflection=conditions.bend,
         deflection_sigma=conditions.bend_sigma,
         table_sigma=conditions.table_sigma,
         sources=conditions.sources,
         roughness=Roughness(conditions.rough_length_m, conditions.rough_length_sigma),
-        sideways=Sideways("guided", share, relative=relative),
-        adhesive=curve.adhesion_n > 0.0,
         elastic_limit_n=limit_n,
         secant_force_n=conditions.secant_force_n,
         accuracy=1.0 / conditions.t,
         laws=conditions.laws,
         doubts=doubts,
-        law_doubts=curve.law_doubts,
+        **own,
     )
 
 
@@ -160,15 +168,8 @@ def _share(branch: Branch) -> float | None:
     return float(np.median(branch.lateral_n[high]) / np.mean(branch.force_n[high]))
 
 
-def _above(peak_n: float, limit_n: float) -> str:
-    return (
-        f"forces up to {peak_n:.4g} N, above the elastic limit of {limit_n:.4g} N: the payload may "
-        "have yielded"
-    )
-
-
 def _track(data: PressData, mask: NDArray[np.bool_]) -> Track:
-    resting = np.isin(data.phase[mask], _HOLDS)
+    resting = np.isin(data.phase[mask], HOLDS)
     begins = resting & ~np.concatenate([[False], resting[:-1]])
     held = np.where(resting, np.cumsum(begins), 0)
     return Track(data.time_s[mask], data.force_n[mask], data.travel_m[mask], held)
@@ -215,6 +216,18 @@ def sideways_of(data: PressData, conditions: Conditions) -> Sideways:
         across, conditions.sources.system_stiffness_n_per_m, share, size, away,
         arm=conditions.arm, stuck_ratio=conditions.stuck_ratio,
     )  # fmt: skip
+
+
+def pulls(data: PressData) -> bool:
+    """Whether the tared force falls below zero by more than noise where a contact closes or opens.
+
+    An arm that shakes its sensor at a reversal looks the same; then an additional law is tried,
+    which can only widen the intervals of figures that rest on a zero.
+    """
+    about = np.isin(data.phase, CLOSING_OPENING)
+    if not about.any():
+        return False
+    return bool(float(data.force_n[about].min()) < -SIGMAS * data.noise_n)
 
 
 def _share_size(across_n: FloatArray, force_n: FloatArray, noise_n: float) -> float:

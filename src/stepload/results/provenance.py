@@ -50,9 +50,6 @@ def provenance_table(metadata: Mapping[str, str]) -> Table:
     return Table(TITLE, ("what", "which"), [row for row in rows if row[1]], page_only=True)
 
 
-RUNS = "Runs"
-
-
 def runs_table(runs: Sequence[SavedRun]) -> Table:
     """The runs that a result was made from; `sealed_runs` adds the checksums of their records."""
     rows = [
@@ -66,7 +63,7 @@ def runs_table(runs: Sequence[SavedRun]) -> Table:
     ]  # fmt: skip
     columns = ("run", "specimen", "batch", "id", "started", "operator", "recorded by")
     here = f"Evaluated by {_evaluated_by()}."
-    return Table(RUNS, columns, rows, (here,), page_only=True)
+    return Table("Runs", columns, rows, (here,), page_only=True)
 
 
 def sealed_runs(document: Document, runs: Sequence[SavedRun]) -> Document:
@@ -88,20 +85,12 @@ def _library(name: str) -> str:
         return f"{name} of an unknown version"
 
 
-def sum_of(path: Path) -> str:
-    """SHA-256 of a file in hexadecimal.
-
-    Raises:
-        OSError: it cannot be read.
-    """
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def sum_or_why(path: Path) -> str:
-    """The same, or the reason why there is none: a report is written in any case."""
+    """SHA-256 of a file in hexadecimal, or the reason why there is none: a report is written in
+    any case."""
     try:
-        return sum_of(path)
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         return f"not known: {error.strerror or error}"
 

@@ -12,12 +12,9 @@ from stepload.estimators.contact_quality import ContactQuality, contact_quality
 from stepload.estimators.missing import Missing
 from stepload.estimators.shares import BranchShare
 from stepload.estimators.wrench import Wrench, turn_of
-from stepload.record.rows import Phase
 from stepload.results.model import Table
-from stepload.results.press_data import LOADING, UNLOADING, PressData
+from stepload.results.press_data import HOLDS, LOADING, UNLOADING, PressData
 from stepload.units import format_quantity as f
-
-HOLDS = (Phase.HOLD, Phase.UNLOAD_HOLD)
 
 
 def wrench_of(data: PressData) -> Wrench | None:
@@ -56,7 +53,6 @@ def quality_data(found: ContactQuality | Missing) -> dict[str, Any]:
                 "unseen_slip_n", "points", "points_missing")  # fmt: skip
         return {"missing": found.why, **dict.fromkeys(keys)}
     change, sigma = found.change or (None, None)
-    known = not isinstance(found.points, Missing)
     return {
         "missing": "",
         "share": found.share,
@@ -67,7 +63,7 @@ def quality_data(found: ContactQuality | Missing) -> dict[str, Any]:
         "slips": [asdict(slip) for slip in found.slips],
         "unseen_slip_n": found.unseen_n,
         "points": None if isinstance(found.points, Missing) else [asdict(p) for p in found.points],
-        "points_missing": "" if known else _why(found),
+        "points_missing": _why(found),
     }
 
 

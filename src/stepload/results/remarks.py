@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from stepload.record.reader import Event
-from stepload.results.press_data import LOADING, UNLOADING, PressData
+from stepload.results.press_data import LOADING, UNLOADING, PressData, number_or_nan
 from stepload.units import format_quantity
 
 MOST_SHORT = 0.9
@@ -80,7 +80,8 @@ def sideways(events: Sequence[Event]) -> tuple[str, ...]:
     tilts = [event.data for event in events if event.kind == "tilt"]
     if tilts:
         angle, sigma, limit = (
-            math.degrees(_figure(tilts[-1], key)) for key in ("angle_rad", "sigma_rad", "limit_rad")
+            math.degrees(number_or_nan(tilts[-1].get(key)))
+            for key in ("angle_rad", "sigma_rad", "limit_rad")
         )
         told.append(
             f"three touches on a circle: the plate is tilted by {angle:.2f} ± {2.0 * sigma:.2f}"
@@ -88,8 +89,8 @@ def sideways(events: Sequence[Event]) -> tuple[str, ...]:
         )
     nulled = [event.data for event in events if event.kind == "nulled"]
     if nulled:
-        largest_n = max(_figure(data, "before_n") for data in nulled)
-        left_n = max(_figure(data, "after_n") for data in nulled)
+        largest_n = max(number_or_nan(data.get("before_n")) for data in nulled)
+        left_n = max(number_or_nan(data.get("after_n")) for data in nulled)
         told.append(
             f"nulling was on: before {len(nulled)} holds the force across the axis was taken off"
             f" sideways, from {largest_n:.3g} N at the most to {left_n:.3g} N; where tool and"
@@ -101,12 +102,6 @@ def sideways(events: Sequence[Event]) -> tuple[str, ...]:
             " procedure.nulling.sensor_turn"
         )
     return tuple(told)
-
-
-def _figure(data: Mapping[str, object], key: str) -> float:
-    """A numeric value of an event; NaN where a record, whose content is not trusted, has none."""
-    value = data.get(key)
-    return float(value) if isinstance(value, (int, float)) else math.nan
 
 
 def levels(events: Sequence[Event]) -> tuple[str, ...]:

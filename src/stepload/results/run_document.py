@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from stepload.envelope.reason import Severity
+from stepload.errors import BadInputError
 from stepload.estimators.judge import ResultVerdict
-from stepload.estimators.runin import RunIn
 from stepload.estimators.system import SystemStiffnessFit
 from stepload.evidence.identification import Identification
 from stepload.record.outcome import RunStatus
@@ -24,24 +24,24 @@ from stepload.results.course_tables import (
     health_tables,
     predicted_table,
     rig_table,
-    safing_table,
 )
 from stepload.results.equations import equation_table
-from stepload.results.extras import Extras, extras_tables
+from stepload.results.extras import dissipation_of, extras_tables
 from stepload.results.facts import other_elastic_limit
+from stepload.results.from_file import FromFile
 from stepload.results.identified_tables import (
     HEADLINE_BUDGET,
     identification_tables,
     run_in_table,
     system_table,
 )
-from stepload.results.level_tables import hold_table, touch_table
+from stepload.results.level_tables import TOUCH, hold_table
 from stepload.results.levels import Level, levels_of
-from stepload.results.model import Card, Document, Mood, Table, Verdict, interval
+from stepload.results.model import Card, Document, Mood, Table, Verdict, interval, table
 from stepload.results.provenance import provenance_table
 from stepload.results.remarks import alive, levels, remarks, sideways
 from stepload.results.run_figures import figures_of, law_figure
-from stepload.results.run_snippets import snippet_texts
+from stepload.results.snippets import SIMULATORS, snippet, spring_of
 from stepload.results.until import levels_to_load, loaded, until_table
 from stepload.units import format_quantity as f
 
@@ -52,32 +52,23 @@ MOOD: dict[ResultVerdict, Mood] = {
 }
 
 
-def identification_document(
-    found: Identification,
-    notes: Sequence[str] = (),
-    run_in: RunIn | None = None,
-    extras: Extras | None = None,
-    simulated: bool = False,
-) -> Document:
-    """An identification from a file; `notes` are the assumptions.
-
-    `run_in` and `extras` are the further results of a record, as in a run's report.
-    """
-    tables = identification_tables(found)
-    if run_in is not None:
-        tables.append(run_in_table(run_in))
-    if extras is not None:
-        tables += extras_tables(extras)
+def identification_document(told: FromFile) -> Document:
+    """An identification from a file, with the further results of a record as in a run's report."""
+    tables = identification_tables(told.found)
+    if told.run_in is not None:
+        tables.append(run_in_table(told.run_in))
+    if told.extras is not None:
+        tables += extras_tables(told.extras)
     return Document(
         title="Identification",
-        verdict=_identified(found),
-        reasons=(*found.judgement.reasons, *(f"note: {note}" for note in notes)),
+        verdict=_identified(told.found),
+        reasons=(*told.found.judgement.reasons, *(f"note: {note}" for note in told.notes)),
         tables=tables,
-        simulated=simulated,
+        simulated=told.simulated,
     )
 
 
-def system_document(fit: SystemStiffnessFit, *, simulated: bool = False) -> Document:
+def system_document(fit: SystemStiffnessFit, *, simulated: bool) -> Document:
     """A system stiffness from a file."""
     return Document(
         "System stiffness",
@@ -102,7 +93,7 @@ def run_document(run: Evaluation) -> Document:
         tables=_tables(run, levels, system),
         cards=_cards(run),
         figures=figures_of(run),
-        texts=[*snippet_texts(run), *_texts(run.recording)],
+        texts=[*_snippets(run), *_texts(run.recording)],
         simulated=run.dry_run,
         certificate=run_certificate(run, levels, reasons, law_figure(run), system),
     )
@@ -155,7 +146,7 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
         tables.append(until_table(until))
     tables += [provenance_table(metadata), hold_table(holds, way)]
     if run.data is not None:
-        tables.append(touch_table(run.data.touches))
+        tables.append(table("Touches", TOUCH, run.data.touches, page_only=True))
     tables += [each for each in known if each.title != HEADLINE_BUDGET]
     if system is not None:
         tables.append(system)
@@ -165,7 +156,7 @@ def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> li
         tables += extras_tables(run.extras)
     return [
         *tables,
-        safing_table(run.outcome),
+        table("Safing", fields.SAFING, run.outcome.safing, page_only=True),
         force_budget_table(run.envelope, page_only=True),
         rig_table(run.recording),
     ]
@@ -247,6 +238,18 @@ def _stiffness_cards(found: Identification) -> list[Card]:
             Card("exponent n", f"{n.value:.2f}", "95 % {:.2f} … {:.2f}".format(*n.interval))
         )
     return cards
+
+
+def _snippets(run: Evaluation) -> list[tuple[str, str]]:
+    """(name, content) for every simulator, at half of the highest force; none without a law."""
+    if run.identification is None:
+        return []
+    d = dissipation_of(run.extras)
+    try:
+        spring = spring_of(run.identification, dissipation_s_per_m=d, simulated=run.dry_run)
+    except BadInputError:
+        return []
+    return [(f"contact parameters: {name}", snippet(spring, name)) for name in SIMULATORS]
 
 
 def _texts(recording: Recording) -> list[tuple[str, str]]:

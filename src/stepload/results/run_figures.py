@@ -6,12 +6,11 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.contact.power_law import ContactLaw
 from stepload.envelope.theory import Theory
 from stepload.estimators.compare import confidence_band
-from stepload.estimators.fit import Fit
+from stepload.estimators.fit import Fit, FloatArray
 from stepload.estimators.missing import Missing
 from stepload.evidence.identification import REPORTED, Identification
 from stepload.record.rows import Phase
@@ -24,7 +23,6 @@ from stepload.results.press_data import LOADING, UNLOADING
 from stepload.results.quality_figure import quality_figure
 from stepload.units import format_quantity as f
 
-FloatArray = NDArray[np.float64]
 LARGEST_EXPONENT = 700.0
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import date, datetime
+from datetime import date
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from stepload.record.outcome import RunStatus
 from stepload.record.reader import Event, Recording
 from stepload.record.untrusted import untrusted
 from stepload.results.conditions import from_attachments, measured
+from stepload.results.facts import started_on
 from stepload.results.press_data import PressData, press_data
 from stepload.results.reading import read_to_evaluate
 from stepload.rig.device import ArmConfiguration
@@ -76,12 +77,11 @@ class SavedRun:
             BadInputError: the record does not state it.
         """
         text = self.metadata.get("started", "")
-        try:
-            return datetime.fromisoformat(text).date()
-        except ValueError:
+        if (day := started_on(text)) is None:
             raise BadInputError(
                 f"{self.path}: the record says it was started at {text!r}, which is no time"
-            ) from None
+            )
+        return day
 
 
 def labelled(runs: Sequence[SavedRun]) -> tuple[SavedRun, ...]:

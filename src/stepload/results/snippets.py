@@ -251,20 +251,16 @@ def _mujoco(spring: Spring, mass_kg: float | None) -> str:
 
 def _drake_lines(spring: Spring) -> list[str]:
     doubled = f(2.0 * spring.stiffness_n_per_m, "N/m")
-    lines = [
+    return [
         *_head(spring),
         f"Drake combines k = k1 k2/(k1 + k2): {doubled}, twice the contact's stiffness, belongs on "
         "both geometries. Beside a geometry of k2, the other takes S k2/(k2 - S).",
         "Point contact only: hydroelastic_modulus is a pressure field over a geometry, which a "
         "stiffness at one force does not determine.",
+        "Dissipation was not determined by this record and is left out: Drake's default counts."
+        if spring.dissipation_s_per_m is None
+        else "Dissipation as measured; on both geometries it combines to itself.",
     ]
-    if spring.dissipation_s_per_m is None:
-        lines.append(
-            "Dissipation was not determined by this record and is left out: Drake's default counts."
-        )
-    else:
-        lines.append("Dissipation as measured; on both geometries it combines to itself.")
-    return lines
 
 
 def _drake(spring: Spring) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from datetime import date, datetime
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -22,30 +22,28 @@ from stepload.record.rows import Phase, TickColumns
 from stepload.record.untrusted import untrusted
 from stepload.results.analyse import Evaluation, evaluate
 from stepload.results.conditions import from_attachments
+from stepload.results.facts import started_on
+from stepload.results.press_data import number_or_nan
 from stepload.results.reading import read_to_evaluate
 from stepload.results.saved import largest_force_n, record_in
 from stepload.results.wishes import Wishes
 from stepload.rig.pose import from_texts
 
 
-def kept_plan(recording: Recording) -> Plan:
+def plan_of(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> Plan:
     """The plan of a run as it was on the day of the run, from the texts that its record keeps.
 
     Raises:
         PlanError: the record has kept no plan that this version can read.
     """
-    return plan_of(recording.metadata, recording.attachments)
-
-
-def plan_of(metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> Plan:
-    """The same from metadata and attachments of a record; raises as `kept_plan`."""
     texts = [
         (name, data)
         for name, data in attachments.items()
         if name == "plan.yaml" or name.startswith("plan-")
     ]
+    day = started_on(metadata.get("started", "")) or date.today()
     return load_kept(
-        texts, metadata.get("plan", "plan"), _day(metadata),
+        texts, metadata.get("plan", "plan"), day,
         payload=metadata.get("payload_file", ""),
     )  # fmt: skip
 
@@ -66,7 +64,7 @@ def evaluation_of(path: Path, wishes: Wishes | None = None) -> Evaluation:
     file = record_in(path)
     with untrusted(file):
         recording = read_to_evaluate(file)
-        plan = kept_plan(recording)
+        plan = plan_of(recording.metadata, recording.attachments)
         with suppress(RefusedError):  # no run continues after that
             plan = plan_where_it_stands(plan, from_texts(recording.metadata))
         run = Evaluation(
@@ -79,7 +77,8 @@ def evaluation_of(path: Path, wishes: Wishes | None = None) -> Evaluation:
 
 def outcome_of(recording: Recording) -> RunOutcome:
     """How a run ended, according to its record; its touches and tares are in its events."""
-    start_s, end_s = _span(recording)
+    time_s = recording.ticks.time_s
+    start_s, end_s = (float(time_s[0]), float(time_s[-1])) if len(time_s) else (0.0, 0.0)
     if recording.results:
         return _told(recording.results, start_s, largest_force_n(recording))
     return _cut(recording, start_s, end_s)
@@ -103,7 +102,7 @@ def _told(results: Mapping[str, Any], start_s: float, peak_n: float) -> RunOutco
         start_s=start_s,
         end_s=start_s + float(results.get("duration_s") or 0.0),
         peak_force_n=peak_n,
-        zero_shift_n=_number(results.get("zero_shift_n")),
+        zero_shift_n=number_or_nan(results.get("zero_shift_n")),
         levels_done=int(results.get("levels_done") or 0),
         cycle=int(results.get("cycle") or 0),
         touches=(),
@@ -116,11 +115,11 @@ def _told(results: Mapping[str, Any], start_s: float, peak_n: float) -> RunOutco
 def _cause(told: Mapping[str, Any]) -> Cause:
     return Cause(
         rule=str(told["rule"]),
-        value=_number(told["value"]),
-        limit=_number(told["limit"]),
+        value=number_or_nan(told["value"]),
+        limit=number_or_nan(told["limit"]),
         unit=str(told["unit"]),
-        sample_age_s=_number(told["sample_age_s"]),
-        time_s=_number(told["time_s"]),
+        sample_age_s=number_or_nan(told["sample_age_s"]),
+        time_s=number_or_nan(told["time_s"]),
         message=str(told["message"]),
     )
 
@@ -129,7 +128,7 @@ def _late(results: Mapping[str, Any]) -> Lateness:
     told = results.get("lateness") or {}
     return Lateness(
         int(told.get("ticks") or 0), int(told.get("overruns") or 0),
-        _number(told.get("worst_s")), _number(told.get("mean_s")),
+        number_or_nan(told.get("worst_s")), number_or_nan(told.get("mean_s")),
     )  # fmt: skip
 
 
@@ -174,19 +173,3 @@ def _lateness(ticks: TickColumns) -> Lateness:
     late_s, period_s = ticks.late_s, float(np.median(np.diff(ticks.time_s)))
     overruns = int(np.count_nonzero(late_s > period_s))
     return Lateness(len(late_s), overruns, float(late_s.max()), float(late_s.mean()))
-
-
-def _span(recording: Recording) -> tuple[float, float]:
-    time_s = recording.ticks.time_s
-    return (float(time_s[0]), float(time_s[-1])) if len(time_s) else (0.0, 0.0)
-
-
-def _day(metadata: Mapping[str, str]) -> date:
-    try:
-        return datetime.fromisoformat(metadata.get("started", "")).date()
-    except ValueError:
-        return date.today()
-
-
-def _number(value: object) -> float:
-    return float(value) if isinstance(value, int | float) else math.nan

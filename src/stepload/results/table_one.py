@@ -60,17 +60,13 @@ def power_of_ten(value: float) -> str:
 
 def _curve_rows(curve: Sequence[AgainstCurve], columns: int) -> list[list[str]]:
     """The curve's secant, once for every force at which it was compared."""
-    made = {}
-    for each in curve:
-        if each.secant_n_per_m is not None:
-            shown = f"{power_of_ten(each.secant_n_per_m)} at {f(each.result.to_n, 'N')}"
-            made[shown] = each
-    rows = []
-    for shown in made:
-        row = [NOTHING, "imported curve", *[NOTHING] * (columns - 2)]
-        row[columns - 2] = shown
-        rows.append(row)
-    return rows
+    shown = [
+        f"{power_of_ten(each.secant_n_per_m)} at {f(each.result.to_n, 'N')}"
+        for each in curve
+        if each.secant_n_per_m is not None
+    ]
+    left = [NOTHING] * (columns - 4)
+    return [[NOTHING, "imported curve", *left, each, NOTHING] for each in dict.fromkeys(shown)]
 
 
 def correction_notes(curve: Sequence[AgainstCurve]) -> list[str]:

@@ -6,7 +6,7 @@ import math
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import stepload
 from stepload.engine.replayed import limits_from
@@ -24,22 +24,15 @@ from stepload.results.wishes import Wishes
 from stepload.session import files
 
 
-class Again(NamedTuple):
-    """The contents of results.json and report.html of a record."""
-
-    data: dict[str, Any]
-    document: Document
-
-
-def results_again(record: Path, wishes: Wishes | None = None) -> Again:
-    """Evaluate a record; raises as `evaluation_of`."""
+def results_again(record: Path, wishes: Wishes | None = None) -> tuple[dict[str, Any], Document]:
+    """The contents of results.json and report.html of a record; raises as `evaluation_of`."""
     run = evaluation_of(record, wishes)
     data, document = plain(run_data(run)), with_record(run_document(run), record_in(record))
     others = _other_limits(run), _other_elastic_limit(run), _other_payload(run, wishes)
     if told := [each for each in others if each]:
         data = data | {"reasons": [*told, *data["reasons"]]}
         document = replace(document, reasons=(*told, *document.reasons))
-    return Again(data, document)
+    return data, document
 
 
 def _other_limits(run: Evaluation) -> str:

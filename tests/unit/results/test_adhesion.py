@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from stepload.record.rows import Phase
-from stepload.results.adhesion import pulls
 from stepload.results.analyse import identify_payload
-from stepload.results.pressed import pressed
+from stepload.results.pressed import pressed, pulls
 from stepload_verify.trials.honest.measure import record
 from stepload_verify.trials.honest.worlds import KNOWN, make
 

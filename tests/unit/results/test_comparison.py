@@ -23,8 +23,7 @@ from stepload.record.rows import Phase
 from stepload.results import comparison, comparison_groups
 from stepload.results.comparison import ComparedRun, CurveGiven, compare
 from stepload.results.comparison_document import comparison_data, comparison_document
-from stepload.results.comparison_groups import shares_apart
-from stepload.results.comparison_quantity import measured, secant_of
+from stepload.results.comparison_groups import measured, secant_of, shares_apart
 from stepload.results.model import NOTHING
 from stepload.results.origins import origin_of
 from stepload.results.press_data import PressData, TouchPoint
