@@ -48,28 +48,6 @@ def _quantised(value: float, quantum: float) -> float:
 class Channel:
     """Common part of the channels: the queue, the sequence, and faults of one reading."""
 
-    __slots__ = (
-        "_clock_s",
-        "_delay_s",
-        "_faults",
-        "_held",
-        "_newest_s",
-        "_noise",
-        "_quantum",
-        "_ramp",
-        "_range",
-        "disturbed",
-        "last",
-        "next_s",
-        "origin_s",
-        "pending",
-        "period_s",
-        "raising",
-        "samples",
-        "sequence",
-        "swapped",
-    )
-
     def __init__(
         self,
         *,
@@ -180,8 +158,6 @@ class ForceChannel(Channel):
         wrench: from that reading to the whole wrench; along the axis alone if None.
     """
 
-    __slots__ = ("_drift", "_offset", "_pressed", "_wrench")
-
     def __init__(
         self,
         pressed: Pressed,
@@ -251,8 +227,6 @@ class ForceChannel(Channel):
 class GaugeChannel(Channel):
     """A displacement gauge across the contact; its zero is anywhere within ±20 µm."""
 
-    __slots__ = ("_offset", "_plant")
-
     def __init__(
         self, plant: Mechanics, spec: WorldSpec, *, offset_m: float, stream: int, faults: Schedule
     ) -> None:
@@ -286,21 +260,6 @@ class GaugeChannel(Channel):
 
 class ArmChannel(Channel):
     """The arm's state: measured position and, where it has one, its own force estimate."""
-
-    __slots__ = (
-        "_arm_held",
-        "_drift_m",
-        "_error",
-        "_error_at_m",
-        "_error_m",
-        "_force_held",
-        "_force_noise",
-        "_force_offset",
-        "_has_force",
-        "_mass",
-        "_plant",
-        "arm_force_n",
-    )
 
     def __init__(
         self, plant: Mechanics, spec: WorldSpec, *, force_offset_n: float, faults: Schedule

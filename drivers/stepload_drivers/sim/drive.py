@@ -21,23 +21,6 @@ class Drive:
         both_ways: whether the limited push also stops it when it goes back.
     """
 
-    __slots__ = (
-        "_accel_step",
-        "_both_ways",
-        "_brake_gap",
-        "_brake_half",
-        "_follow",
-        "_half_lost",
-        "_max_push",
-        "_max_speed",
-        "_step_s",
-        "_twice_accel",
-        "follower_m",
-        "position_m",
-        "speed_m_s",
-        "target_m",
-    )
-
     def __init__(
         self, spec: WorldSpec, step_s: float, *, lost_motion_m: float, both_ways: bool = False
     ) -> None:

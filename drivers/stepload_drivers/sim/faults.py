@@ -111,8 +111,6 @@ class Schedule:
             left out of their kind, or else by `kinds`.
     """
 
-    __slots__ = ("_faults", "next_s")
-
     def __init__(
         self,
         faults: Iterable[WorldFault],

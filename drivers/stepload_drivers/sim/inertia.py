@@ -9,8 +9,6 @@ from stepload_drivers.sim.mechanics import Mechanics
 class Carrying:
     """A reading to which the mass on the measured side adds m ẍ, positive as pressing is."""
 
-    __slots__ = ("_mass_kg", "_plant", "_pressed")
-
     def __init__(self, pressed: Pressed, plant: Mechanics, mass_kg: float) -> None:
         self._pressed = pressed
         self._plant = plant

@@ -14,8 +14,6 @@ class Bent:
     F + cross-talk of the lateral force + q2 F²/F_max + q3 F³/F_max², F_max its rated force.
     """
 
-    __slots__ = ("_cubic", "_linear", "_pressed", "_quadratic")
-
     def __init__(self, pressed: Pressed, spec: WorldSpec) -> None:
         self._pressed = pressed
         self._linear = 1.0 + spec.cross_talk * spec.lateral

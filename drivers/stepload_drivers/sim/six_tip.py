@@ -45,41 +45,6 @@ class SixTip:
         swing_rad, error_factor: refine the sub-stepping (tests of convergence).
     """
 
-    __slots__ = (
-        "_calm",
-        "_clings",
-        "_damping_rate",
-        "_error_factor",
-        "_evaluate",
-        "_exponent",
-        "_free",
-        "_heaviest",
-        "_kinetic",
-        "_law",
-        "_left",
-        "_lightest",
-        "_quiet_soft",
-        "_ratio",
-        "_soft_rate",
-        "_springs",
-        "_static",
-        "_step_s",
-        "_stiffest",
-        "_sub_s",
-        "_swing",
-        "_tangent",
-        "at",
-        "normal_n",
-        "peak_equivalent_n",
-        "peak_n",
-        "resting",
-        "rubbing",
-        "slid_m",
-        "speed",
-        "sub_steps",
-        "surface_m",
-    )
-
     def __init__(
         self,
         held: Held,

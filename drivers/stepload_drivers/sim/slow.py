@@ -18,8 +18,6 @@ FINEST_M = 2e-8
 class SlowPlant(Plant):
     """A `Plant` whose contact creeps and whose surface moves nearer, in base steps."""
 
-    __slots__ = ("_creep", "_moved_m", "_moving_m", "_nearer_m", "_plate", "_plate_m")
-
     def __init__(self, spec: WorldSpec, contact: Contact, *, step_s: float) -> None:
         self._creep = contact.creep
         self._nearer_m = spec.drift_m_s * step_s

@@ -26,11 +26,6 @@ class Listening:
             readings there.
     """
 
-    __slots__ = (
-        "_asked", "_main_late", "_main_m", "_main_n", "_main_spoke", "_second_late", "_second_m",
-        "_second_n", "_second_spoke", "_targets_m", "tells",
-    )  # fmt: skip
-
     def __init__(self, tells: Tells, main_late: int, second_late: int) -> None:
         self.tells = tells
         self._main_late, self._second_late = main_late, second_late

@@ -20,8 +20,6 @@ class LockIn:
         components: how many numbers a reading has.
     """
 
-    __slots__ = ("_amplitudes", "_components", "_omega", "_times", "_values")
-
     def __init__(self, omega_rad_s: float, components: int) -> None:
         self._omega = omega_rad_s
         self._components = components

@@ -31,13 +31,6 @@ class MotionWatch:
         found: makes the `Breach` of a rule; see `stepload.engine.watch`.
     """
 
-    __slots__ = (
-        "_delayed", "_delayed_at", "_found", "_last_target_m", "_least_progress_m", "_limits",
-        "_model_alpha", "_model_m", "_now_s", "_progress_m", "_progress_s", "_progress_time_s",
-        "_rest", "_rest_steps", "_speed_decay", "_still_blur_m", "_still_m", "_still_model_m",
-        "recent_m_s", "speed_m_s", "steps",
-    )  # fmt: skip
-
     def __init__(self, limits: RunLimits, found: Found) -> None:
         self._limits = limits
         self._found = found

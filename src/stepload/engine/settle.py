@@ -21,8 +21,6 @@ class SettleTest:
     Not settled until shown: noise too high for `eps_n` never counts as rest.
     """
 
-    __slots__ = ("_end_s", "_eps_n", "_hold_s", "_kept", "_means", "_n", "_sum", "settled")
-
     def __init__(self) -> None:
         self._means: list[float] = []
         self._eps_n = self._hold_s = self._end_s = 0.0
@@ -67,8 +65,6 @@ class SettleTest:
 
 class RingTest:
     """Ringing has died out when the force stays within 7 σ for two short blocks in a row."""
-
-    __slots__ = ("_end_s", "_high", "_low", "_quiet", "_width_n", "quiet")
 
     def __init__(self, noise_n: float) -> None:
         self._width_n = RING_SIGMAS * noise_n

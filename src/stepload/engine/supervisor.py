@@ -59,15 +59,6 @@ class Supervisor:
         found: makes the `Breach` of a rule; see `stepload.engine.watch`.
     """
 
-    __slots__ = (
-        "_cross", "_cross_s", "_found", "_last_n", "_limits", "_second_is_arm",
-        "_second_wrong_way", "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound",
-        "_standing", "_tared", "_wrong_way", "answers", "arm", "arm_across_n", "arm_wrench",
-        "cause", "force", "force_n", "motion", "overload", "predicted_n", "second", "second_n",
-        "second_overload", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n",
-        "smooth_tau_s", "wrench", "zero_n",
-    )  # fmt: skip
-
     def __init__(
         self, limits: RunLimits, force_axis: str, second_axis: str = "", found: Found = Breach
     ) -> None:

@@ -57,8 +57,6 @@ def wrench_axis(axis: str) -> tuple[int, float]:
 class _Clock:
     """R10: device time against host time, by the newest sample of each tick."""
 
-    __slots__ = ("_late", "_offset_s", "limit_s")
-
     def __init__(self, limit_s: float) -> None:
         self.limit_s = limit_s
         self._offset_s = float("nan")
@@ -84,8 +82,6 @@ class _StreamWatch:
 
     `receive_s` is the receive time of the newest sample, `fresh` whether this tick brought one.
     """
-
-    __slots__ = ("_clock", "_empty", "_sequence", "_stale_s", "found", "fresh", "name", "receive_s")
 
     def __init__(self, name: str, *, stale_s: float, clock_s: float, found: Found) -> None:
         self.name = name
@@ -157,31 +153,6 @@ class _StreamWatch:
 class ForceWatch(_StreamWatch):
     """Watches a force sensor; `raw_n` is its newest reading along the pressing axis, not tared, and
     `smooth_n` the same, filtered like the lateral force."""
-
-    __slots__ = (
-        "_full_scale_n",
-        "_i",
-        "_index",
-        "_j",
-        "_least_across",
-        "_lived_across",
-        "_lives_across",
-        "_same",
-        "_same_across",
-        "_seen_across",
-        "_sign",
-        "_smooth_i",
-        "_smooth_j",
-        "_step_i",
-        "_step_j",
-        "_torque_i",
-        "_torque_j",
-        "_wrench",
-        "_zero",
-        "identical_counts",
-        "raw_n",
-        "smooth_n",
-    )
 
     def __init__(
         self,
@@ -379,10 +350,6 @@ class ForceWatch(_StreamWatch):
 class ArmWatch(_StreamWatch):
     """Watches the arm; `force_n` is its own force channel, not tared, `side` its own lateral force
     where it is the second channel, `pose` its newest pose."""
-
-    __slots__ = (
-        "_counts", "_force_n", "_needs_force", "_same", "force_n", "pose", "position_m", "side",
-    )  # fmt: skip
 
     def __init__(
         self,
