@@ -27,19 +27,19 @@ class SlowPlant(Plant):
 
     def step(self) -> None:
         """Go on by `step_s`: first what moves by itself, then the mechanics."""
-        self._surface -= self._nearer_m
+        self.surface_m -= self._nearer_m
         if self.time_s >= self._plate.next_s or self._moved_m != 0.0:
             self._move_plate()
         if self._creep is not None:
             self._creep.flow(self.step_s)
         if self.force_n != 0.0:
-            self.force_n, self._tangent = self._evaluate(self.tip_m - self._surface)
-            if self.force_n > self._peak_n:
-                self._peak_n = self.force_n
+            self.force_n, self._tangent = self._evaluate(self.tip_m - self.surface_m)
+            if self.force_n > self.peak_n:
+                self.peak_n = self.force_n
             self._resting = False
-        self._contact_m = self._surface - self._moving_m + self._law.residual_m
+        self._contact_m = self.surface_m - self._moving_m + self._law.residual_m
         super().step()
-        self._surface -= self._moving_m  # the tip is apart: nothing has been pressed on the way
+        self.surface_m -= self._moving_m  # the tip is apart: nothing has been pressed on the way
         self._moving_m = 0.0
 
     def _press(self, drive: float, speed: float, h: float) -> None:
@@ -48,9 +48,9 @@ class SlowPlant(Plant):
         piece_m, self._moving_m = self._moving_m / pieces, 0.0
         for _ in range(pieces):
             if piece_m != 0.0:
-                self._surface -= piece_m
-                self.force_n, self._tangent = self._evaluate(self.tip_m - self._surface)
-                self._peak_n = max(self._peak_n, self.force_n)
+                self.surface_m -= piece_m
+                self.force_n, self._tangent = self._evaluate(self.tip_m - self.surface_m)
+                self.peak_n = max(self.peak_n, self.force_n)
             super()._press(drive, speed, h / pieces)
             drive += speed * h / pieces
 
