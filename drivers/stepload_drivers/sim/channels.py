@@ -52,12 +52,12 @@ class Channel:
         self,
         *,
         rate_hz: float,
-        delay_s: float,
         clock_s: float,
         noise: Any,
         quantum: float,
-        limit: float,
         faults: Schedule,
+        delay_s: float = 0.0,
+        limit: float = math.inf,
     ) -> None:
         self.period_s = 1.0 / rate_hz
         self.pending: deque[Any]
@@ -129,14 +129,21 @@ class Channel:
             value, status = self._range, _FULL_SCALE
         if "nan" in active:
             value = math.nan
-        if "sequence_repeat" in active:
+        if arrives := self._arrives(time_s, active):
+            self._emit(arrives[0], arrives[1], status, value)
+
+    def _arrives(
+        self, time_s: float, active: dict[str, float], prefix: str = ""
+    ) -> tuple[float, float] | None:
+        """The sample's time by the device and by the host; None where it is lost on the way."""
+        if f"{prefix}sequence_repeat" in active:
             self.sequence -= 1
-        if "dropout" in active or "lost" in active:
-            return
-        device_s = self._clock_s + time_s + active.get("clock_step", 0.0)
-        receive_s = self.origin_s + time_s + self._delay_s + active.get("delay", 0.0)
+        if f"{prefix}dropout" in active or f"{prefix}lost" in active:
+            return None
+        device_s = self._clock_s + time_s + active.get(f"{prefix}clock_step", 0.0)
+        receive_s = self.origin_s + time_s + self._delay_s + active.get(f"{prefix}delay", 0.0)
         self._newest_s = receive_s = max(receive_s, self._newest_s)
-        self._emit(device_s, receive_s, status, value)
+        return device_s, receive_s
 
 
 class Pressed(Protocol):
@@ -192,27 +199,13 @@ class ForceChannel(Channel):
             if not -1.2 * limit <= value <= 1.2 * limit:
                 status = _FULL_SCALE
                 value = math.copysign(1.2 * limit, value)
-        quantum = self._quantum
-        if quantum:
-            value = (value / quantum + 0.5) // 1.0 * quantum
+        value = _quantised(value, self._quantum)
         self.sequence += 1
         if self.disturbed or time_s >= self._faults.next_s:
             self._disturb(time_s, truth, value, status)
             return
         self.last = value
-        self.pending.append(
-            _new(
-                ForceSample,
-                (
-                    self.sequence,
-                    self._clock_s + time_s,
-                    self.origin_s + time_s + self._delay_s,
-                    status,
-                    self._wrench(value),
-                    math.nan,
-                ),
-            )
-        )
+        self._emit(self._clock_s + time_s, self.origin_s + time_s + self._delay_s, status, value)
 
     def _emit(self, device_s: float, receive_s: float, status: int, value: float) -> None:
         wrench = self._wrench(value)
@@ -232,11 +225,9 @@ class GaugeChannel(Channel):
     ) -> None:
         super().__init__(
             rate_hz=spec.gauge_rate_hz,
-            delay_s=0.0,
             clock_s=GAUGE_CLOCK_S,
             noise=normal_source(spec.seed, stream, spec.gauge_noise_m),
             quantum=spec.gauge_quantum_m,
-            limit=math.inf,
             faults=faults,
         )
         self._plant = plant
@@ -266,11 +257,9 @@ class ArmChannel(Channel):
     ) -> None:
         super().__init__(
             rate_hz=spec.arm_rate_hz,
-            delay_s=0.0,
             clock_s=ARM_CLOCK_S,
             noise=normal_source(spec.seed, 10, spec.position_noise_m),
             quantum=spec.position_quantum_m,
-            limit=math.inf,
             faults=faults,
         )
         self._plant = plant
@@ -293,9 +282,7 @@ class ArmChannel(Channel):
                 self._error_at_m, self._error_m = value, self._error(value)
             value += self._error_m
         value += self._noise()
-        quantum = self._quantum
-        if quantum:
-            value = (value / quantum + 0.5) // 1.0 * quantum
+        value = _quantised(value, self._quantum)
         if self._has_force:
             self.arm_force_n = plant.force_n + self._force_offset + self._force_noise()
             if self._mass:
@@ -305,21 +292,14 @@ class ArmChannel(Channel):
             self._disturb(time_s, plant.drive_m, value, 0)
             return
         self.last = value
-        self.pending.append(
-            _new(
-                ArmSample,
-                (
-                    self.sequence,
-                    self._clock_s + time_s,
-                    self.origin_s + time_s,
-                    0,
-                    value,
-                    self.arm_force_n,
-                    (0.0, 0.0, -value, 0.0, 0.0, 0.0),
-                    NOT_TOLD,
-                ),
-            )
-        )
+        self._tell(self._clock_s + time_s, self.origin_s + time_s, 0, value, self.arm_force_n)
+
+    def _tell(
+        self, device_s: float, receive_s: float, status: int, value: float, force: float
+    ) -> None:
+        pose = (0.0, 0.0, -value, 0.0, 0.0, 0.0)
+        row = (self.sequence, device_s, receive_s, status, value, force, pose, NOT_TOLD)
+        self.pending.append(_new(ArmSample, row))
 
     def _disturb(self, time_s: float, truth: float, value: float, status: int) -> None:
         active = self._faults.active(time_s)
@@ -362,13 +342,5 @@ class ArmChannel(Channel):
         self.last = value
         if "arm_nan" in active:
             value = math.nan
-        if "arm_sequence_repeat" in active:
-            self.sequence -= 1
-        if "arm_dropout" in active or "arm_lost" in active:
-            return
-        device_s = self._clock_s + time_s + active.get("arm_clock_step", 0.0)
-        receive_s = self.origin_s + time_s + active.get("arm_delay", 0.0)
-        self._newest_s = receive_s = max(receive_s, self._newest_s)
-        pose = (0.0, 0.0, -value, 0.0, 0.0, 0.0)
-        row = (self.sequence, device_s, receive_s, status, value, force, pose, NOT_TOLD)
-        self.pending.append(_new(ArmSample, row))
+        if arrives := self._arrives(time_s, active, "arm_"):
+            self._tell(arrives[0], arrives[1], status, value, force)
