@@ -6,13 +6,12 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 from stepload.errors import DeviceError
 from stepload.rig.clock import MonotonicClock
-from stepload.rig.device import Identity
 from stepload.rig.faults import FaultCode
 from stepload.rig.mount import ZERO, Vector3
 from stepload.rig.samples import SixFloats
@@ -236,14 +235,6 @@ class Lease:
                     )
             shared.leases.add(self)
             return shared.live
-
-    def during(self, opening: Callable[[float], Identity], timeout_s: float) -> Identity:
-        """Run `opening`; the world is released if it fails."""
-        try:
-            return opening(timeout_s)
-        except BaseException:
-            self.give_back()
-            raise
 
     def give_back(self) -> None:
         """Release the world, which ends with its last device. Idempotent."""

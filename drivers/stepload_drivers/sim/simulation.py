@@ -16,10 +16,9 @@ from stepload_drivers.sim.channels import (
     Pressed,
 )
 from stepload_drivers.sim.contact import contact_of
-from stepload_drivers.sim.faults import Schedule, check_kinds
-from stepload_drivers.sim.inertia import carrying
+from stepload_drivers.sim.faults import ARM, Schedule, check_kinds
 from stepload_drivers.sim.noise import normal_source
-from stepload_drivers.sim.sensor_errors import Bent, sideways
+from stepload_drivers.sim.sensor_errors import Bent, Carrying, sideways
 from stepload_drivers.sim.sensor_truth import SensorTruth, main_sensor, second_sensor
 from stepload_drivers.sim.six_plant import SixPlant
 from stepload_drivers.sim.six_world import SixArmChannel, force_of, mechanics_of, second_force_of
@@ -64,7 +63,7 @@ class World:
         arm_offset_n = float(chance.normal()) * spec.arm_force_noise_n
         gauge_zero_m = float(chance.uniform(-_GAUGE_ZERO_M, _GAUGE_ZERO_M))
         second_offset_n = float(chance.normal()) * 3.0 * spec.second_force_noise_n
-        arm_faults = Schedule.for_arm(spec.faults)
+        arm_faults = Schedule(spec.faults, kinds=ARM)
         self.arm: ArmChannel
         self.force: Channel
         self.second_force: Channel | None = None
@@ -104,18 +103,13 @@ class World:
     def _sensor(self, truth: SensorTruth, pressed: Pressed) -> ForceChannel:
         """A force sensor of such a rig."""
         spec = self.spec
+        if truth.tool_mass_kg:
+            pressed = Carrying(pressed, self.plant, truth.tool_mass_kg)
         across = normal_source(truth.seed, truth.stream + 1, truth.noise_n)
-        return ForceChannel(
-            carrying(pressed, self.plant, truth.tool_mass_kg),
-            truth,
-            wrench=sideways(
-                self.plant,
-                truth.axis,
-                share=spec.lateral,
-                noise=across,
-                six=spec.six_components,
-            ),
+        wrench = sideways(
+            self.plant, truth.axis, share=spec.lateral, noise=across, six=spec.six_components
         )
+        return ForceChannel(pressed, truth, wrench=wrench)
 
     @property
     def time_s(self) -> float:

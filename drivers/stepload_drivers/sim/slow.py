@@ -6,11 +6,10 @@ import math
 
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.contact import Contact
-from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.faults import PLATE, Schedule
+from stepload_drivers.sim.moving_plate import MovingPlate
 from stepload_drivers.sim.plant import Plant
 
-PLATE_MOVES_S = 0.02
-"""Time in which a plate moves by the magnitude of its fault."""
 FINEST_M = 2e-8
 """A plate that moves in contact does so in steps of this size, between which the tip yields."""
 
@@ -21,15 +20,14 @@ class SlowPlant(Plant):
     def __init__(self, spec: WorldSpec, contact: Contact, *, step_s: float) -> None:
         self._creep = contact.creep
         self._nearer_m = spec.drift_m_s * step_s
-        self._plate = Schedule.for_plate(spec.faults)
-        self._moved_m = self._moving_m = self._plate_m = 0.0
+        self._plate = MovingPlate(spec, Schedule(spec.faults, kinds=PLATE), step_s)
+        self._moving_m = 0.0
         super().__init__(spec, step_s=step_s, contact=contact)
 
     def step(self) -> None:
         """Go on by `step_s`: first what moves by itself, then the mechanics."""
         self.surface_m -= self._nearer_m
-        if self.time_s >= self._plate.next_s or self._moved_m != 0.0:
-            self._move_plate()
+        self._moving_m = self._plate.change_m(self.time_s)
         if self._creep is not None:
             self._creep.flow(self.step_s)
         if self.force_n != 0.0:
@@ -40,7 +38,6 @@ class SlowPlant(Plant):
         self._contact_m = self.surface_m - self._moving_m + self._law.residual_m
         super().step()
         self.surface_m -= self._moving_m  # the tip is apart: nothing has been pressed on the way
-        self._moving_m = 0.0
 
     def _press(self, drive: float, speed: float, h: float) -> None:
         """Press on a plate that may move at the same time."""
@@ -53,16 +50,6 @@ class SlowPlant(Plant):
                 self.peak_n = max(self.peak_n, self.force_n)
             super()._press(drive, speed, h / pieces)
             drive += speed * h / pieces
-
-    def _move_plate(self) -> None:
-        """Motion of the plate in this base step, towards the position of its fault."""
-        goal_m = self._plate.active(self.time_s).get("plate_moves", 0.0)
-        self._plate_m = max(abs(goal_m), self._plate_m)
-        most_m = self._plate_m * self.step_s / PLATE_MOVES_S
-        change_m = max(-most_m, min(most_m, goal_m - self._moved_m))
-        self._moved_m = goal_m if change_m == goal_m - self._moved_m else self._moved_m + change_m
-        self._moving_m = change_m
-        self._resting = False
 
 
 def plant_of(spec: WorldSpec, contact: Contact, *, step_s: float) -> Plant:
