@@ -37,7 +37,8 @@ class RunOrder:
         adopt: see `Zeroing`.
         start_level: index of the first load level.
         controller: makes the step controller.
-        shake: the motion by which the force channels prove that they are alive; see `ProofOfLife`.
+        shake: the motion by which the force channels prove that they are alive, None where no mass
+            is stated, or none can be resolved.
         until: the deformation needed at every level where the plan may end its loading early, else
             None.
         aligning, nulling: parameters of the touches on a circle and of nulling the lateral force;
@@ -62,9 +63,11 @@ class RunOrder:
         self.steps = LoadSteps(course, controller, nulling)
         self._course = course
         self._zeroing = Zeroing(course, self._leave, adopt)
-        self._life = ProofOfLife(course, self._leave, shake)
+        self._life = ProofOfLife(course, self._leave, shake) if shake is not None else None
         self._approach = Approach(course, self._leave, self._zeroing.take, tells)
-        self._alignment = Alignment(course, self._approach, aligning, self._leave)
+        self._alignment = None
+        if aligning is not None:
+            self._alignment = Alignment(course, self._approach, aligning, self._leave)
         self._retract = Retract(course)
         self._index = start_level
         self._top = len(course.plan.levels_n)
@@ -112,10 +115,16 @@ class RunOrder:
         return False
 
     def _prove_life(self, now_s: float) -> None:
-        self._life.prove(now_s, self._align)
+        if self._life is None:
+            self._align(now_s)
+        else:
+            self._life.prove(now_s, self._align)
 
     def _align(self, now_s: float) -> None:
-        self._alignment.begin(now_s, self._first_approach)
+        if self._alignment is None:
+            self._first_approach(now_s)
+        else:
+            self._alignment.begin(now_s, self._first_approach)
 
     def _first_approach(self, now_s: float) -> None:
         if self._course.operator.paused:
