@@ -12,7 +12,7 @@ from stepload.errors import DeviceError
 from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
 from stepload.rig.options import Option
-from stepload.rig.samples import ForceSample, SixFloats, Status
+from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.clockwatch import JUMP_S, ClockWatch
 from stepload_drivers.identity import require_serial_number
 from stepload_drivers.stream import Stream
@@ -157,10 +157,10 @@ class UrForce(Streamed[ForceSample], ForceSensor):
         status = 0
         if max(map(abs, package.wrench[:3])) >= self._limit_n:
             status |= Status.OVERRANGE
+            told = ", ".join(f"{force:.1f}" for force in package.wrench[:3])
             stream.latch(
                 FaultCode.OVERLOAD,
-                f"{self._name} reads {self._text(package.wrench)} N, its rated force is "
-                f"{self._limit_n:g} N",
+                f"{self._name} reads {told} N, its rated force is {self._limit_n:g} N",
                 "unload, and check the zero before going on",
             )
         if package.robot_mode < POWERED:
@@ -172,10 +172,6 @@ class UrForce(Streamed[ForceSample], ForceSensor):
                 "power the arm on, release the brakes, let the sensor warm up, tare again",
             )
         return int(status)
-
-    @staticmethod
-    def _text(wrench: SixFloats) -> str:
-        return ", ".join(f"{force:.1f}" for force in wrench[:3])
 
     def _disconnect(self) -> None:
         client, self._client = self._client, None
