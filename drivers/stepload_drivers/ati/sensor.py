@@ -19,9 +19,8 @@ from stepload_drivers.ati.codec import Calibration, Op, frame_id
 from stepload_drivers.ati.link import Dialogue
 from stepload_drivers.ati.poller import Answer, Poller
 from stepload_drivers.canbus import CAN_OPTIONS, CanLink
-from stepload_drivers.identity import require_serial_number
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
+from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed, require_serial_number
 
 FROZEN_S = 0.05
 PAIR_LIMIT_S = 1e-3
@@ -65,10 +64,10 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
         self._max_age_s = max_age
         self.rate_hz = rate
         self._name = f"NETCANOEM on {channel}"
-        self._bus: CanLink | None = None
+        self._link: CanLink | None = None
 
     def _connect(self, deadline: Deadline) -> Identity:
-        bus = self._bus = CanLink(
+        bus = self._link = CanLink(
             self._interface, self._channel, self._bitrate, deadline.left_s(self._channel)
         )
         bus.discard_input()
@@ -109,10 +108,10 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
         )
 
     def _read(self, stream: Stream[ForceSample]) -> None:
-        assert self._bus is not None
+        assert self._link is not None
         poller = self._poller
         before_s = time.monotonic()
-        frames = self._bus.receive(poller.pause_s(before_s))
+        frames = self._link.receive(poller.pause_s(before_s))
         now_s = time.monotonic()
         samples = [
             self._sample(answer, now_s, stream)
@@ -122,12 +121,12 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
         self._count_errors(stream)
         stream.put(samples, now_s)
         if poller.due(before_s):
-            self._bus.send(frame_id(self._base, Op.GAUGES), b"")
+            self._link.send(frame_id(self._base, Op.GAUGES), b"")
 
     def _count_errors(self, stream: Stream[ForceSample]) -> None:
-        assert self._bus is not None
+        assert self._link is not None
         for name, before in self._counted.items():
-            now = self._bus.damaged if name == "damaged" else int(getattr(self._poller, name))
+            now = self._link.damaged if name == "damaged" else int(getattr(self._poller, name))
             count = stream.corrupt if name in ("damaged", "orphans") else stream.count
             count(name, now - before)
             self._counted[name] = now
@@ -156,8 +155,3 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
             stream.count("status_bits")
         wrench = self._calibration.wrench(counts)
         return ForceSample(answer.question, math.nan, time_s, int(status), wrench, math.nan)
-
-    def _disconnect(self) -> None:
-        bus, self._bus = self._bus, None
-        if bus is not None:
-            bus.close()

@@ -25,10 +25,9 @@ from stepload_drivers.bota.codec import (
     FrameStatus,
 )
 from stepload_drivers.clockwatch import JUMP_S, ClockWatch
-from stepload_drivers.identity import require_serial_number
 from stepload_drivers.serialport import SerialPort
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
+from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed, require_serial_number
 
 FROZEN_S = 0.05
 LINE_SHARE = 0.95
@@ -73,10 +72,10 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         self._max_age_s = max_age
         self._asked_hz = self.rate_hz = rate
         self._name = f"Bota sensor on {port}"
-        self._port: SerialPort | None = None
+        self._link: SerialPort | None = None
 
     def _connect(self, deadline: Deadline) -> Identity:
-        port = self._port = SerialPort(self._path, self._baud, refuse_latency=False)
+        port = self._link = SerialPort(self._path, self._baud, refuse_latency=False)
         model, serial_number, firmware = dialogue.reset(port, deadline)
         require_serial_number(self._name, serial_number, self._serial_number)
         sinc = SINC_OF_RATE[self._asked_hz]
@@ -119,13 +118,13 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         stream: Stream[ForceSample] = Stream(
             self._name, self._period_s, self._max_age_s, FROZEN_S, attrgetter("wrench")
         )
-        if self._port is not None and self._port.slow:
+        if self._link is not None and self._link.slow:
             stream.count("slow_latency_timer")
         return stream
 
     def _read(self, stream: Stream[ForceSample]) -> None:
-        assert self._port is not None
-        data = self._port.read()
+        assert self._link is not None
+        data = self._link.read()
         arrival_s = time.monotonic()
         frames = self._decoder.feed(data)
         stream.corrupt("checksum", self._decoder.damaged - self._damaged)
@@ -190,8 +189,3 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
                 "power the sensor off and on; if it stays, it is damaged",
             )
         return int(status)
-
-    def _disconnect(self) -> None:
-        port, self._port = self._port, None
-        if port is not None:
-            port.close()

@@ -16,7 +16,6 @@ from stepload.rig.options import Option
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.arrival import ArrivalCounter, spread_back
 from stepload_drivers.canbus import CAN_OPTIONS, CanLink
-from stepload_drivers.identity import require_serial_number
 from stepload_drivers.robotous import codec
 from stepload_drivers.robotous.codec import Command
 from stepload_drivers.robotous.link import (
@@ -29,7 +28,7 @@ from stepload_drivers.robotous.link import (
 from stepload_drivers.robotous.models import Model, model_named
 from stepload_drivers.serialport import SerialPort
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
+from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed, require_serial_number
 
 CAN_BITRATE = 1_000_000
 REPLY_S = 0.2
@@ -206,16 +205,10 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         self._link.send(codec.command(Command.BIAS, 1))
         return True
 
-    def _disconnect(self) -> None:
-        link, self._link = self._link, None
-        if link is None:
-            return
-        try:
-            link.send(codec.command(Command.STOP))
-            if self._stream is not None and self._stream.fault() is None:
-                self._count_overloads(link, self._stream)
-        finally:
-            link.close()
+    def _stop(self, link: Link) -> None:
+        link.send(codec.command(Command.STOP))
+        if self._stream is not None and self._stream.fault() is None:
+            self._count_overloads(link, self._stream)
 
     def _count_overloads(self, link: Link, stream: Stream[ForceSample]) -> None:
         """Overloads during the run, by the sensor's own counters (they saturate at 255)."""
