@@ -276,16 +276,6 @@ class SixPlant:
         return times(self._held.to_press, ((a - x) / h, (b - y) / h, (c - z) / h))
 
     @property
-    def slid_m(self) -> float:
-        """Way that the contact has slid so far."""
-        return self.tip.slid_m
-
-    @property
-    def normal_n(self) -> float:
-        """Contact force along the plate's normal."""
-        return self.tip.normal_n
-
-    @property
     def friction_n(self) -> float:
         """Contact force in the plane of the plate, at least 0."""
         return math.hypot(self.tip.rubbing.x, self.tip.rubbing.y)

@@ -37,6 +37,9 @@ End = tuple[float, float, Rubbing, float]
 class SixTip:
     """State of the tip, frame of the plate; advanced by base steps of `step_s`.
 
+    `normal_n` is the contact force along the plate's normal, `slid_m` the way that the contact has
+    slid so far.
+
     Args:
         law: of the normal force.
         surface_m: coordinate along the normal at which the virgin payload touches.

@@ -35,8 +35,7 @@ class LockIn:
     def end_cycle(self) -> None:
         """Fit the readings since the last call as one cycle."""
         self._amplitudes.append(self._fit())
-        self._times.clear()
-        self._values.clear()
+        self.drop()
 
     def drop(self) -> None:
         """Forget the readings since the last cycle."""

@@ -128,12 +128,9 @@ class RunOrder:
 
     def _first_approach(self, now_s: float) -> None:
         if self._course.operator.paused:
-            self._pause(now_s, self._zero_again)
+            self._pause(now_s, self._first_approach)
         else:
             self._approach.begin(now_s, "first", self._course.plan.touches, self._touched)
-
-    def _zero_again(self, now_s: float) -> None:
-        self._zeroing.take(now_s, self._first_approach)
 
     def _touched(self, now_s: float) -> None:
         course = self._course
@@ -262,7 +259,7 @@ class RunOrder:
         if not last:
             self._next_cycle()
         if course.operator.paused:
-            self._pause(now_s, self._zero_and_last_touch if last else self._zero_and_touch)
+            self._pause(now_s, self._last_touch if last else self._approach_again)
         elif last:
             self._last_touch(now_s)
         else:
@@ -272,10 +269,10 @@ class RunOrder:
         self._approach.begin(now_s, "last", 1, self._leave)
 
     def _open_and_pause(self, now_s: float) -> None:
-        self._retract.begin(now_s, lambda now_s: self._pause(now_s, self._zero_and_touch))
+        self._retract.begin(now_s, lambda now_s: self._pause(now_s, self._approach_again))
 
     def _pause(self, now_s: float, then: Then) -> None:
-        """Wait in free air, then call `then`, which takes a new zero first."""
+        """Wait in free air, take a new zero, then call `then`."""
         self._resume = then
         self._course.enter(Phase.PAUSED, now_s, self._paused)
 
@@ -283,19 +280,13 @@ class RunOrder:
         if self._course.stop_asked():
             self._course.finish(now_s)
         elif not self._course.operator.paused:
-            self._resume(now_s)
-
-    def _zero_and_touch(self, now_s: float) -> None:
-        self._zeroing.take(now_s, self._approach_again)
+            self._zeroing.take(now_s, self._resume)
 
     def _approach_again(self, now_s: float) -> None:
         if self._course.operator.paused:
-            self._pause(now_s, self._zero_and_touch)
+            self._pause(now_s, self._approach_again)
         else:
             self._approach.begin(now_s, "resume", 1, self._touched)
-
-    def _zero_and_last_touch(self, now_s: float) -> None:
-        self._zeroing.take(now_s, self._last_touch)
 
     def _leave(self, now_s: float) -> None:
         self._retract.begin(now_s, self._course.finish)
