@@ -10,12 +10,12 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 from stepload.rig.samples import NOT_TOLD, ArmSample, DisplacementSample, ForceSample, Status
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.faults import Schedule
-from stepload_drivers.sim.mechanics import Mechanics
+from stepload_drivers.sim.mechanics import Mechanics, Pressed
 from stepload_drivers.sim.noise import normal_source, smooth_error
 from stepload_drivers.sim.sensor_truth import SensorTruth
 
@@ -144,16 +144,6 @@ class Channel:
         receive_s = self.origin_s + time_s + self._delay_s + active.get(f"{prefix}delay", 0.0)
         self._newest_s = receive_s = max(receive_s, self._newest_s)
         return device_s, receive_s
-
-
-class Pressed(Protocol):
-    """What a force sensor feels: the force now, and a base step ago."""
-
-    @property
-    def force_n(self) -> float: ...
-
-    @property
-    def last_force_n(self) -> float: ...
 
 
 class ForceChannel(Channel):

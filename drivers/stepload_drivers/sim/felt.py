@@ -2,32 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from stepload.rig.mount import Mount, SensorMount, Vector3
+from stepload.rig.mount import SensorMount, Vector3
 from stepload_drivers.sim.channels import Wrench
 from stepload_drivers.sim.frames import FloatArray, skew, turning
+from stepload_drivers.sim.six_plant import SixPlant
 
 _PLACES = {"z": (0, 1, 2), "x": (1, 2, 0), "y": (2, 0, 1)}
 """Index of the component of the sensor that shows axis 1, 2, 3 of the pressing frame."""
-
-
-class Loaded(Protocol):
-    """A rig whose sensor is loaded; vectors in the pressing frame."""
-
-    @property
-    def mount(self) -> Mount: ...
-
-    @property
-    def load(self) -> Vector3: ...
-
-    @property
-    def last_load(self) -> Vector3: ...
-
-    @property
-    def acceleration_m_s2(self) -> Vector3: ...
 
 
 class Felt:
@@ -43,7 +28,7 @@ class Felt:
 
     def __init__(
         self,
-        plant: Loaded,
+        plant: SixPlant,
         sensor: SensorMount,
         axis: str,
         tool_mass_kg: float,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stepload.rig.world import WorldSpec
-from stepload_drivers.sim.channels import WRENCHES, Pressed, Wrench
-from stepload_drivers.sim.mechanics import Mechanics
+from stepload_drivers.sim.channels import WRENCHES, Wrench
+from stepload_drivers.sim.mechanics import Mechanics, Pressed
 
 
 class Bent:
