@@ -97,7 +97,6 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
     def _new_stream(self) -> Stream[ForceSample]:
         self._period_s = 1.0 / self.rate_hz
         self._poller = Poller(self._base, self._period_s, PAIR_LIMIT_S)
-        self._counted = {"damaged": 0, "timeouts": 0, "orphans": 0, "late": 0, "resyncs": 0}
         self._last_question = 0
         return Stream(
             self._name,
@@ -118,18 +117,18 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
             for frame in frames
             if (answer := poller.feed(frame, now_s)) is not None
         ]
-        self._count_errors(stream)
+        self._count_errors(self._link, stream)
         stream.put(samples, now_s)
         if poller.due(before_s):
             self._link.send(frame_id(self._base, Op.GAUGES), b"")
 
-    def _count_errors(self, stream: Stream[ForceSample]) -> None:
-        assert self._link is not None
-        for name, before in self._counted.items():
-            now = self._link.damaged if name == "damaged" else int(getattr(self._poller, name))
-            count = stream.corrupt if name in ("damaged", "orphans") else stream.count
-            count(name, now - before)
-            self._counted[name] = now
+    def _count_errors(self, bus: CanLink, stream: Stream[ForceSample]) -> None:
+        poller = self._poller
+        stream.total("damaged", bus.damaged, corrupt=True)
+        stream.total("timeouts", poller.timeouts)
+        stream.total("orphans", poller.orphans, corrupt=True)
+        stream.total("late", poller.late)
+        stream.total("resyncs", poller.resyncs)
 
     def _sample(self, answer: Answer, time_s: float, stream: Stream[ForceSample]) -> ForceSample:
         if self._last_question:

@@ -112,7 +112,7 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
 
     def _new_stream(self) -> Stream[ForceSample]:
         self._decoder, self._clock = Decoder(), DeviceClock()
-        self._damaged = self._skipped = self._sequence = 0
+        self._sequence = 0
         self._watch = ClockWatch(self._name, self._max_age_s)
         self._last_s = -math.inf
         stream: Stream[ForceSample] = Stream(
@@ -127,9 +127,8 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         data = self._link.read()
         arrival_s = time.monotonic()
         frames = self._decoder.feed(data)
-        stream.corrupt("checksum", self._decoder.damaged - self._damaged)
-        stream.count("skipped_bytes", self._decoder.skipped - self._skipped)
-        self._damaged, self._skipped = self._decoder.damaged, self._decoder.skipped
+        stream.total("checksum", self._decoder.damaged, corrupt=True)
+        stream.total("skipped_bytes", self._decoder.skipped)
         if not frames:
             return
         times = [self._tick(frame, stream) for frame in frames]
@@ -164,21 +163,20 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
 
     def _status(self, frame: Frame, stream: Stream[ForceSample]) -> int:
         status = 0
-        if frame.status & (FrameStatus.OVERRANGE | FrameStatus.INVALID | FrameStatus.RAW):
-            if frame.status & FrameStatus.OVERRANGE:
-                status |= Status.OVERRANGE
-                stream.latch(
-                    FaultCode.OVERLOAD,
-                    f"{self._name} reports overrange at Fz {frame.wrench[2]:.1f} N",
-                    "unload, and check the sensor's zero before going on",
-                )
-            if frame.status & (FrameStatus.INVALID | FrameStatus.RAW):
-                status |= Status.INVALID
-                stream.latch(
-                    FaultCode.DEVICE_REPORTS,
-                    f"{self._name} reports invalid data (status {frame.status:#06x})",
-                    "the sensor may be damaged: check it unloaded with the vendor's tool",
-                )
+        if frame.status & FrameStatus.OVERRANGE:
+            status |= Status.OVERRANGE
+            stream.latch(
+                FaultCode.OVERLOAD,
+                f"{self._name} reports overrange at Fz {frame.wrench[2]:.1f} N",
+                "unload, and check the sensor's zero before going on",
+            )
+        if frame.status & (FrameStatus.INVALID | FrameStatus.RAW):
+            status |= Status.INVALID
+            stream.latch(
+                FaultCode.DEVICE_REPORTS,
+                f"{self._name} reports invalid data (status {frame.status:#06x})",
+                "the sensor may be damaged: check it unloaded with the vendor's tool",
+            )
         if frame.status & FrameStatus.APP_TOOK_TOO_LONG:
             stream.count("app_took_too_long")
         if not all(map(math.isfinite, frame.wrench)):

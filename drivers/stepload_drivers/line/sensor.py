@@ -96,7 +96,7 @@ class LineSensor(Streamed[Sample]):
         if line.request:
             self._decoder.begin_line()
         self._arrivals = ArrivalCounter(self._period_s)
-        self._sequence = self._damaged = 0
+        self._sequence = 0
         self._last_s = self._asked_s = -math.inf
         self._answered = True
         stream: Stream[Sample] = Stream(
@@ -115,8 +115,7 @@ class LineSensor(Streamed[Sample]):
         data = self._link.read(self._ask(stream) if self._line.request else WAIT_S)
         arrival_s = time.monotonic()
         values = self._decoder.feed(data)
-        stream.corrupt("damaged", self._decoder.damaged - self._damaged)
-        self._damaged = self._decoder.damaged
+        stream.total("damaged", self._decoder.damaged, corrupt=True)
         if not values:
             return
         if self._line.request:

@@ -18,13 +18,7 @@ from stepload_drivers.arrival import ArrivalCounter, spread_back
 from stepload_drivers.canbus import CAN_OPTIONS, CanLink
 from stepload_drivers.robotous import codec
 from stepload_drivers.robotous.codec import Command
-from stepload_drivers.robotous.link import (
-    CanPairLink,
-    Errors,
-    Link,
-    UartLink,
-    count_new_errors,
-)
+from stepload_drivers.robotous.link import CanPairLink, Link, UartLink
 from stepload_drivers.robotous.models import Model, model_named
 from stepload_drivers.serialport import SerialPort
 from stepload_drivers.stream import Stream
@@ -152,7 +146,6 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         self._arrivals = ArrivalCounter(self._period_s)
         self._sequence = 0
         self._last_s = -math.inf
-        self._errors = Errors(0, 0, 0)
         slowest_s = 10.0 * self._period_s
         smooth_s = 1.0 / self._cutoff_hz if self._cutoff_hz else 0.0
         return Stream(
@@ -167,9 +160,10 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         assert self._link is not None
         payloads = [p for p in self._link.receive() if p[0] in codec.SAMPLE_IDS]
         arrival_s = time.monotonic()
-        orphans = self._errors.orphans
-        self._errors = count_new_errors(self._errors, self._link, stream)
-        if torn := self._errors.orphans - orphans:
+        errors = self._link.errors()
+        stream.total("damaged", errors.damaged, corrupt=True)
+        stream.total("skipped_bytes", errors.skipped)
+        if torn := stream.total("orphans", errors.orphans, corrupt=True):
             self._arrivals.skip(torn)
             self._sequence += torn
             stream.lose(torn)

@@ -118,7 +118,10 @@ class LiveWorld:
         self._delay_s = spec.command_delay_s
         plant = self.world.plant
         self._six = plant if isinstance(plant, SixPlant) else None
-        self._felt = _felt_by_emulators(plant, spec) if isinstance(plant, SixPlant) else None
+        self._felt: Felt | None = None
+        if self._six is not None:  # the emulator of the sensor adds the tool's weight itself
+            sensor, mass_kg = self._six.mount.sensor, spec.force_tool_mass_kg
+            self._felt = Felt(self._six, sensor, spec.force_axis, mass_kg, weighs=False)
         self._lock = threading.Lock()
         steps = round(_HISTORY_S / self.world.plant.step_s)
         self._states = deque([self._state()], maxlen=steps)
@@ -183,11 +186,6 @@ class LiveWorld:
         now_s = time.monotonic()
         self.advance_to(now_s)
         return now_s
-
-
-def _felt_by_emulators(plant: SixPlant, spec: WorldSpec) -> Felt:
-    """Load on the main sensor; its emulator adds the tool's weight itself."""
-    return Felt(plant, plant.mount.sensor, spec.force_axis, spec.force_tool_mass_kg, weighs=False)
 
 
 class _Shared:
