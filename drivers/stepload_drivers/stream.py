@@ -56,6 +56,7 @@ class Stream(Generic[Sample]):
         self._first_s = self._last_s = self._looked_s = math.nan
         self._longest_gap_s = 0.0
         self._errors: dict[str, int] = {}
+        self._totals: dict[str, int] = {}
         self._bad_times: deque[float] = deque(maxlen=max(5, int(CORRUPT_SHARE / period_s)))
         self._same_since_s, self._same_count = math.nan, 0
         self._same_value: object = None
@@ -124,6 +125,13 @@ class Stream(Generic[Sample]):
                     f"(limit {len(self._bad_times) - 1} in {CORRUPT_WINDOW_S:g} s); last: {error}",
                     "check cable, shield, ground, termination and bit rate",
                 )
+
+    def total(self, error: str, total: int, *, corrupt: bool = False) -> int:
+        """Count what a total that begins with the stream has grown by; returns that."""
+        grown = total - self._totals.get(error, 0)
+        self._totals[error] = total
+        (self.corrupt if corrupt else self.count)(error, grown)
+        return grown
 
     def lose(self, number: int) -> None:
         """Count samples that the device produced but nobody received (negative: found again)."""

@@ -7,7 +7,7 @@ import math
 import threading
 import time
 from abc import abstractmethod
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from stepload.errors import DeviceError
 from stepload.rig.device import Device, Health, Identity
@@ -53,6 +53,20 @@ class Deadline:
         return left_s
 
 
+def require_serial_number(name: str, found: str, expected: str) -> None:
+    """Refuse another device than the rig file names; an empty `expected` takes any.
+
+    Raises:
+        DeviceError: another serial number.
+    """
+    if expected and found != expected:
+        raise DeviceError(
+            f"{name} has serial number {found!r}, the rig file says {expected!r}",
+            code=FaultCode.WRONG_DEVICE,
+            hint="connect the right device, or correct `serial_number` in the rig file",
+        )
+
+
 class Reader(threading.Thread):
     """Calls `step` until stopped; whatever `step` raises becomes the stream's fault."""
 
@@ -86,12 +100,14 @@ class Reader(threading.Thread):
 class Streamed(Device, Generic[Sample]):
     """Open, drain, health, fault, safe and close of a sensor that is read by a thread.
 
-    A subclass gives `_connect`, `_new_stream`, `_read` and `_disconnect`. `_read` waits at most
-    about 0.1 s and is called only from the reader thread, all else only from the engine's.
+    A subclass gives `_connect`, which sets `_link`, `_new_stream` and `_read`, and `_stop` where
+    the data must be stopped. `_read` waits at most about 0.1 s and is called only from the reader
+    thread, all else only from the engine's.
     """
 
     _stream: Stream[Sample] | None = None
     _reader: Reader | None = None
+    _link: Any = None
 
     @abstractmethod
     def _connect(self, deadline: Deadline) -> Identity:
@@ -105,9 +121,15 @@ class Streamed(Device, Generic[Sample]):
     def _read(self, stream: Stream[Sample]) -> None:
         """Move what has arrived into `stream`."""
 
-    @abstractmethod
+    def _stop(self, link: Any) -> None:
+        """Stop the data; may raise."""
+
     def _disconnect(self) -> None:
         """Stop the data and release the port; may raise, may be called unconnected."""
+        link, self._link = self._link, None
+        if link is not None:
+            with contextlib.closing(link):
+                self._stop(link)
 
     def open(self, timeout_s: float) -> Identity:
         self.close()

@@ -1,6 +1,6 @@
 """Broken drivers of every kind: each is the healthy simulated one with a few lines changed.
 
-Each function takes the healthy class and returns the broken one. `self._find_host()` is the
+Each function takes the healthy class and returns the broken one. `self._place.host()` is the
 simulated program side: its clock and its world.
 """
 
@@ -50,11 +50,11 @@ def _each(healthy, change):
 
 
 def _now_s(self):
-    return self._find_host().clock.now_s()
+    return self._place.host().clock.now_s()
 
 
 def _blocks(self, seconds):
-    clock = self._find_host().clock
+    clock = self._place.host().clock
     clock.sleep_until(clock.now_s() + seconds)
 
 
@@ -62,8 +62,8 @@ def _blocks(self, seconds):
 
 
 def swallows_unknown_options(healthy):
-    def init(self, find_host, **ignored):
-        healthy.__init__(self, find_host)
+    def init(self, place, **ignored):
+        healthy.__init__(self, place)
 
     return _variant(healthy, __init__=init)
 
@@ -729,7 +729,8 @@ def ignores_the_shift(healthy):
     def command(self, position_m, shift_m=(0.0, 0.0)):
         healthy.command(self, position_m, shift_m)
         self._shift_m = shift_m
-        self._host.world.plant._shifts.clear()
+        for drive in self._host.world.plant._across:
+            drive._commands.clear()
 
     return _variant(healthy, command=command)
 

@@ -10,7 +10,7 @@ from stepload.rig.contract import Trial
 from stepload.rig.device import Device
 from stepload.rig.mount import Mount, SensorMount
 from stepload.rig.world import SimulatedRig, WorldFault, WorldSpec
-from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.faults import ARM, Schedule
 from stepload_drivers.sim.live import DEFAULT_SPEC
 from stepload_drivers.sim.world import open_world
 
@@ -50,7 +50,7 @@ class Virtual:
     def make(self, more: Mapping[str, object] | None = None) -> Device:
         self.rig = open_world(self._spec)
         device = getattr(self.rig, self.which)
-        return self._breaks(type(device))(device._find_host, **(more or {}))
+        return self._breaks(type(device))(device._place, **(more or {}))
 
     def now_s(self) -> float:
         return self.rig.clock.now_s()
@@ -63,7 +63,7 @@ class Virtual:
         fault = WorldFault(LOST[self.which], self.now_s(), math.inf, 0.0)
         world = self.rig.world
         if self.which == "arm":
-            world.arm._faults = Schedule.for_arm([fault])
+            world.arm._faults = Schedule([fault], kinds=ARM)
         else:
             channel = world.force if self.which == "force" else world.gauge
             channel._faults = Schedule([fault])

@@ -159,10 +159,7 @@ def rtde_of(controller: Any, clock: Clock) -> type:
         def __init__(self, host: str, deadline_s: float) -> None:
             self._deadline_s = deadline_s
 
-        def __enter__(self) -> Rtde:
-            return self
-
-        def __exit__(self, *_: object) -> None:
+        def close(self) -> None:
             pass
 
         def version(self) -> None:

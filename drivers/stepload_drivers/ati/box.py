@@ -16,23 +16,13 @@ from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers.ati.rdt import AXIA, NET_BOX, Scale, StatusWord
 from stepload_drivers.streamed import Deadline
-from stepload_drivers.units import UNITS_N
+from stepload_drivers.units import UNITS_N, UNITS_NM
 
 HTTP_PORT = 80
 PAGE = "/netftapi2.xml"
 MOST_BYTES = 65536
 ALIVE_S = 0.05
 _ENTRY = re.compile(r"<(\w+)>([^<]*)</\1>")
-
-UNITS_NM = {
-    "lbfin": 0.1129848290276167,
-    "lbfft": 1.3558179483314004,
-    "Nm": 1.0,
-    "Nmm": 1e-3,
-    "kgfcm": 0.0980665,
-    "kNm": 1000.0,
-}
-"""Newton metre per unit; the pages write them with or without a hyphen, dot or blank."""
 
 
 @dataclass(frozen=True, slots=True)

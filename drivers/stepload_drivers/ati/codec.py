@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
-from stepload_drivers.units import UNITS_N
+from stepload_drivers.units import UNITS_N, UNITS_NM
 
 AXES = 6
 DEFAULT_BASE = 0x20
@@ -23,12 +23,8 @@ FORCE_UNITS_N = {
     for code, name in enumerate(("lbf", "N", "klbf", "kN", "kgf", "gf"), start=1)
 }
 TORQUE_UNITS_NM = {
-    1: ("lbf-in", 0.1129848290276167),
-    2: ("lbf-ft", 1.3558179483314004),
-    3: ("N-m", 1.0),
-    4: ("N-mm", 1e-3),
-    5: ("kgf-cm", 0.0980665),
-    6: ("kN-m", 1000.0),
+    code: (name, UNITS_NM[name.replace("-", "")])
+    for code, name in enumerate(("lbf-in", "lbf-ft", "N-m", "N-mm", "kgf-cm", "kN-m"), start=1)
 }
 
 STATUS_TEXT = {

@@ -17,9 +17,8 @@ from stepload_drivers.ati import box, rdt
 from stepload_drivers.ati.box import HTTP_PORT, Box
 from stepload_drivers.ati.rdt import MONITOR, SUMMARY, Command, Record, Scale, StatusWord, step
 from stepload_drivers.clockwatch import JUMP_S, ClockWatch
-from stepload_drivers.identity import require_serial_number
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
+from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed, require_serial_number
 from stepload_drivers.udp import UdpLink
 
 FROZEN_S = 0.05
@@ -274,11 +273,6 @@ class AtiNet(Streamed[ForceSample], ForceSensor):
         self._link.send(rdt.request(Command.BIAS))
         return True
 
-    def _disconnect(self) -> None:
-        link, self._link = self._link, None
-        if link is not None:
-            try:
-                if not self._gone:  # else it would stop the stream of another client
-                    link.send(rdt.request(Command.STOP))
-            finally:
-                link.close()
+    def _stop(self, link: UdpLink) -> None:
+        if not self._gone:  # else it would stop the stream of another client
+            link.send(rdt.request(Command.STOP))

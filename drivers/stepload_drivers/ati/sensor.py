@@ -19,9 +19,8 @@ from stepload_drivers.ati.codec import Calibration, Op, frame_id
 from stepload_drivers.ati.link import Dialogue
 from stepload_drivers.ati.poller import Answer, Poller
 from stepload_drivers.canbus import CAN_OPTIONS, CanLink
-from stepload_drivers.identity import require_serial_number
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
+from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed, require_serial_number
 
 FROZEN_S = 0.05
 PAIR_LIMIT_S = 1e-3
@@ -65,10 +64,10 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
         self._max_age_s = max_age
         self.rate_hz = rate
         self._name = f"NETCANOEM on {channel}"
-        self._bus: CanLink | None = None
+        self._link: CanLink | None = None
 
     def _connect(self, deadline: Deadline) -> Identity:
-        bus = self._bus = CanLink(
+        bus = self._link = CanLink(
             self._interface, self._channel, self._bitrate, deadline.left_s(self._channel)
         )
         bus.discard_input()
@@ -98,7 +97,6 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
     def _new_stream(self) -> Stream[ForceSample]:
         self._period_s = 1.0 / self.rate_hz
         self._poller = Poller(self._base, self._period_s, PAIR_LIMIT_S)
-        self._counted = {"damaged": 0, "timeouts": 0, "orphans": 0, "late": 0, "resyncs": 0}
         self._last_question = 0
         return Stream(
             self._name,
@@ -109,28 +107,28 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
         )
 
     def _read(self, stream: Stream[ForceSample]) -> None:
-        assert self._bus is not None
+        assert self._link is not None
         poller = self._poller
         before_s = time.monotonic()
-        frames = self._bus.receive(poller.pause_s(before_s))
+        frames = self._link.receive(poller.pause_s(before_s))
         now_s = time.monotonic()
         samples = [
             self._sample(answer, now_s, stream)
             for frame in frames
             if (answer := poller.feed(frame, now_s)) is not None
         ]
-        self._count_errors(stream)
+        self._count_errors(self._link, stream)
         stream.put(samples, now_s)
         if poller.due(before_s):
-            self._bus.send(frame_id(self._base, Op.GAUGES), b"")
+            self._link.send(frame_id(self._base, Op.GAUGES), b"")
 
-    def _count_errors(self, stream: Stream[ForceSample]) -> None:
-        assert self._bus is not None
-        for name, before in self._counted.items():
-            now = self._bus.damaged if name == "damaged" else int(getattr(self._poller, name))
-            count = stream.corrupt if name in ("damaged", "orphans") else stream.count
-            count(name, now - before)
-            self._counted[name] = now
+    def _count_errors(self, bus: CanLink, stream: Stream[ForceSample]) -> None:
+        poller = self._poller
+        stream.total("damaged", bus.damaged, corrupt=True)
+        stream.total("timeouts", poller.timeouts)
+        stream.total("orphans", poller.orphans, corrupt=True)
+        stream.total("late", poller.late)
+        stream.total("resyncs", poller.resyncs)
 
     def _sample(self, answer: Answer, time_s: float, stream: Stream[ForceSample]) -> ForceSample:
         if self._last_question:
@@ -156,8 +154,3 @@ class AtiCan(Streamed[ForceSample], ForceSensor):
             stream.count("status_bits")
         wrench = self._calibration.wrench(counts)
         return ForceSample(answer.question, math.nan, time_s, int(status), wrench, math.nan)
-
-    def _disconnect(self) -> None:
-        bus, self._bus = self._bus, None
-        if bus is not None:
-            bus.close()

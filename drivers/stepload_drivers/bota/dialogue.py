@@ -48,18 +48,13 @@ def ask(port: SerialPort, command: str, deadline: Deadline) -> None:
     """
     reply = re.compile(rb"r,\d+,%c,(\d+)" % command[0].encode("ascii"))
     send(port, command)
-    heard = b""
-    while True:
-        deadline.left_s(f"{port.path}: reply to {command!r}")
-        heard = heard[-64:] + port.read()
-        if match := reply.search(heard):
-            if int(match[1]) == 0:
-                return
-            raise DeviceError(
-                f"{port.path}: sensor refused {command!r} with code {int(match[1])}",
-                code=FaultCode.REFUSED_COMMAND,
-                hint="check that the firmware knows this setting",
-            )
+    refusal = int(_heard(port, reply, 64, f"reply to {command!r}", deadline)[1])
+    if refusal:
+        raise DeviceError(
+            f"{port.path}: sensor refused {command!r} with code {refusal}",
+            code=FaultCode.REFUSED_COMMAND,
+            hint="check that the firmware knows this setting",
+        )
 
 
 def reset(port: SerialPort, deadline: Deadline) -> tuple[str, str, str]:
@@ -70,13 +65,20 @@ def reset(port: SerialPort, deadline: Deadline) -> tuple[str, str, str]:
     """
     port.discard_input()
     send(port, RESET)
+    match = _heard(port, _BANNER, 4096, "boot text of the sensor", deadline)
+    name, serial_number, firmware = (
+        match[group].decode("ascii", "replace").strip() for group in ("name", "serial", "firmware")
+    )
+    return name, serial_number, firmware
+
+
+def _heard(
+    port: SerialPort, pattern: re.Pattern[bytes], longest: int, what: str, deadline: Deadline
+) -> re.Match[bytes]:
+    """Read until `pattern`, of at most `longest` bytes and one read, is found."""
     heard = b""
     while True:
-        deadline.left_s(f"{port.path}: boot text of the sensor")
-        heard = heard[-4096:] + port.read()
-        if match := _BANNER.search(heard):
-            name, serial_number, firmware = (
-                match[group].decode("ascii", "replace").strip()
-                for group in ("name", "serial", "firmware")
-            )
-            return name, serial_number, firmware
+        deadline.left_s(f"{port.path}: {what}")
+        heard = heard[-longest:] + port.read()
+        if match := pattern.search(heard):
+            return match

@@ -25,10 +25,9 @@ from stepload_drivers.bota.codec import (
     FrameStatus,
 )
 from stepload_drivers.clockwatch import JUMP_S, ClockWatch
-from stepload_drivers.identity import require_serial_number
 from stepload_drivers.serialport import SerialPort
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
+from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed, require_serial_number
 
 FROZEN_S = 0.05
 LINE_SHARE = 0.95
@@ -73,10 +72,10 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
         self._max_age_s = max_age
         self._asked_hz = self.rate_hz = rate
         self._name = f"Bota sensor on {port}"
-        self._port: SerialPort | None = None
+        self._link: SerialPort | None = None
 
     def _connect(self, deadline: Deadline) -> Identity:
-        port = self._port = SerialPort(self._path, self._baud, refuse_latency=False)
+        port = self._link = SerialPort(self._path, self._baud, refuse_latency=False)
         model, serial_number, firmware = dialogue.reset(port, deadline)
         require_serial_number(self._name, serial_number, self._serial_number)
         sinc = SINC_OF_RATE[self._asked_hz]
@@ -113,24 +112,23 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
 
     def _new_stream(self) -> Stream[ForceSample]:
         self._decoder, self._clock = Decoder(), DeviceClock()
-        self._damaged = self._skipped = self._sequence = 0
+        self._sequence = 0
         self._watch = ClockWatch(self._name, self._max_age_s)
         self._last_s = -math.inf
         stream: Stream[ForceSample] = Stream(
             self._name, self._period_s, self._max_age_s, FROZEN_S, attrgetter("wrench")
         )
-        if self._port is not None and self._port.slow:
+        if self._link is not None and self._link.slow:
             stream.count("slow_latency_timer")
         return stream
 
     def _read(self, stream: Stream[ForceSample]) -> None:
-        assert self._port is not None
-        data = self._port.read()
+        assert self._link is not None
+        data = self._link.read()
         arrival_s = time.monotonic()
         frames = self._decoder.feed(data)
-        stream.corrupt("checksum", self._decoder.damaged - self._damaged)
-        stream.count("skipped_bytes", self._decoder.skipped - self._skipped)
-        self._damaged, self._skipped = self._decoder.damaged, self._decoder.skipped
+        stream.total("checksum", self._decoder.damaged, corrupt=True)
+        stream.total("skipped_bytes", self._decoder.skipped)
         if not frames:
             return
         times = [self._tick(frame, stream) for frame in frames]
@@ -165,21 +163,20 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
 
     def _status(self, frame: Frame, stream: Stream[ForceSample]) -> int:
         status = 0
-        if frame.status & (FrameStatus.OVERRANGE | FrameStatus.INVALID | FrameStatus.RAW):
-            if frame.status & FrameStatus.OVERRANGE:
-                status |= Status.OVERRANGE
-                stream.latch(
-                    FaultCode.OVERLOAD,
-                    f"{self._name} reports overrange at Fz {frame.wrench[2]:.1f} N",
-                    "unload, and check the sensor's zero before going on",
-                )
-            if frame.status & (FrameStatus.INVALID | FrameStatus.RAW):
-                status |= Status.INVALID
-                stream.latch(
-                    FaultCode.DEVICE_REPORTS,
-                    f"{self._name} reports invalid data (status {frame.status:#06x})",
-                    "the sensor may be damaged: check it unloaded with the vendor's tool",
-                )
+        if frame.status & FrameStatus.OVERRANGE:
+            status |= Status.OVERRANGE
+            stream.latch(
+                FaultCode.OVERLOAD,
+                f"{self._name} reports overrange at Fz {frame.wrench[2]:.1f} N",
+                "unload, and check the sensor's zero before going on",
+            )
+        if frame.status & (FrameStatus.INVALID | FrameStatus.RAW):
+            status |= Status.INVALID
+            stream.latch(
+                FaultCode.DEVICE_REPORTS,
+                f"{self._name} reports invalid data (status {frame.status:#06x})",
+                "the sensor may be damaged: check it unloaded with the vendor's tool",
+            )
         if frame.status & FrameStatus.APP_TOOK_TOO_LONG:
             stream.count("app_took_too_long")
         if not all(map(math.isfinite, frame.wrench)):
@@ -190,8 +187,3 @@ class BotaSerial(Streamed[ForceSample], ForceSensor):
                 "power the sensor off and on; if it stays, it is damaged",
             )
         return int(status)
-
-    def _disconnect(self) -> None:
-        port, self._port = self._port, None
-        if port is not None:
-            port.close()

@@ -106,9 +106,9 @@ class LineForceSensor(LineSensor[ForceSample], ForceSensor):
 
     def bias(self, timeout_s: float) -> bool:
         """Send the zero command, where there is one; no reply is waited for."""
-        if self._port is None or not self._zero:
+        if self._link is None or not self._zero:
             return False
-        self._port.write(self._zero)
+        self._link.write(self._zero)
         return True
 
 

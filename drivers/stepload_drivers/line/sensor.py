@@ -58,7 +58,7 @@ class LineSensor(Streamed[Sample]):
     """The field of a sample that is compared for `frozen_s`."""
 
     rate_hz: float
-    _port: SerialPort | None = None
+    _link: SerialPort | None = None
 
     def __init__(self, settings: LineSettings, identity: Identity) -> None:
         self._line = settings
@@ -86,7 +86,7 @@ class LineSensor(Streamed[Sample]):
 
     def _connect(self, deadline: Deadline) -> Identity:
         line = self._line
-        port = self._port = SerialPort(line.port, line.baud, refuse_latency=line.refuse_latency)
+        port = self._link = SerialPort(line.port, line.baud, refuse_latency=line.refuse_latency)
         port.discard_input()
         return self._identify(port, deadline)
 
@@ -96,7 +96,7 @@ class LineSensor(Streamed[Sample]):
         if line.request:
             self._decoder.begin_line()
         self._arrivals = ArrivalCounter(self._period_s)
-        self._sequence = self._damaged = 0
+        self._sequence = 0
         self._last_s = self._asked_s = -math.inf
         self._answered = True
         stream: Stream[Sample] = Stream(
@@ -106,17 +106,16 @@ class LineSensor(Streamed[Sample]):
             line.frozen_s,
             attrgetter(self.VALUE),
         )
-        if self._port is not None and self._port.slow:
+        if self._link is not None and self._link.slow:
             stream.count("slow_latency_timer")
         return stream
 
     def _read(self, stream: Stream[Sample]) -> None:
-        assert self._port is not None
-        data = self._port.read(self._ask(stream) if self._line.request else WAIT_S)
+        assert self._link is not None
+        data = self._link.read(self._ask(stream) if self._line.request else WAIT_S)
         arrival_s = time.monotonic()
         values = self._decoder.feed(data)
-        stream.corrupt("damaged", self._decoder.damaged - self._damaged)
-        self._damaged = self._decoder.damaged
+        stream.total("damaged", self._decoder.damaged, corrupt=True)
         if not values:
             return
         if self._line.request:
@@ -136,7 +135,7 @@ class LineSensor(Streamed[Sample]):
 
     def _ask(self, stream: Stream[Sample]) -> float:
         """Send a request when it is due; returns the seconds until the next check."""
-        assert self._port is not None
+        assert self._link is not None
         now_s = time.monotonic()
         if not self._answered and now_s - self._asked_s > ANSWER_PERIODS * self._period_s:
             stream.count("timeouts")
@@ -145,12 +144,7 @@ class LineSensor(Streamed[Sample]):
             self._answered = True
         due_s = self._asked_s + self._period_s
         if self._answered and now_s >= due_s:
-            self._port.write(self._line.request)
+            self._link.write(self._line.request)
             self._asked_s = due_s if now_s - due_s < self._period_s else now_s
             self._answered = False
         return WAIT_S if not self._answered else min(WAIT_S, self._asked_s + self._period_s - now_s)
-
-    def _disconnect(self) -> None:
-        port, self._port = self._port, None
-        if port is not None:
-            port.close()

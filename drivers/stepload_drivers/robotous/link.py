@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from stepload_drivers.canbus import CanLink
 from stepload_drivers.robotous.codec import CanPairer, UartDecoder, uart_frame
 from stepload_drivers.serialport import SerialPort
-from stepload_drivers.stream import Stream
 
 PAIR_LIMIT_S = 1e-3
 
@@ -85,12 +84,3 @@ class CanPairLink:
 
     def close(self) -> None:
         self._bus.close()
-
-
-def count_new_errors(before: Errors, link: Link, stream: Stream[Any]) -> Errors:
-    """Move what has been added to a link's counters since `before` into `stream`."""
-    now = link.errors()
-    stream.corrupt("damaged", now.damaged - before.damaged)
-    stream.count("skipped_bytes", now.skipped - before.skipped)
-    stream.corrupt("orphans", now.orphans - before.orphans)
-    return now

@@ -16,20 +16,13 @@ from stepload.rig.options import Option
 from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.arrival import ArrivalCounter, spread_back
 from stepload_drivers.canbus import CAN_OPTIONS, CanLink
-from stepload_drivers.identity import require_serial_number
 from stepload_drivers.robotous import codec
 from stepload_drivers.robotous.codec import Command
-from stepload_drivers.robotous.link import (
-    CanPairLink,
-    Errors,
-    Link,
-    UartLink,
-    count_new_errors,
-)
+from stepload_drivers.robotous.link import CanPairLink, Link, UartLink
 from stepload_drivers.robotous.models import Model, model_named
 from stepload_drivers.serialport import SerialPort
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
+from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed, require_serial_number
 
 CAN_BITRATE = 1_000_000
 REPLY_S = 0.2
@@ -153,7 +146,6 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         self._arrivals = ArrivalCounter(self._period_s)
         self._sequence = 0
         self._last_s = -math.inf
-        self._errors = Errors(0, 0, 0)
         slowest_s = 10.0 * self._period_s
         smooth_s = 1.0 / self._cutoff_hz if self._cutoff_hz else 0.0
         return Stream(
@@ -168,9 +160,10 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         assert self._link is not None
         payloads = [p for p in self._link.receive() if p[0] in codec.SAMPLE_IDS]
         arrival_s = time.monotonic()
-        orphans = self._errors.orphans
-        self._errors = count_new_errors(self._errors, self._link, stream)
-        if torn := self._errors.orphans - orphans:
+        errors = self._link.errors()
+        stream.total("damaged", errors.damaged, corrupt=True)
+        stream.total("skipped_bytes", errors.skipped)
+        if torn := stream.total("orphans", errors.orphans, corrupt=True):
             self._arrivals.skip(torn)
             self._sequence += torn
             stream.lose(torn)
@@ -206,16 +199,10 @@ class _Robotous(Streamed[ForceSample], ForceSensor):
         self._link.send(codec.command(Command.BIAS, 1))
         return True
 
-    def _disconnect(self) -> None:
-        link, self._link = self._link, None
-        if link is None:
-            return
-        try:
-            link.send(codec.command(Command.STOP))
-            if self._stream is not None and self._stream.fault() is None:
-                self._count_overloads(link, self._stream)
-        finally:
-            link.close()
+    def _stop(self, link: Link) -> None:
+        link.send(codec.command(Command.STOP))
+        if self._stream is not None and self._stream.fault() is None:
+            self._count_overloads(link, self._stream)
 
     def _count_overloads(self, link: Link, stream: Stream[ForceSample]) -> None:
         """Overloads during the run, by the sensor's own counters (they saturate at 255)."""

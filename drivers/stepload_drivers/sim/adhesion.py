@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from stepload_drivers.sim.laws import ContactLaw
+from stepload_drivers.sim.laws import Around, ContactLaw
 
 _PART_ROOT = (1.0 / 6.0) ** (1.0 / 3.0)
 """√A at which the neck of an adhesive sphere tears when it is drawn by a stiff rig."""
@@ -15,20 +15,15 @@ _CLOSE = 1e-14
 _ATTEMPTS = 60
 
 
-class Dmt:
+class Dmt(Around):
     """The force of `inner` less the pull-off force, as long as they touch.
 
     B. V. Derjaguin, V. M. Muller, Y. P. Toporov, J. Colloid Interface Sci. 53 (1975) 314.
     """
 
     def __init__(self, inner: ContactLaw, pull_off_n: float) -> None:
-        self._inner = inner
+        super().__init__(inner)
         self._pull_off_n = pull_off_n
-        self.remember = inner.remember
-
-    @property
-    def residual_m(self) -> float:
-        return self._inner.residual_m
 
     def evaluate(self, deformation_m: float) -> tuple[float, float]:
         if deformation_m <= self._inner.residual_m:
@@ -37,7 +32,7 @@ class Dmt:
         return force_n - self._pull_off_n, tangent
 
 
-class Jkr:
+class Jkr(Around):
     """An adhesive sphere: `inner` with the Hertz force K δ^1.5 replaced by that of the neck.
 
     δ = δ0 (A² − ⅔ √A), F = 4 P (A³ − A^1.5), δ0 = (4 P/K)^(2/3), A the contact radius over that at
@@ -46,16 +41,12 @@ class Jkr:
     """
 
     def __init__(self, inner: ContactLaw, k: float, pull_off_n: float) -> None:
-        self._inner = inner
+        super().__init__(inner)
         self._k = k
         self._four_p = 4.0 * pull_off_n
         self._scale_m = (4.0 * pull_off_n / k) ** (2.0 / 3.0)
         self._part_m = self._scale_m * (_PART_ROOT**4 - 2.0 / 3.0 * _PART_ROOT)
         self._joined = False
-
-    @property
-    def residual_m(self) -> float:
-        return self._inner.residual_m
 
     def _root(self, elastic_m: float) -> float:
         """√A ≥ 6^(−1/3): the upper zero of s⁴ − ⅔ s − δ/δ0."""

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from random import Random
 
 from stepload.errors import DeviceError
-from stepload.rig.device import Arm, Health, Identity
-from stepload.rig.faults import Fault, FaultCode
+from stepload.rig.device import Arm, Identity
+from stepload.rig.faults import FaultCode
 from stepload.rig.samples import ArmSample
 from stepload_drivers.motion import (
     NO_SHIFT,
@@ -16,9 +15,11 @@ from stepload_drivers.motion import (
     require_positive,
     require_shift,
 )
-from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.channels import Channel
+from stepload_drivers.sim.faults import ARM, Schedule
+from stepload_drivers.sim.sensors import Listener
 from stepload_drivers.sim.six_plant import SixPlant
-from stepload_drivers.sim.stream import NO_HEALTH, Host, Stream, not_open
+from stepload_drivers.sim.stream import Host, Place, not_open
 
 _NAME = "sim arm"
 _STILL_M_S = 1e-6
@@ -27,61 +28,49 @@ _ARRIVED_QUANTA = 3.0
 _MAX_LEAD_M = 1e-3
 
 
-class WorldArm(Arm):
-    """An arm that lives in a world; `find_host` is called at `open`.
-
-    In a world with one axis it cannot shift.
-    """
+class WorldArm(Listener[ArmSample], Arm):
+    """An arm that lives in a world. In a world with one axis it cannot shift."""
 
     can_shift = True
 
-    def __init__(self, find_host: Callable[[], Host]) -> None:
-        self._find_host = find_host
+    def __init__(self, place: Place) -> None:
+        identity = Identity("sim", "simulated axis", "SIM-ARM", "1", "none")
+        super().__init__(_NAME, identity, place)
         self._host: Host | None = None
-        self._stream: Stream | None = None
         self._delay_s = self._last_target_m = 0.0
         self._shift_m = NO_SHIFT
-        self._faults: Schedule | None = None
+        self._faults = Schedule(())
         self._chance = Random(0)
         self.period_s = 0.0
         self.has_force = False
 
-    def open(self, timeout_s: float) -> Identity:
-        if self._stream is None:
-            host = self._find_host()
-            spec = host.world.spec
-            self._stream = Stream(_NAME, host, host.world.arm, timeout_s)
-            self._host = host
-            self._faults = Schedule.for_arm(spec.faults)
-            self._chance = Random(spec.seed)
-            self._delay_s = spec.command_delay_s
-            self._last_target_m = host.world.plant.target_m
-            self._shift_m = NO_SHIFT
-            self.can_shift = isinstance(host.world.plant, SixPlant)
-            self.period_s = 1.0 / spec.arm_rate_hz
-            self.has_force = spec.arm_has_force
-            self.has_wrench = self.can_shift and self.has_force
-        return Identity("sim", "simulated axis", "SIM-ARM", "1", "none")
+    def _channel(self, host: Host) -> Channel:
+        return host.world.arm
 
-    def drain(self) -> list[ArmSample]:
-        return self._stream.drain() if self._stream else []
+    def _begin(self, host: Host, channel: Channel) -> None:
+        spec = host.world.spec
+        self._host = host
+        self._faults = Schedule(spec.faults, kinds=ARM)
+        self._chance = Random(spec.seed)
+        self._delay_s = spec.command_delay_s
+        self._last_target_m = host.world.plant.target_m
+        self._shift_m = NO_SHIFT
+        self.can_shift = isinstance(host.world.plant, SixPlant)
+        self.period_s = 1.0 / spec.arm_rate_hz
+        self.has_force = spec.arm_has_force
+        self.has_wrench = self.can_shift and self.has_force
+
+    @property
+    def _here(self) -> Host:
+        if self._host is None:
+            raise not_open(_NAME)
+        return self._host
 
     def held_m(self) -> float:
-        host = self._host
-        if host is None:
-            raise not_open(_NAME)
-        return host.world.plant.target_m
-
-    def health(self) -> Health:
-        return self._stream.health() if self._stream else NO_HEALTH
-
-    def fault(self) -> Fault | None:
-        return self._stream.fault() if self._stream else None
+        return self._here.world.plant.target_m
 
     def command(self, position_m: float, shift_m: Shift = NO_SHIFT) -> None:
-        host = self._host
-        if host is None:
-            raise not_open(_NAME)
+        host = self._here
         require_finite_target(position_m)
         require_shift(shift_m, self._shift_m, _MAX_LEAD_M)
         if shift_m != NO_SHIFT and not self.can_shift:
@@ -97,7 +86,6 @@ class WorldArm(Arm):
             )
         self._last_target_m, was_m, self._shift_m = position_m, self._shift_m, shift_m
         now_s = host.catch_up() - host.origin_s
-        assert self._faults is not None
         delay_s = self._delay_s
         if now_s >= self._faults.next_s:
             active = self._faults.active(now_s)
@@ -115,9 +103,7 @@ class WorldArm(Arm):
 
     def _send(self, position_m: float) -> str:
         """Send past the faults of `command` itself; returns why it cannot arrive, or ""."""
-        host, faults = self._host, self._faults
-        assert host is not None
-        assert faults is not None
+        host, faults = self._here, self._faults
         now_s = host.catch_up() - host.origin_s
         active = faults.active(now_s)
         if "command_lost" in active:
@@ -133,9 +119,7 @@ class WorldArm(Arm):
 
         Sent through the controller's own stop, which an exception in `command` does not touch.
         """
-        host = self._host
-        if host is None:
-            raise not_open(_NAME)
+        host = self._here
         plant = host.world.plant
         end_s = host.catch_up() + timeout_s
         problem = self._send(plant.drive_m)
@@ -157,9 +141,7 @@ class WorldArm(Arm):
         Begins at the measured position or the last target, whichever is further back: a measured
         position that lies must not become a push.
         """
-        host = self._host
-        if host is None:
-            raise not_open(_NAME)
+        host = self._here
         require_positive("retract", distance_m=distance_m, speed_m_s=speed_m_s)
         begin_s = now_s = host.catch_up()
         end_s = begin_s + timeout_s
@@ -186,15 +168,12 @@ class WorldArm(Arm):
 
     def _blind(self) -> str:
         """Why the arm's position is not known here, or ""."""
-        host, faults = self._host, self._faults
-        assert host is not None
-        assert faults is not None
+        host, faults = self._here, self._faults
         silent = {"arm_lost", "arm_dropout"} & faults.active(host.catch_up() - host.origin_s).keys()
         return "the arm's samples do not arrive" if silent else ""
 
     def _measured_m(self) -> float:
-        assert self._host is not None
-        return self._host.world.arm.last
+        return self._here.world.arm.last
 
     def _refused(self, what: str, problem: str) -> DeviceError:
         stopped = "protective" in problem
@@ -203,7 +182,5 @@ class WorldArm(Arm):
         return DeviceError(f"{_NAME}: {what} not confirmed: {problem}", code=code, hint=hint)
 
     def close(self) -> None:
-        if self._stream:
-            self._stream.close()
-        self._stream = None
+        super().close()
         self._host = None

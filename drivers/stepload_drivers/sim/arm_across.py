@@ -21,8 +21,6 @@ class ArmAcross:
     Faults of the arm's force along the press affect this one too.
     """
 
-    __slots__ = ("_last", "_mass", "_noise_x", "_noise_y", "_plant", "_zero_x", "_zero_y")
-
     def __init__(self, plant: SixPlant, spec: WorldSpec) -> None:
         self._plant = plant
         self._mass = spec.second_tool_mass_kg

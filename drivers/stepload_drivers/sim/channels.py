@@ -10,12 +10,12 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 from stepload.rig.samples import NOT_TOLD, ArmSample, DisplacementSample, ForceSample, Status
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.faults import Schedule
-from stepload_drivers.sim.mechanics import Mechanics
+from stepload_drivers.sim.mechanics import Mechanics, Pressed
 from stepload_drivers.sim.noise import normal_source, smooth_error
 from stepload_drivers.sim.sensor_truth import SensorTruth
 
@@ -48,38 +48,16 @@ def _quantised(value: float, quantum: float) -> float:
 class Channel:
     """Common part of the channels: the queue, the sequence, and faults of one reading."""
 
-    __slots__ = (
-        "_clock_s",
-        "_delay_s",
-        "_faults",
-        "_held",
-        "_newest_s",
-        "_noise",
-        "_quantum",
-        "_ramp",
-        "_range",
-        "disturbed",
-        "last",
-        "next_s",
-        "origin_s",
-        "pending",
-        "period_s",
-        "raising",
-        "samples",
-        "sequence",
-        "swapped",
-    )
-
     def __init__(
         self,
         *,
         rate_hz: float,
-        delay_s: float,
         clock_s: float,
         noise: Any,
         quantum: float,
-        limit: float,
         faults: Schedule,
+        delay_s: float = 0.0,
+        limit: float = math.inf,
     ) -> None:
         self.period_s = 1.0 / rate_hz
         self.pending: deque[Any]
@@ -151,24 +129,21 @@ class Channel:
             value, status = self._range, _FULL_SCALE
         if "nan" in active:
             value = math.nan
-        if "sequence_repeat" in active:
+        if arrives := self._arrives(time_s, active):
+            self._emit(arrives[0], arrives[1], status, value)
+
+    def _arrives(
+        self, time_s: float, active: dict[str, float], prefix: str = ""
+    ) -> tuple[float, float] | None:
+        """The sample's time by the device and by the host; None where it is lost on the way."""
+        if f"{prefix}sequence_repeat" in active:
             self.sequence -= 1
-        if "dropout" in active or "lost" in active:
-            return
-        device_s = self._clock_s + time_s + active.get("clock_step", 0.0)
-        receive_s = self.origin_s + time_s + self._delay_s + active.get("delay", 0.0)
+        if f"{prefix}dropout" in active or f"{prefix}lost" in active:
+            return None
+        device_s = self._clock_s + time_s + active.get(f"{prefix}clock_step", 0.0)
+        receive_s = self.origin_s + time_s + self._delay_s + active.get(f"{prefix}delay", 0.0)
         self._newest_s = receive_s = max(receive_s, self._newest_s)
-        self._emit(device_s, receive_s, status, value)
-
-
-class Pressed(Protocol):
-    """What a force sensor feels: the force now, and a base step ago."""
-
-    @property
-    def force_n(self) -> float: ...
-
-    @property
-    def last_force_n(self) -> float: ...
+        return device_s, receive_s
 
 
 class ForceChannel(Channel):
@@ -179,8 +154,6 @@ class ForceChannel(Channel):
         truth: the sensor as it is.
         wrench: from that reading to the whole wrench; along the axis alone if None.
     """
-
-    __slots__ = ("_drift", "_offset", "_pressed", "_wrench")
 
     def __init__(
         self,
@@ -216,27 +189,13 @@ class ForceChannel(Channel):
             if not -1.2 * limit <= value <= 1.2 * limit:
                 status = _FULL_SCALE
                 value = math.copysign(1.2 * limit, value)
-        quantum = self._quantum
-        if quantum:
-            value = (value / quantum + 0.5) // 1.0 * quantum
+        value = _quantised(value, self._quantum)
         self.sequence += 1
         if self.disturbed or time_s >= self._faults.next_s:
             self._disturb(time_s, truth, value, status)
             return
         self.last = value
-        self.pending.append(
-            _new(
-                ForceSample,
-                (
-                    self.sequence,
-                    self._clock_s + time_s,
-                    self.origin_s + time_s + self._delay_s,
-                    status,
-                    self._wrench(value),
-                    math.nan,
-                ),
-            )
-        )
+        self._emit(self._clock_s + time_s, self.origin_s + time_s + self._delay_s, status, value)
 
     def _emit(self, device_s: float, receive_s: float, status: int, value: float) -> None:
         wrench = self._wrench(value)
@@ -251,18 +210,14 @@ class ForceChannel(Channel):
 class GaugeChannel(Channel):
     """A displacement gauge across the contact; its zero is anywhere within ±20 µm."""
 
-    __slots__ = ("_offset", "_plant")
-
     def __init__(
         self, plant: Mechanics, spec: WorldSpec, *, offset_m: float, stream: int, faults: Schedule
     ) -> None:
         super().__init__(
             rate_hz=spec.gauge_rate_hz,
-            delay_s=0.0,
             clock_s=GAUGE_CLOCK_S,
             noise=normal_source(spec.seed, stream, spec.gauge_noise_m),
             quantum=spec.gauge_quantum_m,
-            limit=math.inf,
             faults=faults,
         )
         self._plant = plant
@@ -287,31 +242,14 @@ class GaugeChannel(Channel):
 class ArmChannel(Channel):
     """The arm's state: measured position and, where it has one, its own force estimate."""
 
-    __slots__ = (
-        "_arm_held",
-        "_drift_m",
-        "_error",
-        "_error_at_m",
-        "_error_m",
-        "_force_held",
-        "_force_noise",
-        "_force_offset",
-        "_has_force",
-        "_mass",
-        "_plant",
-        "arm_force_n",
-    )
-
     def __init__(
         self, plant: Mechanics, spec: WorldSpec, *, force_offset_n: float, faults: Schedule
     ) -> None:
         super().__init__(
             rate_hz=spec.arm_rate_hz,
-            delay_s=0.0,
             clock_s=ARM_CLOCK_S,
             noise=normal_source(spec.seed, 10, spec.position_noise_m),
             quantum=spec.position_quantum_m,
-            limit=math.inf,
             faults=faults,
         )
         self._plant = plant
@@ -334,9 +272,7 @@ class ArmChannel(Channel):
                 self._error_at_m, self._error_m = value, self._error(value)
             value += self._error_m
         value += self._noise()
-        quantum = self._quantum
-        if quantum:
-            value = (value / quantum + 0.5) // 1.0 * quantum
+        value = _quantised(value, self._quantum)
         if self._has_force:
             self.arm_force_n = plant.force_n + self._force_offset + self._force_noise()
             if self._mass:
@@ -346,21 +282,14 @@ class ArmChannel(Channel):
             self._disturb(time_s, plant.drive_m, value, 0)
             return
         self.last = value
-        self.pending.append(
-            _new(
-                ArmSample,
-                (
-                    self.sequence,
-                    self._clock_s + time_s,
-                    self.origin_s + time_s,
-                    0,
-                    value,
-                    self.arm_force_n,
-                    (0.0, 0.0, -value, 0.0, 0.0, 0.0),
-                    NOT_TOLD,
-                ),
-            )
-        )
+        self._tell(self._clock_s + time_s, self.origin_s + time_s, 0, value, self.arm_force_n)
+
+    def _tell(
+        self, device_s: float, receive_s: float, status: int, value: float, force: float
+    ) -> None:
+        pose = (0.0, 0.0, -value, 0.0, 0.0, 0.0)
+        row = (self.sequence, device_s, receive_s, status, value, force, pose, NOT_TOLD)
+        self.pending.append(_new(ArmSample, row))
 
     def _disturb(self, time_s: float, truth: float, value: float, status: int) -> None:
         active = self._faults.active(time_s)
@@ -403,13 +332,5 @@ class ArmChannel(Channel):
         self.last = value
         if "arm_nan" in active:
             value = math.nan
-        if "arm_sequence_repeat" in active:
-            self.sequence -= 1
-        if "arm_dropout" in active or "arm_lost" in active:
-            return
-        device_s = self._clock_s + time_s + active.get("arm_clock_step", 0.0)
-        receive_s = self.origin_s + time_s + active.get("arm_delay", 0.0)
-        self._newest_s = receive_s = max(receive_s, self._newest_s)
-        pose = (0.0, 0.0, -value, 0.0, 0.0, 0.0)
-        row = (self.sequence, device_s, receive_s, status, value, force, pose, NOT_TOLD)
-        self.pending.append(_new(ArmSample, row))
+        if arrives := self._arrives(time_s, active, "arm_"):
+            self._tell(arrives[0], arrives[1], status, value, force)

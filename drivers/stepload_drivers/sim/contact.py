@@ -32,15 +32,6 @@ class Contact(NamedTuple):
     creep: Creep | None
 
 
-def contact_law(payload: PayloadTruth) -> ContactLaw:
-    """The law of `payload` in its virgin state.
-
-    Raises:
-        DomainError: numbers that no payload has, or an unknown law.
-    """
-    return _contact(payload).law
-
-
 def contact_of(spec: WorldSpec) -> Contact:
     """The contact of a rig, with what is soft in its load path.
 

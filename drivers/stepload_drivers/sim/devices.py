@@ -9,13 +9,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from stepload.rig.device import Identity
 from stepload.rig.options import Option
 from stepload_drivers.sim import live
 from stepload_drivers.sim.arm import WorldArm
 from stepload_drivers.sim.sensors import WorldDisplacementSensor, WorldForceSensor
 
 _WORLD = Option("text", "name of the simulated world to live in", default="sim")
+
+
+def _values(options: Mapping[str, Option], given: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of all options, defaults filled in.
+
+    Raises:
+        TypeError: there is no such option.
+    """
+    if unknown := given.keys() - options.keys():
+        raise TypeError(f"no option is called {min(unknown)!r}")
+    return {name: given.get(name, option.default) for name, option in options.items()}
 
 
 def _length(help_text: str, default: float, low: float = 0.0) -> Option:
@@ -56,48 +66,25 @@ class SimArm(WorldArm):
         "force_noise": _force("noise of the arm's own force", 3.0),
     }
 
-    def __init__(
-        self,
-        *,
-        world: str = "sim",
-        seed: int = 0,
-        rate: float = 1000.0,
-        surface: float = 2e-3,
-        payload_k: float = 6.57e8,
-        payload_n: float = 1.5,
-        system_stiffness: float = 3.49e6,
-        mass: float = 20.0,
-        command_delay: float = 0.002,
-        lag: float = 0.004,
-        max_push: float = 1000.0,
-        position_quantum: float = 2e-6,
-        has_force: bool = True,
-        force_noise: float = 3.0,
-    ) -> None:
+    def __init__(self, **options: Any) -> None:
+        told = _values(self.OPTIONS, options)
+        stiffness, mass = told["system_stiffness"], told["mass"]
         truth = {
-            "seed": seed,
-            "arm_rate_hz": rate,
-            "surface_m": surface,
-            "payload": live.smooth_payload(payload_k, payload_n),
-            "system_stiffness_n_per_m": system_stiffness,
-            "system_damping_n_s_per_m": live.damping(system_stiffness, mass),
+            "seed": told["seed"],
+            "arm_rate_hz": told["rate"],
+            "surface_m": told["surface"],
+            "payload": live.smooth_payload(told["payload_k"], told["payload_n"]),
+            "system_stiffness_n_per_m": stiffness,
+            "system_damping_n_s_per_m": live.damping(stiffness, mass),
             "effective_mass_kg": mass,
-            "command_delay_s": command_delay,
-            "lag_s": lag,
-            "max_push_n": max_push,
-            "position_quantum_m": position_quantum,
-            "arm_has_force": has_force,
-            "arm_force_noise_n": force_noise,
+            "command_delay_s": told["command_delay"],
+            "lag_s": told["lag"],
+            "max_push_n": told["max_push"],
+            "position_quantum_m": told["position_quantum"],
+            "arm_has_force": told["has_force"],
+            "arm_force_noise_n": told["force_noise"],
         }
-        self._lease = live.Lease(world, truth)
-        super().__init__(self._lease.host)
-
-    def open(self, timeout_s: float) -> Identity:
-        return self._lease.during(super().open, timeout_s)
-
-    def close(self) -> None:
-        super().close()
-        self._lease.give_back()
+        super().__init__(live.Lease(told["world"], truth))
 
 
 class SimForceSensor(WorldForceSensor):
@@ -120,39 +107,21 @@ class SimForceSensor(WorldForceSensor):
         "bias": Option("quantity", "reading in free air", unit="N", default=5.0),
     }
 
-    def __init__(
-        self,
-        *,
-        world: str = "sim",
-        second: bool = False,
-        rate: float = 1000.0,
-        axis: str = "+fz",
-        noise: float = 0.1,
-        quantum: float = 0.05,
-        delay: float = 0.002,
-        range: float = 1000.0,
-        bias: float = 5.0,
-    ) -> None:
+    def __init__(self, **options: Any) -> None:
+        told = _values(self.OPTIONS, options)
+        second = told["second"]
         prefix = "second_force" if second else "force"
-        truth: dict[str, Any] = {
-            f"{prefix}_rate_hz": rate,
-            f"{prefix}_axis": axis,
-            f"{prefix}_noise_n": noise,
-            f"{prefix}_quantum_n": quantum,
-            f"{prefix}_delay_s": delay,
-            f"{prefix}_range_n": range,
+        truth = {
+            f"{prefix}_rate_hz": told["rate"],
+            f"{prefix}_axis": told["axis"],
+            f"{prefix}_noise_n": told["noise"],
+            f"{prefix}_quantum_n": told["quantum"],
+            f"{prefix}_delay_s": told["delay"],
+            f"{prefix}_range_n": told["range"],
         }
         if not second:
-            truth["start_force_bias_n"] = bias
-        self._lease = live.Lease(world, truth)
-        super().__init__(self._lease.host, second=second)
-
-    def open(self, timeout_s: float) -> Identity:
-        return self._lease.during(super().open, timeout_s)
-
-    def close(self) -> None:
-        super().close()
-        self._lease.give_back()
+            truth["start_force_bias_n"] = told["bias"]
+        super().__init__(live.Lease(told["world"], truth), second=second)
 
 
 class SimDisplacementSensor(WorldDisplacementSensor):
@@ -165,21 +134,11 @@ class SimDisplacementSensor(WorldDisplacementSensor):
         "quantum": _length("resolution", 0.1e-6),
     }
 
-    def __init__(
-        self,
-        *,
-        world: str = "sim",
-        rate: float = 100.0,
-        noise: float = 0.1e-6,
-        quantum: float = 0.1e-6,
-    ) -> None:
-        truth = {"gauge_rate_hz": rate, "gauge_noise_m": noise, "gauge_quantum_m": quantum}
-        self._lease = live.Lease(world, truth)
-        super().__init__(self._lease.host)
-
-    def open(self, timeout_s: float) -> Identity:
-        return self._lease.during(super().open, timeout_s)
-
-    def close(self) -> None:
-        super().close()
-        self._lease.give_back()
+    def __init__(self, **options: Any) -> None:
+        told = _values(self.OPTIONS, options)
+        truth = {
+            "gauge_rate_hz": told["rate"],
+            "gauge_noise_m": told["noise"],
+            "gauge_quantum_m": told["quantum"],
+        }
+        super().__init__(live.Lease(told["world"], truth))

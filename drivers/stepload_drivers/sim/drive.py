@@ -1,14 +1,13 @@
-"""One driven axis of an arm: it follows its target with lag, limits and lost motion.
-
-The same drive that `Plant` has along its one axis, by itself.
-"""
+"""One driven axis of an arm: it follows its target with lag, limits and lost motion."""
 
 from __future__ import annotations
 
 import math
+from collections import deque
 
 from stepload.rig.world import WorldSpec
 
+_EARLY_S = 1e-9
 _THERE_M = 1e-12
 """A drive this near to its target stands."""
 
@@ -21,27 +20,11 @@ class Drive:
         both_ways: whether the limited push also stops it when it goes back.
     """
 
-    __slots__ = (
-        "_accel_step",
-        "_both_ways",
-        "_brake_gap",
-        "_brake_half",
-        "_follow",
-        "_half_lost",
-        "_max_push",
-        "_max_speed",
-        "_step_s",
-        "_twice_accel",
-        "follower_m",
-        "position_m",
-        "speed_m_s",
-        "target_m",
-    )
-
     def __init__(
         self, spec: WorldSpec, step_s: float, *, lost_motion_m: float, both_ways: bool = False
     ) -> None:
         self.target_m = self.follower_m = self.position_m = self.speed_m_s = 0.0
+        self._commands: deque[tuple[float, float]] = deque()
         self._step_s = step_s
         lag_s = spec.lag_s
         self._follow = (1.0 - math.exp(-step_s / lag_s) if lag_s > 0.0 else 1.0) / step_s
@@ -55,6 +38,27 @@ class Drive:
         self._half_lost = 0.5 * lost_motion_m
         self._both_ways = both_ways
 
+    def command(self, apply_s: float, target_m: float) -> None:
+        """Follow `target_m` from `apply_s` on; commands take effect in order."""
+        commands = self._commands
+        if commands and commands[-1][0] > apply_s:
+            apply_s = commands[-1][0]
+        commands.append((apply_s, target_m))
+
+    def take_commands(self, time_s: float) -> bool:
+        """Follow the last command that is due at `time_s`; whether there is one."""
+        commands = self._commands
+        due = bool(commands) and commands[0][0] <= time_s + _EARLY_S
+        while commands and commands[0][0] <= time_s + _EARLY_S:
+            self.target_m = commands.popleft()[1]
+        return due
+
+    @property
+    def there(self) -> bool:
+        """Whether it stands at its target."""
+        gap, way = self.target_m - self.follower_m, self.speed_m_s * self._step_s
+        return -_THERE_M < gap < _THERE_M and -_THERE_M < way < _THERE_M
+
     def hold(self) -> None:
         """Brake: stand here."""
         self.follower_m = self.target_m = self.position_m
@@ -62,11 +66,11 @@ class Drive:
 
     def advance(self, push_n: float) -> float:
         """One step towards the target while it pushes with `push_n`; returns its speed in it."""
-        gap = self.target_m - self.follower_m
-        speed, h = self.speed_m_s, self._step_s
-        if -_THERE_M < gap < _THERE_M and -_THERE_M < speed * h < _THERE_M:
+        if self.there:
             self.speed_m_s = 0.0
             return 0.0
+        gap = self.target_m - self.follower_m
+        speed, h = self.speed_m_s, self._step_s
         want = gap * self._follow
         if not -self._brake_gap <= gap <= self._brake_gap:
             half = self._brake_half
@@ -78,16 +82,16 @@ class Drive:
         follower = self.follower_m + want * h
         here, half = self.position_m, self._half_lost
         if follower - here > half:
-            moved = follower - half
             blocked = push_n >= self._max_push
         elif here - follower > half:
-            moved = follower + half
+            half = -half
             blocked = self._both_ways and push_n <= -self._max_push
         else:
             self.follower_m = follower
             return 0.0
+        moved = follower - half
         if blocked:
-            self.follower_m = here + (half if moved > here else -half)
+            self.follower_m = here + half
             self.speed_m_s = 0.0
             return 0.0
         self.follower_m = follower

@@ -44,7 +44,7 @@ _SIX = {
 }
 """Faults of the main force sensor of a rig with six axes; they do not affect one axis."""
 
-_ARM = {
+ARM = {
     "arm_freeze": "the whole arm sample stands still; sequence and clock go on",
     "arm_dropout": _CHANNEL["dropout"],
     "arm_delay": _CHANNEL["delay"],
@@ -69,12 +69,12 @@ _ARM = {
     "command_raise": "`command` raises an exception that no driver should let out",
 }
 
-_PLATE = {
+PLATE = {
     "plate_moves": "it moves by `magnitude` m towards the arm, within 20 ms, and back at the end",
     "plate_slips": "friction falls to `magnitude`, until the end; rigs with six axes",
 }
 
-_HOST = {"host_stall": "the program stands still once for `magnitude` seconds; the rig goes on"}
+HOST = {"host_stall": "the program stands still once for `magnitude` seconds; the rig goes on"}
 
 FAULTS: dict[str, str] = (
     {f"force_{name}": f"force sensor: {text}" for name, text in _CHANNEL.items()}
@@ -83,9 +83,9 @@ FAULTS: dict[str, str] = (
     | {f"force_{name}": f"force sensor: {text}" for name, text in _WRENCH.items()}
     | {f"second_{name}": f"second force sensor: {text}" for name, text in _WRENCH.items()}
     | {f"force_{name}": f"force sensor: {text}" for name, text in _SIX.items()}
-    | {name: f"arm: {text}" for name, text in _ARM.items()}
-    | {name: f"plate: {text}" for name, text in _PLATE.items()}
-    | {name: f"host: {text}" for name, text in _HOST.items()}
+    | {name: f"arm: {text}" for name, text in ARM.items()}
+    | {name: f"plate: {text}" for name, text in PLATE.items()}
+    | {name: f"host: {text}" for name, text in HOST.items()}
 )
 """Every kind of fault with one line of help; `magnitude` is unused where the line does not name it.
 """
@@ -111,8 +111,6 @@ class Schedule:
             left out of their kind, or else by `kinds`.
     """
 
-    __slots__ = ("_faults", "next_s")
-
     def __init__(
         self,
         faults: Iterable[WorldFault],
@@ -131,18 +129,6 @@ class Schedule:
         self.next_s = 0.0
         """World time from which `active` must be called."""
         self._look_ahead()
-
-    @classmethod
-    def for_arm(cls, faults: Iterable[WorldFault]) -> Schedule:
-        return cls(faults, kinds=_ARM)
-
-    @classmethod
-    def for_plate(cls, faults: Iterable[WorldFault]) -> Schedule:
-        return cls(faults, kinds=_PLATE)
-
-    @classmethod
-    def for_host(cls, faults: Iterable[WorldFault]) -> Schedule:
-        return cls(faults, kinds=_HOST)
 
     def _look_ahead(self) -> None:
         self.next_s = min((start for start, *_ in self._faults), default=math.inf)

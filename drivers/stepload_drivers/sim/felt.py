@@ -2,32 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from stepload.rig.mount import Mount, SensorMount, Vector3
+from stepload.rig.mount import SensorMount, Vector3
 from stepload_drivers.sim.channels import Wrench
-from stepload_drivers.sim.frames import FloatArray, turning
+from stepload_drivers.sim.frames import FloatArray, skew, turning
+from stepload_drivers.sim.six_plant import SixPlant
 
 _PLACES = {"z": (0, 1, 2), "x": (1, 2, 0), "y": (2, 0, 1)}
 """Index of the component of the sensor that shows axis 1, 2, 3 of the pressing frame."""
-
-
-class Loaded(Protocol):
-    """A rig whose sensor is loaded; vectors in the pressing frame."""
-
-    @property
-    def mount(self) -> Mount: ...
-
-    @property
-    def load(self) -> Vector3: ...
-
-    @property
-    def last_load(self) -> Vector3: ...
-
-    @property
-    def acceleration_m_s2(self) -> Vector3: ...
 
 
 class Felt:
@@ -43,7 +28,7 @@ class Felt:
 
     def __init__(
         self,
-        plant: Loaded,
+        plant: SixPlant,
         sensor: SensorMount,
         axis: str,
         tool_mass_kg: float,
@@ -55,7 +40,7 @@ class Felt:
         shows = _shows(sensor, axis)
         weight = tool_mass_kg * np.array(mount.gravity_m_s2)
         contact, tool = _with_moment(sensor.lever_m), _with_moment(sensor.tool_cog_m)
-        turned = -_skew(weight) @ np.array(mount.turn_rad_per_n)
+        turned = -skew(weight) @ np.array(mount.turn_rad_per_n)
         self._of_load = _six_rows(shows @ (contact + tool @ turned))
         self._of_tool = _six_rows(shows @ tool * tool_mass_kg) if tool_mass_kg else None
         self._of_weight = _six_rows((shows @ tool @ -weight)[:, None]) if weighs else None
@@ -77,15 +62,9 @@ class Felt:
         return tuple(six)
 
 
-def _skew(vector: FloatArray | Vector3) -> FloatArray:
-    """[v]×, so that [v]× w = v × w."""
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-
-
 def _with_moment(lever: Vector3) -> FloatArray:
     """(6, 3): force and moment about the sensor's origin of a force at `lever`."""
-    return np.vstack([np.eye(3), _skew(lever)])
+    return np.vstack([np.eye(3), skew(lever)])
 
 
 def _shows(sensor: SensorMount, axis: str) -> FloatArray:

@@ -12,14 +12,20 @@ from stepload.rig.mount import Matrix3, Vector3
 FloatArray = NDArray[np.float64]
 
 
+def skew(vector: FloatArray | Vector3) -> FloatArray:
+    """[v]×, so that [v]× w = v × w."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
 def turning(rotation_rad: Vector3) -> FloatArray:
     """The matrix of a rotation vector (Rodrigues)."""
     angle = math.hypot(*rotation_rad)
     if angle == 0.0:
         return np.eye(3)
     x, y, z = (part / angle for part in rotation_rad)
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turned: FloatArray = np.eye(3) + math.sin(angle) * skew + (1.0 - math.cos(angle)) * skew @ skew
+    axis = skew((x, y, z))
+    turned: FloatArray = np.eye(3) + math.sin(angle) * axis + (1.0 - math.cos(angle)) * axis @ axis
     return turned
 
 

@@ -39,6 +39,20 @@ class ContactLaw(Protocol):
         ...
 
 
+class Around:
+    """A law around another one: it parts where that does, and remembers by it."""
+
+    def __init__(self, inner: ContactLaw) -> None:
+        self._inner = inner
+
+    @property
+    def residual_m(self) -> float:
+        return self._inner.residual_m
+
+    def remember(self, deformation_m: float) -> None:
+        self._inner.remember(deformation_m)
+
+
 def power_curve(k: float, n: float) -> Curve:
     """F = K δ^n (2)."""
 
@@ -179,7 +193,7 @@ class Plastic:
         self._unloading_k = force_n / (deformation_m - self.residual_m) ** 1.5
 
 
-class Hysteresis:
+class Hysteresis(Around):
     """Takes a share of the loading work of `inner` in every full cycle.
 
     F = L(δ) (1 − η (1 − z)/2); z goes to 1 on loading and to −1 on unloading, by the power 1/c of
@@ -188,7 +202,7 @@ class Hysteresis:
     """
 
     def __init__(self, inner: ContactLaw, share: float, n: float) -> None:
-        self._inner = inner
+        super().__init__(inner)
         self._eta = share * (1.0 + TURNING_SHARE * (n + 1.0))
         if not 0.0 <= self._eta < 1.0:
             limit = 1.0 / (1.0 + TURNING_SHARE * (n + 1.0))
@@ -196,10 +210,6 @@ class Hysteresis:
         self._elastic_m = 0.0
         self._z = 1.0
         self._rising = True
-
-    @property
-    def residual_m(self) -> float:
-        return self._inner.residual_m
 
     def _turn(self, elastic_m: float) -> tuple[float, bool]:
         last_m = self._elastic_m
@@ -229,18 +239,13 @@ class Hysteresis:
         self._elastic_m = elastic_m
 
 
-class HardStop:
+class HardStop(Around):
     """A body of `stiffness` hidden at a deformation of `stop_m`, parallel to `inner`."""
 
     def __init__(self, inner: ContactLaw, stop_m: float, stiffness_n_per_m: float) -> None:
-        self._inner = inner
+        super().__init__(inner)
         self._stop_m = stop_m
         self._stiffness = stiffness_n_per_m
-        self.remember = inner.remember
-
-    @property
-    def residual_m(self) -> float:
-        return self._inner.residual_m
 
     def evaluate(self, deformation_m: float) -> tuple[float, float]:
         force_n, stiffness = self._inner.evaluate(deformation_m)

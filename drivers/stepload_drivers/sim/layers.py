@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from stepload_drivers.sim.laws import ContactLaw, Curve
+from stepload_drivers.sim.laws import Around, ContactLaw, Curve
 
 Give = Callable[[float], tuple[float, float]]
 """Travel in m over a force in N > 0, and its slope in m/N; never falling."""
@@ -42,17 +42,13 @@ def soft_path_give(stiffness_n_per_m: float, softness: float, force_n: float) ->
     return give
 
 
-class Series:
+class Series(Around):
     """Something that gives way by `give` in series with `inner`; it is never stretched."""
 
     def __init__(self, inner: ContactLaw, give: Give) -> None:
-        self._inner = inner
+        super().__init__(inner)
         self._give = give
         self._at_m = self._inside_m = 0.0
-
-    @property
-    def residual_m(self) -> float:
-        return self._inner.residual_m
 
     def evaluate(self, deformation_m: float) -> tuple[float, float]:
         """Newton's method within a bracket; the travel inside is at most all of it."""

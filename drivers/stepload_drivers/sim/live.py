@@ -6,13 +6,12 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 from stepload.errors import DeviceError
 from stepload.rig.clock import MonotonicClock
-from stepload.rig.device import Identity
 from stepload.rig.faults import FaultCode
 from stepload.rig.mount import ZERO, Vector3
 from stepload.rig.samples import SixFloats
@@ -119,7 +118,10 @@ class LiveWorld:
         self._delay_s = spec.command_delay_s
         plant = self.world.plant
         self._six = plant if isinstance(plant, SixPlant) else None
-        self._felt = _felt_by_emulators(plant, spec) if isinstance(plant, SixPlant) else None
+        self._felt: Felt | None = None
+        if self._six is not None:  # the emulator of the sensor adds the tool's weight itself
+            sensor, mass_kg = self._six.mount.sensor, spec.force_tool_mass_kg
+            self._felt = Felt(self._six, sensor, spec.force_axis, mass_kg, weighs=False)
         self._lock = threading.Lock()
         steps = round(_HISTORY_S / self.world.plant.step_s)
         self._states = deque([self._state()], maxlen=steps)
@@ -186,11 +188,6 @@ class LiveWorld:
         return now_s
 
 
-def _felt_by_emulators(plant: SixPlant, spec: WorldSpec) -> Felt:
-    """Load on the main sensor; its emulator adds the tool's weight itself."""
-    return Felt(plant, plant.mount.sensor, spec.force_axis, spec.force_tool_mass_kg, weighs=False)
-
-
 class _Shared:
     """One named world of this process: the settings of its devices, and which of them are open."""
 
@@ -236,14 +233,6 @@ class Lease:
                     )
             shared.leases.add(self)
             return shared.live
-
-    def during(self, opening: Callable[[float], Identity], timeout_s: float) -> Identity:
-        """Run `opening`; the world is released if it fails."""
-        try:
-            return opening(timeout_s)
-        except BaseException:
-            self.give_back()
-            raise
 
     def give_back(self) -> None:
         """Release the world, which ends with its last device. Idempotent."""

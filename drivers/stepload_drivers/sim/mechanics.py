@@ -5,18 +5,22 @@ from __future__ import annotations
 from typing import Protocol
 
 
-class Mechanics(Protocol):
-    """A plant; positions and forces along the press. See `Plant` for what each means."""
-
-    step_s: float
-    time_s: float
-    braked: bool
+class Pressed(Protocol):
+    """What a force sensor feels: the force now, and a base step ago."""
 
     @property
     def force_n(self) -> float: ...
 
     @property
     def last_force_n(self) -> float: ...
+
+
+class Mechanics(Pressed, Protocol):
+    """A plant; positions and forces along the press. See `Plant` for what each means."""
+
+    step_s: float
+    time_s: float
+    braked: bool
 
     @property
     def peak_n(self) -> float: ...

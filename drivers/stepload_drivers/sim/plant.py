@@ -12,12 +12,11 @@ not confirm the linearisation, or that would swing past a force peak, is divided
 from __future__ import annotations
 
 import math
-from collections import deque
 
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.contact import Contact, contact_of, path_give
+from stepload_drivers.sim.drive import Drive
 
-_EARLY_S = 1e-9
 SWING_RAD = 0.4
 """Largest phase of the contact oscillation in one sub-step while it rings."""
 RINGING_N, RINGING_SHARE = 0.01, 2e-4
@@ -27,12 +26,13 @@ ERROR_N, ERROR_SHARE = 0.01, 5e-4
 AT_REST_N = 1e-4
 """Unbalanced force below which a contact on a standing drive is left alone."""
 _SHORTEST_S = 1e-8
-_THERE_M = 1e-12
-"""A drive this near to its target stands."""
 
 
 class Plant:
     """The mechanics of a simulated rig, advanced by fixed steps of `step_s`.
+
+    `peak_n` is the largest contact force so far, also between samples; `surface_m` the travel at
+    which the virgin payload touches.
 
     Args:
         spec: the truth.
@@ -40,49 +40,6 @@ class Plant:
         contact: the law, where it has been made already.
         swing_rad, error_factor: refine the sub-stepping (tests of convergence).
     """
-
-    __slots__ = (
-        "_accel_step",
-        "_brake_gap",
-        "_brake_half",
-        "_commands",
-        "_contact_m",
-        "_damping",
-        "_error_factor",
-        "_evaluate",
-        "_follow",
-        "_follower",
-        "_free",
-        "_gamma",
-        "_give",
-        "_half_lost",
-        "_law",
-        "_mass",
-        "_max_push",
-        "_max_speed",
-        "_peak_n",
-        "_resting",
-        "_slip_share",
-        "_steps",
-        "_stiffness",
-        "_sub_s",
-        "_surface",
-        "_swing",
-        "_tangent",
-        "_twice_accel",
-        "braked",
-        "drive_m",
-        "drive_speed",
-        "force_n",
-        "last_force_n",
-        "last_tip_speed",
-        "step_s",
-        "sub_steps",
-        "target_m",
-        "time_s",
-        "tip_m",
-        "tip_speed",
-    )
 
     def __init__(
         self,
@@ -95,35 +52,22 @@ class Plant:
     ) -> None:
         self.step_s = step_s
         self.time_s = 0.0
-        self.target_m = self.drive_m = self.tip_m = 0.0
-        self.drive_speed = self.tip_speed = self.last_tip_speed = 0.0
-        self.force_n = self.last_force_n = self._tangent = self._peak_n = 0.0
+        self.tip_m = self.tip_speed = self.last_tip_speed = 0.0
+        self.force_n = self.last_force_n = self.peak_n = self._tangent = 0.0
         self.braked = self._resting = False
         self.sub_steps = self._steps = 0
-        self._follower = 0.0
-        self._commands: deque[tuple[float, float]] = deque()
+        lost_m = spec.lost_motion_m + spec.slip_m
+        self._slip_share = spec.slip_m / lost_m if spec.slip_m > 0.0 else 0.0
+        self._axis = Drive(spec, step_s, lost_motion_m=lost_m)
         self._law = (contact or contact_of(spec)).law
         self._give = path_give(spec)
         self._evaluate = self._law.evaluate
-        self._surface = spec.surface_m
+        self.surface_m = spec.surface_m
         self._contact_m = spec.surface_m + self._law.residual_m
         self._mass = spec.effective_mass_kg
         self._stiffness = spec.system_stiffness_n_per_m
         self._damping = spec.system_damping_n_s_per_m
         self._gamma = 0.5 * self._damping / self._mass
-        self._max_speed = spec.max_speed_m_s
-        self._max_push = spec.max_push_n
-        lost_m = spec.lost_motion_m + spec.slip_m
-        self._half_lost = 0.5 * lost_m
-        self._slip_share = spec.slip_m / lost_m if spec.slip_m > 0.0 else 0.0
-        lag_s = spec.lag_s
-        share = 1.0 - math.exp(-step_s / lag_s) if lag_s > 0.0 else 1.0
-        self._follow = share / step_s
-        accel = spec.max_acceleration_m_s2
-        self._accel_step = accel * step_s
-        self._twice_accel = 2.0 * accel
-        self._brake_half = 0.5 * accel * step_s
-        self._brake_gap = accel * (2.0 - self._follow * step_s) / self._follow**2
         self._swing = swing_rad
         self._error_factor = error_factor
         self._sub_s = step_s
@@ -136,33 +80,35 @@ class Plant:
         low, high = self._contact_m, self.drive_m
         for _ in range(60):
             self.tip_m = 0.5 * (low + high)
-            self.force_n, self._tangent = self._evaluate(self.tip_m - self._surface)
+            self.force_n, self._tangent = self._evaluate(self.tip_m - self.surface_m)
             if self.force_n > self._spring_n(self.drive_m):
                 high = self.tip_m
             else:
                 low = self.tip_m
-        self._law.remember(self.tip_m - self._surface)
-        self.last_force_n = self._peak_n = self.force_n
-
-    @property
-    def peak_n(self) -> float:
-        """Largest contact force so far, also between samples."""
-        return self._peak_n
+        self._law.remember(self.tip_m - self.surface_m)
+        self.last_force_n = self.peak_n = self.force_n
 
     @property
     def peak_equivalent_n(self) -> float:
-        """The same: with one axis no lateral load lowers the payload's limit."""
-        return self._peak_n
+        """Like `peak_n`: with one axis no lateral load lowers the payload's limit."""
+        return self.peak_n
 
     @property
-    def surface_m(self) -> float:
-        """Travel at which the virgin payload touches."""
-        return self._surface
+    def target_m(self) -> float:
+        return self._axis.target_m
+
+    @property
+    def drive_m(self) -> float:
+        return self._axis.position_m
+
+    @property
+    def drive_speed(self) -> float:
+        return self._axis.speed_m_s
 
     @property
     def closed_m(self) -> float:
         """Approach of payload and plate, negative apart; without the give of the load path."""
-        closed_m = self.tip_m - self._surface
+        closed_m = self.tip_m - self.surface_m
         if self._give is not None and self.force_n > 0.0:
             closed_m -= self._give(self.force_n)[0]
         return closed_m
@@ -175,16 +121,14 @@ class Plant:
     @property
     def measured_m(self) -> float:
         """Travel where the arm measures it: before what slips."""
+        axis = self._axis
         if self._slip_share:
-            return self.drive_m + self._slip_share * (self._follower - self.drive_m)
-        return self.drive_m
+            return axis.position_m + self._slip_share * (axis.follower_m - axis.position_m)
+        return axis.position_m
 
     def command(self, apply_s: float, target_m: float) -> None:
         """Let the drive follow `target_m` from `apply_s` on; commands take effect in order."""
-        commands = self._commands
-        if commands and commands[-1][0] > apply_s:
-            apply_s = commands[-1][0]
-        commands.append((apply_s, target_m))
+        self._axis.command(apply_s, target_m)
 
     def _propagator(self, tangent: float, dt: float) -> tuple[float, float, float, float]:
         """exp of the linearised system over `dt`: (u, u̇) → (p11 u + p12 u̇, p21 u + p22 u̇)."""
@@ -212,20 +156,14 @@ class Plant:
         h = self.step_s
         self.last_force_n = self.force_n
         self.last_tip_speed = self.tip_speed
-        commands = self._commands
-        if commands and commands[0][0] <= self.time_s + _EARLY_S:
-            limit = self.time_s + _EARLY_S
-            while commands and commands[0][0] <= limit:
-                self.target_m = commands.popleft()[1]
-        drive = self.drive_m
-        gap = self.target_m - self._follower
-        speed = self.drive_speed
-        if -_THERE_M < gap < _THERE_M and -_THERE_M < speed * h < _THERE_M:
-            self.drive_speed = 0.0
-            moved = drive
-            actual = 0.0
+        axis = self._axis
+        axis.take_commands(self.time_s)
+        drive, actual = axis.position_m, 0.0
+        if self.braked and not axis.there:
+            axis.hold()
         else:
-            moved, actual = self._drive(drive, gap, speed, h)
+            actual = axis.advance(self._spring_n(drive))
+        moved = axis.position_m
         tip = self.tip_m
         if self.force_n == 0.0:
             u = tip - drive
@@ -248,46 +186,8 @@ class Plant:
                 self.tip_speed = speed
         elif actual or not self._resting:
             self._press(drive, actual, h)
-        self.drive_m = moved
         self._steps += 1
         self.time_s = self._steps * h
-
-    def _drive(self, drive: float, gap: float, speed: float, h: float) -> tuple[float, float]:
-        """The drive's next position and the speed that takes it there."""
-        if self.braked:
-            self._follower = self.target_m = drive
-            self.drive_speed = 0.0
-            return drive, 0.0
-        want = gap * self._follow
-        if not -self._brake_gap <= gap <= self._brake_gap:
-            half = self._brake_half
-            brake = math.sqrt(half * half + self._twice_accel * abs(gap)) - half
-            want = brake if gap > 0.0 else -brake
-        top = self._max_speed
-        if want > top:
-            want = top
-        elif want < -top:
-            want = -top
-        change = self._accel_step
-        if want > speed + change:
-            want = speed + change
-        elif want < speed - change:
-            want = speed - change
-        self.drive_speed = want
-        follower = self._follower + want * h
-        half = self._half_lost
-        if follower - drive > half:
-            moved = follower - half
-            if self._spring_n(drive) >= self._max_push:
-                self._follower = drive + half
-                self.drive_speed = 0.0
-                return drive, 0.0
-        elif drive - follower > half:
-            moved = follower + half
-        else:
-            moved = drive
-        self._follower = follower
-        return moved, (moved - drive) / h
 
     def _turns_inside(self, x: float, v: float, v1: float, dt: float) -> bool:
         """Whether a tip that is apart before and after `dt` touches in between."""
@@ -300,7 +200,7 @@ class Plant:
         """Tip in contact, or coming into it, over one base step in as many sub-steps as needed."""
         evaluate = self._evaluate
         stiffness, damping, mass, gamma = self._stiffness, self._damping, self._mass, self._gamma
-        surface = self._surface
+        surface = self.surface_m
         x, v, force, tangent = self.tip_m, self.tip_speed, self.force_n, self._tangent
         left = h
         dt = 2.0 * self._sub_s
@@ -340,14 +240,14 @@ class Plant:
                 ):
                     break
                 dt *= 0.5
-            if force1 > self._peak_n:
-                self._peak_n = force1
+            if force1 > self.peak_n:
+                self.peak_n = force1
             if v > 0.0 > v1 and force1 > 0.0:
                 turn = evaluate(x + 0.5 * dt * v * v / (v - v1) - surface)[0]
-                if turn > self._peak_n:
-                    self._peak_n = turn
-            if small and force1 + ringing > self._peak_n:
-                self._peak_n = force1 + ringing
+                if turn > self.peak_n:
+                    self.peak_n = turn
+            if small and force1 + ringing > self.peak_n:
+                self.peak_n = force1 + ringing
             self._law.remember(x1 - surface)
             x, v, force, tangent = x1, v1, force1, tangent1
             drive += speed * dt

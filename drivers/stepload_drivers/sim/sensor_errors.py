@@ -1,11 +1,12 @@
-"""Errors of a force sensor besides noise: nonlinearity, cross-talk, side force."""
+"""What a force sensor feels besides the contact, and its errors besides noise."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from stepload.rig.world import WorldSpec
-from stepload_drivers.sim.channels import WRENCHES, Pressed, Wrench
+from stepload_drivers.sim.channels import WRENCHES, Wrench
+from stepload_drivers.sim.mechanics import Mechanics, Pressed
 
 
 class Bent:
@@ -13,8 +14,6 @@ class Bent:
 
     F + cross-talk of the lateral force + q2 F²/F_max + q3 F³/F_max², F_max its rated force.
     """
-
-    __slots__ = ("_cubic", "_linear", "_pressed", "_quadratic")
 
     def __init__(self, pressed: Pressed, spec: WorldSpec) -> None:
         self._pressed = pressed
@@ -32,6 +31,23 @@ class Bent:
     @property
     def last_force_n(self) -> float:
         return self._felt(self._pressed.last_force_n)
+
+
+class Carrying:
+    """A reading to which the mass on the measured side adds m ẍ, positive as pressing is."""
+
+    def __init__(self, pressed: Pressed, plant: Mechanics, mass_kg: float) -> None:
+        self._pressed = pressed
+        self._plant = plant
+        self._mass_kg = mass_kg
+
+    @property
+    def force_n(self) -> float:
+        return self._pressed.force_n + self._mass_kg * self._plant.tip_acceleration_m_s2
+
+    @property
+    def last_force_n(self) -> float:
+        return self._pressed.last_force_n + self._mass_kg * self._plant.tip_acceleration_m_s2
 
 
 def sideways(

@@ -8,21 +8,15 @@ import numpy as np
 
 from stepload.errors import DomainError
 from stepload.rig.world import WorldSpec
-from stepload_drivers.sim.channels import (
-    ArmChannel,
-    Channel,
-    ForceChannel,
-    GaugeChannel,
-    Pressed,
-)
+from stepload_drivers.sim.channels import ArmChannel, Channel, ForceChannel, GaugeChannel
 from stepload_drivers.sim.contact import contact_of
-from stepload_drivers.sim.faults import Schedule, check_kinds
-from stepload_drivers.sim.inertia import carrying
+from stepload_drivers.sim.faults import ARM, Schedule, check_kinds
+from stepload_drivers.sim.mechanics import Pressed
 from stepload_drivers.sim.noise import normal_source
-from stepload_drivers.sim.sensor_errors import Bent, sideways
+from stepload_drivers.sim.sensor_errors import Bent, Carrying, sideways
 from stepload_drivers.sim.sensor_truth import SensorTruth, main_sensor, second_sensor
 from stepload_drivers.sim.six_plant import SixPlant
-from stepload_drivers.sim.six_world import SixArmChannel, force_of, mechanics_of, second_force_of
+from stepload_drivers.sim.six_world import SixArmChannel, mechanics_of, sensor_of
 
 _EARLY_S = 1e-9
 _LONGEST_STEP_S = 1e-3
@@ -64,16 +58,18 @@ class World:
         arm_offset_n = float(chance.normal()) * spec.arm_force_noise_n
         gauge_zero_m = float(chance.uniform(-_GAUGE_ZERO_M, _GAUGE_ZERO_M))
         second_offset_n = float(chance.normal()) * 3.0 * spec.second_force_noise_n
-        arm_faults = Schedule.for_arm(spec.faults)
+        arm_faults = Schedule(spec.faults, kinds=ARM)
         self.arm: ArmChannel
         self.force: Channel
         self.second_force: Channel | None = None
         if isinstance(self.plant, SixPlant):
             six = self.plant
             self.arm = SixArmChannel(six, spec, force_offset_n=arm_offset_n, faults=arm_faults)
-            self.force = force_of(spec, six)
+            bend = spec.sensor_quadratic, spec.sensor_cubic
+            self.force = sensor_of(six, six.mount.sensor, main_sensor(spec), bend)
             if spec.second_force_rate_hz > 0.0:
-                self.second_force = second_force_of(spec, six, second_offset_n)
+                truth = second_sensor(spec, second_offset_n)
+                self.second_force = sensor_of(six, six.mount.second_sensor, truth)
         else:
             self.arm, self.force, self.second_force = self._one_axis(
                 spec, arm_offset_n, second_offset_n, arm_faults
@@ -104,18 +100,13 @@ class World:
     def _sensor(self, truth: SensorTruth, pressed: Pressed) -> ForceChannel:
         """A force sensor of such a rig."""
         spec = self.spec
+        if truth.tool_mass_kg:
+            pressed = Carrying(pressed, self.plant, truth.tool_mass_kg)
         across = normal_source(truth.seed, truth.stream + 1, truth.noise_n)
-        return ForceChannel(
-            carrying(pressed, self.plant, truth.tool_mass_kg),
-            truth,
-            wrench=sideways(
-                self.plant,
-                truth.axis,
-                share=spec.lateral,
-                noise=across,
-                six=spec.six_components,
-            ),
+        wrench = sideways(
+            self.plant, truth.axis, share=spec.lateral, noise=across, six=spec.six_components
         )
+        return ForceChannel(pressed, truth, wrench=wrench)
 
     @property
     def time_s(self) -> float:

@@ -160,14 +160,8 @@ class WrenchChannel(Channel):
             six, status = self._rounded(forces), _FULL_SCALE
         if "nan" in active:
             six = _NAN
-        if "sequence_repeat" in active:
-            self.sequence -= 1
-        if "dropout" in active or "lost" in active:
-            return
-        device_s = self._clock_s + time_s + active.get("clock_step", 0.0)
-        receive_s = self.origin_s + time_s + self._delay_s + active.get("delay", 0.0)
-        self._newest_s = receive_s = max(receive_s, self._newest_s)
-        self._send(device_s, receive_s, status, six)
+        if arrives := self._arrives(time_s, active):
+            self._send(arrives[0], arrives[1], status, six)
 
     def _cut_across(self, active: dict[str, float], values: list[float]) -> None:
         """Faults that leave the component along the axis what it is."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 
 from stepload.rig.mount import Mount, Vector3
 from stepload.rig.world import WorldSpec
@@ -15,7 +14,6 @@ from stepload_drivers.sim.held import held
 from stepload_drivers.sim.moving_plate import moving_plate
 from stepload_drivers.sim.six_tip import SWING_RAD, SixTip
 
-_EARLY_S = 1e-9
 _HALVINGS = 60
 
 
@@ -59,8 +57,6 @@ class SixPlant:
             Drive(spec, step_s, lost_motion_m=0.0, both_ways=True),
         )
         self._shifted = False
-        self._commands: deque[tuple[float, float]] = deque()
-        self._shifts: deque[tuple[float, float, float]] = deque()
         self._held = held(spec, mount, step_s)
         axes = self._held.to_press
         self._pulls = tuple(times(self._held.stiffness, axis) for axis in axes)
@@ -111,24 +107,20 @@ class SixPlant:
 
     def command(self, apply_s: float, target_m: float) -> None:
         """Let the drive follow `target_m` from `apply_s` on; commands take effect in order."""
-        commands = self._commands
-        if commands and commands[-1][0] > apply_s:
-            apply_s = commands[-1][0]
-        commands.append((apply_s, target_m))
+        self._axial.command(apply_s, target_m)
 
     def command_shift(self, apply_s: float, x_m: float, y_m: float) -> None:
         """Let the drives across the press follow these targets likewise."""
-        shifts = self._shifts
-        if shifts and shifts[-1][0] > apply_s:
-            apply_s = shifts[-1][0]
-        shifts.append((apply_s, x_m, y_m))
+        for drive, target_m in zip(self._across, (x_m, y_m), strict=True):
+            drive.command(apply_s, target_m)
 
     def step(self) -> None:
         """Go on by `step_s`: what moves by itself, the drives at constant speed, then the tip."""
         self.last_load = self.load
         self._last_speed = self.tip.speed
-        if self._commands or self._shifts:
-            self._take_commands()
+        self._axial.take_commands(self.time_s)
+        for drive in self._across:
+            self._shifted = drive.take_commands(self.time_s) or self._shifted
         if self.time_s >= self._slippery.next_s:
             self._take_friction()
         before = self._drive
@@ -146,15 +138,6 @@ class SixPlant:
         static, kinetic = self.mount.friction_static, self.mount.friction_kinetic
         most = self._slippery.active(self.time_s).get("plate_slips", static)
         self.tip.slips_at(min(static, most), min(kinetic, most))
-
-    def _take_commands(self) -> None:
-        limit = self.time_s + _EARLY_S
-        while self._commands and self._commands[0][0] <= limit:
-            self._axial.target_m = self._commands.popleft()[1]
-        while self._shifts and self._shifts[0][0] <= limit:
-            _, x_m, y_m = self._shifts.popleft()
-            self._across[0].target_m, self._across[1].target_m = x_m, y_m
-            self._shifted = True
 
     def _advance_drives(self) -> Vector3:
         """All drives by one base step; their speed in the plate's frame."""
@@ -291,16 +274,6 @@ class SixPlant:
         """Mean acceleration of the tip over the last base step, pressing frame."""
         (a, b, c), (x, y, z), h = self.tip.speed, self._last_speed, self.step_s
         return times(self._held.to_press, ((a - x) / h, (b - y) / h, (c - z) / h))
-
-    @property
-    def slid_m(self) -> float:
-        """Way that the contact has slid so far."""
-        return self.tip.slid_m
-
-    @property
-    def normal_n(self) -> float:
-        """Contact force along the plate's normal."""
-        return self.tip.normal_n
 
     @property
     def friction_n(self) -> float:

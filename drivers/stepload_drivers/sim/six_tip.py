@@ -37,6 +37,9 @@ End = tuple[float, float, Rubbing, float]
 class SixTip:
     """State of the tip, frame of the plate; advanced by base steps of `step_s`.
 
+    `normal_n` is the contact force along the plate's normal, `slid_m` the way that the contact has
+    slid so far.
+
     Args:
         law: of the normal force.
         surface_m: coordinate along the normal at which the virgin payload touches.
@@ -44,41 +47,6 @@ class SixTip:
         exponent: n of the normal law.
         swing_rad, error_factor: refine the sub-stepping (tests of convergence).
     """
-
-    __slots__ = (
-        "_calm",
-        "_clings",
-        "_damping_rate",
-        "_error_factor",
-        "_evaluate",
-        "_exponent",
-        "_free",
-        "_heaviest",
-        "_kinetic",
-        "_law",
-        "_left",
-        "_lightest",
-        "_quiet_soft",
-        "_ratio",
-        "_soft_rate",
-        "_springs",
-        "_static",
-        "_step_s",
-        "_stiffest",
-        "_sub_s",
-        "_swing",
-        "_tangent",
-        "at",
-        "normal_n",
-        "peak_equivalent_n",
-        "peak_n",
-        "resting",
-        "rubbing",
-        "slid_m",
-        "speed",
-        "sub_steps",
-        "surface_m",
-    )
 
     def __init__(
         self,

@@ -11,7 +11,7 @@ from stepload_drivers.sim.contact import Contact
 from stepload_drivers.sim.faults import Schedule
 from stepload_drivers.sim.felt import Felt
 from stepload_drivers.sim.mechanics import Mechanics
-from stepload_drivers.sim.sensor_truth import SensorTruth, main_sensor, second_sensor
+from stepload_drivers.sim.sensor_truth import SensorTruth
 from stepload_drivers.sim.six_channels import WrenchChannel
 from stepload_drivers.sim.six_plant import SixPlant
 from stepload_drivers.sim.slow import plant_of
@@ -24,22 +24,15 @@ def mechanics_of(spec: WorldSpec, contact: Contact, *, step_s: float) -> Mechani
     return plant_of(spec, contact, step_s=step_s)
 
 
-def force_of(spec: WorldSpec, plant: SixPlant) -> WrenchChannel:
-    """The main force sensor."""
-    sensor, truth = plant.mount.sensor, main_sensor(spec)
-    bend = spec.sensor_quadratic, spec.sensor_cubic
-    return WrenchChannel(felt_by(plant, sensor, truth), sensor, truth, bend=bend)
-
-
-def second_force_of(spec: WorldSpec, plant: SixPlant, offset_n: float) -> WrenchChannel:
-    """The second force sensor."""
-    sensor, truth = plant.mount.second_sensor, second_sensor(spec, offset_n)
-    return WrenchChannel(felt_by(plant, sensor, truth), sensor, truth)
-
-
-def felt_by(plant: SixPlant, sensor: SensorMount, truth: SensorTruth) -> Felt:
-    """What a force sensor feels where it sits."""
-    return Felt(plant, sensor, truth.axis, truth.tool_mass_kg)
+def sensor_of(
+    plant: SixPlant,
+    sensor: SensorMount,
+    truth: SensorTruth,
+    bend: tuple[float, float] = (0.0, 0.0),
+) -> WrenchChannel:
+    """A force sensor where it sits."""
+    felt = Felt(plant, sensor, truth.axis, truth.tool_mass_kg)
+    return WrenchChannel(felt, sensor, truth, bend=bend)
 
 
 class SixArmChannel(ArmChannel):

@@ -6,11 +6,10 @@ import math
 
 from stepload.rig.world import WorldSpec
 from stepload_drivers.sim.contact import Contact
-from stepload_drivers.sim.faults import Schedule
+from stepload_drivers.sim.faults import PLATE, Schedule
+from stepload_drivers.sim.moving_plate import MovingPlate
 from stepload_drivers.sim.plant import Plant
 
-PLATE_MOVES_S = 0.02
-"""Time in which a plate moves by the magnitude of its fault."""
 FINEST_M = 2e-8
 """A plate that moves in contact does so in steps of this size, between which the tip yields."""
 
@@ -18,31 +17,27 @@ FINEST_M = 2e-8
 class SlowPlant(Plant):
     """A `Plant` whose contact creeps and whose surface moves nearer, in base steps."""
 
-    __slots__ = ("_creep", "_moved_m", "_moving_m", "_nearer_m", "_plate", "_plate_m")
-
     def __init__(self, spec: WorldSpec, contact: Contact, *, step_s: float) -> None:
         self._creep = contact.creep
         self._nearer_m = spec.drift_m_s * step_s
-        self._plate = Schedule.for_plate(spec.faults)
-        self._moved_m = self._moving_m = self._plate_m = 0.0
+        self._plate = MovingPlate(spec, Schedule(spec.faults, kinds=PLATE), step_s)
+        self._moving_m = 0.0
         super().__init__(spec, step_s=step_s, contact=contact)
 
     def step(self) -> None:
         """Go on by `step_s`: first what moves by itself, then the mechanics."""
-        self._surface -= self._nearer_m
-        if self.time_s >= self._plate.next_s or self._moved_m != 0.0:
-            self._move_plate()
+        self.surface_m -= self._nearer_m
+        self._moving_m = self._plate.change_m(self.time_s)
         if self._creep is not None:
             self._creep.flow(self.step_s)
         if self.force_n != 0.0:
-            self.force_n, self._tangent = self._evaluate(self.tip_m - self._surface)
-            if self.force_n > self._peak_n:
-                self._peak_n = self.force_n
+            self.force_n, self._tangent = self._evaluate(self.tip_m - self.surface_m)
+            if self.force_n > self.peak_n:
+                self.peak_n = self.force_n
             self._resting = False
-        self._contact_m = self._surface - self._moving_m + self._law.residual_m
+        self._contact_m = self.surface_m - self._moving_m + self._law.residual_m
         super().step()
-        self._surface -= self._moving_m  # the tip is apart: nothing has been pressed on the way
-        self._moving_m = 0.0
+        self.surface_m -= self._moving_m  # the tip is apart: nothing has been pressed on the way
 
     def _press(self, drive: float, speed: float, h: float) -> None:
         """Press on a plate that may move at the same time."""
@@ -50,21 +45,11 @@ class SlowPlant(Plant):
         piece_m, self._moving_m = self._moving_m / pieces, 0.0
         for _ in range(pieces):
             if piece_m != 0.0:
-                self._surface -= piece_m
-                self.force_n, self._tangent = self._evaluate(self.tip_m - self._surface)
-                self._peak_n = max(self._peak_n, self.force_n)
+                self.surface_m -= piece_m
+                self.force_n, self._tangent = self._evaluate(self.tip_m - self.surface_m)
+                self.peak_n = max(self.peak_n, self.force_n)
             super()._press(drive, speed, h / pieces)
             drive += speed * h / pieces
-
-    def _move_plate(self) -> None:
-        """Motion of the plate in this base step, towards the position of its fault."""
-        goal_m = self._plate.active(self.time_s).get("plate_moves", 0.0)
-        self._plate_m = max(abs(goal_m), self._plate_m)
-        most_m = self._plate_m * self.step_s / PLATE_MOVES_S
-        change_m = max(-most_m, min(most_m, goal_m - self._moved_m))
-        self._moved_m = goal_m if change_m == goal_m - self._moved_m else self._moved_m + change_m
-        self._moving_m = change_m
-        self._resting = False
 
 
 def plant_of(spec: WorldSpec, contact: Contact, *, step_s: float) -> Plant:

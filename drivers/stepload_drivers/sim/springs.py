@@ -22,8 +22,6 @@ Swing = tuple[Vector3, Vector3, Vector3]
 class Springs:
     """What holds the tip; without state."""
 
-    __slots__ = ("_damping_s", "_mass", "_stiffness")
-
     def __init__(self, held: Held) -> None:
         self._mass, self._stiffness, self._damping_s = held.mass, held.stiffness, held.damping_s
 

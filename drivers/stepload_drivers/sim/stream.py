@@ -38,6 +38,22 @@ class Host(Protocol):
         ...
 
 
+class Place(Protocol):
+    """Where a device finds its host."""
+
+    def host(self) -> Host:
+        """The host of the world, which runs from now on at the latest.
+
+        Raises:
+            DeviceError: the device does not fit into the world.
+        """
+        ...
+
+    def give_back(self) -> None:
+        """The device needs the world no longer. Idempotent."""
+        ...
+
+
 class Stream:
     """Samples of one channel, taken off the wire.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stepload.rig.world import SimulatedRig, WorldSpec
 from stepload_drivers.sim.arm import WorldArm
-from stepload_drivers.sim.faults import FAULTS, Schedule
+from stepload_drivers.sim.faults import FAULTS, HOST, Schedule
 from stepload_drivers.sim.sensors import WorldDisplacementSensor, WorldForceSensor
 from stepload_drivers.sim.simulation import World
 
@@ -17,7 +17,7 @@ class VirtualClock:
     def __init__(self, world: World) -> None:
         self._world = world
         self._now_s = 0.0
-        self._stalls = Schedule.for_host(world.spec.faults)
+        self._stalls = Schedule(world.spec.faults, kinds=HOST)
 
     def now_s(self) -> float:
         return self._now_s
@@ -32,12 +32,18 @@ class VirtualClock:
 
 
 class VirtualHost:
-    """The program's side of a simulated rig in virtual time (a `stream.Host`)."""
+    """The program's side of a simulated rig in virtual time (a `stream.Host`, and its place)."""
 
     def __init__(self, world: World) -> None:
         self.world = world
         self.clock = VirtualClock(world)
         self.origin_s = 0.0
+
+    def host(self) -> VirtualHost:
+        return self
+
+    def give_back(self) -> None:
+        """The world goes on for as long as anything refers to it."""
 
     def catch_up(self) -> float:
         return self.clock._now_s
@@ -57,12 +63,10 @@ class _OpenWorld:
         world = World(spec)
         host = VirtualHost(world)
         return SimulatedRig(
-            arm=WorldArm(lambda: host),
-            force=WorldForceSensor(lambda: host),
-            displacement=WorldDisplacementSensor(lambda: host) if world.gauge else None,
-            second_force=WorldForceSensor(lambda: host, second=True)
-            if world.second_force
-            else None,
+            arm=WorldArm(host),
+            force=WorldForceSensor(host),
+            displacement=WorldDisplacementSensor(host) if world.gauge else None,
+            second_force=WorldForceSensor(host, second=True) if world.second_force else None,
             clock=host.clock,
             world=world,
         )

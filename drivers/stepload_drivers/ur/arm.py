@@ -75,9 +75,16 @@ class UrArm(Arm):
     def __init__(self, **options: Any) -> None:
         self._settings = settings_from(options)
         self._axes = state.pressing_axes(self._settings.approach)
-        self.period_s = 0.002
         self._child: ChildProcess | None = None
-        self._tally = Tally(self.period_s)
+        self._loaded = ""
+        self._number = 0
+        self._sent_s = 0.0
+        self._begin(0.002)
+
+    def _begin(self, period_s: float) -> None:
+        """Know nothing of the arm but its control period."""
+        self.period_s = period_s
+        self._tally = Tally(period_s)
         self._samples: list[ArmSample] = []
         self._start: state.Vector6 | None = None
         self._target_m = 0.0
@@ -87,23 +94,14 @@ class UrArm(Arm):
         self._fault: Fault | None = None
         self._unloading: Unloading | None = None
         self._reach = Reach(self._settings)
-        self._loaded = ""
         self._stage = ""
         self._replies: dict[int, dict[str, Any]] = {}
-        self._number = 0
-        self._sent_s = 0.0
 
     def open(self, timeout_s: float) -> Identity:
         self.close()
         deadline_s = time.monotonic() + timeout_s
         controller = preflight(self._settings, deadline_s)
-        self.period_s = controller.period_s
-        self._tally = Tally(self.period_s)
-        self._samples, self._last, self._start, self._fault = [], None, None, None
-        self._replies, self._target_m, self._stage = {}, 0.0, ""
-        self._shift_m = NO_SHIFT
-        self._unloading, self._reach = None, Reach(self._settings)
-        self._configuration = None
+        self._begin(controller.period_s)
         left_s = max(0.1, deadline_s - time.monotonic())
         self._child = ChildProcess(self._settings, self.period_s, left_s)
         try:

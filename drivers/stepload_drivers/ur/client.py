@@ -10,7 +10,6 @@ import socket
 import struct
 import time
 from collections.abc import Sequence
-from types import TracebackType
 
 from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
@@ -45,20 +44,25 @@ def _connect(host: str, port: int, deadline_s: float) -> socket.socket:
     return sock
 
 
-def _receive(sock: socket.socket, host: str, port: int, deadline_s: float) -> bytes:
-    left_s = deadline_s - time.monotonic()
-    if left_s <= 0.0:
-        raise _no_answer(host, port, "no answer in time")
-    sock.settimeout(left_s)
+def _receive(sock: socket.socket, host: str, port: int, timeout_s: float) -> bytes:
+    """What has arrived; empty if nothing does within `timeout_s`."""
+    sock.settimeout(timeout_s)
     try:
         data = sock.recv(65536)
-    except TimeoutError as error:
-        raise _no_answer(host, port, "no answer in time") from error
+    except TimeoutError:
+        return b""
     except OSError as error:
         raise _no_answer(host, port, f"connection lost ({error})") from error
     if not data:
         raise _no_answer(host, port, "the controller closed the connection")
     return data
+
+
+def _receive_by(sock: socket.socket, host: str, port: int, deadline_s: float) -> bytes:
+    left_s = deadline_s - time.monotonic()
+    if left_s > 0.0 and (data := _receive(sock, host, port, left_s)):
+        return data
+    raise _no_answer(host, port, "no answer in time")
 
 
 class RtdeClient:
@@ -72,23 +76,12 @@ class RtdeClient:
         self._frames: list[Frame] = []
         self._layout = frames.package_struct([])
 
-    def __enter__(self) -> RtdeClient:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
-
     def close(self) -> None:
         self._sock.close()
 
     def _next(self) -> Frame:
         while not self._frames:
-            self._feed(_receive(self._sock, self._host, RTDE, self._deadline_s))
+            self._feed(_receive_by(self._sock, self._host, RTDE, self._deadline_s))
         return self._frames.pop(0)
 
     def _feed(self, data: bytes) -> None:
@@ -176,16 +169,7 @@ class RtdeClient:
         Raises:
             DeviceError: the connection is lost, or the values of a package are impossible.
         """
-        self._sock.settimeout(timeout_s)
-        try:
-            data = self._sock.recv(65536)
-        except TimeoutError:
-            return []
-        except OSError as error:
-            raise _no_answer(self._host, RTDE, f"connection lost ({error})") from error
-        if not data:
-            raise _no_answer(self._host, RTDE, "the controller closed the connection")
-        self._feed(data)
+        self._feed(_receive(self._sock, self._host, RTDE, timeout_s))
         taken, self._frames = self._frames, []
         return [self._state(frame) for frame in taken if self._is_data(frame)]
 
@@ -196,7 +180,7 @@ class RtdeClient:
         v = self._layout.unpack(frame.payload)[1:]
         package = state.UrState(v[0], v[1:7], v[7:13], v[13], v[14], v[15], v[16])
         if problem := state.data_problem(package):
-            raise DeviceError(problem.message, code=problem.code, hint=problem.hint)
+            raise problem.error()
         return package
 
 
@@ -234,7 +218,7 @@ class Dashboard:
 
     def _line(self, deadline_s: float) -> str:
         while b"\n" not in self._text:
-            self._text += _receive(self._sock, self._host, DASHBOARD, deadline_s)
+            self._text += _receive_by(self._sock, self._host, DASHBOARD, deadline_s)
         line, _, self._text = self._text.partition(b"\n")
         return line.decode("utf-8", "replace").strip()
 

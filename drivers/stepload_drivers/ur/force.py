@@ -12,11 +12,10 @@ from stepload.errors import DeviceError
 from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
 from stepload.rig.options import Option
-from stepload.rig.samples import ForceSample, SixFloats, Status
+from stepload.rig.samples import ForceSample, Status
 from stepload_drivers.clockwatch import JUMP_S, ClockWatch
-from stepload_drivers.identity import require_serial_number
 from stepload_drivers.stream import Stream
-from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed
+from stepload_drivers.streamed import MAX_AGE, STALE_S, Deadline, Streamed, require_serial_number
 from stepload_drivers.ur.client import RtdeClient, Version, dashboard
 from stepload_drivers.ur.state import UrState
 
@@ -65,11 +64,11 @@ class UrForce(Streamed[ForceSample], ForceSensor):
         self._range_n = range
         self._max_age_s = max_age
         self._name = f"UR sensor at {host}"
-        self._client: RtdeClient | None = None
+        self._link: RtdeClient | None = None
 
     def _connect(self, deadline: Deadline) -> Identity:
         end_s = time.monotonic() + deadline.left_s(self._name)
-        client = self._client = RtdeClient(self._host, end_s)
+        client = self._link = RtdeClient(self._host, end_s)
         version = client.version()
         self._check_version(version)
         serial_number, model = dashboard(
@@ -112,8 +111,8 @@ class UrForce(Streamed[ForceSample], ForceSensor):
         return Stream(self._name, 1.0 / RATE_HZ, self._max_age_s, FROZEN_S, attrgetter("wrench"))
 
     def _read(self, stream: Stream[ForceSample]) -> None:
-        assert self._client is not None
-        packages = self._client.arrived(WAIT_S)
+        assert self._link is not None
+        packages = self._link.arrived(WAIT_S)
         arrival_s = time.monotonic()
         fresh = [
             (self._sequence, package)
@@ -157,10 +156,10 @@ class UrForce(Streamed[ForceSample], ForceSensor):
         status = 0
         if max(map(abs, package.wrench[:3])) >= self._limit_n:
             status |= Status.OVERRANGE
+            told = ", ".join(f"{force:.1f}" for force in package.wrench[:3])
             stream.latch(
                 FaultCode.OVERLOAD,
-                f"{self._name} reads {self._text(package.wrench)} N, its rated force is "
-                f"{self._limit_n:g} N",
+                f"{self._name} reads {told} N, its rated force is {self._limit_n:g} N",
                 "unload, and check the zero before going on",
             )
         if package.robot_mode < POWERED:
@@ -172,12 +171,3 @@ class UrForce(Streamed[ForceSample], ForceSensor):
                 "power the arm on, release the brakes, let the sensor warm up, tare again",
             )
         return int(status)
-
-    @staticmethod
-    def _text(wrench: SixFloats) -> str:
-        return ", ".join(f"{force:.1f}" for force in wrench[:3])
-
-    def _disconnect(self) -> None:
-        client, self._client = self._client, None
-        if client is not None:
-            client.close()

@@ -110,11 +110,7 @@ class Loop:
     def follow(self, position_m: float | None) -> None:
         """Take over a target, or none; one that is not finite ends the process."""
         if position_m is not None and not math.isfinite(position_m):
-            self.die(
-                FaultCode.NOT_FINITE,
-                f"position target {position_m} m is not finite",
-                "a bug of the run: please report it with the record",
-            )
+            self._not_finite(f"position target {position_m}")
         self.target_m = position_m
         self.fresh_target = position_m is not None
         if position_m is not None:
@@ -124,17 +120,13 @@ class Loop:
         """Take over a target of the run, which may be across the approach too."""
         position_m, shift_m = wire.unpack_target(message)
         if not all(map(math.isfinite, shift_m)):
-            self.die(
-                FaultCode.NOT_FINITE,
-                f"shift {shift_m} m is not finite",
-                "a bug of the run: please report it with the record",
-            )
+            self._not_finite(f"shift {shift_m}")
         self.shift_m = shift_m
         self.follow(position_m)
 
-    def sent(self, at_s: float) -> None:
-        """An input was sent by other means than `step`, not before `at_s`."""
-        self.sent_s = at_s
+    def _not_finite(self, what: str) -> NoReturn:
+        hint = "a bug of the run: please report it with the record"
+        self.die(FaultCode.NOT_FINITE, f"{what} m is not finite", hint)
 
     def step(self) -> None:
         """Process messages of both sides, send what is due, wait a little."""

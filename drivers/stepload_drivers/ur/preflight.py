@@ -6,6 +6,7 @@ they rely on is asked first, with time-outs of our own.
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 
 from stepload.errors import DeviceError
@@ -91,7 +92,7 @@ def preflight(settings: Settings, deadline_s: float) -> Controller:
         DeviceError: NOT_CONNECTED, UNSUPPORTED (version, slider below 100 %), WRONG_DEVICE,
             NOT_REMOTE, REFUSED_COMMAND (registers taken), or the stop that is in force.
     """
-    with RtdeClient(settings.host, deadline_s) as rtde:
+    with contextlib.closing(RtdeClient(settings.host, deadline_s)) as rtde:
         version = rtde.version()
         check_version(version, upper_registers=settings.upper_registers)
         names = register_names(upper_registers=settings.upper_registers)
@@ -105,13 +106,9 @@ def preflight(settings: Settings, deadline_s: float) -> Controller:
             )
         rtde.start(125.0)
         if problem := safety_problem(rtde.read()):
-            raise DeviceError(
-                f"{settings.host}: {problem.message}", code=problem.code, hint=problem.hint
-            )
+            raise problem.error(f"{settings.host}: ")
     if problem := slow_problem(told(settings.host, deadline_s)):
-        raise DeviceError(
-            f"{settings.host}: {problem.message}", code=problem.code, hint=problem.hint
-        )
+        raise problem.error(f"{settings.host}: ")
     serial_number, model = _identity(settings, version, deadline_s)
     return Controller(version, serial_number, model)
 

@@ -48,7 +48,7 @@ def connect(loop: Loop) -> None:
     if loop.settings.prove_watchdog:
         _trip_watchdog(loop)
         _restart(loop)
-    _wait(loop, lambda _: loop.standstill.still, STANDSTILL_S, "the arm does not stand still")
+    _wait_still(loop)
     loop.begin_here()
 
 
@@ -58,8 +58,8 @@ def stop_servo(loop: Loop) -> dict[str, object]:
     loop.follow(None)
     at_s = time.monotonic()
     confirmed = control.stop_servo(SERVO_STOP_M_S2)
-    loop.sent(at_s)
-    _wait(loop, lambda _: loop.standstill.still, STANDSTILL_S, "the arm does not stand still")
+    loop.sent_s = at_s
+    _wait_still(loop)
     return {"confirmed": confirmed, "runtime_state": loop.state.runtime_state}
 
 
@@ -77,9 +77,7 @@ def prove(loop: Loop, distance_m: float, speed_m_s: float) -> dict[str, object]:
     _back_away(loop, distance_m, speed_m_s)
     cut_m = loop.position_m
     stop_s = _trip_watchdog(loop)
-    more_s = _wait(
-        loop, lambda _: loop.standstill.still, STANDSTILL_S, "the arm does not stand still"
-    )
+    more_s = _wait_still(loop)
     went_m = abs(loop.position_m - cut_m)
     _restart(loop)
     return {"stop_s": stop_s, "still_s": stop_s + more_s, "travel_m": went_m}
@@ -127,6 +125,11 @@ def _wait(loop: Loop, done: Callable[[UrState], bool], timeout_s: float, what: s
     return time.monotonic() - started_s
 
 
+def _wait_still(loop: Loop) -> float:
+    still = "the arm does not stand still"
+    return _wait(loop, lambda _: loop.standstill.still, STANDSTILL_S, still)
+
+
 def _begin(loop: Loop) -> None:
     """Wait until both connections report a running program, and prepare it; then a stop is a fault.
 
@@ -165,7 +168,7 @@ def _prepare(loop: Loop) -> None:
     at_s = time.monotonic()
     if not _control(loop).prepare():
         raise RequestError("the controller refused TCP, payload or watchdog")
-    loop.sent(at_s)
+    loop.sent_s = at_s
 
 
 def _trip_watchdog(loop: Loop) -> float:

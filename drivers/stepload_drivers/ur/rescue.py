@@ -9,11 +9,12 @@ RTDE is read only to confirm.
 
 from __future__ import annotations
 
+import contextlib
 import time
 
 from stepload.errors import DeviceError
 from stepload_drivers.ur.client import RtdeClient, dashboard, send_script
-from stepload_drivers.ur.state import PLAYING
+from stepload_drivers.ur.state import PLAYING, UrState
 
 DECELERATION_M_S2 = 2.0
 ACCELERATION_M_S2 = 0.2
@@ -47,24 +48,30 @@ def stop(host: str, deadline_s: float) -> None:
         DeviceError: neither way was confirmed by `deadline_s`.
     """
     try:
-        replies = dashboard(host, ["stop", "running"], _within(deadline_s, ASK_LIMIT_S))
+        replies = dashboard(host, ["stop", "running"], soon(deadline_s))
         if replies[0] == "Stopped" and replies[1].lower().endswith("false"):
             return
     except DeviceError:
         pass
     send_script(host, STOP_SCRIPT, deadline_s)
-    with RtdeClient(host, deadline_s) as rtde:
-        rtde.version()
-        rtde.start(125.0)
+    with contextlib.closing(RtdeClient(host, deadline_s)) as rtde:
         _wait_still(rtde)
 
 
-def _within(deadline_s: float, limit_s: float) -> float:
-    return min(deadline_s, time.monotonic() + limit_s)
+def soon(deadline_s: float) -> float:
+    """The end of the time for a question, at the latest `deadline_s`."""
+    return min(deadline_s, time.monotonic() + ASK_LIMIT_S)
+
+
+def started(rtde: RtdeClient) -> UrState:
+    """Let the controller send; the first package."""
+    rtde.version()
+    rtde.start(125.0)
+    return rtde.read()
 
 
 def _wait_still(rtde: RtdeClient) -> None:
-    still, last = 0, rtde.read()
+    still, last = 0, started(rtde)
     while still < STILL_PACKAGES:
         package = rtde.read()
         moved_m = max(abs(a - b) for a, b in zip(package.pose[:3], last.pose[:3], strict=True))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from stepload.errors import DeviceError
 from stepload.rig.faults import FaultCode
 from stepload_drivers.motion import NO_SHIFT, Shift
 
@@ -55,6 +56,9 @@ class Problem(NamedTuple):
     code: FaultCode
     message: str
     hint: str
+
+    def error(self, where: str = "") -> DeviceError:
+        return DeviceError(f"{where}{self.message}", code=self.code, hint=self.hint)
 
 
 def data_problem(state: UrState) -> Problem | None:

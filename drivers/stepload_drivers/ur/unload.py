@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import time
+from contextlib import closing
 
 from stepload.errors import DeviceError
 from stepload.rig.device import ArmConfiguration
@@ -18,7 +19,7 @@ from stepload.rig.faults import FaultCode
 from stepload_drivers.ur.client import RtdeClient, dashboard, send_script
 from stepload_drivers.ur.last_seen import LastSeen
 from stepload_drivers.ur.lookout import Lookout, require_nobody
-from stepload_drivers.ur.rescue import ASK_LIMIT_S, IDLE_LIMIT_S, retract_script
+from stepload_drivers.ur.rescue import IDLE_LIMIT_S, retract_script, soon, started
 from stepload_drivers.ur.settings import Settings
 from stepload_drivers.ur.state import (
     PAUSED,
@@ -114,13 +115,13 @@ class Unloading:
         """
         if not self.under_way:
             return True
-        if self._held_by_slider(self._configuration(_soon(deadline_s))):
+        if self._held_by_slider(self._configuration(soon(deadline_s))):
             self._handed_over_s = math.nan
             return True
         idle_since_s = math.inf
         while (now_s := time.monotonic()) < deadline_s:
             try:
-                [reply] = dashboard(self._settings.host, ["running"], _soon(deadline_s))
+                [reply] = dashboard(self._settings.host, ["running"], soon(deadline_s))
             except DeviceError:
                 return False
             idle = reply.lower().endswith("false")
@@ -156,7 +157,7 @@ class Unloading:
         """Raises where somebody else has control, or where this cannot be excluded."""
         begun_s = time.monotonic()
         own_s = self._own_s if begun_s - self._alone_s >= self._own_s else math.inf
-        package = self._sight(_soon(deadline_s), own_s)
+        package = self._sight(soon(deadline_s), own_s)
         if package is not None:
             self._check_stopped_by_nobody(package)
             if package.runtime_state == PLAYING and own_s < math.inf:
@@ -165,7 +166,7 @@ class Unloading:
                     "another program runs on the controller: no retract is sent",
                     "stop it on the pendant and move the arm clear by hand",
                 )
-            now = self._configuration(_soon(deadline_s))
+            now = self._configuration(soon(deadline_s))
             if self._held_by_slider(now):
                 self._refuse(
                     FaultCode.SETTING_CHANGED,
@@ -211,8 +212,8 @@ class Unloading:
         """
         wait_s = 0.0 if own_s == math.inf else own_s
         try:
-            with RtdeClient(self._settings.host, deadline_s + wait_s) as rtde:
-                first = _started(rtde)
+            with closing(RtdeClient(self._settings.host, deadline_s + wait_s)) as rtde:
+                first = started(rtde)
                 package = rtde.read()
                 until_s = time.monotonic() + wait_s
                 while package.runtime_state == PLAYING and time.monotonic() < until_s:
@@ -242,8 +243,8 @@ class Unloading:
         The end is that the arm has arrived, or that no program has run for a while.
         """
         played = False
-        with RtdeClient(self._settings.host, deadline_s) as rtde:
-            package = _started(rtde)
+        with closing(RtdeClient(self._settings.host, deadline_s)) as rtde:
+            package = started(rtde)
             idle_since_s = news_s = time.monotonic()
             while (now_s := time.monotonic()) - idle_since_s < IDLE_LIMIT_S:
                 self._check_stopped_by_nobody(package)
@@ -264,13 +265,3 @@ class Unloading:
                     )
         self._handed_over_s = math.nan
         return played or self._back_m > BEGUN_SHARE * distance_m
-
-
-def _started(rtde: RtdeClient) -> UrState:
-    rtde.version()
-    rtde.start(125.0)
-    return rtde.read()
-
-
-def _soon(deadline_s: float) -> float:
-    return min(deadline_s, time.monotonic() + ASK_LIMIT_S)

@@ -22,35 +22,29 @@ class Alignment:
     Args:
         course: state of the run.
         approach: finds the surface, as before every loading.
-        aligning: radius, limits and speeds; None where the plan asks for no alignment.
+        aligning: radius, limits and speeds.
         stopped: what to do when the operator stops the run here.
     """
 
     def __init__(
-        self, course: Course, approach: Approach, aligning: Aligning | None, stopped: Then
+        self, course: Course, approach: Approach, aligning: Aligning, stopped: Then
     ) -> None:
         self._course, self._approach, self._aligning = course, approach, aligning
-        self._shifting = Shifting(course, aligning, stopped) if aligning is not None else None
+        self._shifting = Shifting(course, aligning, stopped)
         self._stopped = stopped
         self._then = stopped
         self._cycle = course.cycle
-        self._points: tuple[Point, ...] = ()
+        self._points = (CENTRE, *circle(aligning.radius_m))
         self._travel_m: list[float] = []
 
     def begin(self, now_s: float, then: Then) -> None:
-        """Touch, judge the tilt, and call `then` on the axis; at once where none is planned."""
-        if self._aligning is None:
-            then(now_s)
-            return
+        """Touch, judge the tilt, and call `then` on the axis."""
         self._then = then
-        self._points = (CENTRE, *circle(self._aligning.radius_m))
-        self._travel_m = []
         self._cycle, self._course.cycle = self._course.cycle, 0
         self._approach.beside(now_s, 0.0, self._touched)
 
     def _touched(self, now_s: float) -> None:
-        course, shifting = self._course, self._shifting
-        assert shifting is not None
+        course = self._course
         self._travel_m.append(course.surface_m)
         if course.stop_asked():
             self._stopped(now_s)
@@ -58,22 +52,18 @@ class Alignment:
         done = len(self._travel_m)
         back = done == len(self._points)
         point = CENTRE if back else self._points[done]
-        shifting.go(now_s, min(self._travel_m), point, self._judge if back else self._down)
+        self._shifting.go(now_s, min(self._travel_m), point, self._judge if back else self._down)
 
     def _down(self, now_s: float) -> None:
-        aligning = self._aligning
-        assert aligning is not None
         self._course.surface_m = min(self._travel_m)
-        self._approach.beside(now_s, aligning.early_m, self._touched)
+        self._approach.beside(now_s, self._aligning.early_m, self._touched)
 
     def _judge(self, now_s: float) -> None:
-        course, aligning, shifting = self._course, self._aligning, self._shifting
-        assert aligning is not None
-        assert shifting is not None
+        course, aligning = self._course, self._aligning
         middle_m, *travel_m = self._travel_m
         course.surface_m, course.cycle = middle_m, self._cycle
         tilt = tilt_of(self._points[1:], travel_m, middle_m, aligning.touch_error_m)
-        turn = in_base(tilt.about_rad, shifting.places)
+        turn = in_base(tilt.about_rad, self._shifting.places)
         course.emit(
             now_s,
             "tilt",

@@ -30,13 +30,6 @@ class Anchor:
     an answer.
     """
 
-    __slots__ = (
-        "_alpha", "_at", "_before_m", "_end_count", "_end_m", "_end_n", "_forces_n", "_half_ticks",
-        "_halves_n", "_least_n_per_m", "_limits", "_next_n", "_positions_m", "_short", "_stops",
-        "_sum_n", "_ticks", "_variance", "answer_m", "answer_n", "mean_n", "proved_m", "proved_n",
-        "rise_n",
-    )  # fmt: skip
-
     def __init__(self, limits: RunLimits) -> None:
         count = max(1, round(ANCHOR_WINDOW_S / limits.period_s))
         self._limits = limits

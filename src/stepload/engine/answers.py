@@ -37,11 +37,6 @@ class AnswerWatch:
     noise would produce another sooner or later.
     """
 
-    __slots__ = (
-        "_alpha", "_dwelt", "_found", "_limits", "_mean_m", "_mean_n", "_pressed", "_risen_m",
-        "_risen_n", "_taut_s", "answer_m", "answer_n", "rise_n",
-    )  # fmt: skip
-
     def __init__(self, limits: RunLimits, found: Found) -> None:
         self._found = found
         self._alpha = min(1.0, limits.period_s / ANSWER_FILTER_S)

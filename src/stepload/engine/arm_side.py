@@ -14,8 +14,6 @@ class ArmSide:
         alpha: share of a new reading in the smoothed force.
     """
 
-    __slots__ = ("_alpha", "_x_n", "_y_n", "_zero_x_n", "_zero_y_n", "told")
-
     def __init__(self, alpha: float) -> None:
         self._alpha = alpha
         self.told = False

@@ -109,30 +109,22 @@ class Cadence:
         A driver that raises ends the run and gives none; the other devices are read all the same.
         """
         rig = self._rig
-        force = arm = displacement = second = NOTHING
-        self.busy = "force sensor"
-        try:
-            force = rig.force.drain()
-        except Exception as error:
-            self._faults.raised(self.busy, now_s, error)
-        self.busy = "arm"
-        try:
-            arm = rig.arm.drain()
-        except Exception as error:
-            self._faults.raised(self.busy, now_s, error)
-        if rig.second_force:
-            self.busy = "second force sensor"
-            try:
-                second = rig.second_force.drain()
-            except Exception as error:
-                self._faults.raised(self.busy, now_s, error)
-        if rig.displacement:
-            self.busy = "displacement sensor"
-            try:
-                displacement = rig.displacement.drain()
-            except Exception as error:
-                self._faults.raised(self.busy, now_s, error)
+        force = self._drained("force sensor", rig.force, now_s)
+        arm = self._drained("arm", rig.arm, now_s)
+        second = self._drained("second force sensor", rig.second_force, now_s)
+        displacement = self._drained("displacement sensor", rig.displacement, now_s)
         return force, arm, displacement, second
+
+    def _drained(self, role: str, device: Any, now_s: float) -> Samples:
+        if device is None:
+            return NOTHING
+        self.busy = role
+        try:
+            samples: Samples = device.drain()
+        except Exception as error:
+            self._faults.raised(role, now_s, error)
+            return NOTHING
+        return samples
 
     def _ask_held(self, now_s: float) -> None:
         """Before the first command: ask the arm where its controller holds it."""

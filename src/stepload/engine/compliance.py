@@ -20,11 +20,6 @@ class TangentCompliance:
     below 1/K_s: the arm cannot feel stiffer than itself.
     """
 
-    __slots__ = (
-        "_bin_f", "_bin_n", "_bin_start_m", "_bin_x", "_floor", "_least_bin_m", "_memory_m", "_mf",
-        "_mx", "_noise_n", "_quantum_m", "_sff", "_sxf", "_sxx", "_w", "_x_last", "c_m_per_n",
-    )  # fmt: skip
-
     def __init__(self, stiffness_n_per_m: float, noise_n: float, resolution_m: float) -> None:
         self._floor = 1.0 / stiffness_n_per_m
         self._noise_n = noise_n

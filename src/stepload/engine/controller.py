@@ -37,12 +37,6 @@ class StepController:
     `c_m_per_n` the compliance in use.
     """
 
-    __slots__ = (
-        "_ahead_m", "_anchor", "_band_n", "_change_n", "_compliance", "_delay", "_delay_at",
-        "_lead", "_leash_sigmas", "_level_n", "_limits", "_ramp_n", "_sign", "_start_n", "_started",
-        "_trusted", "c_m_per_n", "reached", "speed_m_s",
-    )  # fmt: skip
-
     def __init__(self, limits: RunLimits, leash_sigmas: float = NOISE_MULTIPLE) -> None:
         self._limits = limits
         self._leash_sigmas = leash_sigmas

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
 
 from stepload.engine.operator import Operator
 from stepload.engine.supervisor import Supervisor
+from stepload.engine.watch import Breach
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.zero_drift import SECOND_ZERO_SHARE, pressed_shift_n
 from stepload.plan.model import Procedure
@@ -20,16 +20,6 @@ Then = Callable[[float], None]
 """What follows a part of the order: (now_s)."""
 _LOAD = int(Phase.LOAD)
 Emit = Callable[[float, str, dict[str, object]], None]
-
-
-class Failure(NamedTuple):
-    """Why the run cannot go on."""
-
-    reason: str
-    value: float
-    limit: float
-    unit: str
-    message: str
 
 
 class Course:
@@ -73,7 +63,7 @@ class Course:
         self.surface_m = math.nan
         self.done = False
         self.interrupted = False
-        self.failure: Failure | None = None
+        self.failure: Breach | None = None
         self.touches: list[Touch] = []
         self.tares: list[Tare] = []
         self.zero_shift_n = math.nan
@@ -175,7 +165,7 @@ class Course:
 
     def fail(self, reason: str, value: float, limit: float, unit: str, message: str) -> None:
         """Record that the run cannot go on, and why."""
-        self.failure = Failure(reason, value, limit, unit, message)
+        self.failure = Breach(reason, value, limit, unit, message)
 
     def finish(self, now_s: float) -> None:
         """End the run; the target stays."""

@@ -20,8 +20,6 @@ FILTERS = 8.0
 class _Range:
     """Lowest and highest of the last filtered readings of one channel, without their noise."""
 
-    __slots__ = ("_alpha", "_at", "_high_n", "_low_n", "_n", "_noise_n", "_readings")
-
     def __init__(self, ticks: int, alpha: float, noise_n: float) -> None:
         self._alpha = alpha
         self._noise_n = noise_n * math.sqrt(alpha / (2.0 - alpha))
@@ -71,19 +69,6 @@ class Standing:
         skew_s, filter_s: as in `CrossCheck`.
     """
 
-    __slots__ = (
-        "_alpha",
-        "_at",
-        "_high_n",
-        "_last",
-        "_low_n",
-        "_main_n",
-        "_wait",
-        "moved_n",
-        "second_n",
-        "ticks",
-    )
-
     def __init__(self, period_s: float, skew_s: float, filter_s: float) -> None:
         self._alpha = min(1.0, period_s / filter_s)
         self._last = [math.nan] * (1 + math.ceil(skew_s / period_s - 1e-9))
@@ -123,8 +108,6 @@ class CrossCheck:
         filter_s: time constant of the filter on each channel.
         noise_n: noise (sd) of one reading of the main and of the second channel.
     """
-
-    __slots__ = ("_main", "_second", "difference_n")
 
     def __init__(
         self, period_s: float, skew_s: float, filter_s: float, noise_n: tuple[float, float]

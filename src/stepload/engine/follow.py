@@ -16,8 +16,6 @@ class Lead:
     The lead is not updated while the arm does not follow.
     """
 
-    __slots__ = ("_lead_m", "_share")
-
     def __init__(self, period_s: float) -> None:
         self._share = min(1.0, period_s / LEAD_FILTER_S)
         self._lead_m = 0.0

@@ -15,6 +15,32 @@ from stepload.envelope.limits import RunLimits
 from stepload.envelope.unseen import Tells
 
 
+class _Channel:
+    """One channel, which `must` give new readings or need not: where it did, and what it said last.
+
+    `late` is an upper bound in ticks on the delay from a target to the channel's readings there,
+    `heard_m` the target up to which it has given new readings, inf if it need not.
+    """
+
+    def __init__(self, must: bool, late: int) -> None:
+        self.must, self.late = must, late
+        self.heard_m = math.inf
+        self.spoke = False
+        self._reading_n = math.nan
+
+    def begin(self, target_m: float) -> None:
+        if self.must and target_m < self.heard_m:
+            self.heard_m = target_m
+
+    def hear(self, reading_n: float, sensed_m: float, asked: int) -> None:
+        """Take in a reading of the target `sensed_m`, so many ticks after the last question."""
+        if reading_n != self._reading_n:
+            self._reading_n = reading_n
+            self.spoke = self.spoke or asked > self.late
+            if self.must and sensed_m > self.heard_m:
+                self.heard_m = sensed_m
+
+
 class Listening:
     """Tracks where the channels gave new readings in an approach.
 
@@ -26,56 +52,39 @@ class Listening:
             readings there.
     """
 
-    __slots__ = (
-        "_asked", "_main_late", "_main_m", "_main_n", "_main_spoke", "_second_late", "_second_m",
-        "_second_n", "_second_spoke", "_targets_m", "tells",
-    )  # fmt: skip
-
     def __init__(self, tells: Tells, main_late: int, second_late: int) -> None:
         self.tells = tells
-        self._main_late, self._second_late = main_late, second_late
+        self._main = _Channel(tells.main, main_late)
+        self._second = _Channel(tells.second, second_late)
         self._targets_m: deque[float] = deque(maxlen=1 + max(main_late, second_late))
         self._asked = 0
-        self._main_n = self._second_n = math.nan
-        self._main_m = self._second_m = math.inf
-        self._main_spoke = self._second_spoke = False
 
     def begin(self, target_m: float) -> None:
         """Restart from a target that has gone back; the contact is not assumed to be open."""
         self._targets_m.clear()
         self._targets_m.append(target_m)
-        if self.tells.main and target_m < self._main_m:
-            self._main_m = target_m
-        if self.tells.second and target_m < self._second_m:
-            self._second_m = target_m
+        self._main.begin(target_m)
+        self._second.begin(target_m)
 
     def ask(self) -> None:
         """From now on `answered` says whether every channel has a new reading of a later moment."""
         self._asked = 0
-        self._main_spoke, self._second_spoke = not self.tells.main, not self.tells.second
+        self._main.spoke, self._second.spoke = not self.tells.main, not self.tells.second
 
     @property
     def answered(self) -> bool:
         """Whether every channel has given a new reading of a moment after `ask` was called."""
-        return self._main_spoke and self._second_spoke
+        return self._main.spoke and self._second.spoke
 
     def hear(self, sup: Supervisor, target_m: float) -> None:
         """Take in a tick: what the channels read, and where the target is."""
         self._targets_m.append(target_m)
         self._asked += 1
-        main_n, second_n = sup.force.raw_n, sup.second_raw_n
-        if main_n != self._main_n:
-            self._main_n = main_n
-            self._main_spoke = self._main_spoke or self._asked > self._main_late
-            sensed_m = self._back(self._main_late)
-            if self.tells.main and sensed_m > self._main_m:
-                self._main_m = sensed_m
-        if second_n != self._second_n:
-            self._second_n = second_n
-            self._second_spoke = self._second_spoke or self._asked > self._second_late
-            sensed_m = self._back(self._second_late)
-            if self.tells.second and sensed_m > self._second_m:
-                self._second_m = sensed_m
+        for channel, reading_n in (
+            (self._main, sup.force.raw_n),
+            (self._second, sup.second_raw_n),
+        ):
+            channel.hear(reading_n, self._back(channel.late), self._asked)
 
     def _back(self, late: int) -> float:
         """The target `late` ticks ago, or the oldest one known."""
@@ -85,12 +94,13 @@ class Listening:
     @property
     def heard_m(self) -> float:
         """The target up to which every channel has given new readings; inf if none has to."""
-        return self._main_m if self._main_m < self._second_m else self._second_m
+        return min(self._main.heard_m, self._second.heard_m)
 
     @property
     def silent(self) -> str:
         """The channel that has been silent for longer."""
-        main = self._main_m < self._second_m if self.answered else not self._main_spoke
+        main_m, second_m = self._main.heard_m, self._second.heard_m
+        main = main_m < second_m if self.answered else not self._main.spoke
         return "force sensor" if main else "second force channel"
 
 

@@ -20,8 +20,6 @@ class LockIn:
         components: how many numbers a reading has.
     """
 
-    __slots__ = ("_amplitudes", "_components", "_omega", "_times", "_values")
-
     def __init__(self, omega_rad_s: float, components: int) -> None:
         self._omega = omega_rad_s
         self._components = components
@@ -37,8 +35,7 @@ class LockIn:
     def end_cycle(self) -> None:
         """Fit the readings since the last call as one cycle."""
         self._amplitudes.append(self._fit())
-        self._times.clear()
-        self._values.clear()
+        self.drop()
 
     def drop(self) -> None:
         """Forget the readings since the last cycle."""

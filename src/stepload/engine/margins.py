@@ -13,11 +13,6 @@ from stepload.engine.supervisor import ACROSS_SIGMAS, Supervisor
 from stepload.envelope.limits import RunLimits
 from stepload.record.rows import Phase
 
-RULES = (
-    "R1", "R2", "R3", "R4", "R5", "R6", "R7", "R8", "R11", "R12", "R13", "R14", "CAP",
-)  # fmt: skip
-"""Rules that have a margin. R9 and R10 judge single samples and have none."""
-
 MEANING = {
     "R1": "force",
     "R2": "predicted peak",
@@ -33,7 +28,8 @@ MEANING = {
     "R14": "touched beside the axis",
     "CAP": "speed in contact",
 }
-"""What each rule is about, in a few words."""
+"""What each rule is about, in a few words. R9 and R10 judge single samples and have no margin."""
+RULES = tuple(MEANING)
 
 
 def margins(

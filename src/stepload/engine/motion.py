@@ -23,20 +23,14 @@ SEARCHING = (int(Phase.FAST_APPROACH), int(Phase.GUARDED_APPROACH))
 class MotionWatch:
     """Compares the measured positions with a model of the arm that follows the targets.
 
-    `speed_m_s` is the speed of the target, `recent_m_s` its largest magnitude of late, which
-    decays, and `steps` the number of periods since the last tick.
+    `target_m` is the target of the last tick and `model_m` the position that the model predicts,
+    both NaN before the first command. `speed_m_s` is the speed of the target, `recent_m_s` its
+    largest magnitude of late, which decays, and `steps` the number of periods since the last tick.
 
     Args:
         limits: the thresholds; `adopt` replaces them.
         found: makes the `Breach` of a rule; see `stepload.engine.watch`.
     """
-
-    __slots__ = (
-        "_delayed", "_delayed_at", "_found", "_last_target_m", "_least_progress_m", "_limits",
-        "_model_alpha", "_model_m", "_now_s", "_progress_m", "_progress_s", "_progress_time_s",
-        "_rest", "_rest_steps", "_speed_decay", "_still_blur_m", "_still_m", "_still_model_m",
-        "recent_m_s", "speed_m_s", "steps",
-    )  # fmt: skip
 
     def __init__(self, limits: RunLimits, found: Found) -> None:
         self._limits = limits
@@ -45,7 +39,7 @@ class MotionWatch:
         self._model_alpha = period_s / (limits.arm_lag_s + period_s)
         self._delayed = [math.nan] * max(1, round(limits.command_delay_s / period_s))
         self._delayed_at = 0
-        self._model_m = self._last_target_m = self._still_model_m = self._still_m = math.nan
+        self.model_m = self.target_m = self._still_model_m = self._still_m = math.nan
         self._still_blur_m = 0.0
         self._rest, self._rest_steps = 0, math.ceil(REST_S / period_s)
         self._least_progress_m = max(3.0 * limits.position_resolution_m, LEAST_PROGRESS_M)
@@ -57,19 +51,9 @@ class MotionWatch:
         self.speed_m_s = self.recent_m_s = 0.0
         self.steps = 1
 
-    @property
-    def model_m(self) -> float:
-        """Position predicted from the commands by the model; NaN before the first."""
-        return self._model_m
-
-    @property
-    def target_m(self) -> float:
-        """The target of the last tick."""
-        return self._last_target_m
-
     def still_share(self, position_m: float) -> float:
         """How near R7 is to a frozen position, 1 where it trips; 0 while the arm follows."""
-        moved_m, seen_m = self._model_m - self._still_model_m, position_m - self._still_m
+        moved_m, seen_m = self.model_m - self._still_model_m, position_m - self._still_m
         if moved_m == 0.0 or seen_m / moved_m >= STILL_SHARE:
             return 0.0
         limits = self._limits
@@ -90,9 +74,9 @@ class MotionWatch:
         position of the arm.
         """
         step_s, self._now_s = now_s - self._now_s, now_s
-        last_m, self._last_target_m = self._last_target_m, target_m
+        last_m, self.target_m = self.target_m, target_m
         if last_m != last_m:  # nothing was commanded before
-            self._model_m = self._still_model_m = self._still_m = position_m
+            self.model_m = self._still_model_m = self._still_m = position_m
             self._delayed = [position_m] * len(self._delayed)
             return None
         self._follow(step_s, target_m, last_m)
@@ -112,18 +96,18 @@ class MotionWatch:
         self.steps = steps = 1 if step_s < 1.5 * period_s else min(round(step_s / period_s), 1000)
         delayed = self._delayed
         at = self._delayed_at
-        model_m = self._model_m
+        model_m = self.model_m
         for _ in range(steps):
             delayed_m = delayed[at]
             delayed[at] = target_m
             at = at + 1 if at + 1 < len(delayed) else 0
             model_m += self._model_alpha * (delayed_m - model_m)
         self._delayed_at = at
-        self._model_m = model_m
+        self.model_m = model_m
 
     def _judge_place(self, position_m: float) -> Breach | None:
         """R7: the arm is not where its commands put it, or does not move as far as they say."""
-        limits, model_m, recent = self._limits, self._model_m, self.recent_m_s
+        limits, model_m, recent = self._limits, self.model_m, self.recent_m_s
         error_m = position_m - model_m
         tolerance_m = limits.model_tolerance_m + limits.model_lag_s * recent
         if not -tolerance_m <= error_m <= tolerance_m:

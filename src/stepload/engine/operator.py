@@ -38,8 +38,6 @@ class Operator:
     the signals that asked for the end.
     """
 
-    __slots__ = ("moving", "on_lost", "paused", "signal_number", "signals", "stop_level")
-
     def __init__(self) -> None:
         self.stop_level = 0
         self.paused = False

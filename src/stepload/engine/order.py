@@ -37,7 +37,8 @@ class RunOrder:
         adopt: see `Zeroing`.
         start_level: index of the first load level.
         controller: makes the step controller.
-        shake: the motion by which the force channels prove that they are alive; see `ProofOfLife`.
+        shake: the motion by which the force channels prove that they are alive, None where no mass
+            is stated, or none can be resolved.
         until: the deformation needed at every level where the plan may end its loading early, else
             None.
         aligning, nulling: parameters of the touches on a circle and of nulling the lateral force;
@@ -62,9 +63,11 @@ class RunOrder:
         self.steps = LoadSteps(course, controller, nulling)
         self._course = course
         self._zeroing = Zeroing(course, self._leave, adopt)
-        self._life = ProofOfLife(course, self._leave, shake)
+        self._life = ProofOfLife(course, self._leave, shake) if shake is not None else None
         self._approach = Approach(course, self._leave, self._zeroing.take, tells)
-        self._alignment = Alignment(course, self._approach, aligning, self._leave)
+        self._alignment = None
+        if aligning is not None:
+            self._alignment = Alignment(course, self._approach, aligning, self._leave)
         self._retract = Retract(course)
         self._index = start_level
         self._top = len(course.plan.levels_n)
@@ -112,19 +115,22 @@ class RunOrder:
         return False
 
     def _prove_life(self, now_s: float) -> None:
-        self._life.prove(now_s, self._align)
+        if self._life is None:
+            self._align(now_s)
+        else:
+            self._life.prove(now_s, self._align)
 
     def _align(self, now_s: float) -> None:
-        self._alignment.begin(now_s, self._first_approach)
+        if self._alignment is None:
+            self._first_approach(now_s)
+        else:
+            self._alignment.begin(now_s, self._first_approach)
 
     def _first_approach(self, now_s: float) -> None:
         if self._course.operator.paused:
-            self._pause(now_s, self._zero_again)
+            self._pause(now_s, self._first_approach)
         else:
             self._approach.begin(now_s, "first", self._course.plan.touches, self._touched)
-
-    def _zero_again(self, now_s: float) -> None:
-        self._zeroing.take(now_s, self._first_approach)
 
     def _touched(self, now_s: float) -> None:
         course = self._course
@@ -253,7 +259,7 @@ class RunOrder:
         if not last:
             self._next_cycle()
         if course.operator.paused:
-            self._pause(now_s, self._zero_and_last_touch if last else self._zero_and_touch)
+            self._pause(now_s, self._last_touch if last else self._approach_again)
         elif last:
             self._last_touch(now_s)
         else:
@@ -263,10 +269,10 @@ class RunOrder:
         self._approach.begin(now_s, "last", 1, self._leave)
 
     def _open_and_pause(self, now_s: float) -> None:
-        self._retract.begin(now_s, lambda now_s: self._pause(now_s, self._zero_and_touch))
+        self._retract.begin(now_s, lambda now_s: self._pause(now_s, self._approach_again))
 
     def _pause(self, now_s: float, then: Then) -> None:
-        """Wait in free air, then call `then`, which takes a new zero first."""
+        """Wait in free air, take a new zero, then call `then`."""
         self._resume = then
         self._course.enter(Phase.PAUSED, now_s, self._paused)
 
@@ -274,19 +280,13 @@ class RunOrder:
         if self._course.stop_asked():
             self._course.finish(now_s)
         elif not self._course.operator.paused:
-            self._resume(now_s)
-
-    def _zero_and_touch(self, now_s: float) -> None:
-        self._zeroing.take(now_s, self._approach_again)
+            self._zeroing.take(now_s, self._resume)
 
     def _approach_again(self, now_s: float) -> None:
         if self._course.operator.paused:
-            self._pause(now_s, self._zero_and_touch)
+            self._pause(now_s, self._approach_again)
         else:
             self._approach.begin(now_s, "resume", 1, self._touched)
-
-    def _zero_and_last_touch(self, now_s: float) -> None:
-        self._zeroing.take(now_s, self._last_touch)
 
     def _leave(self, now_s: float) -> None:
         self._retract.begin(now_s, self._course.finish)

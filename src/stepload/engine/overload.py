@@ -21,8 +21,6 @@ class OverloadWatch:
         found: makes the `Breach` of a rule; see `stepload.engine.watch`.
     """
 
-    __slots__ = ("_found", "_name", "_over", "_stated", "used")
-
     def __init__(self, name: str, limits: Sequence[float], found: Found) -> None:
         self._name, self._found = name, found
         self._stated = [(i, limit) for i, limit in enumerate(limits) if limit < math.inf]

@@ -27,45 +27,35 @@ class ProofOfLife:
     Args:
         course: state of the run.
         stopped: what to do when the operator stops the run here.
-        shake: travel, period and channels; None where no mass is stated, or none can be resolved.
+        shake: travel, period and channels.
     """
 
-    def __init__(self, course: Course, stopped: Then, shake: Shake | None) -> None:
+    def __init__(self, course: Course, stopped: Then, shake: Shake) -> None:
         self._course = course
         self._stopped = stopped
         self._shake = shake
         self._then = stopped
         self._begin_s = self._begin_m = math.nan
         self._cycle = 0
-        self._position: LockIn | None = None
-        self._forces: list[tuple[ShakenChannel, LockIn]] = []
+        self._position = LockIn(shake.omega_rad_s, 1)
+        self._forces = [
+            (channel, LockIn(shake.omega_rad_s, 1 if self._watch(channel) is None else 3))
+            for channel in shake.channels
+        ]
 
     def prove(self, now_s: float, then: Then) -> None:
         """Shake; end the run if a channel measures a wrong mass, else call `then`."""
-        course, shake = self._course, self._shake
-        if shake is None:
-            then(now_s)
-            return
+        course = self._course
         self._then = then
         self._begin_s, self._begin_m = now_s, course.target_m
-        self._cycle = 0
-        self._position = LockIn(shake.omega_rad_s, 1)
-        self._forces = [
-            (channel, LockIn(shake.omega_rad_s, self._components(channel)))
-            for channel in shake.channels
-        ]
         course.enter(Phase.PROOF_OF_LIFE, now_s, self._act)
 
     def _watch(self, channel: ShakenChannel) -> ForceWatch | None:
         """The sensor of a channel; None where it is the arm's own force."""
         return self._course.sup.second if channel.second else self._course.sup.force
 
-    def _components(self, channel: ShakenChannel) -> int:
-        return 1 if self._watch(channel) is None else 3
-
     def _act(self, now_s: float, _step_s: float) -> None:
         course, shake = self._course, self._shake
-        assert shake is not None
         if course.stop_asked():
             self._stopped(now_s)
             return
@@ -84,19 +74,17 @@ class ProofOfLife:
     def _listen(self) -> None:
         """Add new readings; the times of the forces are corrected for the channels' delays."""
         sup, position = self._course.sup, self._position
-        assert position is not None
         if sup.arm.fresh:
             position.add(sup.arm.receive_s - self._begin_s, (sup.arm.position_m,))
         for channel, lock_in in self._forces:
             watch = self._watch(channel)
             stream = sup.arm if watch is None else watch
             if stream.fresh:
-                values = (sup.arm.force_n,) if watch is None else watch.force_vector_n
+                values = (sup.arm.force_n,) if watch is None else watch.wrench[:3]
                 lock_in.add(stream.receive_s - channel.delay_s - self._begin_s, values)
 
     def _next_cycle(self, cycle: int) -> None:
         """End a cycle: its readings are fitted, or dropped while the arm is still settling in."""
-        assert self._position is not None
         for lock_in in (self._position, *(lock_in for _, lock_in in self._forces)):
             if self._cycle < SETTLING_CYCLES:
                 lock_in.drop()
@@ -106,8 +94,6 @@ class ProofOfLife:
 
     def _judge(self, now_s: float) -> None:
         course, shake = self._course, self._shake
-        assert shake is not None
-        assert self._position is not None
         swings = self._position.amplitudes[:, 0]
         swing_m = float(np.abs(swings).mean())
         asked_m = 0.5 * shake.follow * shake.travel_m
@@ -128,7 +114,6 @@ class ProofOfLife:
             self._then(now_s)
 
     def _felt(self, shake: Shake, channel: ShakenChannel, lock_in: LockIn) -> FeltMass:
-        assert self._position is not None
         watch = self._watch(channel)
         along, sign = (0, 1.0) if watch is None else watch.axis
         swings = self._position.amplitudes[:, 0]

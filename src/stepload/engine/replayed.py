@@ -98,10 +98,6 @@ def zero_of(event: Event) -> Zero:
     )
 
 
-def _tares(recording: Recording) -> list[Zero]:
-    return [zero_of(event) for event in recording.events if event.kind == "tare"]
-
-
 def _changes(recording: Recording, limits: RunLimits) -> list[tuple[float, RunLimits]]:
     """Limits that the run switched to, with their times, after those it began with."""
     events = [event for event in recording.events if event.kind == "limits"]
@@ -215,7 +211,8 @@ def replay_file(path: Path, wishes: Mapping[str, str] | None = None) -> Judged:
         raise BadInputError(f"{path}: not one tick is whole in it, there is nothing to judge")
     limits = limits_from(recording.attachments)
     try:
-        tares, changes = _tares(recording), _changes(recording, limits)
+        tares = [zero_of(event) for event in recording.events if event.kind == "tare"]
+        changes = _changes(recording, limits)
     except (KeyError, TypeError, ValueError, DomainError):
         raise BadInputError(f"{path}: tares or limits in the record have no numbers") from None
     others = _others(limits, wishes or {})

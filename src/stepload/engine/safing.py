@@ -55,13 +55,8 @@ def _run(action: Action, operator: Operator) -> ActionResult:
     worker = threading.Thread(target=call, name=f"safing {action.name}", daemon=True)
     try:
         worker.start()
-    except (
-        RuntimeError
-    ):  # no thread can be started: better to hang in the arm's stop than not to send it
+    except RuntimeError:  # no thread: better to hang in the arm's stop than not to send it
         call()
-        return ActionResult(
-            action.name, True, "; ".join(errors), start_s, time.monotonic() - start_s
-        )
     end_s = start_s + action.deadline_s
     while worker.is_alive() and time.monotonic() < end_s:
         worker.join(POLL_S)

@@ -21,18 +21,12 @@ class SettleTest:
     Not settled until shown: noise too high for `eps_n` never counts as rest.
     """
 
-    __slots__ = ("_end_s", "_eps_n", "_hold_s", "_kept", "_means", "_n", "_sum", "settled")
-
     def __init__(self) -> None:
-        self._means: list[float] = []
-        self._eps_n = self._hold_s = self._end_s = 0.0
-        self._sum = 0.0
-        self._n = self._kept = 0
-        self.settled = False
+        self.begin(0.0, 0.0, 0.0)
 
     def begin(self, start_s: float, hold_s: float, eps_n: float) -> None:
         """Look at the force from `start_s` on; over `hold_s` it may creep by less than `eps_n`."""
-        self._means = []
+        self._means: list[float] = []
         self._eps_n, self._hold_s, self._end_s = eps_n, hold_s, start_s + BLOCK_S
         self._sum = 0.0
         self._n = self._kept = 0
@@ -68,14 +62,9 @@ class SettleTest:
 class RingTest:
     """Ringing has died out when the force stays within 7 σ for two short blocks in a row."""
 
-    __slots__ = ("_end_s", "_high", "_low", "_quiet", "_width_n", "quiet")
-
     def __init__(self, noise_n: float) -> None:
         self._width_n = RING_SIGMAS * noise_n
-        self._end_s = 0.0
-        self._high = self._low = 0.0
-        self._quiet = 0
-        self.quiet = False
+        self.begin(0.0, 0.0)
 
     def begin(self, start_s: float, force_n: float) -> None:
         """Look at the force from `start_s` on."""

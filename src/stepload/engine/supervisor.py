@@ -50,7 +50,7 @@ class Supervisor:
     value and rate, `second_n` the tared second channel (NaN where there is none), `predicted_n` the
     peak force predicted by R2. `arm_across_n` is the lateral force by the arm's own wrench less its
     tolerance, where the arm is the second channel and reports it; else 0. R1, R2, R5, R6 and R9 are
-    judged from the first `tare` on.
+    judged from the first `tare` on; `tared` says whether it was.
 
     Args:
         limits: the thresholds.
@@ -58,15 +58,6 @@ class Supervisor:
         second_axis: the same of a second force sensor; "" where the arm is the second channel.
         found: makes the `Breach` of a rule; see `stepload.engine.watch`.
     """
-
-    __slots__ = (
-        "_cross", "_cross_s", "_found", "_last_n", "_limits", "_second_is_arm",
-        "_second_wrong_way", "_slope_noise_n_per_s", "_slope_span_s", "_slow_n", "_sound",
-        "_standing", "_tared", "_wrong_way", "answers", "arm", "arm_across_n", "arm_wrench",
-        "cause", "force", "force_n", "motion", "overload", "predicted_n", "second", "second_n",
-        "second_overload", "second_zero_n", "slope_n_per_s", "smooth_alpha", "smooth_n",
-        "smooth_tau_s", "wrench", "zero_n",
-    )  # fmt: skip
 
     def __init__(
         self, limits: RunLimits, force_axis: str, second_axis: str = "", found: Found = Breach
@@ -110,7 +101,7 @@ class Supervisor:
         self.smooth_tau_s = tau_s = max(0.25 * limits.reaction_s, 2.0 * period_s)
         self.smooth_alpha = alpha = period_s / tau_s
         self._slope_span_s = tau_s * (1.0 - alpha)  # by which the slower filter lags behind a ramp
-        self._tared = self._sound = False
+        self.tared = self._sound = False
         self._wrong_way = self._second_wrong_way = 0
         noises_n = limits.noise_n, limits.second_noise_n
         self._cross = CrossCheck(period_s, limits.channel_skew_s, limits.cross_filter_s, noises_n)
@@ -158,16 +149,11 @@ class Supervisor:
         """Travel that was commanded since the answer that R6 counts from."""
         return self.motion.target_m - self.answers.answer_m
 
-    @property
-    def tared(self) -> bool:
-        """Whether a zero was taken."""
-        return self._tared
-
     def still_closed(self, now_s: float) -> str:
         """Why the contact cannot be said to be open; "" where every channel shows that it is."""
         limits = self._limits
         age_s = now_s - self.force.receive_s
-        if not (self._tared and self._sound and age_s <= limits.stale_force_s):
+        if not (self.tared and self._sound and age_s <= limits.stale_force_s):
             return "no sound force reading proves that the contact is open"
         readings = [("force sensor", self.smooth_n, limits.touch_force_n)]
         if limits.cross_check:
@@ -197,7 +183,7 @@ class Supervisor:
         self._cross.restart()
         self._standing.restart()
         self._cross_s = 0.0
-        self._tared = True
+        self.tared = True
 
     def check(
         self,
@@ -222,7 +208,7 @@ class Supervisor:
         overload = self.overload.judge(self.force.wrench) if self.force.fresh else None
         if self.second is not None and self.second.fresh:
             overload = self.second_overload.judge(self.second.wrench) or overload
-        force = self._judge_force(target_m, compliance_m_per_n, phase) if self._tared else None
+        force = self._judge_force(target_m, compliance_m_per_n, phase) if self.tared else None
         self._sound = in_force is None and in_arm is None and in_second is None
         if self.cause is None:
             first = in_force or in_arm or in_second or overload or force or motion

@@ -14,8 +14,6 @@ LEAST_READINGS = 3
 class _Line:
     """Mean, and scatter about a straight line, of readings as they come (Welford's sums)."""
 
-    __slots__ = ("mean", "mean_s", "stt", "stx", "sxx")
-
     def __init__(self) -> None:
         self.mean = self.mean_s = self.stt = self.stx = self.sxx = 0.0
 
@@ -41,8 +39,6 @@ class _Line:
 
 class TareWindow:
     """Collects readings while the arm rests, at a constant cost per reading."""
-
-    __slots__ = ("_end_s", "_first", "_force", "_live", "_second", "_wrench", "count", "start_s")
 
     def __init__(self) -> None:
         self._force, self._second = _Line(), _Line()

@@ -35,10 +35,6 @@ _STOP_NOW = int(StopLevel.NOW)
 _new: Any = tuple.__new__
 
 
-def _nobody_listens(_cause: Cause | None) -> None:
-    pass
-
-
 class Engine:
     """State of a run. It reads no clock and touches no device.
 
@@ -84,12 +80,13 @@ class Engine:
         )
         self.steps = RunOrder(
             self.course, self._adopt, start_level, controller, envelope.telling_shake,
-            envelope.until, self._tell, envelope.aligning, envelope.nulling, envelope.tells,
+            envelope.until, lambda words: self.on_word(words), envelope.aligning,
+            envelope.nulling, envelope.tells,
         ).steps  # fmt: skip
         self._plan = plan
         self._measured = Measured(0.0, 0.0)
         self.cause: Cause | None = None
-        self.on_stop: Callable[[Cause | None], None] = _nobody_listens
+        self.on_stop: Callable[[Cause | None], None] = lambda _cause: None
         self.on_word: Say = nothing
         self.target_m = math.nan
         self.late_s = 0.0
@@ -260,9 +257,6 @@ class Engine:
         self._safe_m -= step_m
         self._give_up_s += 2.0 * step_m / self.limits.retract_speed_m_s
         return True
-
-    def _tell(self, words: str) -> None:
-        self.on_word(words)
 
     def _emit(self, time_s: float, kind: str, data: dict[str, object]) -> None:
         self.events.append((time_s, kind, data))

@@ -26,8 +26,6 @@ class TouchTest:
     `touched` says whether there has been one.
     """
 
-    __slots__ = ("_hit_s", "_hits", "_row", "_touch_n", "touched")
-
     def __init__(self, touch_force_n: float) -> None:
         self._touch_n = touch_force_n
         self._row = self._hits = 0

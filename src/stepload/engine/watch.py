@@ -57,8 +57,6 @@ def wrench_axis(axis: str) -> tuple[int, float]:
 class _Clock:
     """R10: device time against host time, by the newest sample of each tick."""
 
-    __slots__ = ("_late", "_offset_s", "limit_s")
-
     def __init__(self, limit_s: float) -> None:
         self.limit_s = limit_s
         self._offset_s = float("nan")
@@ -84,8 +82,6 @@ class _StreamWatch:
 
     `receive_s` is the receive time of the newest sample, `fresh` whether this tick brought one.
     """
-
-    __slots__ = ("_clock", "_empty", "_sequence", "_stale_s", "found", "fresh", "name", "receive_s")
 
     def __init__(self, name: str, *, stale_s: float, clock_s: float, found: Found) -> None:
         self.name = name
@@ -156,32 +152,11 @@ class _StreamWatch:
 
 class ForceWatch(_StreamWatch):
     """Watches a force sensor; `raw_n` is its newest reading along the pressing axis, not tared, and
-    `smooth_n` the same, filtered like the lateral force."""
+    `smooth_n` the same, filtered like the lateral force.
 
-    __slots__ = (
-        "_full_scale_n",
-        "_i",
-        "_index",
-        "_j",
-        "_least_across",
-        "_lived_across",
-        "_lives_across",
-        "_same",
-        "_same_across",
-        "_seen_across",
-        "_sign",
-        "_smooth_i",
-        "_smooth_j",
-        "_step_i",
-        "_step_j",
-        "_torque_i",
-        "_torque_j",
-        "_wrench",
-        "_zero",
-        "identical_counts",
-        "raw_n",
-        "smooth_n",
-    )
+    `wrench` is that reading as the sensor gives it, six components, () before any; `same` how often
+    it was repeated.
+    """
 
     def __init__(
         self,
@@ -202,22 +177,17 @@ class ForceWatch(_StreamWatch):
         self._torque_i = self._torque_j = 0.0
         self._full_scale_n = full_scale_n
         self.identical_counts = identical_counts
-        self._wrench: tuple[float, ...] = ()
-        self._same = self._same_across = self._lived_across = self._seen_across = 0
+        self.wrench: tuple[float, ...] = ()
+        self.same = self._same_across = self._lived_across = self._seen_across = 0
         self._least_across = 0
         self._step_i = self._step_j = float("inf")
         self._lives_across: bool | None = None
         self.raw_n = self.smooth_n = float("nan")
 
     @property
-    def same(self) -> int:
-        """How often the newest reading was repeated."""
-        return self._same
-
-    @property
     def across_n(self) -> float:
         """Newest lateral force in N, less that at `tare`."""
-        wrench = self._wrench
+        wrench = self.wrench
         if not wrench:
             return 0.0
         i, j, zero = self._i, self._j, self._zero
@@ -283,16 +253,6 @@ class ForceWatch(_StreamWatch):
         """Index of the pressing axis in the wrench, and its sign."""
         return self._index, self._sign
 
-    @property
-    def wrench(self) -> tuple[float, ...]:
-        """The newest reading as the sensor gives it, six components, not tared; () before any."""
-        return self._wrench
-
-    @property
-    def force_vector_n(self) -> tuple[float, ...]:
-        """The newest force as the sensor gives it, (fx, fy, fz) in N, not tared."""
-        return tuple(self._wrench[:3])
-
     def project(self, sample: ForceSample) -> float:
         """Force along the pressing axis, not tared."""
         return self._sign * sample.wrench[self._index]
@@ -302,16 +262,14 @@ class ForceWatch(_StreamWatch):
         for sample in samples:
             wrench, status = sample.wrench, sample.status
             raw_n = self._sign * wrench[self._index]
-            if wrench == self._wrench:
-                self._same += 1
-                if self._same >= self.identical_counts > 0:
-                    breach = breach or self._frozen(
-                        self.name, self._same + 1, self.identical_counts
-                    )
+            if wrench == self.wrench:
+                self.same += 1
+                if self.same >= self.identical_counts > 0:
+                    breach = breach or self._frozen(self.name, self.same + 1, self.identical_counts)
             else:
                 breach = breach or self._judge_across(wrench)
-                self._same = 0
-                self._wrench = wrench
+                self.same = 0
+                self.wrench = wrench
             if status:
                 breach = breach or self.found(
                     "R4", float(status), 0.0, "",
@@ -327,7 +285,7 @@ class ForceWatch(_StreamWatch):
                     " full scale",
                 )  # fmt: skip
         if breach is None:
-            self._follow(self._wrench)
+            self._follow(self.wrench)
         return breach
 
     def _judge_across(self, wrench: Sequence[float]) -> Breach | None:
@@ -335,7 +293,7 @@ class ForceWatch(_StreamWatch):
 
         Only for a sensor whose lateral components changed in free air; those of a load cell do not.
         """
-        i, j, last = self._i, self._j, self._wrench
+        i, j, last = self._i, self._j, self.wrench
         if self._lives_across is None and last:
             self._seen_across += 1
             if self._leaps(abs(wrench[i] - last[i]), abs(wrench[j] - last[j])):
@@ -379,10 +337,6 @@ class ForceWatch(_StreamWatch):
 class ArmWatch(_StreamWatch):
     """Watches the arm; `force_n` is its own force channel, not tared, `side` its own lateral force
     where it is the second channel, `pose` its newest pose."""
-
-    __slots__ = (
-        "_counts", "_force_n", "_needs_force", "_same", "force_n", "pose", "position_m", "side",
-    )  # fmt: skip
 
     def __init__(
         self,

@@ -25,8 +25,6 @@ class WrenchRules:
         found: makes the `Breach` of a rule; see `stepload.engine.watch`.
     """
 
-    __slots__ = ("_across_s", "_found", "_limits", "_off_s", "off_m", "share")
-
     def __init__(self, limits: RunLimits, found: Found) -> None:
         self._limits = limits
         self._found = found

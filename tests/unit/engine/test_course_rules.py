@@ -228,7 +228,7 @@ def test_force_that_stays_between_touches_leads_back_by_the_retract_and_no_furth
     course = stage.course
     stage.ticks(20_000, 0.51 * PLANNED.touch_force_n + 3.0 * PLANNED.touch_force_n)
     assert course.failure is not None
-    assert course.failure.reason == "not_open"
+    assert course.failure.rule == "not_open"
     assert course.failure.limit == 0.5 * PLANNED.touch_force_n
     assert course.goal_m == pytest.approx(course.surface_m - retract_m)
 
@@ -260,7 +260,7 @@ def test_a_zero_that_moved_on_the_way_is_taken_again_and_the_surface_touched_aga
     assert [touch.purpose for touch in course.touches] == ["first", "again"]
     stage.ticks(5_000, 0.99 * DRIFT_N)
     assert course.failure is not None
-    assert course.failure.reason == "not_open"
+    assert course.failure.rule == "not_open"
     assert len(stage.zeroing) == 1
 
 
@@ -421,7 +421,7 @@ def test_unloading_that_does_not_open_the_contact_goes_back_by_a_retract_and_no_
     part.unload(stage.now_s, 1, 50.0, stage.then.append)
     stage.ticks(2000, 100.0)
     assert stage.course.failure is not None
-    assert stage.course.failure.reason == "not_open"
+    assert stage.course.failure.rule == "not_open"
     assert stage.course.failure.limit == 50.0
     assert stage.course.target_m == pytest.approx(-PLAN.retract_m, abs=2e-6)
 
@@ -560,7 +560,7 @@ def test_an_arm_that_is_not_held_where_it_says_that_it_is_is_not_taken_over(sign
         assert (failure is None) == taken
         assert math.isnan(stage.course.target_m) != taken
         if failure is not None:
-            assert failure.reason == "held"
+            assert failure.rule == "held"
             assert failure.value == pytest.approx(-sign * share * PLANNED.model_tolerance_m)
             assert "Nothing was commanded" in failure.message
 

@@ -149,7 +149,7 @@ def test_one_that_does_not_speak_any_more_ends_the_run(speaking: Tells, name: st
         failure = stage.course.failure
         assert (failure is not None) == ends
         if failure is not None:
-            assert failure.reason == "silent"
+            assert failure.rule == "silent"
             assert failure.value > failure.limit == LISTEN_S + patience_s
             assert name in failure.message
 
@@ -224,7 +224,7 @@ def test_a_channel_that_does_not_speak_after_the_touch_ends_the_run() -> None:
         speak(stage, speaking, 2 * RUNG_OUT)
         failure = stage.course.failure
         assert failure is not None
-        assert failure.reason == "silent"
+        assert failure.rule == "silent"
         assert name in failure.message
         assert not stage.then
 

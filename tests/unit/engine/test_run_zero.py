@@ -93,9 +93,9 @@ def test_contact_that_came_during_a_pause_is_found_on_the_way_back() -> None:
         bench.operator.paused = phase in (Phase.LOAD, Phase.HOLD, Phase.RETRACT, Phase.PAUSED)
         if phase == Phase.PAUSED:
             if plant.force_n < 6.0:
-                plant._surface -= 2e-8 if plant.force_n else 1e-6
-                plant._contact_m = plant._surface
-                if plant.tip_m > plant._surface:
+                plant.surface_m -= 2e-8 if plant.force_n else 1e-6
+                plant._contact_m = plant.surface_m
+                if plant.tip_m > plant.surface_m:
                     plant._begin_in_contact()
             else:
                 moved[0] += 1

@@ -48,7 +48,7 @@ def test_force_that_changes_by_backing_off_was_contact(sign: float, second: bool
         failure = stage.course.failure
         assert (failure is None) == free == bool(stage.then)
         if failure is not None:
-            assert failure.reason == "not_free"
+            assert failure.rule == "not_free"
             assert failure.value == pytest.approx(sign * share * limit_n)
             assert failure.limit == pytest.approx(limit_n)
 
@@ -132,7 +132,7 @@ def test_noise_of_three_times_what_was_planned_is_accepted_and_no_more() -> None
         failure = zero.stage.course.failure
         assert (failure is None) == taken == bool(zero.stage.zeros)
         if failure is not None:
-            assert failure.reason == "noise"
+            assert failure.rule == "noise"
             assert failure.limit == pytest.approx(3.0 * NOISE_N)
 
 
@@ -144,7 +144,7 @@ def test_a_force_that_drifts_during_the_tare_is_no_zero(sign: float) -> None:
         zero.tare(ramp)
         failure = zero.stage.course.failure
         assert (failure is None) == taken
-        assert failure is None or (failure.reason, failure.limit) == ("drift", DRIFT_N)
+        assert failure is None or (failure.rule, failure.limit) == ("drift", DRIFT_N)
 
 
 def test_a_tare_that_is_not_a_number_is_no_zero() -> None:
@@ -166,7 +166,7 @@ def test_a_zero_must_stay_on_both_channels(sign: float, second: bool) -> None:
         failure = zero.stage.course.failure
         assert (failure is None) == stays == bool(zero.stage.then)
         if failure is not None:
-            assert failure.reason == "drift"
+            assert failure.rule == "drift"
             assert failure.value == pytest.approx(sign * share * limit_n)
             assert failure.limit == pytest.approx(limit_n)
             assert ("second" in failure.message) == second
@@ -280,7 +280,7 @@ def test_a_zero_of_an_only_channel_that_is_too_old_ends_the_press() -> None:
         assert stage.course.failure is not None
         assert stage.course.failure.value == pytest.approx(2.0 * touch_n, rel=0.02)
         assert stage.course.failure.limit == 2.0 * touch_n
-        assert stage.course.failure.reason == "old_zero"
+        assert stage.course.failure.rule == "old_zero"
         assert "the zero of the only force channel is" in stage.course.failure.message
 
 
@@ -301,7 +301,7 @@ def test_a_plan_that_does_not_fit_what_was_measured_ends_there() -> None:
     zero.tare(swing(0.0, 2.0 * NOISE_N, zero.count))
     failure = zero.stage.course.failure
     assert failure is not None
-    assert failure.reason == "no_room"
+    assert failure.rule == "no_room"
     assert zero.stage.zeros == []
 
 
@@ -321,7 +321,7 @@ def test_a_zero_that_moves_within_a_cycle_ends_the_run_there_only(sign: float) -
     assert kept.stage.zeros[-1][0] == pytest.approx(sign * 0.99 * DRIFT_N)
     moved = look_back(1, 2, sign * 1.01 * DRIFT_N)
     assert moved.stage.course.failure is not None
-    assert moved.stage.course.failure.reason == "drift"
+    assert moved.stage.course.failure.rule == "drift"
     for share, flagged in ((0.99, False), (1.01, True)):
         last = look_back(2, 2, sign * share * DRIFT_N)
         assert last.stage.then

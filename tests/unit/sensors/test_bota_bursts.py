@@ -46,7 +46,7 @@ def test_each_frame_of_a_burst_has_the_time_of_its_own(monkeypatch, late_s, clam
     clock = SimpleNamespace(monotonic=lambda: port.now_s)
     monkeypatch.setattr(module, "time", clock)
     driver = BotaSerial(port="a burst", max_age=1.0)
-    driver._period_s, driver._port = PERIOD_S, port
+    driver._period_s, driver._link = PERIOD_S, port
     stream = driver._new_stream()
     for _ in late_s:
         driver._read(stream)

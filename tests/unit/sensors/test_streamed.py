@@ -11,10 +11,9 @@ from stepload.rig.device import ForceSensor, Identity
 from stepload.rig.faults import FaultCode
 from stepload_drivers import serialport, streamed
 from stepload_drivers import stream as stream_module
-from stepload_drivers.identity import require_serial_number
 from stepload_drivers.serialport import SerialPort
 from stepload_drivers.stream import BACKLOG_S, READER_S, Stream
-from stepload_drivers.streamed import Deadline, Streamed
+from stepload_drivers.streamed import Deadline, Streamed, require_serial_number
 
 
 @pytest.fixture

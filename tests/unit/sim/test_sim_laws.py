@@ -15,8 +15,9 @@ from stepload.contact.power_law import force
 from stepload.contact.rough import RoughSphere
 from stepload.errors import DomainError
 from stepload.rig.world import PayloadTruth
-from stepload_drivers.sim.contact import contact_law
+from stepload_drivers.sim.contact import contact_of
 from stepload_drivers.sim.laws import ContactLaw
+from stepload_drivers.sim.live import DEFAULT_SPEC
 
 SPHERE = PayloadTruth("smooth", 6.57e8, 1.5, 727.0, 0.0, 0.0, 0.0, math.inf)
 ROUGH = replace(SPHERE, law="rough", roughness_m=7.5e-6, kappa=262.0)
@@ -29,6 +30,10 @@ LAWS = [
     replace(PLASTIC, hysteresis=0.1),
     replace(SPHERE, hard_stop_m=40e-6),
 ]
+
+
+def contact_law(payload):
+    return contact_of(replace(DEFAULT_SPEC, payload=payload)).law
 
 
 def travel(law: ContactLaw, start_m: float, end_m: float, parts: int = 4000) -> float:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from stepload.engine.first_loading import true_chord, true_deformation, true_secant
 from stepload.errors import DomainError
 from stepload.rig.world import PayloadTruth
-from stepload_drivers.sim.contact import contact_law, contact_of
+from stepload_drivers.sim.contact import contact_of
 from stepload_drivers.sim.laws import ContactLaw
 from stepload_drivers.sim.live import DEFAULT_SPEC
 
@@ -43,6 +43,10 @@ WORLDS = {
         creep=0.1,
     ),
 }
+
+
+def contact_law(payload):
+    return contact_of(replace(DEFAULT_SPEC, payload=payload)).law
 
 
 def press(law: ContactLaw, end_m: float, parts: int = 500) -> float:

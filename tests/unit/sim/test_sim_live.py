@@ -139,9 +139,3 @@ def test_a_device_that_comes_too_late_is_told_so(closing: list[Device]) -> None:
     with pytest.raises(DeviceError, match="already runs with start_force_bias_n") as caught:
         late.open(2.0)
     assert caught.value.code == FaultCode.WRONG_DEVICE
-
-
-def test_defaults_are_the_declared_ones() -> None:
-    for driver in (SimArm, SimForceSensor, SimDisplacementSensor):
-        defaults = {name: option.default for name, option in driver.OPTIONS.items()}
-        assert defaults == driver.__init__.__kwdefaults__  # type: ignore[attr-defined]

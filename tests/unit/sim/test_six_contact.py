@@ -79,14 +79,14 @@ def test_friction_follows_the_size_of_the_contact_where_a_payload_loses_work(
     """At a turn the normal force falls on another, steeper curve; the contact is what it was."""
     six = plant(rig(k=k, n=n, payload={"hysteresis": 0.1}), rub(0.6, x=0.3))
     go(six, SURFACE_M + 6e-4)
-    share = six.friction_n / six.normal_n
+    share = six.friction_n / six.tip.normal_n
     assert 0.1 < share < 0.5
     for _ in range(3):
         go(six, six.drive_m - 1e-5, 0.02, settle_s=0.0)
         go(six, six.drive_m + 5e-6, 0.02, settle_s=0.05)
-        assert six.friction_n / six.normal_n == pytest.approx(share, rel=0.1)
+        assert six.friction_n / six.tip.normal_n == pytest.approx(share, rel=0.1)
     go(six, SURFACE_M + 3e-4, 0.2, settle_s=0.0)
-    assert six.friction_n / six.normal_n < 1.05 * share
+    assert six.friction_n / six.tip.normal_n < 1.05 * share
     assert six.peak_equivalent_n < 1.05 * six.peak_n / left_of_limit(0.3, share)
 
 

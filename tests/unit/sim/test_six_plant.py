@@ -149,20 +149,20 @@ def test_a_contact_that_sticks_has_the_stiffness_of_the_held_tip():
 def test_it_slides_at_the_static_and_goes_on_at_the_kinetic_friction():
     six = plant(rig(), rub(0.3, 0.2))
     go(six, SURFACE_M + 1e-3)
-    normal_n = six.normal_n
+    normal_n = six.tip.normal_n
     most, least, slid, going_on, slides = 0.0, math.inf, [], [], False
     for i in range(4000):
         six.command_shift(six.time_s, 1e-7 * i, 0.0)
         six.step()
-        share = six.friction_n / six.normal_n
+        share = six.friction_n / six.tip.normal_n
         most = max(most, share)
         if slides and six.tip.rubbing.sliding:
             going_on.append(share)
         slides = six.tip.rubbing.sliding
-        if six.slid_m > 0.0:
+        if six.tip.slid_m > 0.0:
             least = min(least, share)
-            slid.append(six.slid_m)
-    assert six.normal_n == pytest.approx(normal_n, rel=2e-3)
+            slid.append(six.tip.slid_m)
+    assert six.tip.normal_n == pytest.approx(normal_n, rel=2e-3)
     assert most == pytest.approx(0.3, rel=2e-3)
     assert least < 0.21
     assert going_on
@@ -178,9 +178,9 @@ def test_friction_below_its_limit_holds_the_tip():
     go(six, SURFACE_M + 1e-3)
     begin_m = six.tip_shift_m[0]
     shift(six, 5e-5)
-    assert six.slid_m == 0.0
-    assert 0.0 < six.friction_n < 0.3 * six.normal_n
-    springs_n_per_m, contact_n_per_m = 9e4 / 0.8, 0.8 * 1.5 * six.normal_n / six.tip.depth_m
+    assert six.tip.slid_m == 0.0
+    assert 0.0 < six.friction_n < 0.3 * six.tip.normal_n
+    springs_n_per_m, contact_n_per_m = 9e4 / 0.8, 0.8 * 1.5 * six.tip.normal_n / six.tip.depth_m
     share = springs_n_per_m / (springs_n_per_m + contact_n_per_m)
     assert six.tip_shift_m[0] - begin_m == pytest.approx(share * 5e-5, rel=0.01)
 
@@ -193,8 +193,8 @@ def test_a_tilted_plate_pushes_along_its_normal(tilt):
     x, y, z = six.load
     assert x / z == pytest.approx(math.tan(tilt[1]), rel=3e-3, abs=1e-9)
     assert y / z == pytest.approx(-math.tan(tilt[0]), rel=3e-3, abs=1e-9)
-    assert math.hypot(x, y, z) == pytest.approx(six.normal_n)
-    assert six.peak_n >= six.normal_n
+    assert math.hypot(x, y, z) == pytest.approx(six.tip.normal_n)
+    assert six.peak_n >= six.tip.normal_n
 
 
 def test_sliding_along_a_slope_changes_the_depth():
@@ -248,7 +248,7 @@ def test_a_loop_gives_no_energy_away():
     loop = [(0, 0, deep), (away, 0, deep), (away, 0, shallow), (0, 0, shallow), (0, 0, 0)]
     work, six = work_of_a_loop(rig(), rub(0.8, tangential_ratio=0.5), loop)
     assert work > -1e-6
-    assert six.slid_m < 1e-4
+    assert six.tip.slid_m < 1e-4
 
 
 @pytest.mark.parametrize("seed", [0, 1, *long(range(2, 6))])
@@ -271,7 +271,7 @@ def test_random_loops_take_energy_and_never_give_it(seed):
     assert work > -1e-6
     if mount.friction_static > 0.1:
         assert work > 0.0
-    assert six.slid_m > 0.0
+    assert six.tip.slid_m > 0.0
 
 
 def test_closing_and_opening_without_friction_costs_nothing():
@@ -306,7 +306,7 @@ def test_the_peak_is_of_the_resultant_and_knows_what_friction_costs():
     six = plant(rig(k=1e8), rub(0.6, x=0.6))
     go(six, SURFACE_M + 1e-3)
     resultant_n = math.hypot(*six.load)
-    share = six.friction_n / six.normal_n
+    share = six.friction_n / six.tip.normal_n
     assert share > 0.2
     assert resultant_n > 1.02 * six.force_n
     assert six.peak_n == pytest.approx(resultant_n, rel=0.01)
@@ -319,7 +319,7 @@ def test_what_friction_costs_is_that_of_the_body():
         payload = {"poisson_ratio": ratio}
         six = plant(rig(k=1e8, payload=payload), rub(0.4, x=0.8))
         go(six, SURFACE_M + 1e-3)
-        assert 0.28 < six.friction_n / six.normal_n < 0.6
+        assert 0.28 < six.friction_n / six.tip.normal_n < 0.6
         peaks.append(six.peak_equivalent_n)
     assert peaks[0] > 1.1 * peaks[1]
 
@@ -331,16 +331,16 @@ def test_a_plate_that_becomes_slippery_lets_go_and_holds_again():
     go(six, SURFACE_M + 1e-3)
     while six.time_s < 1.99:
         six.step()
-    held = six.friction_n / six.normal_n
+    held = six.friction_n / six.tip.normal_n
     assert held > 0.2
     while six.time_s < 2.5:
         six.step()
-    assert six.friction_n / six.normal_n < 0.0501
-    assert six.slid_m > 1e-6
+    assert six.friction_n / six.tip.normal_n < 0.0501
+    assert six.tip.slid_m > 1e-6
     while six.time_s < 3.5:
         six.step()
     go(six, SURFACE_M + 1.1e-3)
-    assert six.friction_n / six.normal_n > 0.051
+    assert six.friction_n / six.tip.normal_n > 0.051
 
 
 def test_what_a_lateral_load_leaves_of_the_limit():

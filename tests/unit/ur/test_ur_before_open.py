@@ -38,10 +38,7 @@ def controller(monkeypatch) -> Controller:
         def __init__(self, host, deadline_s) -> None:
             pass
 
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_) -> None:
+        def close(self) -> None:
             pass
 
         def version(self):

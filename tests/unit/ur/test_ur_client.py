@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from contextlib import closing
 
 import pytest
 from ur_fakes import HOME
@@ -94,7 +95,7 @@ def rtde(peers, clock):
         peers.made[client.RTDE] = FakeSocket(
             clock, controller(*packages, **options), delay_s=delay_s
         )
-        return RtdeClient(HOST, clock.now_s + 1.0)
+        return closing(RtdeClient(HOST, clock.now_s + 1.0))
 
     return make
 

@@ -197,7 +197,7 @@ def test_a_stop_is_reported_once_and_mutes(make_loop, ur, link, step_for, fields
 
 def test_a_program_that_ended_in_our_silence_was_ended_by_its_watchdog(make_loop, ur, link, clock):
     loop = make_loop(watchdog=10.0)
-    loop.sent(clock.now_s - 0.1)
+    loop.sent_s = clock.now_s - 0.1
     ur.fields["runtime_state"] = 1
     for _ in range(20):
         loop.step()
@@ -209,7 +209,7 @@ def test_a_program_that_ended_in_half_the_watchdogs_time_may_have_been_ended_by_
     make_loop, ur, link, clock
 ):
     loop = make_loop(watchdog=10.0)
-    loop.sent(clock.now_s - 0.05)
+    loop.sent_s = clock.now_s - 0.05
     ur.fields["runtime_state"] = 1
     for _ in range(20):
         loop.step()

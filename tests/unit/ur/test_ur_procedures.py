@@ -161,7 +161,7 @@ def test_a_program_stopped_by_something_else_proves_no_watchdog(
     make_loop, ur, clock, after_s, fields, says
 ):
     loop = make_loop()
-    loop.sent(clock.now_s)
+    loop.sent_s = clock.now_s
     clock.at(clock.now_s + after_s, lambda: ur.fields.update(runtime_state=1, **fields))
     with pytest.raises(RequestError, match=says):
         procedures._trip_watchdog(loop)

@@ -138,7 +138,7 @@ def system_stiffness(compliance: Matrix3, friction: float | None, top_n: float) 
     if friction is None:
         return 1.0 / compliance[2][2]
     plant = press(compliance, friction, BLOCK_N_PER_M, 1.0, top_n)
-    return plant.force_n / (plant.drive_m - SURFACE_M - plant.normal_n / BLOCK_N_PER_M)
+    return plant.force_n / (plant.drive_m - SURFACE_M - plant.tip.normal_n / BLOCK_N_PER_M)
 
 
 def biases(case: Case, compliance: Matrix3) -> FloatArray:
