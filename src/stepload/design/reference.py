@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.design.course import Course
 from stepload.design.whole import pressed_of
@@ -34,7 +33,6 @@ from stepload.evidence.rehearse import QUANTILE, creep_threshold, draws, thresho
 from stepload.evidence.shape import LEAST_REDUCED_CHI2, rehearse_law
 from stepload.evidence.signs import HoldCreep, Sign, branches_of, hold_creep, signs_of
 
-FloatArray = NDArray[np.float64]
 _NEAR, _TRIES = 0.12, 25
 _WORSE = 9.0
 

@@ -19,16 +19,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.estimators.blocks import blocks
-from stepload.estimators.fit import Fit, FloatArray
+from stepload.estimators.fit import BoolArray, Fit, FloatArray
 from stepload.estimators.missing import Missing
 from stepload.estimators.sensitivity import law_compliance
 from stepload.estimators.smooth import NORMAL_95, propagate_smooth, smooth_lengths
 from stepload.estimators.sources import Sources
-
-BoolArray = NDArray[np.bool_]
 
 BLOCK_S = 0.05
 NEAR_BLOCKS = 3

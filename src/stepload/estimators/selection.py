@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from stepload.errors import DomainError
 from stepload.estimators.deflection import DeflectionTable
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit import FloatArray, IntArray
 from stepload.estimators.points import checked
 from stepload.estimators.recursive import moving
-from stepload.estimators.sampling import IndexArray, at_rate, rest_band, uniform_in_force
+from stepload.estimators.sampling import at_rate, rest_band, uniform_in_force
 
 SAMPLES = 3000
 """Samples that a batch fit is made from."""
@@ -46,17 +46,17 @@ class Selected:
     deformation_m: FloatArray
     force_n: FloatArray
     force_rate_n_per_s: FloatArray
-    batch: IndexArray
-    recursive: IndexArray
+    batch: IntArray
+    recursive: IntArray
     rest_band_n: float
 
     @property
-    def recursive_used(self) -> IndexArray:
+    def recursive_used(self) -> IntArray:
         """Those of the `recursive` samples that enter the recursive fit."""
         deformation, force = self.deformation_m[self.recursive], self.force_n[self.recursive]
         return self.recursive[moving(deformation, force, self.rest_band_n)]
 
-    def samples(self, indices: IndexArray) -> Samples:
+    def samples(self, indices: IntArray) -> Samples:
         """The samples at these indices."""
         return Samples(
             self.deformation_m[indices], self.force_n[indices], self.force_rate_n_per_s[indices]

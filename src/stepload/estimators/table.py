@@ -15,10 +15,10 @@ import numpy as np
 
 from stepload.errors import DomainError
 from stepload.estimators.deflection import DeflectionTable
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit import FloatArray, IntArray
 from stepload.estimators.pieces import piece_shifts
 from stepload.estimators.pool import PooledStiffness
-from stepload.estimators.smooth import IntArray, few_degrees
+from stepload.estimators.smooth import few_degrees
 from stepload.estimators.system import SeriesContact, SystemStiffnessFit, gather, quantum_sd
 
 FEWEST, MOST = 4, 24

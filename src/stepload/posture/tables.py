@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from stepload.posture.chain import FloatArray, reach_m
+from stepload.estimators.fit import FloatArray
+from stepload.posture.chain import reach_m
 from stepload.posture.doubt import WRONG_BY
 from stepload.posture.make import Posture, Row
 from stepload.posture.near import TRAVELS_M

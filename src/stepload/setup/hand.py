@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.errors import RefusedError
+from stepload.estimators.fit import FloatArray
 from stepload.setup.bench import FORCE, SECOND, Bench, Heard, listen
 from stepload.setup.context import Setup, say_hazards
 from stepload.setup.devices import second_is_arm
@@ -15,8 +15,6 @@ from stepload.setup.flat import Value
 from stepload.setup.judge import Channel, Proven, agreed, judged, weighed
 from stepload.setup.state import Found
 from stepload.units import format_quantity, parse_quantity
-
-FloatArray = NDArray[np.float64]
 
 ARM = "second_force"
 REST_S, LOOK_S = 2.0, 0.1

@@ -7,17 +7,15 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.engine.open_rig import OpenRig
 from stepload.errors import DeviceError
+from stepload.estimators.fit import FloatArray
 from stepload.plan.model import ArmSpec, Plan
 from stepload.record.lag import Lag, measure_lag
 from stepload.rig.samples import ArmSample
 from stepload.setup.line import Line, Mark, graded, skipped
 from stepload.setup.streams import at_rest
-
-FloatArray = NDArray[np.float64]
 
 WAY_M = 2e-3
 SPEED_M_S = 4e-3

@@ -8,17 +8,15 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.engine.watch import wrench_axis
 from stepload.envelope.bounds import age_limit_s
 from stepload.errors import DomainError
+from stepload.estimators.fit import FloatArray
 from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan, SecondForceSource
 from stepload.rig.clockmap import fit_clock
 from stepload.setup.line import Line, Mark, graded
 from stepload.setup.watch import Watched
-
-FloatArray = NDArray[np.float64]
 
 RATE_WARN, RATE_FAIL = 0.02, 0.1
 LOST_WARN, LOST_FAIL = 5e-3, 0.02
