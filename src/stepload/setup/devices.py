@@ -13,7 +13,7 @@ from stepload.rig.device import ArmConfiguration, Identity
 from stepload.rig.plugins import load_driver
 from stepload.setup.bench import ARMS, FORCE, SECOND, SENSORS, listen
 from stepload.setup.context import Setup
-from stepload.setup.flat import Value, below, flat, quoted
+from stepload.setup.flat import Value, flat, quoted
 from stepload.setup.ports import can_adapters, serial_ports
 from stepload.setup.state import Found
 from stepload.units import parse_quantity
@@ -179,4 +179,4 @@ def _sensor(setup: Setup, key: str, question: str, options: str) -> dict[str, Va
 
 def second_is_arm(values: Mapping[str, Value]) -> bool:
     """Whether the arm's own force checks the sensor."""
-    return below(values, "second_force").get("source", Value("", "")).text == "arm"
+    return values.get("second_force.source", Value("", "")).text == "arm"

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from stepload.errors import BadInputError
-from stepload.plan.leaves import LeafError, Text
+from stepload.plan.leaves import Leaf, LeafError, Text
 from stepload.plan.payload import material
 from stepload.plan.sections import entries
 from stepload.units import QuantityError, parse_quantity
@@ -63,20 +63,20 @@ def _quantity(unit: str, words: tuple[str, ...], text: str) -> None:
         raise BadInputError(f"{text!r} is not above 0", hint=f"a quantity in {unit}")
 
 
-def _as_in_a_plan(key: str, text: str) -> None:
-    leaf = next(entry.leaf for entry in entries(material) if entry.name == key)
-    assert leaf is not None
+def _as_in_a_plan(leaf: Leaf, text: str) -> None:
     try:
         leaf.read(text)
     except LeafError as error:
         raise BadInputError(error.message, hint=error.hint) from None
 
 
-def _name(text: str) -> None:
-    try:
-        Text(100).read(text)
-    except LeafError as error:
-        raise BadInputError(error.message, hint=error.hint) from None
+_name = partial(_as_in_a_plan, Text(100))
+
+
+def _modulus(text: str) -> None:
+    leaf = next(entry.leaf for entry in entries(material) if entry.name == "youngs_modulus")
+    assert leaf is not None
+    _as_in_a_plan(leaf, text)
 
 
 def _either(*choices: str) -> Check:
@@ -140,7 +140,7 @@ _ALL = (
     Question("material", "Its material: a shipped one, a file with its keys, or unknown"),
     Question("modulus", "Young's modulus, or a range: rubber 1 MPa to 20 MPa, plastics 0.5 GPa to"
              " 5 GPa, metals 40 GPa to 250 GPa; of an unknown material only", None,
-             partial(_as_in_a_plan, "youngs_modulus")),
+             _modulus),
     Question("plate", "Material of the plate", "aluminium 6061"),
     Question("force_limit", "Elastic limit F_c where you know it; none: by theory", "none",
              _in("N", "none")),
