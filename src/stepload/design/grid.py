@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 
 from stepload.design.ceiling import Ceiling, rounded_down
@@ -109,7 +109,8 @@ def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
     """Every plan of the grid that preflight accepts, and whose levels are reached."""
     found: list[Candidate] = []
     reasons: list[tuple[str, str]] = []
-    for share, order in _orders():
+    for share, steps, hold_s, ramp_s in product(SHARES, STEPS, HOLDS_S, RAMPS_S):
+        order = Order(steps, hold_s, ramp_s)
         step_n = rounded_down(share * limit.top_n / order.steps)
         top_n = round(step_n * order.steps, 9)
         try:
@@ -139,14 +140,6 @@ def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
             )
         )  # fmt: skip
     return Grid(tuple(found), len(reasons), *(reasons[-1] if reasons else ("", "")))
-
-
-def _orders() -> Iterator[tuple[float, Order]]:
-    for share in SHARES:
-        for steps in STEPS:
-            for hold_s in HOLDS_S:
-                for ramp_s in RAMPS_S:
-                    yield share, Order(steps, hold_s, ramp_s)
 
 
 def _why(envelope: Envelope) -> tuple[str, str]:

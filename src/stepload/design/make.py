@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
 from stepload.design.answers import REQUIRED, Can, gain
-from stepload.design.atlas import CHECK_EVERY
+from stepload.design.atlas import CHECK_EVERY, Start
 from stepload.design.ceiling import Ceiling, ceiling
 from stepload.design.changes import AS_IT_IS, BY_A_TABLE, for_sale
 from stepload.design.front import Tried, choose, finalists, front
@@ -24,7 +24,6 @@ AGAIN = 4
 LONGER = 2.0
 """Plans up to this multiple of the given time are tried, to show what more time would gain."""
 CALIBRATE = "stepload calibrate measures that table, in the pose of the experiment"
-Start = Callable[[int], None]
 
 
 @dataclass(frozen=True, slots=True)

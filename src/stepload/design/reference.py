@@ -49,7 +49,6 @@ class Reference:
         signs: every sign by name, "rate" among them.
         allowed_m: threshold of each.
         creep: creep of its holds; `creep_m` is the threshold of their mean.
-        hold_n: (H,) mean force of each hold, in the order of time.
         fixed_m: uncertainty of the chord's span from the sources, the worst length's.
         data, fit, shapes: the loading with its covariance, the law that is believed, and the shape
             parameters to fit it with.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -160,17 +160,9 @@ def _median(half: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
     return middle if middle <= HOPELESS else math.nan
 
 
-def run_all(
-    work: Work, jobs: Sequence[Job], pool: Pool, on_row: Callable[[Row], None] | None = None
-) -> list[Row]:
+def run_all(work: Work, jobs: Sequence[Job], pool: Pool) -> list[Row]:
     """Compute all jobs; the rows are in the order of the jobs, whatever the pool."""
-    found: list[Row] = []
-    for rows in run_in_order(work, jobs, pool, BATCH):
-        for row in rows:
-            found.append(row)
-            if on_row is not None:
-                on_row(row)
-    return found
+    return [row for rows in run_in_order(work, jobs, pool, BATCH) for row in rows]
 
 
 @cache
