@@ -184,8 +184,7 @@ def _sigmas(
     sources: Sources,
 ) -> tuple[float, float, float]:
     """Standard uncertainty of d, the share of the lag in it, and the lag that counted in s."""
-    stiffness = sources.system_stiffness_n_per_m
-    rigid = 1.0 / stiffness if stiffness else 0.0
+    stiffness, rigid = sources.system_stiffness_n_per_m, sources.system_m_per_n
     force_m = sources.force_noise_n * (compliance + rigid)
     white = row**2 @ ((force_m**2 + sources.position_noise_m**2) / count)
     quantum, hidden = sources.position_resolution_m, 0.0

@@ -78,11 +78,6 @@ class RsRtls:
         self._last_n = math.nan
         self._used = self._not_positive = 0
 
-    @property
-    def used(self) -> int:
-        """Number of samples that have entered the fit."""
-        return self._used
-
     def update(self, deformation_m: float, force_n: float) -> bool:
         """Add one sample; False where it was left out (at rest, or δ ≤ 0 or F ≤ 0).
 

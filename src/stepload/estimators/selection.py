@@ -109,7 +109,9 @@ def compensated(
     system_stiffness_n_per_m: float | None,
     deflection: DeflectionTable | None = None,
 ) -> FloatArray:
-    """Travel (L,) less the deflection of the system (27): by its table, by K_s, or not at all.
+    """Travel (L,) in m less the deflection of the system (27): by its table, by K_s, or not at all.
+
+    δ_p = δ - F/K_s is the payload's part of the displacement of payload and system together.
 
     Raises:
         DomainError: K_s is not finite and positive.
@@ -118,30 +120,13 @@ def compensated(
         return np.asarray(travel_m - deflection.at(force_n))
     if system_stiffness_n_per_m is None:
         return travel_m
-    return payload_deformation(travel_m, force_n, system_stiffness_n_per_m)
-
-
-def payload_deformation(
-    displacement_m: FloatArray, force_n: FloatArray, system_stiffness_n_per_m: float
-) -> FloatArray:
-    """δ_p = δ - F/K_s (27): the payload's part of the displacement.
-
-    Args:
-        displacement_m: (L,) displacement of payload and system together in m.
-        force_n: (L,) forces in N.
-        system_stiffness_n_per_m: K_s in N/m.
-
-    Raises:
-        DomainError: K_s is not finite and positive.
-    """
     if not 0.0 < system_stiffness_n_per_m < math.inf:
         raise DomainError(
             f"system stiffness is {system_stiffness_n_per_m:g} N/m; it must be finite and greater "
             "than 0 N/m",
             hint="calibrate the rig; data that are compensated already take none",
         )
-    compensated: FloatArray = displacement_m - force_n / system_stiffness_n_per_m
-    return compensated
+    return np.asarray(travel_m - force_n / system_stiffness_n_per_m)
 
 
 def _force_rate(time_s: FloatArray, force_n: FloatArray) -> FloatArray:

@@ -186,8 +186,13 @@ def fit_with_smooth_error(
     )
 
 
-def few_degrees(degrees: float) -> float:
-    """Factor on σ by which ± 1.96 σ covers 95 % when σ itself is estimated (GUM G.4)."""
+def few_degrees(degrees: float | None) -> float:
+    """Factor on σ by which ± 1.96 σ covers 95 % when σ itself is estimated (GUM G.4).
+
+    1 where `degrees` is None: σ is known.
+    """
+    if degrees is None:
+        return 1.0
     from scipy.special import stdtrit
 
     return float(stdtrit(max(degrees, 1.0), 0.975)) / NORMAL_95

@@ -66,7 +66,7 @@ def identify_payload(data: PressData, conditions: Conditions) -> Identification:
             data.travel_m[loading],
             data.force_n[loading],
             system_stiffness_n_per_m=conditions.sources.system_stiffness_n_per_m,
-            deflection=conditions.deflection(),
+            deflection=conditions.sources.deflection(),
             time_s=data.time_s[loading],
         ),
         conditions,
@@ -190,7 +190,7 @@ def cycles_of_run(
         data.travel_m[mask],
         force_n,
         system_stiffness_n_per_m=found.conditions.sources.system_stiffness_n_per_m,
-        deflection=found.conditions.deflection(),
+        deflection=found.conditions.sources.deflection(),
     )
     seating = np.array([t.position_m for t in data.touches if t.purpose in ("cycle", "last")])
     first = [t.position_m for t in data.touches if t.purpose in ("first", "again")]

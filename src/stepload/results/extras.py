@@ -64,7 +64,7 @@ def extras_of(data: PressData, found: Identification, geometry: Geometry | None 
         data.travel_m,
         data.force_n,
         system_stiffness_n_per_m=conditions.sources.system_stiffness_n_per_m,
-        deflection=conditions.deflection(),
+        deflection=conditions.sources.deflection(),
     )
     return Extras(
         relaxation=_told(lambda: _relaxation(data, deformation_m, found)),

@@ -179,7 +179,7 @@ def test_forces_that_the_table_does_not_cover_are_told_and_a_table_that_is_bough
     assert known(far.conditions, 0.005).table_doubts(400.0) == []
     near = specimen("stvf", SPHERE, 300.0).conditions
     assert near is not None
-    assert known(near, 0.005).deflection_m == near.deflection_m
+    assert known(near, 0.005).sources.deflection_m == near.sources.deflection_m
 
 
 def test_a_gauge_of_the_rig_leaves_only_what_can_still_be_changed(tmp_path: Path) -> None:
