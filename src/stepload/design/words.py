@@ -13,12 +13,14 @@ from stepload.units import format_quantity
 
 def sentences(found: Design) -> list[str]:
     """Sentences on a design, each item one or two."""
-    return [_plan(found), _expected(found), _top(found), _time(found), _what_matters(found)]
-
-
-def _plan(found: Design) -> str:
     limit = found.ceiling
-    return f"The plan for {limit.payload} on {limit.rig}: {found.chosen.candidate.text}."
+    return [
+        f"The plan for {limit.payload} on {limit.rig}: {found.chosen.candidate.text}.",
+        _expected(found),
+        f"The top force cannot be larger: {limit.why}.",
+        _time(found),
+        _what_matters(found),
+    ]
 
 
 def _expected(found: Design) -> str:
@@ -31,10 +33,6 @@ def _expected(found: Design) -> str:
         "were IDENTIFIED the interval held the truth. Rightly: the stiffness is within 1/t of the "
         "truth (identify.t)."
     )
-
-
-def _top(found: Design) -> str:
-    return f"The top force cannot be larger: {found.ceiling.why}."
 
 
 def _time(found: Design) -> str:

@@ -6,12 +6,9 @@ import math
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 
-import stepload
 from stepload.design.binomial import Share, share
 from stepload.design.course import course
 from stepload.design.judge import judge
@@ -23,7 +20,7 @@ from stepload.envelope.benches import k_max
 from stepload.errors import DomainError
 from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.figures import HOPELESS
-from stepload.runner.digest import code_digest
+from stepload.runner.digest import product_digest
 from stepload.runner.jobs import Pool, run_in_order
 
 AT_ONCE, MOST_SAMPLES = 250, 1_250_000
@@ -94,7 +91,7 @@ class Work:
     @property
     def digest(self) -> str:
         """Digest of the code that determines the result of a cell."""
-        return _digest()
+        return product_digest(*DECIDING)
 
     def run(self, job: Job, /) -> Row:
         """Do one cell."""
@@ -163,9 +160,3 @@ def _median(half: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
 def run_all(work: Work, jobs: Sequence[Job], pool: Pool) -> list[Row]:
     """Compute all jobs; the rows are in the order of the jobs, whatever the pool."""
     return [row for rows in run_in_order(work, jobs, pool, BATCH) for row in rows]
-
-
-@cache
-def _digest() -> str:
-    product = Path(stepload.__file__).parent
-    return code_digest(product / name for name in DECIDING)

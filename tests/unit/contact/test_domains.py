@@ -25,7 +25,7 @@ from stepload.contact.materials import (
     Sphere,
 )
 from stepload.contact.plastic import ElasticPlasticSphere
-from stepload.contact.power_law import ContactLaw, deformation, force, secant_stiffness
+from stepload.contact.power_law import ContactLaw, secant_stiffness
 from stepload.contact.rough import (
     RoughSphere,
     roughness_number,
@@ -145,16 +145,16 @@ def test_the_law_ends_where_the_bodies_part() -> None:
     assert law.force(-1e-6) == law.force(0.0) == 0.0
     assert law.force(4e-6) == pytest.approx(4e8 * 8e-9)
     assert law.deformation(law.force(4e-6)) == pytest.approx(4e-6)
-    assert deformation(4e8, 1.5, 0.0) == 0.0
+    assert law.deformation(0.0) == 0.0
     assert law.secant(100.0) == pytest.approx(100.0 / law.deformation(100.0))
     assert law.tangent(100.0) == pytest.approx(1.5 * law.secant(100.0))
     for value in (math.nan, math.inf, -math.inf):
         with pytest.raises(DomainError):
-            force(4e8, 1.5, value)
+            law.force(value)
         with pytest.raises(DomainError):
-            deformation(4e8, 1.5, value)
+            law.deformation(value)
     with pytest.raises(DomainError):
-        deformation(4e8, 1.5, -1e-9)
+        law.deformation(-1e-9)
     for value in NOT_POSITIVE:
         with pytest.raises(DomainError):
             secant_stiffness(4e8, 1.5, value)
