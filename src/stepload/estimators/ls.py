@@ -103,10 +103,7 @@ def rs_btls(deformation_m: ArrayLike, force_n: ArrayLike, *, secant_force_n: flo
     rows δ·[1, ln δ, ln F], the ones column counted as noisy. As printed it depends on the units:
     it is the paper's number in SI only. Use `mixed_ls_tls` where that matters.
 
-    Args:
-        deformation_m: (L,) deformations in m, zero known.
-        force_n: (L,) forces in N, about uniform over their range (`uniform_in_force`).
-        secant_force_n: where the secant (28) is taken, in N.
+    Args: those of `log_ls`; the forces about uniform over their range (`uniform_in_force`).
 
     Raises:
         DomainError: unusable data, see `stepload.estimators.points`.

@@ -14,7 +14,6 @@ from stepload.design.atlas import make, shipped_payloads
 from stepload.design.atlas_tables import payload_table
 from stepload.design.binomial import share
 from stepload.design.changes import (
-    as_it_is,
     finer,
     for_sale,
     gauged,
@@ -141,7 +140,7 @@ def test_changes_change_what_they_say() -> None:
     told = STVF.conditions
     stiffness = told.sources.system_stiffness_n_per_m
     assert stiffness is not None
-    assert as_it_is(told) is told
+    assert for_sale(told)["as it is"](told) is told
     assert finer(told, 4.0).sources.position_resolution_m == pytest.approx(0.5e-6)
     assert finer(told, 4.0).position_resolution_m == pytest.approx(0.5e-6)
     assert finer(told, 4.0).sources.position_noise_m == pytest.approx(0.05e-6)
