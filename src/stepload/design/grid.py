@@ -10,7 +10,6 @@ from pathlib import Path
 from stepload.design.ceiling import Ceiling, rounded_down
 from stepload.design.law import Payload
 from stepload.design.points import Point
-from stepload.design.work import Job
 from stepload.design.world import Cell
 from stepload.envelope.benches import Specimen
 from stepload.envelope.envelope import Envelope, derive
@@ -68,8 +67,8 @@ class Candidate:
             f"{CYCLES} cycles: {self.duration_s:.0f} s"
         )
 
-    def job(self, index: int, told: Conditions, change: str = "") -> Job:
-        """The job that simulates and identifies it under the conditions `told`."""
+    def point(self, index: int, told: Conditions, change: str = "") -> Point:
+        """The cell that simulates and identifies it under the conditions `told`."""
         body = self.specimen
         cell = Cell(
             Payload(body.secant_n_per_m, body.exponent, body.top_n),
@@ -80,7 +79,7 @@ class Candidate:
             self.damping_n_s_per_m,
             self.order,
         )
-        return Job(SERIES, index, Point(SERIES, index, math.nan, change, body.name, cell))
+        return Point(SERIES, index, math.nan, change, body.name, cell)
 
     @property
     def conditions(self) -> Conditions:

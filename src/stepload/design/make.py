@@ -106,8 +106,8 @@ def design(
 
 
 def _try(candidates: Sequence[Candidate], work: Work, pool: Pool) -> list[Tried]:
-    jobs = [each.job(index, each.conditions) for index, each in enumerate(candidates)]
-    rows = run_all(work, jobs, pool)
+    cells = [each.point(index, each.conditions) for index, each in enumerate(candidates)]
+    rows = run_all(work, cells, pool)
     return [Tried(each, row) for each, row in zip(candidates, rows, strict=True)]
 
 
@@ -152,11 +152,11 @@ def _refusal(
         if best is not None and best not in kept:
             kept.append(best)
     changes = for_sale(kept[0].conditions)
-    jobs = [
-        each.job(index, change(each.conditions), name)
+    cells = [
+        each.point(index, change(each.conditions), name)
         for index, (each, (name, change)) in enumerate(product(kept, changes.items()))
     ]
-    rows = run_all(work, jobs, pool)
+    rows = run_all(work, cells, pool)
     found = [Tried(each, row) for (each, _), row in zip(product(kept, changes), rows, strict=True)]
     own = max((e for e in found if e.row.point.change == AS_IT_IS), key=_gain)
     return RefusedError(

@@ -32,15 +32,6 @@ DECIDING = ("contact", "design", "estimators", "evidence")
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
-    """One cell to be computed: a series, its number there, and its content."""
-
-    series: str
-    index: int
-    point: Point
-
-
-@dataclass(frozen=True, slots=True)
 class Row:
     """Result of a cell.
 
@@ -93,9 +84,9 @@ class Work:
         """Digest of the code that determines the result of a cell."""
         return product_digest(*DECIDING)
 
-    def run(self, job: Job, /) -> Row:
+    def run(self, point: Point, /) -> Row:
         """Do one cell."""
-        cell, told = job.point.cell, job.point.cell.conditions
+        cell, told = point.cell, point.cell.conditions
         limit = k_max(told, cell.top_n)
         rng = np.random.default_rng([self.seed, _own(cell)])
         plan = course(cell.top_n, cell.touch_n, cell.order)
@@ -105,7 +96,7 @@ class Work:
         except (DomainError, np.linalg.LinAlgError) as error:
             none = share(0, self.samples)
             return Row(
-                job.point, limit, none, none, none, share(0, 0), math.nan, "", problem=str(error)
+                point, limit, none, none, none, share(0, 0), math.nan, "", problem=str(error)
             )
         within, identified, covered = (np.zeros(self.samples, dtype=bool) for _ in range(3))
         half = np.empty(self.samples)
@@ -124,14 +115,14 @@ class Work:
             half[part] = found.half_width
             for name, count in found.vetoed.items():
                 vetoes[name] = vetoes.get(name, 0) + count
-            if not start and self.check_every and job.index % self.check_every == 0:
+            if not start and self.check_every and point.index % self.check_every == 0:
                 checked, whole = 1, headline(told, plan, runs, 0)
                 said = whole is not None and whole.verdict is ResultVerdict.IDENTIFIED
                 agreed = int(said == bool(found.identified[0]))
                 if whole is not None and said and agreed:
                     value_off = abs(float(found.value_n_per_m[0]) / whole.value_n_per_m - 1.0)
         return Row(
-            job.point,
+            point,
             limit,
             share(int(within.sum()), self.samples),
             share(int(identified.sum()), self.samples),
@@ -157,6 +148,6 @@ def _median(half: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
     return middle if middle <= HOPELESS else math.nan
 
 
-def run_all(work: Work, jobs: Sequence[Job], pool: Pool) -> list[Row]:
-    """Compute all jobs; the rows are in the order of the jobs, whatever the pool."""
-    return [row for rows in run_in_order(work, jobs, pool, BATCH) for row in rows]
+def run_all(work: Work, cells: Sequence[Point], pool: Pool) -> list[Row]:
+    """Compute all cells; the rows are in the order of the cells, whatever the pool."""
+    return [row for rows in run_in_order(work, cells, pool, BATCH) for row in rows]

@@ -22,7 +22,7 @@ from stepload.design.changes import (
     stiffer,
 )
 from stepload.design.points import points
-from stepload.design.work import Job, Row, Work, run_all
+from stepload.design.work import Row, Work, run_all
 from stepload.envelope.benches import Specimen, bench, k_max, specimen
 from stepload.errors import BadInputError
 from stepload.plan.problems import PlanError
@@ -226,7 +226,7 @@ def test_a_cell_is_the_same_in_whatever_order_and_compared_on_the_same_draws(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(cells, "PANELS", ("exponent",))
-    jobs = [Job(p.series, p.index, p) for p in points(STVF, [], [5e6]) if p.cell.payload.exponent
+    jobs = [p for p in points(STVF, [], [5e6]) if p.cell.payload.exponent
             == 1.5][:2]  # fmt: skip
     work = Work(seed=5, samples=12)
     pool = LocalPool(1)
@@ -249,7 +249,7 @@ def test_a_payload_that_bears_no_stiffness_is_a_row_with_its_problem(
         raise DomainError("nothing to fit")
 
     monkeypatch.setattr(room, "reference", none)
-    job = next(Job(p.series, p.index, p) for p in points(STVF, [], [5e6]))
+    job = points(STVF, [], [5e6])[0]
     row = Work(1, 10).run(job)
     assert row.problem == "nothing to fit"
     assert can(row.measured) is Can.NO
