@@ -19,8 +19,6 @@ from stepload.results.figures import (
     ORANGE,
     figure_of,
     plain,
-    png_of,
-    svg_of,
 )
 
 if TYPE_CHECKING:
@@ -40,20 +38,9 @@ TITLES = {
 LABEL_ROWS = 4
 
 
-def png(found: Map) -> bytes:
-    """The picture as PNG."""
-    with _drawn(found) as figure:
-        return png_of(figure)
-
-
-def svg(found: Map) -> str:
-    """The picture as SVG text."""
-    with _drawn(found) as figure:
-        return svg_of(figure)
-
-
 @contextmanager
-def _drawn(found: Map) -> Iterator[Figure]:
+def drawn(found: Map) -> Iterator[Figure]:
+    """The picture, to be saved inside the block."""
     every = reaches(found)
     shown = [series for series in (*PANELS, BUY) if found.of(series)]
     counts = [sum(each.series == series for each in every) for series in shown]

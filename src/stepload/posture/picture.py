@@ -12,26 +12,15 @@ from stepload.posture.chain import reach_m
 from stepload.posture.make import Posture
 from stepload.posture.search import STEP
 from stepload.posture.tables import stiffest
-from stepload.results.figures import INK, ORANGE, figure_of, plain, png_of, svg_of
+from stepload.results.figures import INK, ORANGE, figure_of, plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def png(found: Posture) -> bytes:
-    """The picture as PNG."""
-    with _drawn(found) as figure:
-        return png_of(figure)
-
-
-def svg(found: Posture) -> str:
-    """The picture as SVG text."""
-    with _drawn(found) as figure:
-        return svg_of(figure)
-
-
 @contextmanager
-def _drawn(found: Posture) -> Iterator[Figure]:
+def drawn(found: Posture) -> Iterator[Figure]:
+    """The picture, to be saved inside the block."""
     from matplotlib.colors import LogNorm
 
     radius, height, most = stiffest(found)
