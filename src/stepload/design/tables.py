@@ -9,7 +9,7 @@ from stepload.design.atlas_tables import LEFT_OUT
 from stepload.design.binomial import CONFIDENCE
 from stepload.design.front import Tried
 from stepload.design.make import Design
-from stepload.design.words import sentences, shown
+from stepload.design.words import sentences
 from stepload.design.world import DRAWN, NOT_DRAWN
 from stepload.envelope.order import CYCLES
 from stepload.results.model import Table
@@ -25,7 +25,7 @@ def curve_table(found: Design) -> Table:
             str(each.candidate.order.steps),
             f"{each.candidate.order.ramp_s:g} s",
             f"{each.candidate.order.hold_s:g} s",
-            shown(each),
+            each.width,
             f"{each.row.measured.value:.0%}",
         )
         for each in found.curve

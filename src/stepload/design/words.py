@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from stepload.design.answers import Can
-from stepload.design.front import ALIKE, Tried, choose
+from stepload.design.front import ALIKE, choose
 from stepload.design.grid import SHARES
 from stepload.design.make import LONGER, Design
 from stepload.units import format_quantity
@@ -71,8 +71,3 @@ def _what_matters(found: Design) -> str:
             f"{top}: ±{min(half):.1%} to ±{max(half):.1%}, {good} of {len(own)} plans not ruled out"
         )
     return f"Half widths by top force, over all steps and holds tried: {'; '.join(told)}."
-
-
-def shown(each: Tried) -> str:
-    """The half width in words."""
-    return f"±{each.half_width:.1%}" if math.isfinite(each.half_width) else "wider than the figure"

@@ -74,11 +74,10 @@ def _settings(told: ArmConfiguration | None, where: Mapping[str, str]) -> list[s
     if told.speed_fraction is not None:
         shown["speed_fraction"] = f"speed slider {told.speed_fraction:.0%}"
     names = {"tcp_offset": "TCP", "payload_kg": "payload", "speed_fraction": "speed slider"}
-    lines = [shown.get(key, f"{name}: {NOT_TOLD}") for key, name in names.items()]
-    places = [where.get(key, "") for key in names]
     return [
-        f"{line}; changed at {place}" if place else line
-        for line, place in zip(lines, places, strict=True)
+        shown.get(key, f"{name}: {NOT_TOLD}")
+        + (f"; changed at {place}" if (place := where.get(key)) else "")
+        for key, name in names.items()
     ]
 
 
