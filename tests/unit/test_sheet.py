@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 
 from stepload.cli.sheet import check_sheet, write_sheet
 from stepload.errors import BadInputError
+from stepload.results.figures import figure_of, png_of, svg_of
+
+
+@contextmanager
+def drawn() -> Iterator[Figure]:
+    with figure_of(1.0) as (figure, _):
+        yield figure
 
 
 def write(out: Path) -> str:
-    return write_sheet(out, "map", lambda: "<svg/>", lambda: b"png", {"cells": 1})
+    return write_sheet(out, "map", drawn, {"cells": 1})
 
 
 def test_a_picture_in_two_forms_and_the_figures_are_written(tmp_path: Path) -> None:
@@ -20,7 +30,10 @@ def test_a_picture_in_two_forms_and_the_figures_are_written(tmp_path: Path) -> N
     said = write(out)
     assert sorted(path.name for path in out.iterdir()) == ["map.json", "map.png", "map.svg"]
     assert all(str(path) in said for path in out.iterdir())
-    assert (out / "map.png").read_bytes() == b"png"
+    with drawn() as figure:
+        assert (out / "map.png").read_bytes() == png_of(figure)
+    with drawn() as figure:
+        assert (out / "map.svg").read_text(encoding="utf-8") == svg_of(figure)
 
 
 def test_what_is_there_or_comes_meanwhile_is_not_written_over(tmp_path: Path) -> None:

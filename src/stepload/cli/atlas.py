@@ -90,9 +90,7 @@ def map(
     if out is not None:
         from stepload.design import atlas_picture as picture
 
-        output.line(
-            write_sheet(out, "map", lambda: picture.svg(found), lambda: picture.png(found), said)
-        )
+        output.line(write_sheet(out, "map", lambda: picture.drawn(found), said))
     if parquet is not None:
         cells = said["cells"]
         write_columns({name: [each[name] for each in cells] for name in cells[0]}, parquet)

@@ -92,9 +92,7 @@ def pose(
     if out is not None:
         from stepload.posture import picture
 
-        output.line(
-            write_sheet(out, "pose", lambda: picture.svg(found), lambda: picture.png(found), said)
-        )
+        output.line(write_sheet(out, "pose", lambda: picture.drawn(found), said))
     output.result(said)
 
 

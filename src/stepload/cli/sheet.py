@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from stepload.errors import BadInputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def check_sheet(out: Path, name: str) -> None:
@@ -27,20 +32,27 @@ def check_sheet(out: Path, name: str) -> None:
 def write_sheet(
     out: Path,
     name: str,
-    svg: Callable[[], str],
-    png: Callable[[], bytes],
+    drawn: Callable[[], AbstractContextManager[Figure]],
     said: dict[str, object],
 ) -> str:
     """Write the picture and the figures as `name`; returns a line that says so.
+
+    Args:
+        drawn: draws the picture, once for each form.
 
     Raises:
         BadInputError: a file has appeared since the check; it is not changed.
     """
     from stepload.record.plain import json_text
+    from stepload.results.figures import png_of, svg_of
 
     out.mkdir(parents=True, exist_ok=True)
     files = _files(out, name)
-    contents = svg().encode(), png(), f"{json_text(said)}\n".encode()
+    with drawn() as figure:
+        svg = svg_of(figure).encode()
+    with drawn() as figure:
+        png = png_of(figure)
+    contents = svg, png, f"{json_text(said)}\n".encode()
     for path, content in zip(files, contents, strict=True):
         try:
             with path.open("xb") as file:

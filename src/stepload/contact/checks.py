@@ -14,11 +14,8 @@ def require_positive(value: float, what: str, unit: str) -> float:
     Raises:
         DomainError: it is not.
     """
-    if not (math.isfinite(value) and value > 0.0):
-        raise DomainError(
-            f"{what} is {value:g} {unit}; it must be finite and greater than 0 {unit}".rstrip(),
-            hint=f"give {what} as a positive number",
-        )
+    if not 0.0 < value < math.inf:
+        raise _outside(value, what, unit, "greater than", "a positive number")
     return value
 
 
@@ -28,12 +25,16 @@ def require_not_negative(value: float, what: str, unit: str) -> float:
     Raises:
         DomainError: it is not.
     """
-    if not (math.isfinite(value) and value >= 0.0):
-        raise DomainError(
-            f"{what} is {value:g} {unit}; it must be finite and at least 0 {unit}".rstrip(),
-            hint=f"give {what} as 0 or a positive number",
-        )
+    if not 0.0 <= value < math.inf:
+        raise _outside(value, what, unit, "at least", "0 or a positive number")
     return value
+
+
+def _outside(value: float, what: str, unit: str, bound: str, asked: str) -> DomainError:
+    return DomainError(
+        f"{what} is {value:g} {unit}; it must be finite and {bound} 0 {unit}".rstrip(),
+        hint=f"give {what} as {asked}",
+    )
 
 
 def require_material(material: Material) -> Material:

@@ -21,7 +21,7 @@ from stepload.contact.elastic import (
 from stepload.contact.limit import elastic_limit, softer_body
 from stepload.contact.materials import BluntTip, Geometry, Material, PowerProfile
 from stepload.contact.plastic import MODEL_END_FORCE
-from stepload.contact.rough import P0_MIN, RoughSphere, roughness_number
+from stepload.contact.rough import HARDNESS_OVER_YIELD, P0_MIN, RoughSphere, roughness_number
 
 SMOOTH_ALPHA = 0.05
 """Largest σ_eq over the smooth deformation of a contact that counts as smooth (Johnson, 13.5)."""
@@ -33,8 +33,6 @@ LARGEST_SHARE_OF_HEIGHT = 0.1
 """Contact radius over height at which a layer on a rigid ground is some 10 % stiffer than a
 half-space (Dimitriadis et al., Biophysical Journal 82 (2002) 2798)."""
 INCOMPRESSIBLE = 0.495
-HARDNESS_OVER_YIELD = 5.0
-"""Micro-hardness over yield strength where it is not known; within a factor of 2."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,45 +35,35 @@ class ContactLaw:
         require_positive(self.n, "exponent n", "")
 
     def force(self, deformation_m: float) -> float:
-        """Force in N at a deformation in m; 0 where the bodies are apart (δ ≤ 0)."""
-        return force(self.k, self.n, deformation_m)
+        """Force in N at a deformation in m (2); 0 where the bodies are apart (δ ≤ 0).
+
+        Raises:
+            DomainError: `deformation_m` is not finite.
+        """
+        if not math.isfinite(deformation_m):
+            raise DomainError(f"deformation is {deformation_m} m; it must be finite")
+        return self.k * deformation_m**self.n if deformation_m > 0.0 else 0.0
 
     def deformation(self, force_n: float) -> float:
-        """Deformation in m at a force in N, which must not be negative (no adhesion)."""
-        return deformation(self.k, self.n, force_n)
+        """Deformation δ = (F/K)^(1/n) in m at a force in N, the inverse of (2).
+
+        Raises:
+            DomainError: `force_n` is negative (the law has no adhesion) or not finite.
+        """
+        if not 0.0 <= force_n < math.inf:
+            raise DomainError(
+                f"contact force is {force_n:g} N; it must be finite and at least 0 N",
+                hint="the law has no adhesion: a pull is not contact",
+            )
+        return float((force_n / self.k) ** (1.0 / self.n))
 
     def secant(self, force_n: float) -> float:
         """Secant stiffness F/δ in N/m at a force > 0 (28)."""
         return secant_stiffness(self.k, self.n, force_n)
 
     def tangent(self, force_n: float) -> float:
-        """Tangent stiffness dF/dδ in N/m at a force > 0."""
-        return tangent_stiffness(self.k, self.n, force_n)
-
-
-def force(k: float, n: float, deformation_m: float) -> float:
-    """F = K δ^n (2) in N; 0 where the bodies are apart (δ ≤ 0).
-
-    Raises:
-        DomainError: `deformation_m` is not finite.
-    """
-    if not math.isfinite(deformation_m):
-        raise DomainError(f"deformation is {deformation_m} m; it must be finite")
-    return k * deformation_m**n if deformation_m > 0.0 else 0.0
-
-
-def deformation(k: float, n: float, force_n: float) -> float:
-    """δ = (F/K)^(1/n) in m, the inverse of (2).
-
-    Raises:
-        DomainError: `force_n` is negative (the law has no adhesion) or not finite.
-    """
-    if not 0.0 <= force_n < math.inf:
-        raise DomainError(
-            f"contact force is {force_n:g} N; it must be finite and at least 0 N",
-            hint="the law has no adhesion: a pull is not contact",
-        )
-    return float((force_n / k) ** (1.0 / n))
+        """Tangent stiffness dF/dδ = n F/δ in N/m at a force > 0: n times the secant (28)."""
+        return self.n * self.secant(force_n)
 
 
 def secant_stiffness(k: float, n: float, force_n: float) -> float:
@@ -89,12 +79,3 @@ def secant_stiffness(k: float, n: float, force_n: float) -> float:
     if not 0.0 < force_n < math.inf:
         raise DomainError(f"secant force is {force_n:g} N; it must be finite and greater than 0 N")
     return float((force_n ** (n - 1.0) * k) ** (1.0 / n))
-
-
-def tangent_stiffness(k: float, n: float, force_n: float) -> float:
-    """dF/dδ = n F/δ in N/m: n times the secant stiffness (28).
-
-    Raises:
-        DomainError: `force_n` is not finite and positive.
-    """
-    return n * secant_stiffness(k, n, force_n)

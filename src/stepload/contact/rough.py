@@ -1,4 +1,4 @@
-"""Deformation of a rough sphere contact (8)–(12).
+"""Deformation of a rough sphere contact (9)–(12).
 
 Traps of the model, all of them kept and documented rather than smoothed over:
 
@@ -24,27 +24,6 @@ higher. κ^-0.16 turns that factor of 2 into 11 %.
 """
 P0_MIN = 0.01
 P0_BRANCH = 0.47
-
-
-def rms_roughness(mean_roughness_m: float) -> float:
-    """σ = √(π/2) Ra in m, for Gaussian surface heights.
-
-    Raises:
-        DomainError: `mean_roughness_m` (Ra) is negative or not finite.
-    """
-    return math.sqrt(0.5 * math.pi) * require_not_negative(mean_roughness_m, "roughness Ra", "m")
-
-
-def equivalent_roughness(first_m: float, second_m: float) -> float:
-    """σ_eq = √(σ1² + σ2²) in m (8).
-
-    Raises:
-        DomainError: a roughness is negative or not finite.
-    """
-    return math.hypot(
-        require_not_negative(first_m, "rms roughness", "m"),
-        require_not_negative(second_m, "rms roughness", "m"),
-    )
 
 
 def roughness_number(

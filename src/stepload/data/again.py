@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
-import stepload
 from stepload.data.catalog import RunRow, rows
 from stepload.errors import BadInputError
 from stepload.results.from_file import results_of_file
 from stepload.results.model import finite
 from stepload.results.wishes import Wishes
-from stepload.runner.digest import code_digest
+from stepload.runner.digest import product_digest
 from stepload.runner.jobs import Pool, run_in_order
 
 DECIDING = ("contact", "envelope", "estimators", "evidence", "plan", "record", "results")
@@ -57,7 +55,7 @@ class Reidentify:
     @property
     def digest(self) -> str:
         """Digest of the code that determines the result of a record."""
-        return _digest()
+        return product_digest(*DECIDING)
 
     def run(self, job: RunRow, /) -> Again:
         """Identify one record; `problem` says why there is nothing to identify."""
@@ -105,9 +103,3 @@ def identify_all(
         if on_done is not None:
             on_done(len(found), len(jobs))
     return found
-
-
-@cache
-def _digest() -> str:
-    product = Path(stepload.__file__).parent
-    return code_digest(product / name for name in DECIDING)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stepload.design.answers import Map
 from stepload.design.points import columns, points
-from stepload.design.work import Job, Row, Work, run_all
+from stepload.design.work import Work, run_all
 from stepload.envelope.benches import bench, specimen
 from stepload.errors import BadInputError
 from stepload.plan.shipped import payload_folder
@@ -33,7 +33,6 @@ def make(
     seed: int,
     pool: Pool,
     on_start: Start | None = None,
-    on_row: Callable[[Row], None] | None = None,
     only: Sequence[str] = (),
 ) -> Map:
     """The map of a rig with its payloads.
@@ -47,7 +46,6 @@ def make(
         seed: the same seed gives the same map, whatever the number of processes.
         pool: the worker pool.
         on_start: called with the number of cells before the computation.
-        on_row: called with each row.
         only: series to compute; empty: all.
 
     Raises:
@@ -66,8 +64,8 @@ def make(
         body for path in shipped if (body := specimen(rig, path, base.top_n)).name not in names
     )
     cells = points(base, bodies, columns(base, bodies))
-    jobs = [Job(p.series, p.index, p) for p in cells if not only or p.series in only]
+    asked = [cell for cell in cells if not only or cell.series in only]
     if on_start is not None:
-        on_start(len(jobs))
-    rows = run_all(Work(seed, samples, CHECK_EVERY), jobs, pool, on_row)
+        on_start(len(asked))
+    rows = run_all(Work(seed, samples, CHECK_EVERY), asked, pool)
     return Map(base, bodies, rows, seed, samples)

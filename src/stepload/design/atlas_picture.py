@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import io
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +11,15 @@ import numpy as np
 from stepload.design.answers import Can, Map, Reach, can, reaches
 from stepload.design.atlas_tables import value_text
 from stepload.design.points import BUY, PANELS
-from stepload.results.figures import BLUE, GREEN, GREY, INK, ORANGE, figure_of, plain, svg_of
+from stepload.results.figures import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    figure_of,
+    plain,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,25 +35,12 @@ TITLES = {
     "gauge": "gauge across the contact",
     BUY: "what to buy",
 }
-DPI = 100
 LABEL_ROWS = 4
 
 
-def png(found: Map) -> bytes:
-    """The picture as PNG."""
-    buffer = io.BytesIO()
-    _draw(found, lambda figure: figure.savefig(buffer, format="png", dpi=DPI, facecolor="white"))
-    return buffer.getvalue()
-
-
-def svg(found: Map) -> str:
-    """The picture as SVG text."""
-    made: list[str] = []
-    _draw(found, lambda figure: made.append(svg_of(figure)))
-    return made[0]
-
-
-def _draw(found: Map, save: Callable[[Figure], None]) -> None:
+@contextmanager
+def drawn(found: Map) -> Iterator[Figure]:
+    """The picture, to be saved inside the block."""
     every = reaches(found)
     shown = [series for series in (*PANELS, BUY) if found.of(series)]
     counts = [sum(each.series == series for each in every) for series in shown]
@@ -62,7 +57,7 @@ def _draw(found: Map, save: Callable[[Figure], None]) -> None:
             fontsize=11,
         )
         _legend(figure)
-        save(figure)
+        yield figure
 
 
 def _panel(axes: Axes, rows: Sequence[Row], every: Sequence[Reach], title: str) -> None:

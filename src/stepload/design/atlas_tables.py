@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 from typing import Any
 
 from stepload.design.answers import (
@@ -15,7 +16,7 @@ from stepload.design.answers import (
     reaches,
     sentences,
 )
-from stepload.design.binomial import CONFIDENCE, Share
+from stepload.design.binomial import CONFIDENCE
 from stepload.design.changes import relative_sigma
 from stepload.design.work import Row
 from stepload.design.world import DRAWN, NOT_DRAWN
@@ -23,6 +24,7 @@ from stepload.results.model import Table
 from stepload.units import format_quantity, percent
 
 UNITS = {"system stiffness": "N/m", "position resolution": "m", "gauge": "m"}
+_REACH = [field.name for field in fields(Reach) if field.name != "unsure"]
 LEFT_OUT = (
     "all runs of a cell are identified at once, with thresholds of the cell; laws that cannot "
     "change the headline, secants and the paper's fits are left out"
@@ -39,8 +41,8 @@ def payload_table(found: Map) -> Table:
                 body.name,
                 f"{body.top_n:.3g} N" if each.row else "not pressed",
                 format_quantity(body.secant_n_per_m, "N/m"),
-                _share(each.row.within) if each.row else "",
-                _share(each.row.identified) if each.row else "",
+                each.row.within.text if each.row else "",
+                each.row.identified.text if each.row else "",
                 str(each.can),
                 f"{best.point.change}: {best.measured.value:.0%}" if best else "",
             )
@@ -81,10 +83,6 @@ def value_text(each: Reach) -> str:
     return format_quantity(each.value, unit, 2) if unit else f"n = {each.value:g}"
 
 
-def _share(each: Share) -> str:
-    return f"{each.value:.0%} ({each.low:.0%} to {each.high:.0%})"
-
-
 def cell(row: Row) -> dict[str, Any]:
     """A cell as flat columns."""
     point, told = row.point, row.point.cell.conditions
@@ -104,9 +102,9 @@ def cell(row: Row) -> dict[str, Any]:
         "gauge": told.sources.system_stiffness_n_per_m is None,
         "k_max_n_per_m": row.k_max_n_per_m,
         "samples": row.measured.of,
-        **_ends("within", row.within),
-        **_ends("identified", row.identified),
-        **_ends("measured", row.measured),
+        **row.within.columns("within"),
+        **row.identified.columns("identified"),
+        **row.measured.columns("measured"),
         "identified_and_false": row.identified.count - row.measured.count,
         "interval_true": row.covered.count,
         "half_width": row.half_width,
@@ -114,10 +112,6 @@ def cell(row: Row) -> dict[str, Any]:
         "can": str(can(row.measured)),
         "problem": row.problem,
     }
-
-
-def _ends(name: str, each: Share) -> dict[str, float]:
-    return {name: each.value, f"{name}_low": each.low, f"{name}_high": each.high}
 
 
 def data(found: Map) -> dict[str, Any]:
@@ -160,17 +154,7 @@ def data(found: Map) -> dict[str, Any]:
             for each in payload_answers(found)
         ],
         "reach": [
-            {
-                "series": each.series,
-                "value": each.value,
-                "change": each.change,
-                "from_n_per_m": each.from_n_per_m,
-                "to_n_per_m": each.to_n_per_m,
-                "beyond_n_per_m": each.beyond_n_per_m,
-                "within_n_per_m": each.within_n_per_m,
-                "k_max_n_per_m": each.k_max_n_per_m,
-                "guideline": each.guideline,
-            }
+            {name: getattr(each, name) for name in (*_REACH, "guideline")}
             for each in reaches(found)
         ],
         "cells": [cell(row) for row in every],

@@ -21,6 +21,15 @@ class Share:
         """The share; NaN of none."""
         return self.count / self.of if self.of else float("nan")
 
+    @property
+    def text(self) -> str:
+        """The share and its interval in words."""
+        return f"{self.value:.0%} ({self.low:.0%} to {self.high:.0%})"
+
+    def columns(self, name: str) -> dict[str, float]:
+        """The share and its interval as columns that begin with `name`."""
+        return {name: self.value, f"{name}_low": self.low, f"{name}_high": self.high}
+
 
 def share(count: int, of: int) -> Share:
     """The share of `count` in `of`; with `of` 0 the interval is 0 to 1."""

@@ -13,7 +13,6 @@ from stepload.envelope.order import DEFAULT, Order
 from stepload.envelope.pressing import largest_top_force
 from stepload.envelope.unwritten import plan_of
 from stepload.errors import BadInputError, DomainError, RefusedError
-from stepload.estimators.sources import Sources
 from stepload.plan.model import Plan
 from stepload.results.conditions import planned
 from stepload.units import format_quantity
@@ -85,7 +84,8 @@ def ceiling(rig: str, payload: Path, order: Order = DEFAULT) -> Ceiling:
             f"above {last} the arm may stand still: the way that it may press on at a time is no "
             f"longer than what is not counted of its position's error; {safe} would be safe"
         )
-    last_n = _covered(planned(envelope).sources)
+    table = planned(envelope).sources.deflection()
+    last_n = math.inf if table is None else table.force_n[-1]
     if last_n < top_n:
         last, safe = format_quantity(last_n, "N"), format_quantity(top_n, "N")
         why = (
@@ -123,12 +123,6 @@ def _no_force(envelope: Envelope) -> RefusedError:
         "top force that this rig resolves is safe",
         hint="stepload preflight PLAN says how the force budget is spent",
     )
-
-
-def _covered(sources: Sources) -> float:
-    """The highest force of the deflection table; infinite without one."""
-    table = sources.deflection()
-    return math.inf if table is None else table.force_n[-1]
 
 
 def _limit(envelope: Envelope) -> str:

@@ -18,11 +18,6 @@ KNOWN = 0.01
 """Common uncertainty of the rows of a carefully measured table of the pose."""
 
 
-def as_it_is(told: Conditions) -> Conditions:
-    """No change."""
-    return told
-
-
 def finer(told: Conditions, factor: float) -> Conditions:
     """A travel with a resolution finer by this factor, and noise smaller by it."""
     sources = told.sources
@@ -104,7 +99,7 @@ def relative_sigma(told: Conditions) -> float:
 
 def for_sale(told: Conditions) -> dict[str, Change]:
     """Possible changes by their names; the first is the rig as it is."""
-    found: dict[str, Change] = {AS_IT_IS: as_it_is}
+    found: dict[str, Change] = {AS_IT_IS: lambda told: told}
     resolution_um = told.position_resolution_m / FINER * 1e6
     found[f"position of {resolution_um:.3g} µm"] = lambda one: finer(one, FINER)
     if told.sources.system_stiffness_n_per_m is None:

@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.envelope.order import CYCLES, DEFAULT, FREE_S, Order
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
+from stepload.estimators.fit import BoolArray, FloatArray
 
 RATE_HZ = 50.0
 """Samples per second. A rig is faster, but averaging of more noise is not counted on."""
@@ -50,7 +47,7 @@ class Course:
         return float(self.force_n.max())
 
     @property
-    def loading(self) -> NDArray[np.bool_]:
+    def loading(self) -> BoolArray:
         """(N,) whether a sample is on the way up or in a hold there."""
         found = np.zeros(self.force_n.size, dtype=bool)
         for each in self.stretches:

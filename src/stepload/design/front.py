@@ -34,13 +34,18 @@ class Tried:
         return math.inf if math.isnan(self.row.half_width) else self.row.half_width
 
     @property
+    def width(self) -> str:
+        """The half width in words."""
+        half = self.half_width
+        return f"±{half:.1%}" if math.isfinite(half) else "wider than the figure"
+
+    @property
     def text(self) -> str:
         """The result in a few words."""
-        share, half = self.row.measured, self.half_width
-        width = f"interval ±{half:.1%}" if math.isfinite(half) else "interval wider than the figure"
+        share = self.row.measured
         return (
             f"rightly IDENTIFIED in {share.value:.0%} of the runs ({share.low:.0%} to "
-            f"{share.high:.0%}), {width}"
+            f"{share.high:.0%}), interval {self.width}"
         )
 
     @property

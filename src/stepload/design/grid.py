@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 
 from stepload.design.ceiling import Ceiling, rounded_down
 from stepload.design.law import Payload
 from stepload.design.points import Point
-from stepload.design.work import Job
 from stepload.design.world import Cell
 from stepload.envelope.benches import Specimen
 from stepload.envelope.envelope import Envelope, derive
@@ -68,8 +67,8 @@ class Candidate:
             f"{CYCLES} cycles: {self.duration_s:.0f} s"
         )
 
-    def job(self, index: int, told: Conditions, change: str = "") -> Job:
-        """The job that simulates and identifies it under the conditions `told`."""
+    def point(self, index: int, told: Conditions, change: str = "") -> Point:
+        """The cell that simulates and identifies it under the conditions `told`."""
         body = self.specimen
         cell = Cell(
             Payload(body.secant_n_per_m, body.exponent, body.top_n),
@@ -80,7 +79,7 @@ class Candidate:
             self.damping_n_s_per_m,
             self.order,
         )
-        return Job(SERIES, index, Point(SERIES, index, math.nan, change, body.name, cell))
+        return Point(SERIES, index, math.nan, change, body.name, cell)
 
     @property
     def conditions(self) -> Conditions:
@@ -109,7 +108,8 @@ def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
     """Every plan of the grid that preflight accepts, and whose levels are reached."""
     found: list[Candidate] = []
     reasons: list[tuple[str, str]] = []
-    for share, order in _orders():
+    for share, steps, hold_s, ramp_s in product(SHARES, STEPS, HOLDS_S, RAMPS_S):
+        order = Order(steps, hold_s, ramp_s)
         step_n = rounded_down(share * limit.top_n / order.steps)
         top_n = round(step_n * order.steps, 9)
         try:
@@ -139,14 +139,6 @@ def grid(rig: str, payload: Path, limit: Ceiling, surface: str) -> Grid:
             )
         )  # fmt: skip
     return Grid(tuple(found), len(reasons), *(reasons[-1] if reasons else ("", "")))
-
-
-def _orders() -> Iterator[tuple[float, Order]]:
-    for share in SHARES:
-        for steps in STEPS:
-            for hold_s in HOLDS_S:
-                for ramp_s in RAMPS_S:
-                    yield share, Order(steps, hold_s, ramp_s)
 
 
 def _why(envelope: Envelope) -> tuple[str, str]:

@@ -12,12 +12,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.design.course import Course
 from stepload.design.law import Payload
 from stepload.design.reference import Reference
 from stepload.design.world import Runs
+from stepload.estimators.fit import BoolArray, FloatArray
 from stepload.estimators.smooth import NORMAL_95
 from stepload.evidence.contact_gates import HARMLESS_TOUCH, OF_TWO_CYCLES, SLOW_CREEP
 from stepload.evidence.figures import HOPELESS
@@ -30,9 +30,6 @@ from stepload.evidence.shape import rehearse_law
 
 TABLE = "deflection_table"
 """Name of the gate for runs whose forces exceed the rows of the rig's deflection table."""
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,11 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.contact.rough import P0_BRANCH
-
-FloatArray = NDArray[np.float64]
+from stepload.estimators.fit import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

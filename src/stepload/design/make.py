@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
 from stepload.design.answers import REQUIRED, Can, gain
-from stepload.design.atlas import CHECK_EVERY
+from stepload.design.atlas import CHECK_EVERY, Start
 from stepload.design.ceiling import Ceiling, ceiling
 from stepload.design.changes import AS_IT_IS, BY_A_TABLE, for_sale
 from stepload.design.front import Tried, choose, finalists, front
@@ -24,7 +24,6 @@ AGAIN = 4
 LONGER = 2.0
 """Plans up to this multiple of the given time are tried, to show what more time would gain."""
 CALIBRATE = "stepload calibrate measures that table, in the pose of the experiment"
-Start = Callable[[int], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,8 +106,8 @@ def design(
 
 
 def _try(candidates: Sequence[Candidate], work: Work, pool: Pool) -> list[Tried]:
-    jobs = [each.job(index, each.conditions) for index, each in enumerate(candidates)]
-    rows = run_all(work, jobs, pool)
+    cells = [each.point(index, each.conditions) for index, each in enumerate(candidates)]
+    rows = run_all(work, cells, pool)
     return [Tried(each, row) for each, row in zip(candidates, rows, strict=True)]
 
 
@@ -153,11 +152,11 @@ def _refusal(
         if best is not None and best not in kept:
             kept.append(best)
     changes = for_sale(kept[0].conditions)
-    jobs = [
-        each.job(index, change(each.conditions), name)
+    cells = [
+        each.point(index, change(each.conditions), name)
         for index, (each, (name, change)) in enumerate(product(kept, changes.items()))
     ]
-    rows = run_all(work, jobs, pool)
+    rows = run_all(work, cells, pool)
     found = [Tried(each, row) for (each, _), row in zip(product(kept, changes), rows, strict=True)]
     own = max((e for e in found if e.row.point.change == AS_IT_IS), key=_gain)
     return RefusedError(

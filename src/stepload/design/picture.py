@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import io
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,14 +14,24 @@ from stepload.design.grid import SHARES
 from stepload.design.make import Design
 from stepload.errors import BadInputError
 from stepload.plan.room_to_write import check_new
-from stepload.results.figures import BLUE, GREEN, GREY, INK, ORANGE, SAND, figure_of, plain, svg_of
+from stepload.results.figures import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    SAND,
+    figure_of,
+    plain,
+    png_of,
+    svg_of,
+)
 from stepload.units import format_quantity
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 KINDS = (".svg", ".png")
-DPI = 100
 COLOURS = (SAND, ORANGE, GREEN, BLUE)
 """Colours of the top forces, the largest last."""
 
@@ -39,21 +49,14 @@ def check_picture(path: Path) -> None:
 
 def write_picture(found: Design, path: Path) -> None:
     """Draw a design into a new file."""
-    if path.suffix.lower() == ".svg":
-        made: list[str] = []
-        _draw(found, lambda figure: made.append(svg_of(figure)))
-        drawn = made[0].encode()
-    else:
-        buffer = io.BytesIO()
-        _draw(
-            found, lambda figure: figure.savefig(buffer, format="png", dpi=DPI, facecolor="white")
-        )
-        drawn = buffer.getvalue()
+    with _drawn(found) as figure:
+        drawn = svg_of(figure).encode() if path.suffix.lower() == ".svg" else png_of(figure)
     with path.open("xb") as file:
         file.write(drawn)
 
 
-def _draw(found: Design, save: Callable[[Figure], None]) -> None:
+@contextmanager
+def _drawn(found: Design) -> Iterator[Figure]:
     shown = [each for each in found.tried if math.isfinite(each.half_width)]
     with figure_of(4.6) as (figure, [axes]):
         for share, colour in zip(SHARES, COLOURS, strict=True):
@@ -75,7 +78,7 @@ def _draw(found: Design, save: Callable[[Figure], None]) -> None:
             loc="left", fontsize=10,
         )  # fmt: skip
         axes.legend(fontsize=8.5)
-        save(figure)
+        yield figure
 
 
 def _points(tried: Sequence[Tried]) -> tuple[list[float], list[float]]:

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.design.course import Course
 from stepload.design.whole import pressed_of
@@ -34,7 +33,6 @@ from stepload.evidence.rehearse import QUANTILE, creep_threshold, draws, thresho
 from stepload.evidence.shape import LEAST_REDUCED_CHI2, rehearse_law
 from stepload.evidence.signs import HoldCreep, Sign, branches_of, hold_creep, signs_of
 
-FloatArray = NDArray[np.float64]
 _NEAR, _TRIES = 0.12, 25
 _WORSE = 9.0
 
@@ -51,7 +49,6 @@ class Reference:
         signs: every sign by name, "rate" among them.
         allowed_m: threshold of each.
         creep: creep of its holds; `creep_m` is the threshold of their mean.
-        hold_n: (H,) mean force of each hold, in the order of time.
         fixed_m: uncertainty of the chord's span from the sources, the worst length's.
         data, fit, shapes: the loading with its covariance, the law that is believed, and the shape
             parameters to fit it with.

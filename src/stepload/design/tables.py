@@ -6,10 +6,10 @@ from typing import Any
 
 from stepload.design.answers import REQUIRED
 from stepload.design.atlas_tables import LEFT_OUT
-from stepload.design.binomial import CONFIDENCE, Share
+from stepload.design.binomial import CONFIDENCE
 from stepload.design.front import Tried
 from stepload.design.make import Design
-from stepload.design.words import sentences, shown
+from stepload.design.words import sentences
 from stepload.design.world import DRAWN, NOT_DRAWN
 from stepload.envelope.order import CYCLES
 from stepload.results.model import Table
@@ -25,7 +25,7 @@ def curve_table(found: Design) -> Table:
             str(each.candidate.order.steps),
             f"{each.candidate.order.ramp_s:g} s",
             f"{each.candidate.order.hold_s:g} s",
-            shown(each),
+            each.width,
             f"{each.row.measured.value:.0%}",
         )
         for each in found.curve
@@ -74,15 +74,11 @@ def tried(each: Tried) -> dict[str, Any]:
         "cycles": CYCLES,
         "duration_s": plan.duration_s,
         "samples": row.measured.of,
-        **_ends("identified", row.identified),
-        **_ends("measured", row.measured),
+        **row.identified.columns("identified"),
+        **row.measured.columns("measured"),
         "interval_true": row.covered.count,
         "half_width": row.half_width,
         "veto": row.veto,
         "can": str(each.can),
         "problem": row.problem,
     }
-
-
-def _ends(name: str, each: Share) -> dict[str, float]:
-    return {name: each.value, f"{name}_low": each.low, f"{name}_high": each.high}

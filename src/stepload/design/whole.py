@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.design.course import Course, Stretch
 from stepload.design.world import Runs
 from stepload.errors import DomainError
 from stepload.estimators.conditions import Conditions
+from stepload.estimators.fit import FloatArray
 from stepload.evidence.answer import weigh
 from stepload.evidence.lawfit import Roughness
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.quantity import Quantity
-
-FloatArray = NDArray[np.float64]
 
 
 def pressed_of(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from stepload.design.answers import Can
-from stepload.design.front import ALIKE, Tried, choose
+from stepload.design.front import ALIKE, choose
 from stepload.design.grid import SHARES
 from stepload.design.make import LONGER, Design
 from stepload.units import format_quantity
@@ -13,12 +13,14 @@ from stepload.units import format_quantity
 
 def sentences(found: Design) -> list[str]:
     """Sentences on a design, each item one or two."""
-    return [_plan(found), _expected(found), _top(found), _time(found), _what_matters(found)]
-
-
-def _plan(found: Design) -> str:
     limit = found.ceiling
-    return f"The plan for {limit.payload} on {limit.rig}: {found.chosen.candidate.text}."
+    return [
+        f"The plan for {limit.payload} on {limit.rig}: {found.chosen.candidate.text}.",
+        _expected(found),
+        f"The top force cannot be larger: {limit.why}.",
+        _time(found),
+        _what_matters(found),
+    ]
 
 
 def _expected(found: Design) -> str:
@@ -31,10 +33,6 @@ def _expected(found: Design) -> str:
         "were IDENTIFIED the interval held the truth. Rightly: the stiffness is within 1/t of the "
         "truth (identify.t)."
     )
-
-
-def _top(found: Design) -> str:
-    return f"The top force cannot be larger: {found.ceiling.why}."
 
 
 def _time(found: Design) -> str:
@@ -73,8 +71,3 @@ def _what_matters(found: Design) -> str:
             f"{top}: ±{min(half):.1%} to ±{max(half):.1%}, {good} of {len(own)} plans not ruled out"
         )
     return f"Half widths by top force, over all steps and holds tried: {'; '.join(told)}."
-
-
-def shown(each: Tried) -> str:
-    """The half width in words."""
-    return f"±{each.half_width:.1%}" if math.isfinite(each.half_width) else "wider than the figure"

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 
-import stepload
 from stepload.design.binomial import Share, share
 from stepload.design.course import course
 from stepload.design.judge import judge
@@ -23,7 +20,7 @@ from stepload.envelope.benches import k_max
 from stepload.errors import DomainError
 from stepload.estimators.judge import ResultVerdict
 from stepload.evidence.figures import HOPELESS
-from stepload.runner.digest import code_digest
+from stepload.runner.digest import product_digest
 from stepload.runner.jobs import Pool, run_in_order
 
 AT_ONCE, MOST_SAMPLES = 250, 1_250_000
@@ -32,15 +29,6 @@ BATCH = 4
 """Number of cells in a batch of a process."""
 DECIDING = ("contact", "design", "estimators", "evidence")
 """Packages whose code determines the result of a cell."""
-
-
-@dataclass(frozen=True, slots=True)
-class Job:
-    """One cell to be computed: a series, its number there, and its content."""
-
-    series: str
-    index: int
-    point: Point
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,11 +82,11 @@ class Work:
     @property
     def digest(self) -> str:
         """Digest of the code that determines the result of a cell."""
-        return _digest()
+        return product_digest(*DECIDING)
 
-    def run(self, job: Job, /) -> Row:
+    def run(self, point: Point, /) -> Row:
         """Do one cell."""
-        cell, told = job.point.cell, job.point.cell.conditions
+        cell, told = point.cell, point.cell.conditions
         limit = k_max(told, cell.top_n)
         rng = np.random.default_rng([self.seed, _own(cell)])
         plan = course(cell.top_n, cell.touch_n, cell.order)
@@ -108,7 +96,7 @@ class Work:
         except (DomainError, np.linalg.LinAlgError) as error:
             none = share(0, self.samples)
             return Row(
-                job.point, limit, none, none, none, share(0, 0), math.nan, "", problem=str(error)
+                point, limit, none, none, none, share(0, 0), math.nan, "", problem=str(error)
             )
         within, identified, covered = (np.zeros(self.samples, dtype=bool) for _ in range(3))
         half = np.empty(self.samples)
@@ -127,14 +115,14 @@ class Work:
             half[part] = found.half_width
             for name, count in found.vetoed.items():
                 vetoes[name] = vetoes.get(name, 0) + count
-            if not start and self.check_every and job.index % self.check_every == 0:
+            if not start and self.check_every and point.index % self.check_every == 0:
                 checked, whole = 1, headline(told, plan, runs, 0)
                 said = whole is not None and whole.verdict is ResultVerdict.IDENTIFIED
                 agreed = int(said == bool(found.identified[0]))
                 if whole is not None and said and agreed:
                     value_off = abs(float(found.value_n_per_m[0]) / whole.value_n_per_m - 1.0)
         return Row(
-            job.point,
+            point,
             limit,
             share(int(within.sum()), self.samples),
             share(int(identified.sum()), self.samples),
@@ -160,20 +148,6 @@ def _median(half: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
     return middle if middle <= HOPELESS else math.nan
 
 
-def run_all(
-    work: Work, jobs: Sequence[Job], pool: Pool, on_row: Callable[[Row], None] | None = None
-) -> list[Row]:
-    """Compute all jobs; the rows are in the order of the jobs, whatever the pool."""
-    found: list[Row] = []
-    for rows in run_in_order(work, jobs, pool, BATCH):
-        for row in rows:
-            found.append(row)
-            if on_row is not None:
-                on_row(row)
-    return found
-
-
-@cache
-def _digest() -> str:
-    product = Path(stepload.__file__).parent
-    return code_digest(product / name for name in DECIDING)
+def run_all(work: Work, cells: Sequence[Point], pool: Pool) -> list[Row]:
+    """Compute all cells; the rows are in the order of the cells, whatever the pool."""
+    return [row for rows in run_in_order(work, cells, pool, BATCH) for row in rows]

@@ -12,17 +12,16 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from stepload.design.course import RATE_HZ, Course
 from stepload.design.law import Payload
 from stepload.envelope.order import CYCLES, DEFAULT, Order
 from stepload.estimators.conditions import ROUGH_LENGTH_SIGMA, Conditions
+from stepload.estimators.fit import BoolArray, FloatArray
 from stepload.estimators.linearity import linearity_errors
 from stepload.estimators.smooth import LONGEST, SHORTEST, smooth_correlation
 
-FloatArray = NDArray[np.float64]
 Rng = np.random.Generator
 
 ROUGHEST_M, FINEST_M = 3e-6, 0.1e-6
@@ -254,7 +253,7 @@ def _add_damping(travel: FloatArray, cell: Cell, run: Course) -> None:
     travel -= np.where(_moving(run), rate * cell.damping_n_s_per_m / stiffness**2, 0.0)
 
 
-def _moving(run: Course) -> NDArray[np.bool_]:
+def _moving(run: Course) -> BoolArray:
     """(N,) the samples of the ramps, but for the first of each."""
     found = np.zeros(run.force_n.size, dtype=bool)
     for each in run.stretches:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import textwrap
+from functools import partial
 from pathlib import Path
 
 from stepload import __version__
@@ -24,11 +26,12 @@ LONGEST = 96
 def text_of(found: Design, path: Path, payload: Path, rig: str, surface: str, command: str) -> str:
     """The plan as text for the file `path`; other files are named relative to it."""
     plan = found.chosen.candidate
+    wrapped = partial(textwrap.wrap, width=LONGEST, break_long_words=False, break_on_hyphens=False)
     lines = [
         "# Designed by simulation. Made by:",
         f"#   {printable(command, 400)}",
         f"# (stepload {__version__}).",
-        *(f"# {line}" for each in sentences(found)[:3] for line in _wrapped(printable(each, 900))),
+        *(f"# {line}" for each in sentences(found)[:3] for line in wrapped(printable(each, 900))),
         "stepload: 1",
         f"payload: {_file(payload, path)}",
     ]
@@ -76,9 +79,3 @@ def _file(named: Path, home: Path) -> str:
     """A file as named by a plan in `home`."""
     way = Path(os.path.relpath(named.resolve(), home.resolve().parent)).as_posix()
     return json.dumps(way if "/" in way else f"./{way}", ensure_ascii=False)
-
-
-def _wrapped(text: str) -> list[str]:
-    import textwrap
-
-    return textwrap.wrap(text, LONGEST, break_long_words=False, break_on_hyphens=False)

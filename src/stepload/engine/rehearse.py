@@ -7,9 +7,9 @@ import random
 from collections.abc import Iterable
 from dataclasses import replace
 
-from stepload.contact import power_law
 from stepload.contact.elastic import equivalent_modulus, equivalent_radius
 from stepload.contact.limit import softer_body
+from stepload.contact.power_law import secant_stiffness
 from stepload.contact.rough import HARDNESS_OVER_YIELD, roughness_number
 from stepload.engine.first_loading import true_deformation
 from stepload.engine.rehearse_mount import mount_of
@@ -57,7 +57,7 @@ def world_for(
     stiffness = rig.system_stiffness.stiffness_n_per_m * simulation.stiffness_factor
     stiffness /= _drawn_aside(simulation)
     least_damping = LEAST_DAMPING_RATIO * 2.0 * math.sqrt(stiffness * arm.effective_mass_kg)
-    tangent = power_law.tangent_stiffness(payload.k, payload.n, procedure.top_force_n)
+    tangent = payload.n * secant_stiffness(payload.k, payload.n, procedure.top_force_n)
     sensor = second.sensor if second.source is SecondForceSource.SENSOR else None
     return WorldSpec(
         seed=seed,

@@ -19,9 +19,8 @@ import numpy as np
 
 from stepload.errors import DomainError
 from stepload.estimators.across import CROSS_COMPLIANCE, Across, Pair
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit import FloatArray, IntArray
 from stepload.estimators.smooth import (
-    IntArray,
     LinearFit,
     few_degrees,
     fit_with_smooth_error,

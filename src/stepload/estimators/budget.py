@@ -149,10 +149,9 @@ def budget(
     if fit.estimator == "joint":
         sensitivity = joint_sensitivity(fit, force_n)
     elif fit.estimator in ("inverse_ls", "odr") and estimate is None:
-        weights = (
-            {} if fit.estimator == "inverse_ls" else _odr_weights(sources, deformation_m, force_n)
-        )
-        sensitivity = zero_given_sensitivity(fit, deformation_m, force_n, **weights)
+        both = fit.estimator == "odr"
+        sigmas = white_sigmas(sources, deformation_m, force_n) if both else None
+        sensitivity = zero_given_sensitivity(fit, deformation_m, force_n, sigmas)
     else:
         step = 1e-4 * float(np.median(np.abs(deformation_m)))
         sensitivity = numeric_sensitivity(
@@ -205,13 +204,6 @@ def _estimator(fit: Fit) -> Estimator:
             hint="pass estimate=lambda deformation, force: ...",
         ) from None
     return partial(function, secant_force_n=fit.secant_force_n)
-
-
-def _odr_weights(
-    sources: Sources, deformation_m: FloatArray, force_n: FloatArray
-) -> dict[str, float]:
-    sigma_m, sigma_n = white_sigmas(sources, deformation_m, force_n)
-    return {"sigma_m": sigma_m, "sigma_n": sigma_n}
 
 
 def _root(variance: float | FloatArray) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stepload.estimators.across import Across
-from stepload.estimators.deflection import DeflectionTable, seat_sigma
+from stepload.estimators.deflection import seat_sigma
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.sources import Sources
 
@@ -77,28 +77,9 @@ class Conditions:
     structure_note: str = ""
     rough_length_sigma: float = ROUGH_LENGTH_SIGMA
 
-    @property
-    def deflection_force_n(self) -> tuple[float, ...]:
-        """Forces of the table δ_s(F) that is subtracted; empty without one."""
-        return self.sources.deflection_force_n
-
-    @property
-    def deflection_m(self) -> tuple[float, ...]:
-        """Its deflections."""
-        return self.sources.deflection_m
-
-    @property
-    def deflection_sigma_m(self) -> tuple[float, ...]:
-        """Their standard uncertainties."""
-        return self.sources.deflection_sigma_m
-
-    def deflection(self) -> DeflectionTable | None:
-        """The table itself; None where F/K_s is subtracted, or nothing."""
-        return self.sources.deflection()
-
     def table_doubts(self, peak_force_n: float) -> list[str]:
         """What is doubtful about the table up to a force; empty where its rows reach that far."""
-        table = self.deflection()
+        table = self.sources.deflection()
         return [said] if table is not None and (said := table.beyond(peak_force_n)) else []
 
     def bend(self, force_n: FloatArray) -> FloatArray:
@@ -106,7 +87,7 @@ class Conditions:
         stiffness = self.sources.system_stiffness_n_per_m
         if stiffness is None:
             return np.zeros_like(force_n)
-        table = self.deflection()
+        table = self.sources.deflection()
         return force_n / stiffness if table is None else table.at(force_n)
 
     def bend_sigma(self, force_n: FloatArray) -> FloatArray:
@@ -120,11 +101,11 @@ class Conditions:
             return np.zeros((1, force_n.size))
         relative = self.sources.system_stiffness_sigma_n_per_m / stiffness
         modes = [relative * self.bend(force_n)]
-        if self.deflection() is None:
+        if self.sources.deflection() is None:
             modes.append(seat_sigma(force_n, stiffness))
         return np.stack(modes)
 
     def table_sigma(self, force_n: FloatArray) -> FloatArray:
         """Standard uncertainty (N,) in m of the table's rows; 0 without a table."""
-        table = self.deflection()
+        table = self.sources.deflection()
         return np.zeros_like(force_n) if table is None else table.sigma_at(force_n)

@@ -6,9 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from stepload.estimators.fit import FloatArray
 
 LEAST_SLOPE = 0.15
 """A contact with an exponent up to 2.5 at 1 % of its peak force is at least that stiff, as a share

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.estimators.curve_parts import quantum
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit import BoolArray, FloatArray, IntArray
 
 LEAST_SAMPLES = 32
 """Shortest table in which glitches are looked for: below it one looks like the top of a press."""
@@ -21,7 +20,7 @@ _BESIDE, _ABOUT = 3, 12
 _NOISE, _QUANTA, _LEAST = 10.0, 4.0, 1e-3
 
 
-def spikes(values: FloatArray) -> NDArray[np.bool_]:
+def spikes(values: FloatArray) -> BoolArray:
     """Samples (N,) that deviate while their neighbours on both sides agree with each other.
 
     After Hampel, a sample is compared with medians of its neighbourhood: it deviates by more than
@@ -46,7 +45,7 @@ def spikes(values: FloatArray) -> NDArray[np.bool_]:
     return found if found.sum() <= MOST * values.size + 1.0 else np.zeros_like(found)
 
 
-def _outside(values: FloatArray, steps: FloatArray, width: int, least: float) -> NDArray[np.intp]:
+def _outside(values: FloatArray, steps: FloatArray, width: int, least: float) -> IntArray:
     """Places where `width` samples lie outside both neighbours, which hardly move."""
     at = np.arange(_BESIDE, values.size - width - _BESIDE + 1)
     before, after = values[at - 1], values[at + width]

@@ -64,21 +64,14 @@ class DeflectionTable:
         if problem := table_problem(self.force_n, self.deflection_m, self.sigma_m):
             raise DomainError(f"table of the system's deflection: {problem}")
 
-    @property
-    def _rows(self) -> tuple[FloatArray, FloatArray]:
-        return np.array([0.0, *self.force_n]), np.array([0.0, *self.deflection_m])
-
-    @property
-    def last_compliance_m_per_n(self) -> float:
-        """Slope between the last two rows; the origin counts as a row."""
-        force, deflection = self._rows
-        return float((deflection[-1] - deflection[-2]) / (force[-1] - force[-2]))
-
     def at(self, force_n: FloatArray) -> FloatArray:
         """Deflection (N,) in m at forces (N,); odd in the force, so that a pull mirrors a push."""
         size, last_n = np.abs(np.asarray(force_n, dtype=np.float64)), self.force_n[-1]
         inside = _curve(self.force_n, self.deflection_m)(np.minimum(size, last_n))
-        further = np.maximum(size - last_n, 0.0) * self.last_compliance_m_per_n
+        # The origin counts as a row.
+        before_n, before_m = (0.0, *self.force_n)[-2], (0.0, *self.deflection_m)[-2]
+        slope = (self.deflection_m[-1] - before_m) / (last_n - before_n)
+        further = np.maximum(size - last_n, 0.0) * slope
         return np.asarray(np.sign(force_n) * (inside + further))
 
     def sigma_at(self, force_n: FloatArray) -> FloatArray:

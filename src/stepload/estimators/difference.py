@@ -21,10 +21,10 @@ from typing import NamedTuple
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit import FloatArray, IntArray
 from stepload.estimators.measured import Measured
 from stepload.estimators.origin import common
-from stepload.estimators.repeats import IntArray, Scatter, normal, scatter_of, within
+from stepload.estimators.repeats import Scatter, normal, scatter_of, within
 
 SIGNIFICANCE = 0.05
 """Allowed probability of calling runs of equal payloads different."""

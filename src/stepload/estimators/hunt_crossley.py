@@ -19,16 +19,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.estimators.blocks import blocks
-from stepload.estimators.fit import Fit, FloatArray
+from stepload.estimators.fit import BoolArray, Fit, FloatArray
 from stepload.estimators.missing import Missing
 from stepload.estimators.sensitivity import law_compliance
 from stepload.estimators.smooth import NORMAL_95, propagate_smooth, smooth_lengths
 from stepload.estimators.sources import Sources
-
-BoolArray = NDArray[np.bool_]
 
 BLOCK_S = 0.05
 NEAR_BLOCKS = 3
@@ -187,8 +184,7 @@ def _sigmas(
     sources: Sources,
 ) -> tuple[float, float, float]:
     """Standard uncertainty of d, the share of the lag in it, and the lag that counted in s."""
-    stiffness = sources.system_stiffness_n_per_m
-    rigid = 1.0 / stiffness if stiffness else 0.0
+    stiffness, rigid = sources.system_stiffness_n_per_m, sources.system_m_per_n
     force_m = sources.force_noise_n * (compliance + rigid)
     white = row**2 @ ((force_m**2 + sources.position_noise_m**2) / count)
     quantum, hidden = sources.position_resolution_m, 0.0

@@ -62,11 +62,7 @@ def joint(
 ) -> Fit:
     """Fit K, n and the zero δ0 together by min Σ (δ - δ0 - (F/K)^(1/n))².
 
-    Args:
-        deformation_m: (L,) deformations in m from any zero.
-        force_n: (L,) forces in N; points without force are left out.
-        secant_force_n: where the secant (28) is taken, in N.
-        sigma_m: standard deviation of δ for the covariance; None: that of the residuals.
+    Args: those of `inverse_ls`; the deformations count from any zero.
 
     Raises:
         DomainError: unusable data, or a deformation that does not rise with force.

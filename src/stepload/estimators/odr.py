@@ -40,12 +40,7 @@ def odr(
     The most accurate estimator where the zero of δ is known. Gauss–Newton on the distances to the
     curve; the landing points δ̂ are found by Newton's method for all points at once.
 
-    Args:
-        deformation_m: (L,) deformations in m, zero known.
-        force_n: (L,) forces in N.
-        sigma_m: standard deviation of the deformation in m.
-        sigma_n: standard deviation of the force in N.
-        secant_force_n: where the secant (28) is taken, in N.
+    Args: those of `ew_tls`.
 
     Raises:
         DomainError: unusable data or a standard deviation that is not positive.
@@ -66,9 +61,7 @@ def odr(
     theta = np.array([math.log(start.k) + start.n * shift[0] - shift[1], start.n])
     now = _project(theta, x, y, noise, x)
     cost = float(now.distance @ now.distance)
-    doubts: tuple[Doubt, ...] = (
-        Doubt(Flag.NOT_CONVERGED, f"no convergence in {_MAX_STEPS} steps"),
-    )
+    doubts: tuple[Doubt, ...] = ()
     for _ in range(_MAX_STEPS):
         step = np.linalg.lstsq(finite(now.jacobian), -finite(now.distance), rcond=None)[0]
         size = float(np.abs(step).max())
@@ -80,8 +73,9 @@ def odr(
                 break
         theta, now, cost = trial, there, trial_cost
         if size < _TOLERANCE:
-            doubts = ()
             break
+    else:
+        doubts = (Doubt(Flag.NOT_CONVERGED, f"no convergence in {_MAX_STEPS} steps"),)
     covariance = np.zeros((3, 3))
     change = np.array([[1.0, -shift[0]], [0.0, 1.0]])
     inverse = np.linalg.inv(now.jacobian.T @ now.jacobian)

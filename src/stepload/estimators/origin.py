@@ -74,7 +74,7 @@ def _same(*pairs: tuple[str, str]) -> Common:
     return SAME if all(one and other for one, other in pairs) else OPEN
 
 
-def _machine(one: Origin, other: Origin) -> Common:
+def _machine(one: Origin, other: Origin, apart_m: float = 0.0) -> Common:
     if one.pose != other.pose or one.axis != other.axis:
         return OWN
     return _same((one.rig, other.rig), (one.arm, other.arm))
@@ -136,10 +136,6 @@ def _mounting(one: Origin, other: Origin, apart_m: float) -> Common:
     return OWN if _machine(one, other) is OWN else OPEN
 
 
-def _turning(one: Origin, other: Origin, apart_m: float) -> Common:
-    return _machine(one, other)
-
-
 _RULES: dict[str, Callable[[Origin, Origin, float], Common]] = {
     "system stiffness K_s": _stiffness,
     "force calibration": _gain,
@@ -147,7 +143,7 @@ _RULES: dict[str, Callable[[Origin, Origin, float], Common]] = {
     "smooth deformation error": _smooth,
     "force across the axis": _across,
     "misalignment of sensor and plate": _mounting,
-    "gauge off the axis of an arm that turns": _turning,
+    "gauge off the axis of an arm that turns": _machine,
 }
 """Every other source is independent in each run: noise, quanta, zero, lag, temperature, drift,
 creep and the choice of the model."""

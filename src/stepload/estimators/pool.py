@@ -81,7 +81,7 @@ def pool(fits: Sequence[SystemStiffnessFit]) -> PooledStiffness:
     degrees = sum(estimated) / shared if estimated else None
 
     stiffness = np.array([fit.stiffness_n_per_m for fit in fits])
-    size_m = _rms([_smooth_size(fit) for fit in fits]) * _widening(degrees)
+    size_m = _rms([_smooth_size(fit) for fit in fits]) * few_degrees(degrees)
     own = np.array([math.hypot(f.error_gain_n_per_m2 * size_m, f.bend_sigma_n_per_m) for f in fits])
     weight = 1.0 / own**2
     mean = float(weight @ stiffness / weight.sum())
@@ -107,15 +107,11 @@ def _rms(values: Sequence[float]) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def _widening(degrees: float | None) -> float:
-    return 1.0 if degrees is None else few_degrees(degrees)
-
-
 def _smooth_size(fit: SystemStiffnessFit) -> float:
     """Size in m of the smooth error on which the uncertainty of a run is based."""
     known = fit.contact_sigma_n_per_m**2 + fit.bend_sigma_n_per_m**2
     smooth = math.sqrt(max(fit.sigma_n_per_m**2 - known, 0.0))
-    return smooth / (fit.error_gain_n_per_m2 * _widening(fit.smooth_degrees))
+    return smooth / (fit.error_gain_n_per_m2 * few_degrees(fit.smooth_degrees))
 
 
 def _misfit(fit: SystemStiffnessFit, low_n: float, high_n: float) -> FloatArray:

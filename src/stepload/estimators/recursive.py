@@ -15,11 +15,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.errors import DomainError
 from stepload.estimators.finish import log_secant, unlawful
-from stepload.estimators.fit import Doubt, Fit, Flag, FloatArray
+from stepload.estimators.fit import BoolArray, Doubt, Fit, Flag, FloatArray
 from stepload.estimators.ls import smallest_direction
 from stepload.estimators.points import FEW_POINTS
 
@@ -27,7 +26,6 @@ MEMORY_SHARE = 0.25
 """A memory spanning less than this share of the force range is flagged HOLD_WINDUP."""
 
 _INFINITE = math.inf
-BoolArray = NDArray[np.bool_]
 
 
 def moving(deformation_m: FloatArray, force_n: FloatArray, rest_band_n: float) -> BoolArray:
@@ -79,11 +77,6 @@ class RsRtls:
         self._low_n, self._high_n = math.inf, -math.inf
         self._last_n = math.nan
         self._used = self._not_positive = 0
-
-    @property
-    def used(self) -> int:
-        """Number of samples that have entered the fit."""
-        return self._used
 
     def update(self, deformation_m: float, force_n: float) -> bool:
         """Add one sample; False where it was left out (at rest, or δ ≤ 0 or F ≤ 0).

@@ -122,12 +122,16 @@ class Relaxation:
 
 
 class _Rest(NamedTuple):
-    """One hold as it is fitted: blocks after the skip, and u against the first of them (B,)."""
+    """One hold as it is fitted: blocks after the skip, and u against the first of them (B,).
+
+    `law_m` is the deformation by the law, `m_per_n` the compliance of contact and system.
+    """
 
     data: Blocks
     change_m: FloatArray
     loading: bool
     law_m: float
+    m_per_n: float
 
 
 def relaxation(
@@ -146,7 +150,7 @@ def relaxation(
         fit: the law, for the compliance at each level.
         sources: noise and quanta; K_s for the noise of force in the deformation.
     """
-    rests = _rests(holds, fit)
+    rests = _rests(holds, fit, sources)
     if not rests:
         longest = max((float(np.ptp(h.time_s)) for h in holds if h.time_s.size), default=0.0)
         return Missing(
@@ -155,13 +159,13 @@ def relaxation(
         )
     if not any(rest.loading for rest in rests):
         return Missing("no hold on the way up")
-    changes = tuple(_change(rest, fit, sources) for rest in rests)
+    changes = tuple(_change(rest, sources) for rest in rests)
     both = any(not rest.loading for rest in rests)
     past = blocks(time_s, force_n, force_n, BLOCK_S)
     elastic_m = _law(fit, past.force_n)
     longest_s = max(float(np.ptp(rest.data.time_s)) for rest in rests)
     taus = np.geomspace(SHORTEST_TIME_S, LONGEST_TIMES * longest_s, _TIMES)
-    whitened = [_Whitened.of(rest, fit, sources) for rest in rests]
+    whitened = [_Whitened.of(rest, sources) for rest in rests]
     tried = [_Fitted.of(float(tau), past.time_s, elastic_m, rests, whitened, both=both)
              for tau in taus]  # fmt: skip
     costs = np.array([each.cost for each in tried])
@@ -176,7 +180,7 @@ def relaxation(
     high = float(taus[near[-1] + 1]) if near[-1] + 1 < len(taus) else None
     resolved = best.creep > RESOLVED * best.sigma
     known = resolved and low is not None and high is not None
-    slope, slope_sigma = _per_decade(rests, sources, fit, best.drift if both else 0.0)
+    slope, slope_sigma = _per_decade(rests, sources, best.drift if both else 0.0)
     force_share = fit.n * best.creep
     return Relaxation(
         holds=changes,
@@ -216,7 +220,7 @@ def _law(fit: Fit, force_n: FloatArray) -> FloatArray:
     return np.asarray((np.maximum(force_n, 0.0) / fit.k) ** (1.0 / fit.n))
 
 
-def _rests(holds: Sequence[HoldSamples], fit: Fit) -> list[_Rest]:
+def _rests(holds: Sequence[HoldSamples], fit: Fit, sources: Sources) -> list[_Rest]:
     found = []
     for hold in holds:
         if hold.time_s.size < 2:
@@ -233,44 +237,39 @@ def _rests(holds: Sequence[HoldSamples], fit: Fit) -> list[_Rest]:
             data.force_n - data.force_n[0]
         )
         law_m = float(_law(fit, np.array([mean_n]))[0])
-        found.append(_Rest(data, change_m, hold.loading, law_m))
+        m_per_n = compliance + sources.system_m_per_n
+        found.append(_Rest(data, change_m, hold.loading, law_m, m_per_n))
     return found
 
 
-def _white_m(rest: _Rest, fit: Fit, sources: Sources) -> FloatArray:
+def _white_m(rest: _Rest, sources: Sources) -> FloatArray:
     """Standard deviation (B,) of u in each block: the larger of the stated and the observed one."""
-    compliance = float(law_compliance(fit, np.array([rest.data.force_n.mean()]))[0])
-    stiffness = sources.system_stiffness_n_per_m
-    whole = compliance + (1.0 / stiffness if stiffness else 0.0)
-    stated = np.hypot(sources.force_noise_n * whole, sources.position_noise_m)
+    stated = np.hypot(sources.force_noise_n * rest.m_per_n, sources.position_noise_m)
     steps = np.diff(rest.change_m, 2)
     seen = float(np.sqrt(np.mean(steps**2) / 6.0)) if steps.size else 0.0
     return np.asarray(np.maximum(stated / np.sqrt(rest.data.samples), seen))
 
 
-def _ramp_m(rest: _Rest, fit: Fit, sources: Sources) -> float:
+def _ramp_m(rest: _Rest, sources: Sources) -> float:
     """Standard uncertainty of u from the first block to the last that quantisation may cause.
 
     A constant reading may hide a motion of up to a quantum: an error of q/√12 at either end, unless
     noise carries the readings over the edges.
     """
-    compliance = float(law_compliance(fit, np.array([rest.data.force_n.mean()]))[0])
-    stiffness = sources.system_stiffness_n_per_m
-    whole = compliance + (1.0 / stiffness if stiffness else 0.0)
     position = quantum_sigma(sources.position_resolution_m, sources.position_noise_m)
-    force = quantum_sigma(sources.force_resolution_n, sources.force_noise_n) * whole
+    force = quantum_sigma(sources.force_resolution_n, sources.force_noise_n) * rest.m_per_n
     return math.sqrt(2.0) * math.hypot(position, force)
 
 
-def _change(rest: _Rest, fit: Fit, sources: Sources) -> HoldChange:
+def _change(rest: _Rest, sources: Sources) -> HoldChange:
     """The change by a straight line through the blocks of a hold, over its whole length."""
     time_s = rest.data.time_s - rest.data.time_s.mean()
     line = time_s / float(time_s @ time_s)
     lasted_s = float(np.ptp(rest.data.time_s))
-    white = _white_m(rest, fit, sources)
+    white = _white_m(rest, sources)
     change_m = float(line @ rest.change_m) * lasted_s
     sigma_m = math.hypot(
-        lasted_s * float(np.sqrt(np.sum((line * white) ** 2))), _ramp_m(rest, fit, sources)
+        lasted_s * float(np.sqrt(np.sum((line * white) ** 2))), _ramp_m(rest, sources)
     )
     return HoldChange(
         force_n=float(rest.data.force_n.mean()),
@@ -312,12 +311,12 @@ class _Whitened(NamedTuple):
     shrink: FloatArray
 
     @classmethod
-    def of(cls, rest: _Rest, fit: Fit, sources: Sources) -> _Whitened:
-        white = np.maximum(_white_m(rest, fit, sources), _LEAST_M)
+    def of(cls, rest: _Rest, sources: Sources) -> _Whitened:
+        white = np.maximum(_white_m(rest, sources), _LEAST_M)
         weight = 1.0 / white
         share = np.linspace(0.0, 1.0, white.size)
         half = np.pi * (np.arange(min(_MODES, white.size - 1)) + 0.5)
-        modes = np.sqrt(2.0) * np.sin(share[:, None] * half) / half * _ramp_m(rest, fit, sources)
+        modes = np.sqrt(2.0) * np.sin(share[:, None] * half) / half * _ramp_m(rest, sources)
         bare = (modes - np.average(modes, axis=0, weights=weight**2)) * weight[:, None]
         walk, size, _ = np.linalg.svd(bare, full_matrices=False)
         return cls(weight, walk, 1.0 - 1.0 / np.sqrt(1.0 + size**2))
@@ -381,7 +380,7 @@ def _inverse(matrix: FloatArray) -> FloatArray:
 
 
 def _per_decade(
-    rests: Sequence[_Rest], sources: Sources, fit: Fit, drift_m_per_s: float
+    rests: Sequence[_Rest], sources: Sources, drift_m_per_s: float
 ) -> tuple[float, float]:
     """Creep per decade of time and its sigma, pooled over the holds on the way up."""
     top = bottom = hidden = noise = 0.0
@@ -396,6 +395,6 @@ def _per_decade(
         top += weight * float(decades @ drifted)
         bottom += weight**2 * float(decades @ decades)
         share = np.linspace(-0.5, 0.5, decades.size)
-        hidden += (weight * float(decades @ share) * _ramp_m(rest, fit, sources)) ** 2
-        noise += weight**2 * float(np.sum((decades * _white_m(rest, fit, sources)) ** 2))
+        hidden += (weight * float(decades @ share) * _ramp_m(rest, sources)) ** 2
+        noise += weight**2 * float(np.sum((decades * _white_m(rest, sources)) ** 2))
     return top / bottom, math.sqrt(hidden + noise) / bottom

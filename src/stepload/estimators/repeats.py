@@ -6,11 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stepload.estimators.fit import FloatArray
-
-IntArray = NDArray[np.intp]
+from stepload.estimators.fit import FloatArray, IntArray
 
 LEAST_DEGREES = 2
 """Degrees of freedom from which a scatter may replace a budget: that of one repeat is so uncertain

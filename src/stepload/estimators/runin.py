@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -161,24 +160,20 @@ def run_in(
     )
 
 
-class _Branch(NamedTuple):
-    force_n: FloatArray
-    deformation_m: FloatArray
-
-    def at(self, grid_n: FloatArray) -> FloatArray:
-        """Deformation on a grid of forces, means over a grid step: noise in force and quanta
-        average out, and a hold counts as one place."""
-        step = float(grid_n[1] - grid_n[0])
-        index = np.round((self.force_n - grid_n[0]) / step).astype(np.intp)
-        inside = (index >= -1) & (index <= grid_n.size)
-        index = index[inside] + 1
-        count = np.bincount(index)
-        used = count > 0
-        if not used.any():
-            raise DomainError("a branch of a cycle has no sample between the two forces compared")
-        force = np.bincount(index, self.force_n[inside])[used] / count[used]
-        deformation = np.bincount(index, self.deformation_m[inside])[used] / count[used]
-        return np.asarray(np.interp(grid_n, force, deformation))
+def _on_grid(force_n: FloatArray, deformation_m: FloatArray, grid_n: FloatArray) -> FloatArray:
+    """Deformation of a branch on a grid of forces, means over a grid step: noise in force and
+    quanta average out, and a hold counts as one place."""
+    step = float(grid_n[1] - grid_n[0])
+    index = np.round((force_n - grid_n[0]) / step).astype(np.intp)
+    inside = (index >= -1) & (index <= grid_n.size)
+    index = index[inside] + 1
+    count = np.bincount(index)
+    used = count > 0
+    if not used.any():
+        raise DomainError("a branch of a cycle has no sample between the two forces compared")
+    force = np.bincount(index, force_n[inside])[used] / count[used]
+    deformation = np.bincount(index, deformation_m[inside])[used] / count[used]
+    return np.asarray(np.interp(grid_n, force, deformation))
 
 
 def _lowest(
@@ -210,9 +205,9 @@ def _evaluate(
     # A hold at the top belongs to both branches, half to each: they are split at its middle.
     at_top = np.flatnonzero(force_n >= 0.99 * force_n.max())
     top = int(at_top[at_top.size // 2])
-    loading = _Branch(force_n[: top + 1], deformation_m[: top + 1])
-    up, loop_up = loading.at(grid_n), loading.at(loop_n)
-    down = _Branch(force_n[top:], deformation_m[top:]).at(loop_n)
+    loading_n, loading_m = force_n[: top + 1], deformation_m[: top + 1]
+    up, loop_up = (_on_grid(loading_n, loading_m, grid) for grid in (grid_n, loop_n))
+    down = _on_grid(force_n[top:], deformation_m[top:], loop_n)
     span_n, span_m = float(grid_n[-1] - grid_n[0]), float(up[-1] - up[0])
     if not span_m > 0.0:
         raise DomainError(f"the deformation of cycle {number} does not rise with force")

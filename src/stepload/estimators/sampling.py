@@ -6,16 +6,15 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stepload.errors import DomainError
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit import FloatArray, IntArray
 
 FORCE_BINS = 60
-IndexArray = NDArray[np.intp]
 
 
-def uniform_in_force(force_n: ArrayLike, count: int = 3000) -> IndexArray:
+def uniform_in_force(force_n: ArrayLike, count: int = 3000) -> IntArray:
     """Indices, rising, of about `count` samples that are spread about evenly over the force.
 
     A step protocol spends most of its time in holds, which would dominate a batch fit. The force
@@ -46,7 +45,7 @@ def uniform_in_force(force_n: ArrayLike, count: int = 3000) -> IndexArray:
     return np.sort(np.concatenate(chosen))
 
 
-def at_rate(time_s: ArrayLike, rate_hz: float) -> IndexArray:
+def at_rate(time_s: ArrayLike, rate_hz: float) -> IntArray:
     """Indices of the first sample in every period of `rate_hz`.
 
     Args:
@@ -84,7 +83,7 @@ def rest_band(force_n: FloatArray) -> float:
     return max(5.0 * noise, 1.5 * quantum)
 
 
-def _evenly(indices: IndexArray, count: int) -> IndexArray:
+def _evenly(indices: IntArray, count: int) -> IntArray:
     if indices.size <= count:
         return indices
     return indices[((np.arange(count) + 0.5) * (indices.size / count)).astype(np.intp)]

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from stepload.errors import DomainError
 from stepload.estimators.deflection import DeflectionTable
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit import FloatArray, IntArray
 from stepload.estimators.points import checked
 from stepload.estimators.recursive import moving
-from stepload.estimators.sampling import IndexArray, at_rate, rest_band, uniform_in_force
+from stepload.estimators.sampling import at_rate, rest_band, uniform_in_force
 
 SAMPLES = 3000
 """Samples that a batch fit is made from."""
@@ -46,17 +46,17 @@ class Selected:
     deformation_m: FloatArray
     force_n: FloatArray
     force_rate_n_per_s: FloatArray
-    batch: IndexArray
-    recursive: IndexArray
+    batch: IntArray
+    recursive: IntArray
     rest_band_n: float
 
     @property
-    def recursive_used(self) -> IndexArray:
+    def recursive_used(self) -> IntArray:
         """Those of the `recursive` samples that enter the recursive fit."""
         deformation, force = self.deformation_m[self.recursive], self.force_n[self.recursive]
         return self.recursive[moving(deformation, force, self.rest_band_n)]
 
-    def samples(self, indices: IndexArray) -> Samples:
+    def samples(self, indices: IntArray) -> Samples:
         """The samples at these indices."""
         return Samples(
             self.deformation_m[indices], self.force_n[indices], self.force_rate_n_per_s[indices]
@@ -109,7 +109,9 @@ def compensated(
     system_stiffness_n_per_m: float | None,
     deflection: DeflectionTable | None = None,
 ) -> FloatArray:
-    """Travel (L,) less the deflection of the system (27): by its table, by K_s, or not at all.
+    """Travel (L,) in m less the deflection of the system (27): by its table, by K_s, or not at all.
+
+    δ_p = δ - F/K_s is the payload's part of the displacement of payload and system together.
 
     Raises:
         DomainError: K_s is not finite and positive.
@@ -118,30 +120,13 @@ def compensated(
         return np.asarray(travel_m - deflection.at(force_n))
     if system_stiffness_n_per_m is None:
         return travel_m
-    return payload_deformation(travel_m, force_n, system_stiffness_n_per_m)
-
-
-def payload_deformation(
-    displacement_m: FloatArray, force_n: FloatArray, system_stiffness_n_per_m: float
-) -> FloatArray:
-    """δ_p = δ - F/K_s (27): the payload's part of the displacement.
-
-    Args:
-        displacement_m: (L,) displacement of payload and system together in m.
-        force_n: (L,) forces in N.
-        system_stiffness_n_per_m: K_s in N/m.
-
-    Raises:
-        DomainError: K_s is not finite and positive.
-    """
     if not 0.0 < system_stiffness_n_per_m < math.inf:
         raise DomainError(
             f"system stiffness is {system_stiffness_n_per_m:g} N/m; it must be finite and greater "
             "than 0 N/m",
             hint="calibrate the rig; data that are compensated already take none",
         )
-    compensated: FloatArray = displacement_m - force_n / system_stiffness_n_per_m
-    return compensated
+    return np.asarray(travel_m - force_n / system_stiffness_n_per_m)
 
 
 def _force_rate(time_s: FloatArray, force_n: FloatArray) -> FloatArray:

@@ -57,13 +57,12 @@ def zero_given_sensitivity(
     fit: Fit,
     deformation_m: FloatArray,
     force_n: FloatArray,
-    *,
-    sigma_m: float | None = None,
-    sigma_n: float | None = None,
+    sigmas: tuple[float, float] | None = None,
 ) -> FloatArray:
     """Sensitivity (3, N) of least squares about F = K δ^n, to first order in the residuals.
 
-    With both sigmas the residuals are distances to the curve (18), otherwise deformations.
+    With `sigmas` of deformation and force the residuals are distances to the curve (18), otherwise
+    deformations.
 
     Raises:
         DomainError: data that cannot tell K and n apart.
@@ -72,7 +71,8 @@ def zero_given_sensitivity(
     log_deformation = (np.log(force_n) - np.log(fit.k)) / fit.n
     jacobian = -force_n * compliance * np.stack([np.ones_like(force_n), log_deformation])
     weight = np.ones_like(force_n)
-    if sigma_m is not None and sigma_n is not None:
+    if sigmas is not None:
+        sigma_m, sigma_n = sigmas
         weight = 1.0 / (sigma_m**2 + (sigma_n * compliance) ** 2)
     normal = (jacobian * weight) @ jacobian.T
     scale = np.sqrt(np.diag(normal))

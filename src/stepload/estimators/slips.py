@@ -18,7 +18,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from stepload.estimators.fit import FloatArray
 from stepload.estimators.wrench import Wrench
 
 MEAN_S, COMPARED_S, LASTS_S = 0.008, 0.04, 0.006
@@ -80,20 +79,17 @@ def slips_of(wrench: Wrench, top_n: float) -> tuple[Slip, ...]:
         top_n: the largest force of the run in N.
     """
     found: list[Slip] = []
-    usual_s = _period_s(wrench.time_s)
+    steps_s = np.diff(wrench.time_s)
+    usual_s = float(np.median(steps_s)) if steps_s.size else 0.0
     if not usual_s > 0.0:
         return ()
     new = (np.diff(wrench.cycle) != 0) | (np.diff(wrench.rising.view(np.int8)) != 0)
-    new |= np.diff(wrench.time_s) > 10.0 * usual_s
+    new |= steps_s > 10.0 * usual_s
     edges = [0, *(np.flatnonzero(new) + 1).tolist(), wrench.time_s.size]
     windows = _windows(usual_s)
     for begin, end in pairwise(edges):
         found += _in_branch(wrench, slice(begin, end), windows, LEAST_SHARE * top_n)
     return tuple(found)
-
-
-def _period_s(time_s: FloatArray) -> float:
-    return float(np.median(np.diff(time_s))) if time_s.size > 1 else 0.0
 
 
 def _in_branch(wrench: Wrench, part: slice, w: _Windows, least_n: float) -> Iterator[Slip]:

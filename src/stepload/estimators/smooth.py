@@ -11,11 +11,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.errors import DomainError
 from stepload.estimators.finite import finite
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit import FloatArray, IntArray
 
 SHORTEST, LONGEST = 1.0 / 12.0, 1.0 / 1.5
 """Range of an unknown correlation length, as shares of the peak force. A shorter error averages
@@ -25,7 +24,6 @@ _LENGTHS = 5
 NORMAL_95 = 1.959964
 """Half width of the central 95 % of a normal distribution, in standard deviations."""
 
-IntArray = NDArray[np.intp]
 
 _CELLS_PER_LENGTH = 20.0
 _RANK = 1e-10
@@ -188,8 +186,13 @@ def fit_with_smooth_error(
     )
 
 
-def few_degrees(degrees: float) -> float:
-    """Factor on σ by which ± 1.96 σ covers 95 % when σ itself is estimated (GUM G.4)."""
+def few_degrees(degrees: float | None) -> float:
+    """Factor on σ by which ± 1.96 σ covers 95 % when σ itself is estimated (GUM G.4).
+
+    1 where `degrees` is None: σ is known.
+    """
+    if degrees is None:
+        return 1.0
     from scipy.special import stdtrit
 
     return float(stdtrit(max(degrees, 1.0), 0.975)) / NORMAL_95

@@ -84,6 +84,12 @@ class Sources:
             return None
         return DeflectionTable(self.deflection_force_n, self.deflection_m, self.deflection_sigma_m)
 
+    @property
+    def system_m_per_n(self) -> float:
+        """1/K_s, what the system gives way in the travel; 0 where it is not in the chain."""
+        stiffness = self.system_stiffness_n_per_m
+        return 1.0 / stiffness if stiffness else 0.0
+
 
 def white_sigmas(
     sources: Sources, deformation_m: FloatArray, force_n: FloatArray
@@ -136,9 +142,7 @@ def _noise(
     sensitivity: FloatArray,
 ) -> list[Part]:
     """Errors that differ from point to point, or from quantum to quantum."""
-    rigid = (
-        0.0 if sources.system_stiffness_n_per_m is None else 1 / sources.system_stiffness_n_per_m
-    )
+    rigid = sources.system_m_per_n
     per_newton = sensitivity * (law_compliance(fit, force_n) + rigid)
     force_variance = sources.force_noise_n**2 + sources.force_resolution_n**2 / 12.0
     position = sources.position_noise_m**2 * sensitivity @ sensitivity.T
@@ -167,7 +171,7 @@ def _systematic(
 ) -> list[Part]:
     """Errors of the deformation that are a curve over force."""
     degrees = sources.smooth_degrees
-    widening = 1.0 if degrees is None else few_degrees(degrees)
+    widening = few_degrees(degrees)
     lengths = smooth_lengths(sources.smooth_length_n, float(force_n.max()))
 
     def carried(size: FloatArray | float) -> FloatArray:
@@ -181,9 +185,8 @@ def _systematic(
     if degrees is not None:
         smooth_size += f", × {widening:.2f} for {degrees:.2g} degrees of freedom"
     stiffness = sources.system_stiffness_n_per_m
-    bend, rigid, size = np.zeros(3), 0.0, "no K_s in the chain"
+    bend, rigid, size = np.zeros(3), sources.system_m_per_n, "no K_s in the chain"
     if stiffness is not None:
-        rigid = 1.0 / stiffness
         relative = sources.system_stiffness_sigma_n_per_m / stiffness
         bend = sensitivity @ (force_n * rigid) * relative
         size = f"{100 * relative:.3g} %"

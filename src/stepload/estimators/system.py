@@ -25,11 +25,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stepload.errors import DomainError
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit import FloatArray, IntArray
 from stepload.estimators.pieces import piece_shifts
 from stepload.estimators.smooth import (
     NORMAL_95,
-    IntArray,
     few_degrees,
     fit_with_smooth_error,
     smooth_lengths,

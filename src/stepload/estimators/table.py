@@ -15,10 +15,10 @@ import numpy as np
 
 from stepload.errors import DomainError
 from stepload.estimators.deflection import DeflectionTable
-from stepload.estimators.fit import FloatArray
+from stepload.estimators.fit import FloatArray, IntArray
 from stepload.estimators.pieces import piece_shifts
 from stepload.estimators.pool import PooledStiffness
-from stepload.estimators.smooth import IntArray, few_degrees
+from stepload.estimators.smooth import few_degrees
 from stepload.estimators.system import SeriesContact, SystemStiffnessFit, gather, quantum_sd
 
 FEWEST, MOST = 4, 24
@@ -103,9 +103,7 @@ def measured_table(
     shift_m, known = piece_shifts(travel, fine, run)
     force, travel = force[known], travel[known] - shift_m[known]
 
-    size_m = pooled.smooth_error_m
-    if pooled.smooth_degrees is not None:
-        size_m *= few_degrees(pooled.smooth_degrees)
+    size_m = pooled.smooth_error_m * few_degrees(pooled.smooth_degrees)
     size_m /= float(np.sqrt(max(pooled.independent_runs, 1.0)))
     span_m = (high_n - low_n) / pooled.stiffness_n_per_m
     apart_m = QUANTA * max(resolution_m, pooled.smooth_error_m, span_m / (QUANTA * MOST))

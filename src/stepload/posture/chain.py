@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from stepload.errors import DomainError
+from stepload.estimators.fit import FloatArray
 from stepload.plan.kinematics import JOINTS, ArmKinematics
 from stepload.rig.samples import SixFloats
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IndexArray = NDArray[np.intp]
 LONGEST_TOOL_M = 2.0
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from stepload.estimators.fit import BoolArray, FloatArray
 from stepload.plan.kinematics import ArmKinematics
-from stepload.posture.chain import BoolArray, FloatArray
 
 ON_A_LINK = 5
 """Number of points that are checked on each link."""

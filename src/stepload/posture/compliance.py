@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stepload.posture.chain import FloatArray, IndexArray
+from stepload.estimators.fit import FloatArray, IntArray
 
 _SOFTEST = 1e-12
 _FLATTEST = 1e-9
@@ -55,7 +55,7 @@ class GivesWay:
         """K_flat/K_zz, at least K_stuck/K_zz."""
         return self.flat_n_per_m / self.free_n_per_m
 
-    def at(self, index: int | IndexArray) -> GivesWay:
+    def at(self, index: int | IntArray) -> GivesWay:
         """One pose of many, or some."""
         return GivesWay(*(np.asarray(getattr(self, name))[index] for name in self.__slots__))
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import spearmanr
 
+from stepload.estimators.fit import FloatArray
 from stepload.plan.kinematics import JOINTS
-from stepload.posture.chain import FloatArray
 from stepload.posture.compliance import compliance, gives_way
 from stepload.posture.search import Poses
 

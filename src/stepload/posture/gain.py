@@ -66,7 +66,8 @@ def press_of(rig: str, payload: Path | None) -> Press:
     own = bench(rig, None)
     if payload is None:
         return Press(own.top_n, own.conditions)
-    if _is_plan(payload):
+    root, _ = parse_tree(read_source(payload))
+    if isinstance(root, Mapping) and "procedure" in root.entries:
         plan = load_plan(payload)
         top_n = plan.procedure.top_force_n
         name, most_n = most_push(rig)
@@ -89,8 +90,3 @@ def press_of(rig: str, payload: Path | None) -> Press:
     return Press(
         body.top_n, bench(rig, body.top_n).conditions, body.name, body.secant_n_per_m, body.why
     )
-
-
-def _is_plan(path: Path) -> bool:
-    root, _ = parse_tree(read_source(path))
-    return isinstance(root, Mapping) and "procedure" in root.entries

@@ -12,8 +12,8 @@ from itertools import product
 import numpy as np
 
 from stepload.errors import RefusedError
+from stepload.estimators.fit import FloatArray
 from stepload.plan.kinematics import JOINTS, ArmKinematics
-from stepload.posture.chain import FloatArray
 
 BRANCHES = 8
 _TWISTS = (math.pi / 2, 0.0, 0.0, math.pi / 2, -math.pi / 2, 0.0)

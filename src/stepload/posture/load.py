@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from stepload.estimators.fit import FloatArray
 from stepload.plan.kinematics import JOINTS, ArmKinematics
-from stepload.posture.chain import FloatArray
 
 GRAVITY_M_S2 = 9.81
 

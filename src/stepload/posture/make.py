@@ -11,11 +11,12 @@ import numpy as np
 from stepload.envelope.benches import PROBE_N
 from stepload.envelope.unwritten import plan_of
 from stepload.errors import BadInputError, RefusedError
+from stepload.estimators.fit import FloatArray
 from stepload.plan.calibration import read_calibration
 from stepload.plan.kinematics import JOINTS, ArmKinematics, arms, read_arm
 from stepload.plan.rig import Rig
 from stepload.plan.shipped import payload_folder
-from stepload.posture.chain import FloatArray, Tool, reach_m
+from stepload.posture.chain import Tool, reach_m
 from stepload.posture.compliance import GivesWay
 from stepload.posture.doubt import Largest, Ranking, largest, ranking
 from stepload.posture.gain import Press, press_of

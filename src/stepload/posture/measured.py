@@ -11,9 +11,10 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from stepload.errors import BadInputError
+from stepload.estimators.fit import FloatArray
 from stepload.plan.calibration import CalibrationRecord, read_calibration
 from stepload.plan.kinematics import JOINTS, ArmKinematics
-from stepload.posture.chain import FloatArray, Tool, frames, jacobian
+from stepload.posture.chain import Tool, frames, jacobian
 from stepload.posture.compliance import GivesWay, compliance, gives_way
 
 FACTOR = 2.0

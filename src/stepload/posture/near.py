@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from stepload.estimators.fit import FloatArray
 from stepload.plan.kinematics import ArmKinematics
-from stepload.posture.chain import FloatArray, Tool, frames, jacobian
+from stepload.posture.chain import Tool, frames, jacobian
 from stepload.posture.inverse import inverse
 
 TRAVELS_M = (2e-3, 2e-2)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import io
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,29 +12,15 @@ from stepload.posture.chain import reach_m
 from stepload.posture.make import Posture
 from stepload.posture.search import STEP
 from stepload.posture.tables import stiffest
-from stepload.results.figures import INK, ORANGE, figure_of, plain, svg_of
+from stepload.results.figures import INK, ORANGE, figure_of, plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-DPI = 100
 
-
-def png(found: Posture) -> bytes:
-    """The picture as PNG."""
-    buffer = io.BytesIO()
-    _draw(found, lambda figure: figure.savefig(buffer, format="png", dpi=DPI, facecolor="white"))
-    return buffer.getvalue()
-
-
-def svg(found: Posture) -> str:
-    """The picture as SVG text."""
-    made: list[str] = []
-    _draw(found, lambda figure: made.append(svg_of(figure)))
-    return made[0]
-
-
-def _draw(found: Posture, save: Callable[[Figure], None]) -> None:
+@contextmanager
+def drawn(found: Posture) -> Iterator[Figure]:
+    """The picture, to be saved inside the block."""
     from matplotlib.colors import LogNorm
 
     radius, height, most = stiffest(found)
@@ -63,4 +49,4 @@ def _draw(found: Posture, save: Callable[[Figure], None]) -> None:
             fontsize=10,
         )  # fmt: skip
         figure.colorbar(seen, ax=axes, label="K_zz of the joints [N/m]")
-        save(figure)
+        yield figure

@@ -10,11 +10,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from stepload.errors import BadInputError, RefusedError
+from stepload.estimators.fit import BoolArray, FloatArray, IntArray
 from stepload.plan.kinematics import ArmKinematics
 from stepload.posture.chain import (
-    BoolArray,
-    FloatArray,
-    IndexArray,
     Tool,
     frames,
     jacobian,
@@ -221,7 +219,7 @@ def _reached(
     )  # fmt: skip
 
 
-def _unlike(place: IndexArray, figures: GivesWay, turned: FloatArray) -> IndexArray:
+def _unlike(place: IntArray, figures: GivesWay, turned: FloatArray) -> IntArray:
     """Indices of poses without the mirror image of another one at the same place.
 
     An arm with its shoulder on the other side is its own mirror image with the same stiffness: of

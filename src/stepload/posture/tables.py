@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from stepload.posture.chain import FloatArray, reach_m
+from stepload.estimators.fit import FloatArray
+from stepload.posture.chain import reach_m
 from stepload.posture.doubt import WRONG_BY
 from stepload.posture.make import Posture, Row
 from stepload.posture.near import TRAVELS_M
@@ -20,7 +21,8 @@ def place_table(found: Posture) -> Table:
     """Position of the plate and joint angles of the arm."""
     rows = [
         (
-            each.name, *_place(each), degrees(each.joints_rad),
+            each.name, f"{np.hypot(each.tip_m[0], each.tip_m[1]) * 1e3:.0f} mm",
+            f"{each.tip_m[2] * 1e3:.0f} mm", degrees(each.joints_rad),
             "-" if each.start_rad is None else degrees(each.start_rad),
         )
         for each in (*found.best, *found.calibrated)
@@ -80,12 +82,6 @@ def _figures(each: Row) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def _place(each: Row) -> tuple[str, str]:
-    return (
-        f"{np.hypot(each.tip_m[0], each.tip_m[1]) * 1e3:.0f} mm", f"{each.tip_m[2] * 1e3:.0f} mm"
-    )  # fmt: skip
-
-
 def _newton(force_n: float) -> str:
     return "-" if math.isnan(force_n) else f"{force_n:.0f} N"
 
@@ -131,7 +127,10 @@ def data(found: Posture) -> dict[str, Any]:
         "typical_changes": found.typical_changes.tolist(),
         "remarks": list(found.remarks),
         "answers": sentences(found),
-        "places": _places(found),
+        "places": [
+            {"radius_m": float(radius), "height_m": float(height), "k_zz_n_per_m": float(most)}
+            for radius, height, most in zip(*stiffest(found), strict=True)
+        ],
     }  # fmt: skip
 
 
@@ -168,10 +167,3 @@ def stiffest(found: Posture) -> tuple[FloatArray, FloatArray, FloatArray]:
     most = np.zeros(len(places))
     np.maximum.at(most, index.ravel(), found.poses.figures.free_n_per_m)
     return places[:, 0], places[:, 1], most
-
-
-def _places(found: Posture) -> list[dict[str, float]]:
-    return [
-        {"radius_m": float(radius), "height_m": float(height), "k_zz_n_per_m": float(most)}
-        for radius, height, most in zip(*stiffest(found), strict=True)
-    ]

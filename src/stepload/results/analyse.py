@@ -66,7 +66,7 @@ def identify_payload(data: PressData, conditions: Conditions) -> Identification:
             data.travel_m[loading],
             data.force_n[loading],
             system_stiffness_n_per_m=conditions.sources.system_stiffness_n_per_m,
-            deflection=conditions.deflection(),
+            deflection=conditions.sources.deflection(),
             time_s=data.time_s[loading],
         ),
         conditions,

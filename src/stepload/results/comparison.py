@@ -210,7 +210,7 @@ def _cycle_fits(run: SavedRun, cycle: int, secant_force_n: float) -> dict[str, F
         run.data.since_touch(cycle),
         run.data.force_n[loading],
         system_stiffness_n_per_m=run.conditions.sources.system_stiffness_n_per_m,
-        deflection=run.conditions.deflection(),
+        deflection=run.conditions.sources.deflection(),
         time_s=run.data.time_s[loading],
     )
     fits = fit_all(selected, secant_force_n=secant_force_n)

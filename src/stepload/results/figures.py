@@ -102,6 +102,13 @@ def svg_of(figure: Figure) -> str:
     return buffer.getvalue()
 
 
+def png_of(figure: Figure) -> bytes:
+    """The figure as PNG on white."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=100, facecolor="white")
+    return buffer.getvalue()
+
+
 def plain(text: str) -> str:
     """A name from a user's file as a label, without mathematics or hidden characters."""
     shown = "".join(c if c.isprintable() else "?" for c in text).replace("$", r"\$")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Collection, Iterable
+from functools import cache
 from pathlib import Path
 
 
@@ -20,3 +21,10 @@ def code_digest(rooms: Iterable[Path], without: Collection[Path] = ()) -> str:
             digest.update(file.relative_to(room.parent).as_posix().encode())
             digest.update(file.read_bytes())
     return digest.hexdigest()
+
+
+@cache
+def product_digest(*names: str) -> str:
+    """The digest of these packages of stepload."""
+    product = Path(__file__).parents[1]
+    return code_digest(product / name for name in names)

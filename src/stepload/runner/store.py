@@ -7,7 +7,6 @@ import json
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from types import TracebackType
 from typing import Generic, Protocol, TextIO, TypeVar
 
 from stepload.errors import BadInputError, RefusedError
@@ -127,10 +126,5 @@ class Store(Generic[RowT]):
     def __enter__(self) -> Store[RowT]:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._file.close()

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.errors import DeviceError
+from stepload.estimators.fit import FloatArray
 from stepload.plan.driver_options import read_options
 from stepload.plan.problems import PlanError
 from stepload.plan.source import Source
@@ -21,8 +21,6 @@ from stepload.rig.faults import FaultCode
 from stepload.rig.plugins import load_driver
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.setup.flat import Value, below, written
-
-FloatArray = NDArray[np.float64]
 
 ARMS, SENSORS = "stepload.arms", "stepload.force_sensors"
 OPEN_S, SAFE_S = 15.0, 3.0

@@ -11,11 +11,11 @@ from stepload.engine.operator import Operator
 from stepload.engine.undisturbed import undisturbed
 from stepload.envelope.envelope import Envelope
 from stepload.errors import DeviceError
-from stepload.plan.model import ArmSpec, DisplacementSpec, DriverChoice, ForceSpec, Plan
+from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan
 from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
 from stepload.setup import host, motion, spring, streams
 from stepload.setup.alive import check_alive
-from stepload.setup.line import Line, Mark, graded, skipped
+from stepload.setup.line import Line, Mark, graded, without_number
 from stepload.setup.watch import Watched, devices, watch
 from stepload.units import format_quantity
 
@@ -85,14 +85,13 @@ class _Examination:
 
 def _latency_lines(plan: Plan) -> list[Line]:
     rig = plan.rig
-    chosen: dict[str, DriverChoice] = {"arm": rig.arm.driver, "force": rig.force.driver}
-    if rig.displacement is not None:
-        chosen["displacement"] = rig.displacement.driver
-    if rig.second_force.sensor is not None:
-        chosen["second_force.sensor"] = rig.second_force.sensor.driver
+    specs: dict[str, ForceSpec | ArmSpec | DisplacementSpec | None] = {
+        "arm": rig.arm, "force": rig.force, "displacement": rig.displacement,
+        "second_force.sensor": rig.second_force.sensor,
+    }  # fmt: skip
     lines = []
-    for name, choice in chosen.items():
-        for value in choice.options.values():
+    for name, spec in specs.items():
+        for value in spec.driver.options.values() if spec else ():
             ms = latency_timer_ms(value) if isinstance(value, str) else None
             if ms is not None:
                 most_s = MAX_LATENCY_MS * 1e-3
@@ -122,20 +121,15 @@ def _data(exam: _Examination, seen: Watched, seconds: float) -> None:
         if name == "arm":
             lines, found = streams.check_arm(plan, seen)
             exam.add(*lines)
-            exam.offer("arm", "position_noise", value=found["position_noise"], unit="m",
-                       remark="at rest")  # fmt: skip
-            if "second_noise" in found:
-                exam.offer("second_force", "noise", value=found["second_noise"], unit="N",
-                           remark="at rest")  # fmt: skip
-        elif name == "force" or name == "second_force.sensor":
-            force = rig.force if name == "force" else rig.second_force.sensor
-            assert force is not None
-            lines, rest = streams.check_force(plan, force, name, seen)
+            for path, (value, unit) in found.items():
+                exam.offer(*path, value=value, unit=unit, remark="at rest")
+        elif isinstance(spec, ForceSpec):
+            lines, rest = streams.check_force(plan, spec, name, seen)
             exam.add(*lines)
-            path = name.split(".")
-            exam.offer(*path, "noise", value=rest.noise, unit="N", remark="at rest")
+            keys = name.split(".")
+            exam.offer(*keys, "noise", value=rest.noise, unit="N", remark="at rest")
             drift = abs(rest.slope) + 2.0 * rest.slope_sigma
-            exam.offer(*path, "drift", value=drift, unit="N/s",
+            exam.offer(*keys, "drift", value=drift, unit="N/s",
                        remark=f"upper bound from {seconds:g} s")  # fmt: skip
 
 
@@ -149,7 +143,8 @@ def _at_rest(exam: _Examination, rig: OpenRig, seconds: float) -> None:
 
 def _spring(exam: _Examination, rig: OpenRig, operator: Operator) -> None:
     if exam.failed():
-        exam.add(skipped("loop delay against a spring", "not pressed: something failed before"))
+        exam.add(without_number("loop delay against a spring", Mark.SKIPPED,
+                                "not pressed: something failed before"))  # fmt: skip
         return
     line, loop_s = spring.check_spring(exam.envelope, rig, operator)
     exam.add(line)
@@ -165,7 +160,8 @@ def _motion(exam: _Examination, rig: OpenRig) -> None:
         exam.add(motion.check_held(plan, rig))
         for check in (motion.check_stop, motion.check_watchdog):
             if exam.failed(*NEEDED_TO_MOVE):
-                exam.add(skipped("arm: motion", "not moved: the arm failed before"))
+                exam.add(without_number("arm: motion", Mark.SKIPPED,
+                                        "not moved: the arm failed before"))  # fmt: skip
                 return
             exam.add(check(rig))
             if not exam.failed(*NEEDED_TO_MOVE):
@@ -194,18 +190,18 @@ def _motion(exam: _Examination, rig: OpenRig) -> None:
 
 
 def _no(name: str, error: DeviceError) -> Line:
-    nan = float("nan")
-    return Line(name, Mark.FAIL, nan, nan, "", error.message, error.hint)
+    return without_number(name, Mark.FAIL, error.message, error.hint)
 
 
 def _faults(rig: OpenRig) -> list[Line]:
-    found = []
-    for name, device in devices(rig).items():
-        if fault := device.fault():
-            nan = float("nan")
-            message = f"{fault.code.value}: {fault.message}"
-            found.append(Line(f"{name}: fault", Mark.FAIL, nan, nan, "", message, fault.hint))
-    return found
+    faults = {name: device.fault() for name, device in devices(rig).items()}
+    return [
+        without_number(
+            f"{name}: fault", Mark.FAIL, f"{fault.code.value}: {fault.message}", fault.hint
+        )
+        for name, fault in faults.items()
+        if fault
+    ]
 
 
 def examine(
@@ -235,10 +231,10 @@ def examine(
     try:
         with opened(envelope, dry_run=dry_run) as rig:
             for role, identity in rig.identities.items():
-                nan = float("nan")
-                exam.add(Line(f"{role.replace('_', ' ')}: open", Mark.OK, nan, nan, "",
-                              f"{identity.driver}: {identity.model} {identity.serial_number}, "
-                              f"firmware {identity.firmware}"))  # fmt: skip
+                exam.add(without_number(
+                    f"{role.replace('_', ' ')}: open", Mark.OK,
+                    f"{identity.driver}: {identity.model} {identity.serial_number}, "
+                    f"firmware {identity.firmware}"))  # fmt: skip
             stage = "examination"
             try:
                 with undisturbed(rig.clock.virtual):

@@ -13,7 +13,7 @@ from stepload.rig.device import ArmConfiguration, Identity
 from stepload.rig.plugins import load_driver
 from stepload.setup.bench import ARMS, FORCE, SECOND, SENSORS, listen
 from stepload.setup.context import Setup
-from stepload.setup.flat import Value, below, flat, quoted
+from stepload.setup.flat import Value, flat, quoted
 from stepload.setup.ports import can_adapters, serial_ports
 from stepload.setup.state import Found
 from stepload.units import parse_quantity
@@ -74,11 +74,10 @@ def _settings(told: ArmConfiguration | None, where: Mapping[str, str]) -> list[s
     if told.speed_fraction is not None:
         shown["speed_fraction"] = f"speed slider {told.speed_fraction:.0%}"
     names = {"tcp_offset": "TCP", "payload_kg": "payload", "speed_fraction": "speed slider"}
-    lines = [shown.get(key, f"{name}: {NOT_TOLD}") for key, name in names.items()]
-    places = [where.get(key, "") for key in names]
     return [
-        f"{line}; changed at {place}" if place else line
-        for line, place in zip(lines, places, strict=True)
+        shown.get(key, f"{name}: {NOT_TOLD}")
+        + (f"; changed at {place}" if (place := where.get(key)) else "")
+        for key, name in names.items()
     ]
 
 
@@ -179,4 +178,4 @@ def _sensor(setup: Setup, key: str, question: str, options: str) -> dict[str, Va
 
 def second_is_arm(values: Mapping[str, Value]) -> bool:
     """Whether the arm's own force checks the sensor."""
-    return below(values, "second_force").get("source", Value("", "")).text == "arm"
+    return values.get("second_force.source", Value("", "")).text == "arm"

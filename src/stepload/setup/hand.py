@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.errors import RefusedError
+from stepload.estimators.fit import FloatArray
 from stepload.setup.bench import FORCE, SECOND, Bench, Heard, listen
 from stepload.setup.context import Setup, say_hazards
 from stepload.setup.devices import second_is_arm
@@ -15,8 +13,6 @@ from stepload.setup.flat import Value
 from stepload.setup.judge import Channel, Proven, agreed, judged, weighed
 from stepload.setup.state import Found
 from stepload.units import format_quantity, parse_quantity
-
-FloatArray = NDArray[np.float64]
 
 ARM = "second_force"
 REST_S, LOOK_S = 2.0, 0.1
@@ -27,20 +23,6 @@ PATIENCE_S = 30.0
 LET_GO = 0.25
 """Share of the push below which a channel counts as let go."""
 UNITS = {ARM: "the arm's own force", FORCE: "the force sensor", SECOND: "the second force sensor"}
-
-
-@dataclass(slots=True)
-class _Push:
-    """Changes of each channel at each look of one push."""
-
-    seen: dict[str, list[FloatArray]] = field(default_factory=dict)
-
-    def add(self, changes: dict[str, FloatArray]) -> None:
-        for name, change in changes.items():
-            self.seen.setdefault(name, []).append(change)
-
-    def means(self) -> dict[str, FloatArray]:
-        return {name: np.mean(looks[RISING_LOOKS:], axis=0) for name, looks in self.seen.items()}
 
 
 def push(setup: Setup) -> Found:
@@ -106,21 +88,17 @@ def _one_push(setup: Setup, bench: Bench, rest: dict[str, Channel]) -> dict[str,
     """The mean change of every channel while the tool was held pushed; returns after letting go."""
     clock = bench.clock
     end_s = clock.now_s() + PATIENCE_S
-    current = _Push()
-    while True:
+    looks: list[dict[str, FloatArray]] = []
+    while len(looks) < PUSH_LOOKS:
         changes = _look(bench, rest)
-        if any(_size(changes[name]) >= rest[name].least_push_n for name in rest):
-            current.add(changes)
-        else:
-            current = _Push()
-        if len(next(iter(current.seen.values()), [])) >= PUSH_LOOKS:
-            break
-        if clock.now_s() > end_s:
+        pushed = any(_size(changes[name]) >= rest[name].least_push_n for name in rest)
+        looks = [*looks, changes] if pushed else []
+        if len(looks) < PUSH_LOOKS and clock.now_s() > end_s:
             raise RefusedError(
                 f"no push was seen on any channel within {PATIENCE_S:g} s",
                 hint="push harder; if you did: no channel measures what acts on the tool",
             )
-    means = current.means()
+    means = {name: np.mean([look[name] for look in looks[RISING_LOOKS:]], axis=0) for name in rest}
     setup.tell("felt; let go")
     quiet, end_s = 0, clock.now_s() + PATIENCE_S
     while quiet < QUIET_LOOKS:

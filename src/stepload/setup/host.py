@@ -13,7 +13,7 @@ import numpy as np
 
 from stepload.engine.undisturbed import REALTIME_PRIORITY
 from stepload.plan.model import Plan
-from stepload.setup.line import Line, Mark, graded
+from stepload.setup.line import Line, Mark, graded, without_number
 
 BLOCK_BYTES = 1 << 18
 BLOCKS = 24
@@ -44,9 +44,8 @@ def check_disk(plan: Plan) -> Iterator[Line]:
     try:
         times_s = _sync_times_s(existing)
     except OSError as error:
-        yield Line("disk", Mark.FAIL, float("nan"), float("nan"), "",
-                   f"{existing} cannot be written: {error.strerror}",
-                   "name another record.directory")  # fmt: skip
+        yield without_number("disk", Mark.FAIL, f"{existing} cannot be written: {error.strerror}",
+                             "name another record.directory")  # fmt: skip
         return
     speed = BLOCK_BYTES / float(np.mean(times_s))
     yield Line(

@@ -11,12 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.errors import RefusedError
+from stepload.estimators.fit import FloatArray
 from stepload.rig.samples import SixFloats
-
-FloatArray = NDArray[np.float64]
 
 AXES = ("fx", "fy", "fz")
 LEAST_PUSH_N = 10.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -68,6 +69,6 @@ def graded(
     return Line(name, mark, value, warn if mark is Mark.WARN else fail, unit, message, remedy)
 
 
-def skipped(name: str, why: str) -> Line:
-    """A line that was not looked at."""
-    return Line(name, Mark.SKIPPED, float("nan"), float("nan"), "", why)
+def without_number(name: str, mark: Mark, message: str, remedy: str = "", unit: str = "") -> Line:
+    """A line about what no number tells, or in `unit` none could be measured."""
+    return Line(name, mark, math.nan, math.nan, unit, message, remedy)

@@ -7,17 +7,15 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.engine.open_rig import OpenRig
 from stepload.errors import DeviceError
+from stepload.estimators.fit import FloatArray
 from stepload.plan.model import ArmSpec, Plan
 from stepload.record.lag import Lag, measure_lag
 from stepload.rig.samples import ArmSample
-from stepload.setup.line import Line, Mark, graded, skipped
+from stepload.setup.line import Line, Mark, graded, without_number
 from stepload.setup.streams import at_rest
-
-FloatArray = NDArray[np.float64]
 
 WAY_M = 2e-3
 SPEED_M_S = 4e-3
@@ -66,10 +64,8 @@ def position_now(rig: OpenRig) -> float:
     Raises:
         DeviceError: it does not say.
     """
-    samples: list[ArmSample] = []
     for _ in range(500):
-        samples = rig.arm.drain() or samples
-        if samples:
+        if samples := rig.arm.drain():
             return samples[-1].position_m
         rig.clock.sleep_until(rig.clock.now_s() + rig.arm.period_s)
     fault = rig.arm.fault()
@@ -151,9 +147,10 @@ def check_watchdog(rig: OpenRig) -> Line:
     try:
         proof = rig.arm.prove_stop(WAY_M, SPEED_M_S, PROOF_TIMEOUT_S)
     except DeviceError as error:
-        return Line(name, Mark.FAIL, math.nan, math.nan, "s", error.message, error.hint)
+        return without_number(name, Mark.FAIL, error.message, error.hint, "s")
     if proof is None:
-        return skipped(name, "this driver knows no watchdog in the arm to prove")
+        why = "this driver knows no watchdog in the arm to prove"
+        return without_number(name, Mark.SKIPPED, why)
     return graded(
         name, proof.still_s, "s", warn=1.5, fail=3.0,
         message=f"left without commands it ended its program after {proof.stop_s * 1e3:.0f} ms and "
@@ -189,8 +186,8 @@ def check_response(plan: Plan, rig: OpenRig) -> tuple[Line, float | None]:
     name = "arm: response"
     lag = response_lag(rig)
     if not math.isfinite(lag.lag_s):
-        return Line(name, Mark.FAIL, math.nan, math.nan, "s", f"not measured: {lag.how}",
-                    "does the arm follow small targets?"), None  # fmt: skip
+        return without_number(name, Mark.FAIL, f"not measured: {lag.how}",
+                              "does the arm follow small targets?", "s"), None  # fmt: skip
     arm = plan.rig.arm
     planned_s = arm.command_delay_s + arm.lag_s + 2.0 / arm.rate_hz + backlash_s(arm)
     slack_s = 2.0 * lag.sigma_s

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from stepload.errors import BadInputError
-from stepload.plan.leaves import LeafError, Text
+from stepload.plan.leaves import Leaf, LeafError, Text
 from stepload.plan.payload import material
 from stepload.plan.sections import entries
 from stepload.units import QuantityError, parse_quantity
@@ -63,20 +63,20 @@ def _quantity(unit: str, words: tuple[str, ...], text: str) -> None:
         raise BadInputError(f"{text!r} is not above 0", hint=f"a quantity in {unit}")
 
 
-def _as_in_a_plan(key: str, text: str) -> None:
-    leaf = next(entry.leaf for entry in entries(material) if entry.name == key)
-    assert leaf is not None
+def _as_in_a_plan(leaf: Leaf, text: str) -> None:
     try:
         leaf.read(text)
     except LeafError as error:
         raise BadInputError(error.message, hint=error.hint) from None
 
 
-def _name(text: str) -> None:
-    try:
-        Text(100).read(text)
-    except LeafError as error:
-        raise BadInputError(error.message, hint=error.hint) from None
+_name = partial(_as_in_a_plan, Text(100))
+
+
+def _modulus(text: str) -> None:
+    leaf = next(entry.leaf for entry in entries(material) if entry.name == "youngs_modulus")
+    assert leaf is not None
+    _as_in_a_plan(leaf, text)
 
 
 def _either(*choices: str) -> Check:
@@ -87,6 +87,8 @@ def _in(unit: str, *words: str) -> Check:
     return partial(_quantity, unit, words)
 
 
+_consent = partial(Question, check=_yes_or_no, consent=True)
+
 _ALL = (
     # the arm
     Question("name", "What the rig is called in records", check=_name),
@@ -95,10 +97,10 @@ _ALL = (
     Question("approach", "Approach direction in the arm's base frame", "[0, 0, -1]"),
     Question("arm_options", "Further options of the arm's driver", "", many=True),
     Question("arm_profile", "Profile of the arm; auto: by the model it tells", "auto"),
-    Question(
+    _consent(
         "limits_set",
         "Are the robot's own safety limits (force, speed, planes) set and tested on its pendant?",
-        check=_yes_or_no, consent=True, fact=True,
+        fact=True,
     ),
     # the sensor
     Question("sensor", "Data sheet of the force sensor: a name, or a file with its keys"),
@@ -109,26 +111,20 @@ _ALL = (
     Question("second_options", "Options of its driver", "", many=True),
     Question("keys", "Further keys of the rig, arm.max_age=20 ms and the like", "", many=True),
     # push and weight
-    Question(
+    _consent(
         "may_push",
         "Free air around the tool, and you stand where the arm cannot pinch you: may it begin?",
-        check=_yes_or_no, consent=True,
     ),
     Question("tool_mass", "Mass on the measured side: weigh, none, or a mass", "weigh",
              _in("kg", "weigh", "none")),
-    Question("led_down", "Is the arm led to where the tool points down, and in remote control?",
-             check=_yes_or_no, consent=True),
-    Question("led_aside", "Is the tool led to point sideways, and the arm in remote control?",
-             check=_yes_or_no, consent=True),
+    _consent("led_down", "Is the arm led to where the tool points down, and in remote control?"),
+    _consent("led_aside", "Is the tool led to point sideways, and the arm in remote control?"),
     # the start
-    Question("led_to_start", "Is the arm led to its start pose, and in remote control?",
-             check=_yes_or_no, consent=True),
-    Question("towards_plate", "Does this direction lead from the tool to the plate?",
-             check=_yes_or_no, consent=True, fact=True),
+    _consent("led_to_start", "Is the arm led to its start pose, and in remote control?"),
+    _consent("towards_plate", "Does this direction lead from the tool to the plate?", fact=True),
     Question("hazards_read_by", "Who has read the hazards and answers for the rig: a name",
              check=_name),
-    Question("may_back", "May the arm move back from the plate and to its start again?",
-             check=_yes_or_no, consent=True),
+    _consent("may_back", "May the arm move back from the plate and to its start again?"),
     Question("back", "How far it backs away", "5 mm", _in("m")),
     # the first payload
     Question("plan", "Where the plan of the first payload is written", "first-payload.yaml"),
@@ -140,7 +136,7 @@ _ALL = (
     Question("material", "Its material: a shipped one, a file with its keys, or unknown"),
     Question("modulus", "Young's modulus, or a range: rubber 1 MPa to 20 MPa, plastics 0.5 GPa to"
              " 5 GPa, metals 40 GPa to 250 GPa; of an unknown material only", None,
-             partial(_as_in_a_plan, "youngs_modulus")),
+             _modulus),
     Question("plate", "Material of the plate", "aluminium 6061"),
     Question("force_limit", "Elastic limit F_c where you know it; none: by theory", "none",
              _in("N", "none")),
@@ -150,10 +146,9 @@ _ALL = (
     Question("surface_uncertainty", "How wrong that may be", "1 mm", _in("m")),
     Question("procedure", "Further keys of the procedure, hold=3 s and the like", "", many=True),
     # proofs
-    Question("may_move", "May the arm move up to 2 mm away from the plate and back, as `doctor`"
-             " does?", check=_yes_or_no, consent=True),
-    Question("may_touch", "May the arm approach and touch the payload at the lowest force?",
-             check=_yes_or_no, consent=True),
+    _consent("may_move", "May the arm move up to 2 mm away from the plate and back, as `doctor`"
+             " does?"),
+    _consent("may_touch", "May the arm approach and touch the payload at the lowest force?"),
 )  # fmt: skip
 
 QUESTIONS = {question.name: question for question in _ALL}

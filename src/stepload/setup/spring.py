@@ -20,7 +20,7 @@ from stepload.record.lag import Lag, measure_lag
 from stepload.record.outcome import RunStatus
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.samples import ArmSample, DisplacementSample, ForceSample
-from stepload.setup.line import Line, Mark, graded
+from stepload.setup.line import Line, Mark, graded, without_number
 
 STEPS = 4
 RAMP_S = 1.0
@@ -93,8 +93,8 @@ def check_spring(envelope: Envelope, rig: OpenRig, operator: Operator) -> tuple[
     gentle = envelope_of(replace(small, identify=replace(small.identify, kind="system")))
     if gentle.verdict is PlanVerdict.REFUSED:
         reasons = "; ".join(r.message for r in gentle.reasons if r.severity == "refuse")
-        return Line(name, Mark.FAIL, math.nan, math.nan, "s", f"refused: {reasons}",
-                    "see `stepload preflight`"), None  # fmt: skip
+        return without_number(name, Mark.FAIL, f"refused: {reasons}",
+                              "see `stepload preflight`", "s"), None  # fmt: skip
     memory = Memory()
     operator.moving = True
     try:
@@ -103,11 +103,12 @@ def check_spring(envelope: Envelope, rig: OpenRig, operator: Operator) -> tuple[
     finally:
         operator.moving = False
     if outcome.status is not RunStatus.COMPLETED:
-        return Line(name, Mark.FAIL, math.nan, math.nan, "s", outcome.why, "see why"), None
+        return without_number(name, Mark.FAIL, outcome.why, "see why", "s"), None
     lag = force_lag(memory, plan.rig.force.axis)
     if not math.isfinite(lag.lag_s):
-        return Line(name, Mark.FAIL, math.nan, math.nan, "s", f"not measured: {lag.how}",
-                    "press a linear spring of about the payload's stiffness"), None  # fmt: skip
+        return without_number(name, Mark.FAIL, f"not measured: {lag.how}",
+                              "press a linear spring of about the payload's stiffness",
+                              "s"), None  # fmt: skip
     period_s = rig.arm.period_s
     loop_s = lag.lag_s + period_s
     planned_s = envelope.bounds.loop_s

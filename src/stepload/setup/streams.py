@@ -8,17 +8,15 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stepload.engine.watch import wrench_axis
 from stepload.envelope.bounds import age_limit_s
 from stepload.errors import DomainError
+from stepload.estimators.fit import FloatArray
 from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan, SecondForceSource
 from stepload.rig.clockmap import fit_clock
-from stepload.setup.line import Line, Mark, graded
+from stepload.setup.line import Line, Mark, graded, without_number
 from stepload.setup.watch import Watched
-
-FloatArray = NDArray[np.float64]
 
 RATE_WARN, RATE_FAIL = 0.02, 0.1
 LOST_WARN, LOST_FAIL = 5e-3, 0.02
@@ -121,8 +119,8 @@ def _check_clock(name: str, samples: list[Any], receive_s: FloatArray) -> Iterat
         if back_s > 0.0:
             yield _clock_steps(name, back_s)
             return
-        yield Line(f"{name}: device clock", Mark.OK, math.nan, math.nan, "",
-                   "none: samples are timed by their arrival")  # fmt: skip
+        yield without_number(f"{name}: device clock", Mark.OK,
+                             "none: samples are timed by their arrival")  # fmt: skip
         return
     yield Line(
         f"{name}: transport", Mark.OK, _to_ns(fit.residual_p99_us * 1e-6), math.nan, "s",
@@ -150,20 +148,18 @@ def check_force(plan: Plan, spec: ForceSpec, name: str, seen: Watched) -> tuple[
     samples = seen.samples[name]
     time_s = np.array([sample.receive_time_s for sample in samples])
     rest = at_rest(time_s, sign * np.array([sample.wrench[index] for sample in samples]))
-    lines = [
-        _noise(name, "noise", rest.noise, math.hypot(spec.noise_n, spec.resolution_n / 3.46)),
-    ]
     tare_s = plan.procedure.tare_s
     drift_n = max(0.0, abs(rest.slope) - 2.0 * rest.slope_sigma) * tare_s
-    lines.append(
+    lines = [
+        _noise(name, "noise", rest.noise, math.hypot(spec.noise_n, spec.resolution_n / 3.46)),
         graded(
             f"{name}: drift at rest", drift_n, "N", warn=0.5 * plan.procedure.max_drift_n,
             fail=plan.procedure.max_drift_n,
             message=f"{rest.slope * 1e3:+.2f} ± {rest.slope_sigma * 1e3:.2f} mN/s at "
             f"{rest.mean:+.2f} N, over a tare of {tare_s:g} s",
             remedy="let the sensor warm up, keep draughts and hands away",
-        )
-    )  # fmt: skip
+        ),
+    ]  # fmt: skip
     return lines, rest
 
 
@@ -175,16 +171,19 @@ def _noise(name: str, what: str, value: float, planned: float, unit: str = "N") 
     )  # fmt: skip
 
 
-def check_arm(plan: Plan, seen: Watched) -> tuple[list[Line], dict[str, float]]:
-    """Position noise at rest, and the arm's own force channel; what was measured by key."""
+def check_arm(
+    plan: Plan, seen: Watched
+) -> tuple[list[Line], dict[tuple[str, str], tuple[float, str]]]:
+    """Position noise at rest, and the arm's own force channel; what was measured, with its unit, by
+    key of the rig."""
     samples, rig = seen.samples["arm"], plan.rig
     time_s = np.array([sample.receive_time_s for sample in samples])
     position = at_rest(time_s, np.array([sample.position_m for sample in samples]))
     planned_m = math.hypot(rig.arm.position_noise_m, rig.arm.position_resolution_m / 3.46)
     lines = [_noise("arm", "position noise", position.noise, planned_m, "m")]
-    measured = {"position_noise": position.noise}
+    measured = {("arm", "position_noise"): (position.noise, "m")}
     if rig.second_force.source is SecondForceSource.ARM:
         force = at_rest(time_s, np.array([sample.force_n for sample in samples]))
         lines.append(_noise("second_force", "noise", force.noise, rig.second_force.noise_n))
-        measured["second_noise"] = force.noise
+        measured["second_force", "noise"] = force.noise, "N"
     return lines, measured

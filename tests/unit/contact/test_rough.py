@@ -10,8 +10,6 @@ from stepload.contact.domain import Domain
 from stepload.contact.rough import (
     P0_BRANCH,
     RoughSphere,
-    equivalent_roughness,
-    rms_roughness,
     roughness_number,
 )
 from stepload.errors import DomainError
@@ -86,12 +84,6 @@ def test_roughness_acts_through_one_length() -> None:
         assert other.deformation(force_n).value == pytest.approx(one.deformation(force_n).value)
 
 
-def test_rms_and_equivalent_roughness() -> None:
-    assert rms_roughness(6e-6) == pytest.approx(7.52e-6, rel=1e-3)
-    assert equivalent_roughness(3e-6, 4e-6) == pytest.approx(5e-6)
-    assert rms_roughness(0.0) == 0.0
-
-
 @pytest.mark.parametrize("force_n", [-1.0, math.nan, math.inf])
 def test_force_outside_the_model_is_refused(force_n: float) -> None:
     contact = RoughSphere(K, 7.5e-6, 257.0)
@@ -105,8 +97,6 @@ def test_unphysical_contact_is_refused(args: tuple[float, float, float]) -> None
         RoughSphere(*args)
 
 
-def test_unphysical_roughness_is_refused() -> None:
-    with pytest.raises(DomainError, match="roughness Ra is -1e-06 m"):
-        rms_roughness(-1e-6)
+def test_unphysical_hardness_is_refused() -> None:
     with pytest.raises(DomainError, match="micro-hardness"):
         roughness_number(3e9, 0.0, 0.03, 1e-6)

@@ -14,7 +14,6 @@ from stepload.design.atlas import make, shipped_payloads
 from stepload.design.atlas_tables import payload_table
 from stepload.design.binomial import share
 from stepload.design.changes import (
-    as_it_is,
     finer,
     for_sale,
     gauged,
@@ -23,7 +22,7 @@ from stepload.design.changes import (
     stiffer,
 )
 from stepload.design.points import points
-from stepload.design.work import Job, Row, Work, run_all
+from stepload.design.work import Row, Work, run_all
 from stepload.envelope.benches import Specimen, bench, k_max, specimen
 from stepload.errors import BadInputError
 from stepload.plan.problems import PlanError
@@ -141,7 +140,7 @@ def test_changes_change_what_they_say() -> None:
     told = STVF.conditions
     stiffness = told.sources.system_stiffness_n_per_m
     assert stiffness is not None
-    assert as_it_is(told) is told
+    assert for_sale(told)["as it is"](told) is told
     assert finer(told, 4.0).sources.position_resolution_m == pytest.approx(0.5e-6)
     assert finer(told, 4.0).position_resolution_m == pytest.approx(0.5e-6)
     assert finer(told, 4.0).sources.position_noise_m == pytest.approx(0.05e-6)
@@ -179,7 +178,7 @@ def test_forces_that_the_table_does_not_cover_are_told_and_a_table_that_is_bough
     assert known(far.conditions, 0.005).table_doubts(400.0) == []
     near = specimen("stvf", SPHERE, 300.0).conditions
     assert near is not None
-    assert known(near, 0.005).deflection_m == near.deflection_m
+    assert known(near, 0.005).sources.deflection_m == near.sources.deflection_m
 
 
 def test_a_gauge_of_the_rig_leaves_only_what_can_still_be_changed(tmp_path: Path) -> None:
@@ -227,7 +226,7 @@ def test_a_cell_is_the_same_in_whatever_order_and_compared_on_the_same_draws(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(cells, "PANELS", ("exponent",))
-    jobs = [Job(p.series, p.index, p) for p in points(STVF, [], [5e6]) if p.cell.payload.exponent
+    jobs = [p for p in points(STVF, [], [5e6]) if p.cell.payload.exponent
             == 1.5][:2]  # fmt: skip
     work = Work(seed=5, samples=12)
     pool = LocalPool(1)
@@ -250,7 +249,7 @@ def test_a_payload_that_bears_no_stiffness_is_a_row_with_its_problem(
         raise DomainError("nothing to fit")
 
     monkeypatch.setattr(room, "reference", none)
-    job = next(Job(p.series, p.index, p) for p in points(STVF, [], [5e6]))
+    job = points(STVF, [], [5e6])[0]
     row = Work(1, 10).run(job)
     assert row.problem == "nothing to fit"
     assert can(row.measured) is Can.NO

@@ -11,7 +11,7 @@ from stepload.design import work as room
 from stepload.design.judge import Judged
 from stepload.design.law import Payload
 from stepload.design.points import Point
-from stepload.design.work import Job, Row, Work
+from stepload.design.work import Row, Work
 from stepload.design.world import Cell
 from stepload.envelope.benches import bench
 from stepload.evidence.figures import HOPELESS
@@ -31,7 +31,7 @@ def row(
     monkeypatch.setattr(room, "reference", lambda *_: None)
     monkeypatch.setattr(room, "press", lambda *_: None)
     monkeypatch.setattr(room, "judge", lambda *_: found)
-    return Work(1, len(off)).run(Job("a", 0, Point("a", 0, math.nan, "", "", CELL)))
+    return Work(1, len(off)).run(Point("a", 0, math.nan, "", "", CELL))
 
 
 def test_measured_is_what_is_identified_and_right(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -41,7 +41,7 @@ def tried(duration_s: float, half_width: float, right: int = 250) -> Tried:
     """A plan that was rightly IDENTIFIED in so many of 250 runs."""
     measured, all_of_them = share(right, 250), share(250, 250)
     plan = candidate()
-    row = Row(plan.job(0, plan.conditions).point, 1.0, all_of_them, measured, measured,
+    row = Row(plan.point(0, plan.conditions), 1.0, all_of_them, measured, measured,
               all_of_them, half_width, "")  # fmt: skip
     return Tried(replace(plan, duration_s=duration_s), row)
 

@@ -32,7 +32,7 @@ def found() -> Design:
         plans = grid("stvf", SPHERE, limit, "5 mm")
     plan = plans.candidates[-1]
     every = share(250, 250)
-    point = plan.job(0, plan.conditions).point
+    point = plan.point(0, plan.conditions)
     one = Tried(plan, Row(point, 1.0, every, every, every, every, 0.1, ""))
     return Design(limit, 500.0, plans, [one], [one], one, 1, 250)
 

@@ -140,7 +140,7 @@ def test_data_beyond_the_table_are_marginal() -> None:
     short = identify(selected, less, there_and_back(FORCE, travel, less))
     assert short.judgement.verdict is ResultVerdict.MARGINAL
     assert any("ends at 200 N" in reason for reason in short.judgement.reasons)
-    assert replace(given, sources=cut).deflection_force_n == TABLE.force_n[:-2]
+    assert replace(given, sources=cut).sources.deflection_force_n == TABLE.force_n[:-2]
 
 
 def test_a_length_that_is_not_known_is_carried_as_a_range() -> None:

@@ -8,7 +8,7 @@ import pytest
 from stepload.errors import DomainError
 from stepload.estimators import fit_all as room
 from stepload.estimators.fit import Fit, Flag, FloatArray
-from stepload.estimators.selection import payload_deformation, select
+from stepload.estimators.selection import compensated, select
 
 K_S = 3.49e6
 TWO_PARAMETER = {"log_ls", "log_tls", "rs_btls", "mixed_ls_tls", "inverse_ls", "rs_rtls"}
@@ -71,7 +71,10 @@ def test_compensation_is_done_once() -> None:
     _, x, y = run()
     raw = fit_all(x, y, system_stiffness_n_per_m=K_S, secant_force_n=300.0)
     done = fit_all(
-        payload_deformation(x, y, K_S), y, system_stiffness_n_per_m=None, secant_force_n=300.0
+        compensated(x, y, system_stiffness_n_per_m=K_S),
+        y,
+        system_stiffness_n_per_m=None,
+        secant_force_n=300.0,
     )
     assert raw["joint"].n == done["joint"].n
     assert raw["rs_rtls"] == done["rs_rtls"]

@@ -93,7 +93,7 @@ def test_freezing_at_rest_keeps_the_exponent() -> None:
     fit = filter_.fit()
     assert fit.n == pytest.approx(1.5, abs=0.08)
     assert Flag.HOLD_WINDUP not in [doubt.flag for doubt in fit.doubts]
-    assert filter_.used < 400
+    assert filter_.fit().points < 400
 
 
 def test_length_of_the_hold_does_not_matter_when_frozen() -> None:

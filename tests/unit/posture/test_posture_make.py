@@ -22,6 +22,7 @@ from stepload.posture.make import Posture, make
 from stepload.posture.measured import held
 from stepload.posture.search import direction
 from stepload.posture.words import sentences, up
+from stepload.results.figures import png_of, svg_of
 
 SOME: dict[str, Any] = {
     "arm": None, "payload": None, "press": direction(0.0, 0.0, -1.0), "tool_m": None,
@@ -225,6 +226,11 @@ def test_the_object_and_the_tables_say_the_same() -> None:
     assert stiffness.rows[-1][0] == f"median of {said['poses']}"
 
 
+def svg(found: Posture) -> str:
+    with picture.drawn(found) as figure:
+        return svg_of(figure)
+
+
 def test_a_bound_is_never_rounded_down() -> None:
     assert [up(each) for each in (1.0, 1.001, 1.0099, 1.01, 2.341)] == [
         "1.00", "1.01", "1.01", "1.01", "2.35",
@@ -235,12 +241,13 @@ def test_few_poses_say_nothing_of_their_order_and_are_drawn_all_the_same() -> No
     found = _made(radius_m=(0.5, 0.5), height_m=(0.1, 0.1))
     assert found.ranking is None
     assert "too few poses" in " ".join(sentences(found))
-    assert picture.svg(found).startswith("<?xml")
+    assert svg(found).startswith("<?xml")
 
 
 def test_the_picture_is_drawn_with_the_poses_of_calibrations(tmp_path: Path) -> None:
     path = tmp_path / "$here_.json"
     _calibration(path, STRETCHED_DEG, 0.8)
     found = _made(calibrations=[path])
-    assert picture.svg(found) == picture.svg(found)
-    assert picture.png(found).startswith(b"\x89PNG")
+    assert svg(found) == svg(found)
+    with picture.drawn(found) as figure:
+        assert png_of(figure).startswith(b"\x89PNG")

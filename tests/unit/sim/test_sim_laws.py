@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stepload.contact import power_law
 from stepload.contact.plastic import ElasticPlasticSphere
-from stepload.contact.power_law import force
 from stepload.contact.rough import RoughSphere
 from stepload.errors import DomainError
 from stepload.rig.world import PayloadTruth
@@ -20,6 +20,7 @@ from stepload_drivers.sim.laws import ContactLaw
 from stepload_drivers.sim.live import DEFAULT_SPEC
 
 SPHERE = PayloadTruth("smooth", 6.57e8, 1.5, 727.0, 0.0, 0.0, 0.0, math.inf)
+HERTZ = power_law.ContactLaw(SPHERE.k, 1.5, "(7)")
 ROUGH = replace(SPHERE, law="rough", roughness_m=7.5e-6, kappa=262.0)
 PLASTIC = replace(SPHERE, law="elastic_plastic")
 LAWS = [
@@ -52,8 +53,8 @@ def travel(law: ContactLaw, start_m: float, end_m: float, parts: int = 4000) -> 
 @settings(max_examples=50, deadline=None)
 @given(k=st.floats(1e4, 1e12), n=st.floats(1.0, 3.0), deformation_m=st.floats(1e-8, 1e-3))
 def test_smooth_law_is_the_power_law(k: float, n: float, deformation_m: float) -> None:
-    law = contact_law(replace(SPHERE, k=k, n=n))
-    assert law.evaluate(deformation_m)[0] == pytest.approx(force(k, n, deformation_m), rel=1e-12)
+    law, power = contact_law(replace(SPHERE, k=k, n=n)), power_law.ContactLaw(k, n, "")
+    assert law.evaluate(deformation_m)[0] == pytest.approx(power.force(deformation_m), rel=1e-12)
 
 
 @pytest.mark.parametrize("force_n", [0.02, 0.1, 1.0, 3.0, 100.0, 300.0, 3000.0])
@@ -104,11 +105,11 @@ def test_full_cycle_loses_the_declared_share_of_the_loading_work(share: float, n
 def test_hysteresis_loads_on_the_law_itself_and_rejoins_it_after_a_small_cycle() -> None:
     law = contact_law(replace(SPHERE, hysteresis=0.2))
     travel(law, 0.0, 40e-6)
-    assert law.evaluate(40e-6)[0] == pytest.approx(force(SPHERE.k, 1.5, 40e-6), rel=1e-9)
+    assert law.evaluate(40e-6)[0] == pytest.approx(HERTZ.force(40e-6), rel=1e-9)
     travel(law, 40e-6, 38e-6)
-    assert law.evaluate(38e-6)[0] < 0.9 * force(SPHERE.k, 1.5, 38e-6)
+    assert law.evaluate(38e-6)[0] < 0.9 * HERTZ.force(38e-6)
     travel(law, 38e-6, 50e-6)
-    assert law.evaluate(50e-6)[0] == pytest.approx(force(SPHERE.k, 1.5, 50e-6), rel=1e-3)
+    assert law.evaluate(50e-6)[0] == pytest.approx(HERTZ.force(50e-6), rel=1e-3)
 
 
 def test_no_residual_below_the_elastic_limit() -> None:
@@ -133,8 +134,8 @@ def test_beyond_the_elastic_limit_an_indentation_stays() -> None:
 
 def test_hard_stop_takes_over() -> None:
     law = contact_law(replace(SPHERE, hard_stop_m=20e-6))
-    assert law.evaluate(20e-6)[0] == pytest.approx(force(SPHERE.k, 1.5, 20e-6))
-    rise = law.evaluate(25e-6)[0] - force(SPHERE.k, 1.5, 25e-6)
+    assert law.evaluate(20e-6)[0] == pytest.approx(HERTZ.force(20e-6))
+    rise = law.evaluate(25e-6)[0] - HERTZ.force(25e-6)
     assert rise == pytest.approx(5e-6 * 1e9)
 
 

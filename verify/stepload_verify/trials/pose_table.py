@@ -14,8 +14,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from stepload.estimators.fit import FloatArray
 from stepload.plan.kinematics import ArmKinematics, read_arm
-from stepload.posture.chain import FloatArray, Tool, reach_m
+from stepload.posture.chain import Tool, reach_m
 from stepload.posture.doubt import ranking
 from stepload.posture.search import (
     HIGHEST,
