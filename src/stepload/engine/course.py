@@ -9,7 +9,7 @@ from stepload.engine.operator import Operator
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.watch import Breach
 from stepload.envelope.limits import RunLimits
-from stepload.envelope.zero_drift import SECOND_ZERO_SHARE, pressed_shift_n
+from stepload.envelope.zero_drift import pressed_shift_n
 from stepload.plan.model import Procedure
 from stepload.record.outcome import Tare, Touch
 from stepload.record.rows import Phase
@@ -103,8 +103,7 @@ class Course:
         if not abs(moved_n) <= self.plan.max_drift_n:
             return False
         second_n = sup.second_n + last.second_mean_n - first.second_mean_n
-        second_limit_n = SECOND_ZERO_SHARE * limits.cross_tolerance_n
-        return not limits.cross_check or abs(second_n) <= second_limit_n
+        return not limits.cross_check or abs(second_n) <= limits.second_zero_n
 
     @property
     def zeroed_s(self) -> float:
@@ -140,10 +139,15 @@ class Course:
         """End the run: its zero has not been looked at for too long."""
         limits = self.limits
         age_s = now_s - self.zeroed_s
+        which = (
+            "second force channel, and that of the main one alike,"
+            if limits.cross_check
+            else "only force channel"
+        )
         moved_n = limits.zero_shift_n + limits.zero_drift_n_per_s * (now_s - self._open_by_s)
         self.fail(
             "old_zero", moved_n, limits.zero_shift_n, "N",
-            f"the zero of the only force channel is {age_s:.0f} s old and may have moved by more"
+            f"the zero of the {which} is {age_s:.0f} s old and may have moved by more"
             f" than the {limits.zero_shift_n:.3g} N that are counted on: its drift is up to"
             f" {limits.zero_drift_n_per_s:.3g} N/s, and in an approach R11 lets it move by the"
             " touch force",

@@ -55,6 +55,7 @@ def limits_from(attachments: Mapping[str, bytes]) -> RunLimits:
         # Records from before a zero could become too old to count on.
         data.setdefault("zero_shift_n", data["allowed_n"])
         data.setdefault("zero_drift_n_per_s", 0.0)
+        data.setdefault("second_zero_n", 0.5 * data["cross_tolerance_n"])
         # Records from before R6 knew how often the sensor reads.
         data.setdefault("reading_s", data["period_s"])
         # Records from before an answer had to be proved by the next one: R6 waited for longer.

@@ -17,9 +17,12 @@ def not_open(course: Course, limit_n: float) -> None:
             f"; the second channel reads {second_n:.3g} N, so it may be open and the force sensor's"
             " zero may have moved since the tare"
         )
-    elif not course.limits.cross_check and left_n < -limit_n:
+    elif left_n < -limit_n:
+        whose = (
+            "both channels' zeros have" if course.limits.cross_check else "the sensor's zero has"
+        )
         drifted = (
-            "; unless the contact sticks, the sensor's zero has moved since the tare, and the"
+            f"; unless the contact sticks, {whose} moved since the tare, and the"
             f" force may have been about {-left_n:.3g} N more than it read"
         )
     course.fail(

@@ -11,7 +11,7 @@ from stepload.engine.free_air import FreeAir
 from stepload.engine.tare import TareWindow
 from stepload.envelope.bounds import Measured
 from stepload.envelope.schedule import BETWEEN_CYCLES_TARE_S
-from stepload.envelope.zero_drift import SECOND_ZERO_SHARE, moved_n
+from stepload.envelope.zero_drift import moved_n
 from stepload.errors import DomainError, RefusedError
 from stepload.record.outcome import Tare
 from stepload.record.rows import Phase
@@ -108,26 +108,27 @@ class Zeroing:
         return course.failure is None
 
     def _drift_check(self, now_s: float, _step_s: float) -> None:
-        course, limits, zero = self._course, self._course.limits, self._zero
+        course, zero = self._course, self._zero
         look = self._window.offer(now_s, course.sup, DRIFT_CHECK_S)
         if look is None or zero is None:
             return
         shift_n = look.mean_n - zero.mean_n
         second_n = look.second_mean_n - zero.second_mean_n
-        second_limit_n = SECOND_ZERO_SHARE * limits.cross_tolerance_n
         course.emit(now_s, "drift", {"shift_n": shift_n, "second_shift_n": second_n})
-        if not abs(shift_n) <= course.plan.max_drift_n:
-            course.fail(
-                "drift", shift_n, course.plan.max_drift_n, "N",
-                f"the force moved by {shift_n:+.3g} N since the tare: warm up longer",
-            )  # fmt: skip
-        elif limits.cross_check and not abs(second_n) <= second_limit_n:
-            course.fail(
-                "drift", second_n, second_limit_n, "N",
-                f"the second force channel moved by {second_n:+.3g} N since the tare",
-            )  # fmt: skip
-        else:
+        if self._stand(shift_n, second_n, "since the tare: warm up longer"):
             self._then(now_s)
+
+    def _stand(self, shift_n: float, second_n: float, since: str) -> bool:
+        """Whether no zero has moved further than is counted on; else the run cannot go on."""
+        course, max_drift_n = self._course, self._course.plan.max_drift_n
+        second_limit_n = course.limits.second_zero_n
+        if not abs(shift_n) <= max_drift_n:
+            text = f"the force's zero moved by {shift_n:+.3g} N {since}"
+            course.fail("drift", shift_n, max_drift_n, "N", text)
+        elif course.limits.cross_check and not abs(second_n) <= second_limit_n:
+            text = f"the second force channel's zero moved by {second_n:+.3g} N {since}"
+            course.fail("drift", second_n, second_limit_n, "N", text)
+        return course.failure is None
 
     def _still_fits(self, tare: Tare) -> bool:
         """Whether the plan still leaves room with the measured noise and drift."""
@@ -171,11 +172,7 @@ class Zeroing:
             )  # fmt: skip
             self._then(now_s)
             return
-        shift_n = tare.mean_n - course.tares[-1].mean_n
-        if not abs(shift_n) <= plan.max_drift_n:
-            course.fail(
-                "drift", shift_n, plan.max_drift_n, "N",
-                f"the force zero moved by {shift_n:+.3g} N within one cycle",
-            )  # fmt: skip
-        elif self._accept(now_s, tare):
+        before = course.tares[-1]
+        shift_n, second_n = tare.mean_n - before.mean_n, tare.second_mean_n - before.second_mean_n
+        if self._stand(shift_n, second_n, "within one cycle") and self._accept(now_s, tare):
             self._then(now_s)

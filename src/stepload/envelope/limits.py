@@ -21,6 +21,7 @@ from stepload.envelope.leash import ANSWER_SHARE, lead_m
 from stepload.envelope.press import Term
 from stepload.envelope.pressing import Pressing
 from stepload.envelope.sideways import OVERLOADS, SECOND_OVERLOADS, sideways_limits
+from stepload.envelope.zero_drift import SECOND_ZERO_SHARE, second_zero_n
 from stepload.errors import DomainError
 from stepload.plan.model import ForceSpec, Plan, SecondForceSource
 
@@ -101,6 +102,7 @@ class RunLimits:
     cross_time_s: float = _limit("s", "plan", "R5", zero=True)
     cross_filter_s: float = _limit("s", "filter on the difference", "R5")
     second_stands_n: float = _limit("N", _STANDS, "R4", zero=True)
+    second_zero_n: float = _limit("N", "half of the tolerance, or zero_error if more", zero=True)
     channel_skew_s: float = _limit("s", "longer delay and period of the channels + 2 ticks", "R5")
     leash_time_s: float = _limit("s", "time at the end of the leash without an answer", "R6")
     model_tolerance_m: float = _limit("m", "rig: arm.model_tolerance", "R7")
@@ -158,7 +160,7 @@ class RunLimits:
     moved_zero_n: float = _limit("N", "a quarter of the touch force, over 5 s of an approach")
     zero_shift_n: float = _limit("N", "shift of the zero that F_allowed leaves room for")
     zero_drift_n_per_s: float = _limit(
-        "N/s", "rig: force.drift, or measured; 0: a second channel checks the zero", zero=True
+        "N/s", "rig: force.drift, or measured; beside a second channel that one's", zero=True
     )
     shown_noise_n: float = _limit("N", "noise_n at the edge of a quantum: more in a tare is noise")
     lost_motion_m: float = _limit("m", "rig: arm.lost_motion", zero=True)
@@ -355,6 +357,11 @@ def limits_of(plan: Plan, pressing: Pressing, elastic_limit_n: float) -> RunLimi
         cross_time_s=second.time_s if has_second else 0.0,
         cross_filter_s=CROSS_CHECK_FILTER_S,
         second_stands_n=second_stands_n(plan, noise_n),
+        second_zero_n=(
+            max(SECOND_ZERO_SHARE * second.tolerance_n, second_zero_n(second))
+            if has_second
+            else 0.0
+        ),
         channel_skew_s=skew_s,
         leash_time_s=LEASH_TIME_S,
         model_tolerance_m=arm.model_tolerance_m,

@@ -29,7 +29,7 @@ from stepload.envelope.press import (
     largest_speed,
     series_stiffness,
 )
-from stepload.envelope.zero_drift import SECOND_ZERO_SHARE, counted_shift_n, unchecked_drift
+from stepload.envelope.zero_drift import counted_shift_n, second_zero_n, unchecked_drift
 from stepload.errors import RefusedError
 from stepload.plan.checks_between import LEAST_TOUCH_SIGMAS, least_touch_force
 from stepload.plan.model import Plan, SecondForceSource
@@ -203,16 +203,23 @@ def _forces(
     left: float,
 ) -> ForceLimits:
     """The ladder. What is compared with a second force channel is as wrong as that one's zero may
-    be, and by the tolerance besides. With one channel nothing checks the gain, so three times its
-    uncertainty stands in for the tolerance; a shift of its zero comes on top of that."""
+    be, and by the tolerance besides. With one channel nothing checks the gain: it may read too
+    little by three times its uncertainty; a shift of its zero comes on top of that."""
     rig, second = plan.rig, plan.rig.second_force
-    has_second = second.source is not SecondForceSource.NONE
-    tolerance_n, relative = 0.0, 3.0 * rig.force.gain_uncertainty
-    bias_n = shift_n * (1.0 + relative)
-    if has_second:
+    if second.source is SecondForceSource.NONE:
+        too_little = 3.0 * rig.force.gain_uncertainty
+        if too_little >= 1.0:
+            raise RefusedError(
+                f"3 times the gain's uncertainty of {rig.force.gain_uncertainty:.0%} is all of the"
+                " reading, and nothing checks the only force channel",
+                hint="calibrate the force sensor (rig.force.gain_uncertainty), or declare a second"
+                " force channel",
+            )
+        tolerance_n, relative = 0.0, too_little / (1.0 - too_little)
+        bias_n = shift_n * (1.0 + relative)
+    else:
         tolerance_n, relative = second.tolerance_n, second.tolerance_relative
-        zero_n = second.zero_error_n
-        bias_n = max(shift_n, SECOND_ZERO_SHARE * tolerance_n if zero_n is None else zero_n)
+        bias_n = max(shift_n, second_zero_n(second))
     return force_limits(
         elastic_limit_n,
         top_force_n=top_force_n,

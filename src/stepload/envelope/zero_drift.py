@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from stepload.envelope.bounds import step_rate_per_s
-from stepload.plan.model import Plan, Procedure, SecondForceSource
+from stepload.plan.model import Plan, Procedure, SecondForce, SecondForceSource
 
 SECOND_ZERO_SHARE = 0.5
-"""Share of the cross-check tolerance by which the second channel's zero may be off or drift."""
+"""Share of the cross-check tolerance by which the second channel's zero may be off or drift, where
+the plan does not say how far."""
 STEP_RATES = 5.0
 """Time constants of the step controller that a level takes beside its ramp and hold."""
+
+
+def second_zero_n(second: SecondForce) -> float:
+    """How far the zero of a sound second channel may be off in N while the payload is pressed."""
+    if second.zero_error_n is not None:
+        return second.zero_error_n
+    return SECOND_ZERO_SHARE * second.tolerance_n
 
 
 def steps_under_load(procedure: Procedure) -> int:
@@ -48,9 +56,9 @@ def moved_n(
 ) -> float:
     """How far a drift may move the zero in N by the next look at it.
 
-    A second channel that disagrees ends a run that takes longer than planned. With one channel the
-    longest time under load counts, and as long again for the approach before it. A run that takes
-    longer is ended (`RunLimits.zero_shift_n`).
+    A second channel that disagrees ends a run that takes longer than planned. Where none is, or a
+    drift moves both alike, the longest time under load counts, and as long again for the approach
+    before it. A run that takes longer is ended (`RunLimits.zero_shift_n`).
     """
     if second_channel:
         return drift_n_per_s * under_load_s(procedure, loop_s)
@@ -59,22 +67,27 @@ def moved_n(
 
 
 def unchecked_drift(plan: Plan, measured_n_per_s: float = 0.0) -> float:
-    """Drift of the zero in N/s that only the next look at it shows; 0 beside a second channel."""
-    if plan.rig.second_force.source is not SecondForceSource.NONE:
-        return 0.0
-    return max(plan.rig.force.drift_n_per_s, measured_n_per_s)
+    """Drift of the zero in N/s that only the next look at it shows.
+
+    With one channel the stated or the measured one. Two are compared, but what moves both zeros
+    alike, as the temperature does, shows in no comparison: what the second one's sensor states.
+    """
+    second = plan.rig.second_force
+    if second.source is SecondForceSource.NONE:
+        return max(plan.rig.force.drift_n_per_s, measured_n_per_s)
+    return second.sensor.drift_n_per_s if second.sensor else 0.0
 
 
 def counted_shift_n(plan: Plan, loop_s: float, measured_n_per_s: float = 0.0) -> float:
     """Largest shift of the zero in N that is counted on while the payload is pressed.
 
     More than `procedure.max_drift` is found at the next look at the zero. That is too late for what
-    was pressed until then, unless a second force channel disagrees before. With one channel the
-    shift by the stated drift is counted where it is larger; a measured drift always is.
+    was pressed until then. So the shift by a stated drift that nothing else shows is counted where
+    it is larger; a measured drift always is.
     """
     second = plan.rig.second_force.source is not SecondForceSource.NONE
-    drift = max(unchecked_drift(plan), measured_n_per_s)
     return max(
         plan.procedure.max_drift_n,
-        moved_n(plan.procedure, loop_s, drift, second_channel=second),
+        moved_n(plan.procedure, loop_s, unchecked_drift(plan), second_channel=False),
+        moved_n(plan.procedure, loop_s, measured_n_per_s, second_channel=second),
     )

@@ -11,6 +11,7 @@ from stepload.envelope.zero_drift import (
     counted_shift_n,
     longest_under_load_s,
     pressed_shift_n,
+    unchecked_drift,
     under_load_s,
 )
 from stepload.plan.model import Plan, SecondForceSource
@@ -33,8 +34,8 @@ def zero_drift_reasons(plan: Plan, loop_s: float, stages: Sequence[Stage]) -> It
     approach_s += sum(stage.total_s for stage in stages if stage.name in APPROACH)
     loaded_s = max(under_load_s(procedure, loop_s), scheduled_s)
     yield from _stated_reasons(plan, approach_s + loaded_s)
+    yield from _old_zero_reasons(plan, loop_s, approach_s, loaded_s)
     if plan.rig.second_force.source is SecondForceSource.NONE:
-        yield from _old_zero_reasons(plan, loop_s, approach_s, loaded_s)
         longest_s = max(longest_under_load_s(procedure, loop_s), loaded_s)
         yield from _short_tare_reasons(plan, loop_s, max(approach_s, longest_s), longest_s)
 
@@ -73,7 +74,10 @@ def _old_zero_reasons(
     plan: Plan, loop_s: float, approach_s: float, loaded_s: float
 ) -> Iterator[Reason]:
     """Whether the run is expected to be ended because its zero is too old to count on."""
-    drift_n_per_s, touch_n = plan.rig.force.drift_n_per_s, plan.procedure.touch_force_n
+    drift_n_per_s, touch_n = unchecked_drift(plan), plan.procedure.touch_force_n
+    alone = plan.rig.second_force.source is SecondForceSource.NONE
+    key = "rig.force.drift" if alone else "second_force.sensor.drift"
+    whose = "the only force channel" if alone else "both force channels alike"
     counted_n = counted_shift_n(plan, loop_s)
     shift_n = pressed_shift_n(drift_n_per_s, approach_s, loaded_s, touch_n)
     if shift_n <= counted_n:
@@ -81,12 +85,13 @@ def _old_zero_reasons(
     shift, counted = beside_limit(shift_n, counted_n, "N")
     yield Reason(
         "old_zero", Severity.WARN,
-        f"with the stated drift of up to {format_quantity(drift_n_per_s, 'N/s')} (rig.force.drift)"
-        f" the zero of the only force channel may move by {shift} in the {approach_s:.0f} s from"
+        f"with the stated drift of up to {format_quantity(drift_n_per_s, 'N/s')} ({key})"
+        f" the zero of {whose} may move by {shift} in the {approach_s:.0f} s from"
         f" the middle of its tare to the contact and the {loaded_s:.0f} s under load: the run is"
         f" ended when it may have moved by the {counted} that are counted on",
         f"procedure.max_drift: {format_quantity(1.2 * shift_n, 'N')} has more counted on (and less"
-        " force allowed); or fewer steps, shorter holds, a shorter way, a second force channel",
+        " force allowed); or fewer steps, shorter holds, a shorter way"
+        + (", a second force channel" if alone else ""),
         shift_n, counted_n, "N",
     )  # fmt: skip
 

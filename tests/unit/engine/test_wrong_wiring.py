@@ -13,6 +13,7 @@ from run_bench import Bench, bench_for, run, run_to, spec_for
 from run_plans import limits_for, stvf_plan, ur_plan
 
 from stepload.engine.loop import run_loop
+from stepload.engine.retract import not_open
 from stepload.engine.supervisor import Supervisor
 from stepload.engine.watch import Breach
 from stepload.plan.model import Plan, SecondForce, SecondForceSource
@@ -183,6 +184,17 @@ def test_a_pull_that_is_left_after_a_retract_is_not_open() -> None:
     assert bench.engine.cause.rule == "not_open"
     assert "the force may have been about 20 N more than it read" in bench.engine.cause.message
     assert course.zero_shift_n != course.zero_shift_n
+
+
+def test_of_zeros_that_have_moved_alike_the_retract_says_by_how_much() -> None:
+    """As the temperature moves them: the second channel is no witness then."""
+    bench = bench_for(stvf_plan(**QUICK), F_C)
+    course = bench.engine.course
+    course.sup.smooth_n = course.sup.second_n = -20.0
+    not_open(course, 4.0)
+    assert course.failure is not None
+    assert "both channels' zeros have moved" in course.failure.message
+    assert "about 20 N more than it read" in course.failure.message
 
 
 def test_a_pull_that_grows_is_foreseen() -> None:

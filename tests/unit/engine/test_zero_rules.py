@@ -305,12 +305,12 @@ def test_a_plan_that_does_not_fit_what_was_measured_ends_there() -> None:
     assert zero.stage.zeros == []
 
 
-def look_back(cycle: int, cycles: int, shift_n: float) -> Zero:
+def look_back(cycle: int, cycles: int, shift_n: float, second_n: float = 0.0) -> Zero:
     zero = Zero(cycles=cycles, tare_s=2.0)
     zero.tare([0.0] * zero.count, [0.0] * zero.count)
     zero.stage.course.cycle = cycle
     zero.zeroing.look_back(zero.stage.now_s, zero.stage.then.append)
-    zero.stage.readings([shift_n] * zero.count)
+    zero.stage.readings([shift_n] * zero.count, [second_n] * zero.count)
     return zero
 
 
@@ -328,6 +328,18 @@ def test_a_zero_that_moves_within_a_cycle_ends_the_run_there_only(sign: float) -
         assert last.stage.find("zero_shift")["flagged"] == flagged
         assert last.stage.course.zero_shift_n == pytest.approx(sign * share * DRIFT_N)
         assert len(last.stage.zeros) == 1
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_second_channels_zero_too_is_looked_at_between_cycles(sign: float) -> None:
+    """A sound main channel does not show it, and the next cycle would rely on the new zero."""
+    assert look_back(1, 2, 0.0, sign * 0.99 * 0.5 * TOLERANCE_N).stage.then
+    moved = look_back(1, 2, 0.0, sign * 1.01 * 0.5 * TOLERANCE_N)
+    failure = moved.stage.course.failure
+    assert failure is not None
+    assert failure.rule == "drift"
+    assert "second force channel's zero moved" in failure.message
+    assert not moved.stage.then
 
 
 def test_between_cycles_a_second_is_long_enough_and_at_the_end_the_plans_time() -> None:

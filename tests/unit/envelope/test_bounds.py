@@ -377,15 +377,18 @@ def test_noise_and_drift_found_in_the_run_count_where_they_are_worse() -> None:
 
 def test_one_channel_alone_pays_with_three_times_its_gain_and_capacity_bounds_all() -> None:
     alone = on_rig(second_force=ALONE)
-    assert pressing(alone).forces.allowed_n == pytest.approx(0.95 * F_C / 1.015 - 1.0)
+    assert pressing(alone).forces.allowed_n == pytest.approx(0.95 * F_C * 0.985 - 1.0)
     assert pressing(with_arm(max_push_n=500.0)).forces.allowed_n == 500.0
     assert pressing(with_force(range_n=500.0)).forces.allowed_n == pytest.approx(475.0)
     with pytest.raises(RefusedError, match="nothing checks"):
         pressing(alone, 14.99)
     assert largest_top_force(alone, 300.0) == pytest.approx(
-        0.95 * 300.0 / 1.015 - 1.0 - 8.0 * 0.3 - 1.0
+        0.95 * 300.0 * 0.985 - 1.0 - 8.0 * 0.3 - 1.0
     )
     assert largest_top_force(alone, 2.0) == 0.0
+    unknown = replace(alone.rig.force, gain_uncertainty=0.34)
+    with pytest.raises(RefusedError, match="all of the reading"):
+        pressing(replace(alone, rig=replace(alone.rig, force=unknown)))
 
 
 def test_the_limits_of_a_run_are_made_of_the_plan() -> None:

@@ -142,7 +142,15 @@ def test_one_channel_pays_for_its_gain_with_margin() -> None:
     )
     limits = limits_for(alone, 727.0)
     assert limits.cross_check == ""
-    assert limits.allowed_n == pytest.approx(0.95 * 727.0 / (1.0 + 3.0 * 0.005) - 1.0)
+    assert limits.allowed_n == pytest.approx(0.95 * 727.0 * (1.0 - 3.0 * 0.005) - 1.0)
+
+
+def test_the_second_zero_may_be_off_by_half_of_the_tolerance_or_as_far_as_stated() -> None:
+    plan = stvf_plan()
+    second = replace(plan.rig.second_force, tolerance_n=8.0)
+    for stated_n, allowed_n in ((None, 4.0), (1.0, 4.0), (6.0, 6.0)):
+        rig = replace(plan.rig, second_force=replace(second, zero_error_n=stated_n))
+        assert limits_for(replace(plan, rig=rig), 727.0).second_zero_n == allowed_n
 
 
 def test_frozen_value_rule_knows_quantised_sensors() -> None:

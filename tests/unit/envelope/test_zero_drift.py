@@ -10,7 +10,12 @@ from run_plans import envelope_for, stvf_plan
 
 from stepload.envelope.reason import Severity
 from stepload.envelope.schedule import DRIFT_CHECK_S, FAST, LOAD_STEP, UNLOAD_STEP, Stage
-from stepload.envelope.zero_drift import counted_shift_n, longest_under_load_s, under_load_s
+from stepload.envelope.zero_drift import (
+    counted_shift_n,
+    longest_under_load_s,
+    unchecked_drift,
+    under_load_s,
+)
 from stepload.envelope.zero_reasons import zero_drift_reasons
 from stepload.plan.model import Plan, SecondForceSource
 
@@ -52,6 +57,21 @@ def test_a_second_channel_disagrees_before_the_zero_has_moved_so_far() -> None:
         assert ("short_tare" in codes) == named
 
 
+def test_what_moves_both_zeros_alike_is_counted_as_the_second_sensor_states_it() -> None:
+    """No comparison shows it, and the gain of the main channel may be wrong by what R5 accepts."""
+    alone = one_channel(0.2)
+    sensor = replace(alone.rig.force, drift_n_per_s=0.1)
+    second = replace(alone.rig.second_force, source=SecondForceSource.SENSOR, sensor=sensor)
+    plan = replace(alone, rig=replace(alone.rig, second_force=second))
+    assert counted_shift_n(plan, LOOP_S) == counted_shift_n(one_channel(0.1), LOOP_S)
+    assert unchecked_drift(plan, measured_n_per_s=5.0) == 0.1
+    long = replace(plan, procedure=replace(plan.procedure, hold_s=100.0, settle_timeout_s=0.1))
+    loading = Stage(LOAD_STEP, 1000.0, 12)
+    [reason] = [r for r in zero_drift_reasons(long, LOOP_S, [loading]) if r.code == "old_zero"]
+    assert "second_force.sensor.drift" in reason.message
+    assert "both force channels alike" in reason.message
+
+
 def test_what_the_zero_may_move_is_taken_off_the_force_that_is_allowed() -> None:
     steady, drifting = envelope_for(one_channel()), envelope_for(one_channel(0.2))
     assert steady.limits is not None
@@ -67,7 +87,7 @@ def test_a_reading_that_is_too_low_and_has_moved_leaves_the_true_force_below_f_c
     found = envelope_for(one_channel(0.5, max_drift_n=3.0))
     assert found.limits is not None
     rig, limits = found.plan.rig, found.limits
-    reads_of_true = (1.0 - rig.common_force_error) / (1.0 + 3.0 * rig.force.gain_uncertainty)
+    reads_of_true = (1.0 - rig.common_force_error) * (1.0 - 3.0 * rig.force.gain_uncertainty)
     true_n = (limits.allowed_n + limits.zero_shift_n) / reads_of_true
     assert limits.zero_shift_n > 20.0
     assert true_n == pytest.approx(limits.counted_limit_n)
