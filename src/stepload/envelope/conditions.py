@@ -47,6 +47,7 @@ def conditions_of(plan: Plan, theory: Theory) -> Conditions:
         position_resolution_m=gauge.resolution_m if gauge else rig.arm.position_resolution_m,
         lag_sigma_s=UNKNOWN_LAG_SIGMA_S,
         gain_sigma=rig.force.gain_uncertainty,
+        zero_drift_n_per_s=rig.force.drift_n_per_s,
         nonlinearity=ASSUMED_NONLINEARITY if crooked is None else crooked,
         temperature_sigma_k=wanted.temperature_uncertainty_k,
         position_m_per_k=payload.height_m * payload.thermal_expansion_per_k

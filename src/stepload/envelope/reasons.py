@@ -14,6 +14,7 @@ from stepload.envelope.reason import Reason, Severity
 from stepload.envelope.theory import CountedLimit
 from stepload.errors import DomainError, RefusedError
 from stepload.estimators.identifiability import Identifiability
+from stepload.evidence.gates import UNLOADED
 from stepload.plan.model import Plan, Provenance, SecondForceSource
 from stepload.units import format_quantity
 
@@ -164,11 +165,15 @@ def cycle_reasons(plan: Plan) -> Iterator[Reason]:
     """What repeated loading would have shown and this plan does not; notes, no refusals."""
     procedure = plan.procedure
     if procedure.cycles < WHOLE:
-        hint = (
-            "only the gap between loading and unloading hints at them"
-            if procedure.unload
-            else "without stepped unloading nothing in the run hints at them"
-        )
+        hint = "only the gap between loading and unloading hints at them"
+        down = procedure.levels_n[0] / procedure.top_force_n
+        if not procedure.unload:
+            hint = "without stepped unloading nothing hints at them, and no figure is identified"
+        elif down > UNLOADED:
+            hint = (
+                f"an unloading that ends at {down:.0%} of the top force shows little of them, and"
+                f" no figure is identified (up to {UNLOADED:.0%} counts)"
+            )
         yield Reason(
             "one_cycle", Severity.NOTE,
             f"one cycle: set, creep and drift cannot be told from the contact's law; {hint}",

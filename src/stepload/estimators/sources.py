@@ -40,6 +40,8 @@ class Sources:
         lag_sigma_s: uncertainty of the time between force and position after alignment.
         force_rate_n_per_s: force rate at each point (N,), or one for all.
         gain_sigma: relative uncertainty of the force calibration.
+        zero_drift_n_per_s: largest drift of the force's zero that is stated; it counts where the
+            zero was not looked at again after the contact.
         nonlinearity: largest departure of the force reading from a line, as a share of the largest
             force of the data.
         temperature_sigma_k: standard uncertainty of the temperature, which also covers its change
@@ -65,6 +67,7 @@ class Sources:
     lag_sigma_s: float = 0.0
     force_rate_n_per_s: FloatArray | float = 0.0
     gain_sigma: float = 0.0
+    zero_drift_n_per_s: float = 0.0
     nonlinearity: float = 0.0
     temperature_sigma_k: float = 0.0
     position_m_per_k: float = 0.0

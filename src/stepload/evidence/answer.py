@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -15,7 +16,7 @@ from stepload.evidence.contact_gates import contact_signs
 from stepload.evidence.drift import Drift, drift_of, without_drift
 from stepload.evidence.elastic import Elastic, elastic_of
 from stepload.evidence.errors import Component, Context, components, middle, total
-from stepload.evidence.gates import Gate
+from stepload.evidence.gates import UNLOADED, Gate
 from stepload.evidence.lawfit import (
     CANNOT_TELL,
     LawFit,
@@ -254,11 +255,20 @@ def _cannot_show(run: Pressed, loops: Sequence[Loop]) -> tuple[list[str], list[s
     """What this run cannot show: remarks, and doubts that block every figure."""
     notes = list(run.notes)
     blocking: list[str] = []
-    if loops[0].unloading is None and len(loops) < 2:
+    first, repeated = loops[0], len(loops) > 1
+    left_n = math.inf if first.unloading is None else float(first.unloading.path.force_n.min())
+    top_n = float(first.loading.path.force_n.max())
+    if not repeated and left_n > UNLOADED * top_n:
+        shown = "only a loading"
+        if first.unloading is not None:
+            shown = (
+                f"an unloading that ends at {format_quantity(left_n, 'N')}, {left_n / top_n:.0%} of"
+                f" the top force (up to {UNLOADED:.0%} counts)"
+            )
         blocking.append(
-            "only a loading: creep, drift, slip and yield cannot be told from elastic deformation"
+            f"{shown}: creep, drift, slip and yield cannot be told from elastic deformation"
         )
-    elif len(loops) < 2:
+    elif not repeated:
         notes.append(
             "one cycle: drift cannot be told from creep, and what the first loading changed is "
             "seen only as a gap between loading and unloading"

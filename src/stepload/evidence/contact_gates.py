@@ -98,14 +98,20 @@ def contact_signs(
         unseen_m = min(noise_m, SLOW_CREEP * rehearsed.get("reload", math.inf) / math.sqrt(3.0))
         found_m = math.sqrt(max(creep.total_m**2 - noise_m**2, 0.0) / 3.0)
         creep_m = math.hypot(found_m, unseen_m)
-    if run.zero_step_n is not None:
-        # Between two tares the zero is within half the step of an even drift.
-        harm_m = 0.5 * abs(run.zero_step_n) * elastic.at(main.from_n)
-        step = format_quantity(run.zero_step_n, "N")
-        gates.append(judged("force_zero", harm_m, HARMLESS * main.span_m, "m", step=step))
+    elapsed_s = float(main.weights @ loops[0].loading.path.time_s)
+    unlooked_n = run.sources.zero_drift_n_per_s * abs(elapsed_s)
+    if run.zero_step_n is not None or unlooked_n > 0.0:
+        moved_n = unlooked_n
+        meaning = "force_zero_stated"
+        if run.zero_step_n is not None:
+            # Between two tares the zero is within half the step of an even drift.
+            moved_n, meaning = 0.5 * abs(run.zero_step_n), "force_zero"
+        harm_m = moved_n * elastic.at(main.from_n)
+        step = format_quantity(run.zero_step_n or moved_n, "N")
+        allowed_m = HARMLESS * main.span_m
+        gates.append(judged("force_zero", harm_m, allowed_m, "m", meaning=meaning, step=step))
         zero_m = harm_m / math.sqrt(3.0)
     if drift is not None:
-        elapsed_s = float(main.weights @ loops[0].loading.path.time_s)
         shift_m = drift.rate_m_per_s * elapsed_s
         share, shift = abs(shift_m) / main.span_m, format_quantity(shift_m, "m")
         gates.append(

@@ -19,7 +19,7 @@ from stepload.evidence.lawfit import CANNOT_TELL, CHI2_95, LawFit, Roughness
 from stepload.evidence.laws import BILINEAR, POWER, ROUGH
 from stepload.evidence.path import Path
 from stepload.evidence.pressed import Pressed
-from stepload.evidence.quantity import Exponent, Line, Quantity, combined, log_interval
+from stepload.evidence.quantity import Exponent, Line, Quantity, combined, log_interval, wider
 from stepload.evidence.union import Read, at_point, union
 from stepload.units import beside_limit, percent
 
@@ -147,9 +147,7 @@ def quantities(run: Pressed, read_from: Reading) -> dict[str, Quantity]:
             rest.append(_upper(read_from, roughness))
         whole = math.hypot(math.log(high / low) / 2.0 / NORMAL_95, combined(rest))
         rest += _of_looks(run, whole)
-        extra = NORMAL_95 * combined(rest)
-        low, high = (stiffness * math.exp(side * math.hypot(math.log(end / stiffness), extra))
-                     for side, end in ((-1.0, low), (1.0, high)))  # fmt: skip
+        low, high = wider(stiffness, low, high, NORMAL_95 * combined(rest))
         found[kind] = _made(
             kind,
             stiffness,

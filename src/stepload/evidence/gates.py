@@ -14,6 +14,9 @@ from typing import Literal
 from stepload.evidence.signs import HoldCreep, Sign
 from stepload.units import beside_limit, format_quantity
 
+UNLOADED = 0.35
+"""An unloading that ends above this share of the top force is no check of the loading: a set or a
+yield shows little near the top. At a third it shows as well as further down."""
 HARMLESS = 0.01
 """Signs below this share of the chord's deformation do not veto."""
 HARMLESS_DRIFT = 0.05
@@ -87,6 +90,9 @@ _MEANS = {
     "force_zero": "the zero of force moves by {step} from one look at free air to the next; taken "
     "out as if it were even, it may still be {value} of the deformation (allowed {limit}): let the "
     "sensor warm up",
+    "force_zero_stated": "by the stated drift (rig.force.drift) the zero may have moved by {step} "
+    "while loading, {value} of the deformation (allowed {limit}), and it was not looked at "
+    "again: let the sensor warm up, and end the run in free air",
     "lateral": "the force across the axis reaches {value} of that along it (allowed {limit}): the "
     "arm bends sideways, and its deflection is not that of K_s",
     "strong_lateral": "the force across the axis reaches {value} of that along it (allowed "

@@ -76,8 +76,13 @@ def combined(lines: Sequence[Line]) -> float:
 
 def log_interval(value: float, lines: Sequence[Line]) -> tuple[float, float]:
     """The 95 % interval of a positive figure from its lines, taken in the logarithm."""
-    factor = math.exp(min(NORMAL_95 * combined(lines), 700.0))
-    return value / factor, value * factor
+    return wider(value, value, value, NORMAL_95 * combined(lines))
+
+
+def wider(value: float, low: float, high: float, half: float) -> tuple[float, float]:
+    """The interval about a positive figure, wider by an independent half width in the logarithm."""
+    down, up = (min(math.hypot(math.log(end / value), half), 700.0) for end in (low, high))
+    return value * math.exp(-down), value * math.exp(up)
 
 
 def without_interval(quantity: Quantity) -> Quantity:

@@ -54,7 +54,10 @@ def test_what_too_few_cycles_cannot_show_is_a_note(sphere: Plan) -> None:
     assert (sphere.procedure.cycles, sphere.procedure.unload) == (2, True)
     assert noted() == noted(cycles=3) == ""
     assert "gap between loading and unloading hints" in noted(cycles=1)
-    assert "nothing in the run hints" in noted(cycles=1, unload=False)
+    levels_n, top_n = sphere.procedure.levels_n, sphere.procedure.top_force_n
+    coarse = tuple(level_n for level_n in levels_n if level_n > 0.4 * top_n)
+    assert "shows little of them, and no figure is identified" in noted(cycles=1, levels_n=coarse)
+    assert "nothing hints at them" in noted(cycles=1, unload=False)
     assert noted(unload=False).startswith("no holds on the way down")
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from run_plans import envelope_for, stvf_plan
 
+from stepload.envelope.conditions import conditions_of
 from stepload.envelope.reason import Severity
 from stepload.envelope.schedule import DRIFT_CHECK_S, FAST, LOAD_STEP, UNLOAD_STEP, Stage
 from stepload.envelope.zero_drift import (
@@ -119,6 +120,11 @@ def test_a_drift_may_hide_behind_the_resolution() -> None:
         zero_drift_reasons(replace(plan, rig=replace(plan.rig, force=fine)), LOOP_S, ())
     )
     assert reason.value > plan.procedure.max_drift_n
+
+
+def test_the_evaluation_knows_the_stated_drift() -> None:
+    found = envelope_for(one_channel(0.2))
+    assert conditions_of(found.plan, found.theory).sources.zero_drift_n_per_s == 0.2
 
 
 def test_a_stated_drift_beyond_max_drift_is_named_with_one_channel_and_with_two() -> None:

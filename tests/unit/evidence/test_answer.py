@@ -120,6 +120,22 @@ def test_a_loading_alone_is_never_identified() -> None:
     assert "only a loading" in found.headline.why[0]
 
 
+@pytest.mark.parametrize(("down_to", "identified"), [(0.8, False), (0.37, False), (0.33, True)])
+def test_an_unloading_that_hardly_begins_is_no_check_of_the_loading(
+    down_to: float, identified: bool
+) -> None:
+    """As in a run that is stopped at its first step down: a set shows little near the top."""
+    run = press(World(cycles=1))
+    [(number, loading, unloading)] = run.tracks
+    assert unloading is not None
+    kept = unloading.force_n > down_to * float(loading.force_n.max())
+    parts = (unloading.time_s, unloading.force_n, unloading.travel_m, unloading.held)
+    begun = Track(*(part[kept] for part in parts))
+    found = weigh(replace(run, tracks=[(number, loading, begun)]))
+    assert (found.headline.verdict == "identified") == identified
+    assert identified or "an unloading that ends at" in found.headline.why[0]
+
+
 def test_a_secant_is_not_extrapolated() -> None:
     found = weigh(press(World(top_n=100.0, said={"secant_force_n": 300.0})))
     secant = found.quantities["secant_from_touch"]
@@ -325,6 +341,22 @@ def test_a_zero_of_force_that_moves_is_in_the_budget_and_one_that_is_not_known_i
     assert "force_zero" not in fired(moved)
     assert any("looked at twice in free air" in note for note in weigh(run).notes)
     assert not any("looked at twice in free air" in note for note in still.notes)
+
+
+def test_a_stated_drift_counts_where_the_zero_was_not_looked_at_again() -> None:
+    """It may be all that was read: then there is no stiffness."""
+    run = press(World())
+
+    def stated(drift_n_per_s: float, step_n: float | None = None) -> Evidence:
+        sources = replace(run.sources, zero_drift_n_per_s=drift_n_per_s)
+        return weigh(replace(run, sources=sources, zero_step_n=step_n))
+
+    assert line_of(stated(0.0), "zero of force") == 0.0
+    assert 0.0 < line_of(stated(0.01), "zero of force") < line_of(stated(0.1), "zero of force")
+    assert stated(0.01).headline.verdict == "identified"
+    assert "force_zero" in fired(stated(3.0))
+    assert stated(1e4).headline.verdict == "not identifiable"
+    assert line_of(stated(3.0, 0.0), "zero of force") == 0.0
 
 
 def test_a_loading_that_may_have_ended_for_what_it_showed_counts_as_two_looks() -> None:
