@@ -6,6 +6,7 @@ import os
 import random
 import signal
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,6 +55,34 @@ class Counted:
         time.sleep(self.takes_s)
         value = random.Random(f"{self.seed} {job.series} {job.index} {job.point}").random()
         return Drawn(job.series, job.index, value)
+
+
+@dataclass(frozen=True)
+class Deaf(Counted):
+    """Ctrl+C comes into job 2, which takes it for nothing."""
+
+    def run(self, job: Job, /) -> Drawn:
+        if job.index == 2:
+            with suppress(KeyboardInterrupt):
+                os.kill(os.getpid(), signal.SIGINT)
+        return super().run(job)
+
+
+@dataclass(frozen=True)
+class Interrupting(Counted):
+    """Job 9 sends Ctrl+C to the parent, `times` times; where that is twice it leaves a file `late`
+    unless it is killed soon."""
+
+    def run(self, job: Job, /) -> Drawn:
+        row = super().run(job)
+        if job.index == 9:
+            for _ in range(self.times):
+                os.kill(os.getppid(), signal.SIGINT)
+                time.sleep(0.5)
+            if self.times > 1:
+                time.sleep(10.0)
+                (self.traces / "late").touch()
+        return row
 
 
 @dataclass(frozen=True)

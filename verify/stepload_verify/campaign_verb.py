@@ -83,7 +83,8 @@ def campaign(
     if replay is not None:
         if len(layers) > 1:
             raise BadInputError("--replay shows one run", hint="give --ablate once")
-        _replay(work._replace(ablation="".join(layers)), replay, output)
+        with ctrl_c_said("interrupted: that run has no result"):
+            _replay(work._replace(ablation="".join(layers)), replay, output)
         return
     begun_s = time.monotonic()
     if parquet:
@@ -106,12 +107,21 @@ def _campaign(
 ) -> list[Result]:
     from stepload_verify.campaign.campaign import run_campaign
 
+    kept = f"the finished runs are in {out}; the same command goes on there"
+    with (
+        ctrl_c_said(kept if out else "interrupted; with --out it could go on"),
+        _bar(title) as show,
+    ):
+        return run_campaign(work, jobs, pool=pool, directory=out, on_progress=show)
+
+
+@contextmanager
+def ctrl_c_said(text: str) -> Iterator[None]:
+    """Ctrl+C ends the verb with this text."""
     try:
-        with _bar(title) as show:
-            return run_campaign(work, jobs, pool=pool, directory=out, on_progress=show)
+        yield
     except KeyboardInterrupt:
-        kept = f"the finished runs are in {out}; the same command goes on there"
-        print(kept if out else "interrupted; with --out it could go on", file=sys.stderr)
+        print(text, file=sys.stderr)
         raise typer.Exit(ExitCode.INTERRUPTED) from None
 
 

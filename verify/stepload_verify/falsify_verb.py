@@ -13,7 +13,7 @@ import typer
 
 from stepload.errors import BadInputError, ExitCode
 from stepload.results.terminal import AsJson, Output
-from stepload_verify.campaign_verb import ORDER
+from stepload_verify.campaign_verb import ORDER, ctrl_c_said
 
 if TYPE_CHECKING:
     from stepload_verify.campaign.scenario import Scenario
@@ -84,7 +84,8 @@ def falsify(
         without = Ablation(without).name
     what = Search(load_plan(plan), without)
     if replay is not None:
-        _replay(replay, shrink, what, output)
+        with ctrl_c_said("interrupted: that scene has no result"):
+            _replay(replay, shrink, what, output)
         return
     if shrink is not None:
         raise BadInputError("--shrink needs a scene", hint="give it with --replay FILE")
@@ -95,15 +96,15 @@ def falsify(
     if (least := FEWEST * len(where)) > trials:
         output.line(f"{least} runs, {FEWEST} in each of {len(where)} strata; fewer are no search")
     begun_s = time.monotonic()
-    try:
-        with _shown(trials) as show, open_pool(processes, scheduler) as pool:
-            hunts = search(
-                what, where, trials=trials, seed=seed, pool=pool, directory=out, on_progress=show
-            )
-    except KeyboardInterrupt:
-        kept = f"the finished trials are in {out}; the same command goes on there"
-        print(kept if out else "interrupted; with --out it could go on", file=sys.stderr)
-        raise typer.Exit(ExitCode.INTERRUPTED) from None
+    kept = f"the finished trials are in {out}; the same command goes on there"
+    with (
+        ctrl_c_said(kept if out else "interrupted; with --out it could go on"),
+        _shown(trials) as show,
+        open_pool(processes, scheduler) as pool,
+    ):
+        hunts = search(
+            what, where, trials=trials, seed=seed, pool=pool, directory=out, on_progress=show
+        )
     _report(hunts, time.monotonic() - begun_s, output)
 
 

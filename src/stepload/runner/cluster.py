@@ -43,6 +43,7 @@ class DaskPool:
         RefusedError: no scheduler answers there, or it has no workers.
     """
 
+    here = False
     _client: Any = None
 
     def __init__(self, address: str, patience_s: float = PATIENCE_S) -> None:

@@ -57,6 +57,12 @@ class Work(Protocol[JobIn, RowOut]):
 class Pool(Protocol):
     """What runs the batches: processes of this machine, or a cluster."""
 
+    @property
+    def here(self) -> bool:
+        """Whether this process does the work itself. Then a batch is one job: Ctrl+C ends the job
+        that it comes into, and those before it are kept."""
+        ...
+
     def finished(
         self, do: Callable[[PartT], DoneT], parts: Iterable[PartT]
     ) -> Generator[DoneT, None, None]:
@@ -104,9 +110,9 @@ def run_all(
         work: the common part of all jobs.
         jobs: the jobs.
         pool: the worker pool.
-        size: largest number of jobs in a batch, by default `BATCH`.
+        size: largest number of jobs in a batch, by default `BATCH`; 1 where the pool is here.
     """
-    yield from pool.finished(partial(run_batch, work, work.digest), _parts(jobs, size))
+    yield from pool.finished(partial(run_batch, work, work.digest), _parts(jobs, pool, size))
 
 
 def run_in_order(
@@ -116,7 +122,7 @@ def run_in_order(
     do = partial(_numbered, partial(run_batch, work, work.digest))
     early: dict[int, list[RowT]] = {}
     due = 0
-    with closing(pool.finished(do, enumerate(_parts(jobs, size)))) as batches:
+    with closing(pool.finished(do, enumerate(_parts(jobs, pool, size)))) as batches:
         for number, rows in batches:
             early[number] = rows
             while due in early:
@@ -128,8 +134,8 @@ def _numbered(do: Callable[[PartT], DoneT], part: tuple[int, PartT]) -> tuple[in
     return part[0], do(part[1])
 
 
-def _parts(jobs: Sequence[JobT], size: int | None) -> Iterator[Sequence[JobT]]:
-    start = 0
+def _parts(jobs: Sequence[JobT], pool: Pool, size: int | None) -> Iterator[Sequence[JobT]]:
+    size, start = 1 if pool.here else size, 0
     while start < len(jobs):
         count = max(1, min(size or BATCH, (len(jobs) - start) // TAIL))
         yield jobs[start : start + count]

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    Future,
+    ProcessPoolExecutor,
+    as_completed,
+    wait,
+)
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from multiprocessing import get_context
-from types import FrameType
 
+from stepload.runner.interrupts import interruptible
 from stepload.runner.jobs import DoneT, PartT
 from stepload.runner.losses import Losses
 from stepload.runner.threads import one_thread
@@ -21,6 +27,7 @@ from stepload.runner.threads import one_thread
 PARENT_POLL_S = 1.0
 AHEAD = 2
 """Pending batches for each worker, so that the next one is ready."""
+_log = logging.getLogger(__name__)
 
 
 def cores() -> int:
@@ -41,19 +48,26 @@ class LocalPool:
         self._processes = processes
         self._executor: ProcessPoolExecutor | None = None
 
+    @property
+    def here(self) -> bool:
+        """Whether the work is done in this process."""
+        return self._processes <= 1
+
     def finished(
         self, do: Callable[[PartT], DoneT], parts: Iterable[PartT]
     ) -> Generator[DoneT, None, None]:
         """Results of `do` for each part, once each, in order of completion.
 
-        Closing the generator (Ctrl+C) cancels pending parts.
+        Closing the generator cancels pending parts. At Ctrl+C the parts that are being done are
+        waited for and come too, before KeyboardInterrupt; here the part is given up. Another
+        Ctrl+C kills the processes.
 
         Raises:
             RefusedError: processes are killed again and again.
         """
-        if self._processes <= 1:
+        if self.here:
             for part in parts:
-                with _interrupts():
+                with interruptible():
                     result = do(part)
                 yield result
             return
@@ -78,9 +92,26 @@ class LocalPool:
                     pending.clear()
                     self._end()
                     losses.one("a process was lost")
+        except KeyboardInterrupt:
+            yield from self._last(pending)
+            raise
         finally:
             for future in pending:
                 future.cancel()
+
+    def _last(self, pending: Collection[Future[DoneT]]) -> Generator[DoneT, None, None]:
+        """Results of the parts that are being done; no other is begun."""
+        begun = [future for future in pending if not future.cancel()]
+        if begun:
+            _log.warning("waiting for what is being done; another Ctrl+C gives it up")
+        try:
+            for future in as_completed(begun):
+                if future.exception() is None:
+                    yield future.result()
+        except BaseException:
+            if self._executor is not None:
+                _kill(self._executor)
+            raise
 
     def _fill(
         self,
@@ -111,7 +142,11 @@ class LocalPool:
     def _end(self) -> None:
         executor, self._executor = self._executor, None
         if executor is not None:
-            executor.shutdown(wait=True, cancel_futures=True)
+            try:
+                executor.shutdown(wait=True, cancel_futures=True)
+            except KeyboardInterrupt:
+                _kill(executor)
+                raise
 
     def __enter__(self) -> LocalPool:
         return self
@@ -120,30 +155,10 @@ class LocalPool:
         self._end()
 
 
-@contextmanager
-def _interrupts() -> Iterator[None]:
-    """Ctrl+C ends the block with KeyboardInterrupt, even where the block has caught it.
-
-    A simulated run takes it for a fault and ends safely: its result is that of no job.
-    """
-    came = False
-    former = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(former):
-        yield
-        return
-
-    def note(number: int, frame: FrameType | None) -> None:
-        nonlocal came
-        came = True
-        former(number, frame)
-
-    signal.signal(signal.SIGINT, note)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, former)
-    if came:
-        raise KeyboardInterrupt
+def _kill(executor: ProcessPoolExecutor) -> None:
+    """Kill its processes, with what they do."""
+    for process in dict(executor._processes or {}).values():
+        process.kill()
 
 
 def quiet() -> None:

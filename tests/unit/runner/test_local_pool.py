@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import Iterator
 from contextlib import closing, suppress
+from itertools import chain
 from pathlib import Path
 
 import pytest
-from counted_work import Counted, Meeting, Threads, begun
+from counted_work import Counted, Deaf, Drawn, Interrupting, Meeting, Threads, begun
 
 from stepload.errors import RefusedError
+from stepload.runner.interrupts import interruptible
 from stepload.runner.jobs import TAIL, Job, run_all, run_batch, run_in_order
 from stepload.runner.local import LocalPool
 from stepload.runner.losses import MOST_IN_A_ROW
@@ -25,7 +28,7 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:
         with LocalPool(processes) as pool:
             batches = list(run_all(work, JOBS, pool, 4))
             again = list(run_in_order(work, JOBS, pool, 4))
-        assert max(len(batch) for batch in batches) == 31 // TAIL
+        assert max(len(batch) for batch in batches) == (1 if processes == 1 else 31 // TAIL)
         assert sorted(row for batch in batches for row in batch) == sorted(whole)
         assert [row for batch in again for row in batch] == whole
     assert whole != [Counted(6, tmp_path).run(job) for job in JOBS]
@@ -34,7 +37,8 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:
 
 def test_batches_become_smaller_towards_the_end_and_leave_nothing_out(tmp_path: Path) -> None:
     jobs = [Job("a", index) for index in range(100)]
-    batches = [len(batch) for batch in run_all(Counted(5, tmp_path), jobs, LocalPool(1), 5)]
+    with LocalPool(2) as pool:
+        batches = [len(batch) for batch in run_in_order(Counted(5, tmp_path), jobs, pool, 5)]
     assert sum(batches) == 100
     assert batches == sorted(batches, reverse=True)
     assert (batches[0], batches[-TAIL:]) == (5, [1] * TAIL)
@@ -46,21 +50,62 @@ def test_two_processes_work_at_the_same_time(tmp_path: Path) -> None:
     assert rows == [True, True]
 
 
-def test_a_job_that_ctrl_c_came_into_has_no_result_even_where_it_caught_it() -> None:
-    """As a simulated run, which ends by it as by a fault."""
+@pytest.fixture
+def hears_ctrl_c() -> Iterator[None]:
+    """Also where the tests run in the background, which ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    signal.signal(signal.SIGINT, before)
 
-    def run(job: int) -> int:
-        if job == 1:
-            with suppress(KeyboardInterrupt):
-                os.kill(os.getpid(), signal.SIGINT)
-        return job
 
-    before = signal.getsignal(signal.SIGINT)
-    results = LocalPool(1).finished(run, range(3))
-    assert next(results) == 0
+@pytest.mark.usefixtures("hears_ctrl_c")
+def test_a_job_that_ctrl_c_came_into_has_no_result_even_where_it_caught_it(tmp_path: Path) -> None:
+    """As a simulated run, which ends by it as by a fault; the jobs before it have theirs."""
+    rows: list[Drawn] = []
     with pytest.raises(KeyboardInterrupt):
-        next(results)
-    assert signal.getsignal(signal.SIGINT) is before
+        rows.extend(chain.from_iterable(run_all(Deaf(5, tmp_path), JOBS, LocalPool(1), 25)))
+    assert rows == [Counted(5, tmp_path).run(job) for job in JOBS[:2]]
+    assert not begun(tmp_path, 3)
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+def test_ctrl_c_counts_also_where_the_block_ends_by_another_error() -> None:
+    def deaf() -> None:
+        with suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+        raise RefusedError("no such run")
+
+    with pytest.raises(KeyboardInterrupt), interruptible():
+        deaf()
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+def test_at_ctrl_c_what_is_being_done_is_waited_for_and_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And no more of what is pending is begun."""
+    monkeypatch.setattr("stepload.runner.local.AHEAD", 50)
+    jobs = [Job("a", index) for index in range(400)]
+    for do in (run_all, run_in_order):
+        traces = tmp_path / do.__name__
+        traces.mkdir()
+        rows: list[Drawn] = []
+        pool = LocalPool(2)
+        batches = do(Interrupting(5, traces, takes_s=0.02), jobs, pool, 4)
+        with pool, pytest.raises(KeyboardInterrupt):
+            rows.extend(chain.from_iterable(batches))
+        done = {int(each.name.split("-")[0]) for each in traces.iterdir()}
+        assert {row.index for row in rows} == done
+        assert 12 <= len(rows) < 100
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+def test_a_second_ctrl_c_ends_at_once(tmp_path: Path) -> None:
+    with LocalPool(2) as pool, pytest.raises(KeyboardInterrupt):
+        list(run_all(Interrupting(5, tmp_path, times=2), JOBS, pool, 4))
+    assert begun(tmp_path, 9)
+    assert not list(tmp_path.glob("late"))
 
 
 def test_a_process_that_is_killed_loses_nothing_and_nothing_is_done_twice(tmp_path: Path) -> None:

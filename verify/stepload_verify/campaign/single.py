@@ -13,6 +13,7 @@ from stepload.errors import DeviceError
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase, TickRow
 from stepload.rig.world import SimulatedRig, WorldView, load_world
+from stepload.runner.interrupts import interruptible
 from stepload_verify.campaign.ablation import Ablation, ends_in_time
 from stepload_verify.campaign.incidents import FailingOperator, Killed, NullRecorder, install
 from stepload_verify.campaign.result import KILLED, NOT_OPENED, Result
@@ -35,7 +36,20 @@ def run_scenario(
 
     The true peak force is that of the whole time, also while and after the rig is made safe.
     `on_begin` is given the engine and the world before the run begins, `on_tick` every tick.
+
+    Raises:
+        KeyboardInterrupt: Ctrl+C came, which the engine took for a fault: there is no result.
     """
+    with interruptible():
+        return _run(scenario, ablation, on_tick, on_begin)
+
+
+def _run(
+    scenario: Scenario,
+    ablation: Ablation | None,
+    on_tick: Callable[[TickRow], None] | None,
+    on_begin: Callable[[Engine, WorldView], None] | None,
+) -> tuple[Result, RunOutcome | None]:
     rig = _world()(scenario.truth)
     clock = rig.clock
     try:

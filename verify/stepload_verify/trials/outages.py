@@ -32,6 +32,7 @@ from stepload.plan.model import DriverChoice, Plan
 from stepload.plan.shipped import plan_path
 from stepload.record.outcome import RunOutcome
 from stepload.record.rows import Phase
+from stepload.runner.interrupts import interruptible
 from stepload_verify.campaign.incidents import NullRecorder
 from stepload_verify.emulators.rig_process import RigProcess
 
@@ -184,10 +185,11 @@ def _spoiled(
             worker.start()
 
     with opened(envelope, dry_run=False) as devices:
-        outcome = run_loop(
-            Engine(envelope, Operator()), devices, NullRecorder(), on_progress=watch,
-            say=lambda text: lines.append((time.monotonic(), text)),
-        )  # fmt: skip
+        with interruptible():
+            outcome = run_loop(
+                Engine(envelope, Operator()), devices, NullRecorder(), on_progress=watch,
+                say=lambda text: lines.append((time.monotonic(), text)),
+            )  # fmt: skip
         if not before:
             raise RuntimeError(f"the run ended before it pressed: {outcome.why}")
         worker.join()

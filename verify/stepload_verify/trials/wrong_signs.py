@@ -28,6 +28,7 @@ from stepload.plan.load import load_plan
 from stepload.plan.model import ForceSpec, Plan, SecondForce, SecondForceSource
 from stepload.plan.shipped import plan_path
 from stepload.rig.world import WorldFault, load_world
+from stepload.runner.interrupts import interruptible
 from stepload_verify.campaign.incidents import NullRecorder
 
 MACHINES = {"stiff": "plastic-sphere", "soft": "ur5e-silicone-sphere"}
@@ -156,7 +157,8 @@ def run(case: Case) -> Found:
     for device in (rig.force, rig.second_force, rig.arm):
         if device is not None:
             device.open(1.0)
-    outcome = run_loop(Engine(envelope, Operator()), rig, NullRecorder())
+    with interruptible():
+        outcome = run_loop(Engine(envelope, Operator()), rig, NullRecorder())
     peak_n, cause = rig.world.true_peak_force_n, outcome.cause
     return Found(
         case,

@@ -11,6 +11,7 @@ import stepload
 from stepload.envelope.theory import theory_of
 from stepload.plan.model import Plan, Provenance
 from stepload.plan.mounting import Mounting
+from stepload.record.outcome import RunStatus
 
 COUPLING, SIGMA = 0.33, 0.03
 K_SIGMA = 0.02
@@ -64,6 +65,8 @@ def _plan(plan: Plan, friction: float, tilt_deg: float, askew_deg: float) -> Pla
 
 def _row(run: stepload.Run, plan: Plan, friction: float, tilt_deg: float, askew_deg: float) -> Row:
     assert run.results is not None
+    if run.results["status"] == RunStatus.INTERRUPTED:
+        raise KeyboardInterrupt
     chord, law = run.results["headline"], theory_of(plan.payload).law
     span_n = chord["to_n"] - chord["from_n"]
     truth = span_n / (law.deformation(chord["to_n"]) - law.deformation(chord["from_n"]))

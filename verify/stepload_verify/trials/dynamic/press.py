@@ -29,6 +29,7 @@ from stepload.results.pressed import pressed
 from stepload.results.saved import saved_run
 from stepload.results.wishes import Wishes
 from stepload.rig.world import PayloadTruth
+from stepload.runner.interrupts import interruptible
 from stepload.session import files
 from stepload_verify.trials.dynamic.plans import Draft, draw, envelope_in
 from stepload_verify.trials.dynamic.worlds import ALL
@@ -123,7 +124,8 @@ def judged(world: str, seed: int, quick: bool = False, keep: Path | None = None)
         payload = world_for(envelope).payload
         answers: Mapping[str, Answer] = {}
         problem, broken = "", False
-        outcome, peak_n, record = run(envelope, directory)
+        with interruptible():
+            outcome, peak_n, record = run(envelope, directory)
         try:
             answers = answered(record, quick)
         except SteploadError as refusal:

@@ -1,0 +1,35 @@
+"""Ctrl+C into work that may take it for something else."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Ctrl+C ends the block with KeyboardInterrupt, however the block itself ends.
+
+    A simulated run takes it for a fault and ends safely: its result is that of no run.
+    """
+    came = False
+    former = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(former):
+        yield
+        return
+
+    def note(number: int, frame: FrameType | None) -> None:
+        nonlocal came
+        came = True
+        former(number, frame)
+
+    try:
+        signal.signal(signal.SIGINT, note)
+        yield
+    finally:
+        signal.signal(signal.SIGINT, former)
+        if came:
+            raise KeyboardInterrupt
