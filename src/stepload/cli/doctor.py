@@ -36,7 +36,7 @@ def doctor(
     """Examine a plan's rig: data, disk, clocks, that stop really stops. Exit 0: sound; 4: not.
 
     Needs free air: the arm moves up to 2 mm away from the plate, at up to 4 mm/s, and back. With
-    --against-spring it also runs the plan's approach and presses up to 40 % of its top force.
+    --against-spring it also runs the plan's approach and presses up to its top force.
 
     Example: stepload doctor procedures/plastic-sphere.yaml --dry-run
     """

@@ -247,23 +247,25 @@ def compare(
     if on and out is None:
         raise BadInputError("--pdf without --out", hint="name a directory for the report: --out")
     given = None
-    if curve is None and (curve_modulus or curve_plate):
+    if curve is None and (curve_modulus is not None or curve_plate is not None):
         raise BadInputError("a modulus of the curve, and no --curve")
-    if curve_modulus and curve_plate:
+    if None not in (curve_modulus, curve_plate):
         raise BadInputError("--curve-modulus and --curve-plate: give one of them")
     if curve is not None:
         given = CurveGiven(
             deformation_curve(read_curve(curve)),
-            modulus_pa=parse_quantity(curve_modulus, "Pa") if curve_modulus else None,
-            plate_pa=_plate_modulus(curve_plate) if curve_plate else None,
+            modulus_pa=parse_quantity(curve_modulus, "Pa") if curve_modulus is not None else None,
+            plate_pa=_plate_modulus(curve_plate) if curve_plate is not None else None,
         )
+    at_n = parse_quantity(secant_force, "N") if secant_force is not None else None
+    matters = parse_quantity(tolerance, "%") if tolerance is not None else None
     groups = _groups(runs)
     found = compare_runs(
         [saved_run(path) for group in groups for path in group],
-        secant_force_n=parse_quantity(secant_force, "N") if secant_force else None,
+        secant_force_n=at_n,
         given=given,
         sizes=[len(group) for group in groups] if len(groups) > 1 else None,
-        tolerance=parse_quantity(tolerance, "%") if tolerance else None,
+        tolerance=matters,
     )
     document, data = comparison_document(found), comparison_data(found)
     output.show(document)

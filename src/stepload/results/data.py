@@ -12,12 +12,12 @@ from stepload.evidence.identification import Identification
 from stepload.record.outcome import RunOutcome
 from stepload.results import fields
 from stepload.results.about import about
-from stepload.results.analyse import Evaluation, beyond_theory
+from stepload.results.analyse import Evaluation
 from stepload.results.extras import extras_data
 from stepload.results.model import data
 from stepload.results.press_data import PressData
 from stepload.results.quality import quality_data
-from stepload.results.remarks import alive, levels, remarks
+from stepload.results.reasons import reasons_of
 from stepload.results.until import loaded
 
 
@@ -137,16 +137,10 @@ def run_data(run: Evaluation) -> dict[str, Any]:
         made["verdict"] = "system stiffness measured"
     if run.run_in is not None:
         made["run_in"] = _run_in_data(run.run_in)
-    reasons = [*filter(None, [run.problem]), *made["reasons"]]
-    events = run.recording.events
-    if (told_until := loaded(events, run.identification)) is not None:
-        made["until"] = told_until
-        reasons.append(told_until.text)
-    if run.data is not None:
-        reasons += [*remarks(run.data), *alive(events), *levels(events), *beyond_theory(run)]
+    if (until := loaded(run.recording.events, run.identification)) is not None:
+        made["until"] = until
     if run.extras is not None:
         made |= extras_data(run.extras)
     if resumed := run.recording.metadata.get("resumed"):
         made["resumed"] = resumed
-        reasons.append(resumed)
-    return made | {"reasons": reasons}
+    return made | {"reasons": [*filter(None, [run.problem]), *reasons_of(run)]}

@@ -166,11 +166,11 @@ def source_of(stiffness: SystemStiffness, day: date | None) -> str:
 
 
 def _age(days: int) -> str:
-    if days < 0:
-        return f"{-days} days after the run"
     if days == 0:
         return "on the day of the run"
-    return f"{days} day{'s' if days > 1 else ''} before the run"
+    number = abs(days)
+    when = "before" if days > 0 else "after"
+    return f"{number} day{'s' if number > 1 else ''} {when} the run"
 
 
 def _pm(value: float, sigma: float | None, unit: str) -> str:

@@ -37,7 +37,7 @@ def provenance_table(metadata: Mapping[str, str]) -> Table:
         ("evaluated by", _evaluated_by()),
         *(
             (f"{role.replace('_', ' ')}", metadata[role])
-            for role in ("arm", "force_sensor", "second_force_sensor", "displacement")
+            for role in ("arm", "force_sensor", "second_force_sensor", "displacement_sensor")
             if metadata.get(role)
         ),
         ("calibration of K_s", metadata.get("calibration", "")),

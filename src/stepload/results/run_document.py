@@ -7,7 +7,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from stepload.envelope.reason import Severity
 from stepload.errors import BadInputError
 from stepload.estimators.judge import ResultVerdict
 from stepload.estimators.system import SystemStiffnessFit
@@ -15,7 +14,7 @@ from stepload.evidence.identification import Identification
 from stepload.record.outcome import RunStatus
 from stepload.record.reader import Recording
 from stepload.results import fields
-from stepload.results.analyse import Evaluation, beyond_theory
+from stepload.results.analyse import Evaluation
 from stepload.results.certificate import run_certificate
 from stepload.results.conditions import planned
 from stepload.results.course_tables import (
@@ -39,7 +38,7 @@ from stepload.results.level_tables import TOUCH, hold_table
 from stepload.results.levels import Level, levels_of
 from stepload.results.model import Card, Document, Mood, Table, Verdict, interval, table
 from stepload.results.provenance import provenance_table
-from stepload.results.remarks import alive, levels, remarks, sideways
+from stepload.results.reasons import reasons_of
 from stepload.results.run_figures import figures_of, law_figure
 from stepload.results.snippets import SIMULATORS, snippet, spring_of
 from stepload.results.until import levels_to_load, loaded, until_table
@@ -110,27 +109,9 @@ def levels_of_run(run: Evaluation) -> tuple[Level, ...]:
 
 
 def _reasons(run: Evaluation) -> list[str]:
-    """All remarks on the result, doubts first."""
-    found = run.identification
-    told = run.envelope.reasons
-    reasons = [f"preflight: {each.message}" for each in told if each.severity == Severity.REFUSE]
-    reasons += found.judgement.reasons if found is not None else ()
-    if (until := loaded(run.recording.events, found)) is not None:
-        reasons.append(until.text)
-    reasons += [f"preflight: {each.message}" for each in told if each.severity == Severity.WARN]
-    if run.data is not None:
-        reasons += [
-            *remarks(run.data),
-            *alive(run.recording.events),
-            *levels(run.recording.events),
-            *sideways(run.recording.events),
-            *beyond_theory(run),
-        ]
-    if run.problem and run.problem != _verdict(run).text:
-        reasons.append(run.problem)
-    if resumed := run.recording.metadata.get("resumed"):
-        reasons.append(resumed)
-    return reasons
+    """All remarks on the result, and the problem where the verdict does not say it."""
+    untold = run.problem and run.problem != _verdict(run).text
+    return [*reasons_of(run), *([run.problem] if untold else ())]
 
 
 def _tables(run: Evaluation, holds: Sequence[Level], system: Table | None) -> list[Table]:

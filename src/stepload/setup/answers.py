@@ -148,6 +148,9 @@ def check(question: Question, answer: str) -> None:
         for word in answer.split(SEPARATOR):
             if word and "=" not in word:
                 raise BadInputError(f"{word!r} is no KEY=VALUE", hint="port=/dev/ttyUSB0")
+        keys = [word.partition("=")[0].strip() for word in answer.split(SEPARATOR) if word]
+        if twice := next((key for key in keys if keys.count(key) > 1), None):
+            raise BadInputError(f"{twice} is given twice", hint="keep one of the two")
     elif not answer.strip() and question.default != "":
         raise BadInputError("an empty answer", hint=question.text)
     elif question.check is not None:
@@ -182,11 +185,7 @@ def _answer(question: Question, node: Node) -> tuple[str, Problem | None]:
         place, what, hint = wrong
         return "", place.problem(f"{question.name}: {what}", hint)
     if isinstance(node, Tree) and question.many:
-        words = list(_words(node, ""))
-        keys = [word.partition("=")[0] for word in words]
-        if twice := next((key for key in keys if keys.count(key) > 1), None):
-            return "", node.place.problem(f"{question.name}: {twice} is given twice", "keep one")
-        answer = SEPARATOR.join(words)
+        answer = SEPARATOR.join(_words(node, ""))
     elif isinstance(node, Scalar):
         answer = _spelled(node)
     elif isinstance(node, Items) and not question.many:
@@ -246,14 +245,14 @@ def from_flags(words: Sequence[str]) -> dict[str, str]:
             if not rest:
                 raise BadInputError(f"{flag}: its answer is missing", hint=question.text)
             answer = rest.pop(0)
-        try:
-            check(question, answer)
-        except BadInputError as error:
-            raise BadInputError(f"{flag}: {error.message}", hint=error.hint) from None
         before = answers.get(question.name)
         if before is not None and not question.many:
             raise BadInputError(f"{flag} is given twice", hint="keep one of the two")
         joined = f"{before}{SEPARATOR}{answer}" if before and question.many else answer
+        try:
+            check(question, joined)
+        except BadInputError as error:
+            raise BadInputError(f"{flag}: {error.message}", hint=error.hint) from None
         answers[question.name] = joined
     return answers
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,7 @@ from stepload.engine.open_rig import OpenRig, opened
 from stepload.engine.operator import Operator
 from stepload.engine.undisturbed import undisturbed
 from stepload.envelope.envelope import Envelope
-from stepload.errors import DeviceError
+from stepload.errors import BadInputError, DeviceError
 from stepload.plan.model import ArmSpec, DisplacementSpec, ForceSpec, Plan
 from stepload.rig.usb import MAX_LATENCY_MS, USB_SERIAL, latency_timer_ms
 from stepload.setup import host, motion, spring, streams
@@ -21,6 +22,8 @@ from stepload.units import format_quantity
 
 Tell = Callable[[Line], None]
 SAFE_S = 3.0
+LEAST_WATCH_S = 0.5
+"""Below this a rate, a noise or a lateness says nothing."""
 NEEDED_TO_MOVE = (
     "arm: data", "arm: status", "arm: longest age", "arm: held", "arm: stop", "arm: watchdog",
 )  # fmt: skip
@@ -116,7 +119,7 @@ def _data(exam: _Examination, seen: Watched, seconds: float) -> None:
             continue
         exam.add(*streams.check_stream(name, spec, seen, seconds))
         exam.add(*(dead := list(check_alive(name, spec, seen, rig))))
-        if dead or len(seen.samples[name]) < 3:
+        if dead or streams.no_data(seen.samples[name], seconds):
             continue  # the noise of a frozen sensor is no figure for the rig
         if name == "arm":
             lines, found = streams.check_arm(plan, seen)
@@ -223,7 +226,16 @@ def examine(
         against_spring: T is measured in contact, by the plan's own run with small steps.
         tell: is given every line as soon as it is known.
         operator: where stop requests come in, for `against_spring`.
+
+    Raises:
+        BadInputError: `seconds` is no time, or too short; nothing is opened.
     """
+    if not LEAST_WATCH_S <= seconds < math.inf:
+        raise BadInputError(
+            f"the data at rest cannot be watched for {seconds:g} s: at least {LEAST_WATCH_S:g} s"
+            " are needed",
+            hint="give another --seconds, such as 10",
+        )
     plan = envelope.plan
     exam = _Examination(envelope, tell)
     stage = "open"

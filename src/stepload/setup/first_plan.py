@@ -21,12 +21,15 @@ from stepload.setup.answers import Answers
 from stepload.setup.flat import Value, below, flat, quoted, written
 from stepload.setup.plan_notes import NOTES, offered
 from stepload.setup.presets import UNKNOWN
-from stepload.units import format_quantity
+from stepload.setup.questions import QUESTIONS
+from stepload.units import format_quantity, parse_quantity
 
 SHARE = 0.9
 STEPS = 6
 TOUCHES_N = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 70.0, 100.0)
 YOU = "stated"
+FORCES = ("procedure.top_force", "procedure.step", "procedure.levels")
+"""Keys by which a person may state the forces; only what they leave open is chosen here."""
 
 
 def materials() -> dict[str, dict[str, Value]]:
@@ -69,10 +72,13 @@ def _unknown(answers: Answers) -> dict[str, Value]:
 
 
 def plan_values(answers: Answers, home: Path) -> dict[str, Value]:
-    """The payload and the place of its plan, without forces.
+    """The payload, the place of its plan, and the keys of the procedure that a person states.
 
     Args:
         home: directory that files among the answers are sought from.
+
+    Raises:
+        BadInputError: an answer cannot be used, or one thing is stated in two answers.
     """
     values = {"stepload": Value("1", "")}
     if file := answers.text("payload"):
@@ -99,19 +105,38 @@ def plan_values(answers: Answers, home: Path) -> dict[str, Value]:
         answer = answers.text(key)
         values[f"procedure.{key}"] = Value(answer, answers.origin(key))
     more = answers.words("procedure")
+    for key in ("top_force", "surface_distance", "surface_uncertainty"):
+        if key in more and (key in answers.given or answers.origin(key) == YOU):
+            raise BadInputError(
+                f"{key} is given twice: by {QUESTIONS[key].flag} and as a key of the procedure",
+                hint="keep one of the two",
+            )
     return values | {f"procedure.{key}": Value(text, YOU) for key, text in more.items()}
 
 
 def with_forces(
     values: Mapping[str, Value], rig: str, top_n: float, steps: int, origin: str
 ) -> dict[str, Value]:
-    """The values with the rig they are for, and with load steps up to `top_n`."""
+    """The values with the rig they are for, and with load steps up to `top_n`.
+
+    Forces among the values stand as they are.
+    """
     forces = {
         "procedure.step": Value(format_quantity(top_n / steps, "N"), f"top_force / {steps}"),
         "procedure.top_force": Value(format_quantity(top_n, "N"), origin),
     }
+    if "procedure.levels" in values:
+        del forces["procedure.step"]
     what = {key: value for key, value in values.items() if not key.startswith("procedure.")}
-    return {**what, "rig": Value(quoted(rig), ""), **values, **forces}
+    chosen = {key: value for key, value in forces.items() if key not in values}
+    return {**what, "rig": Value(quoted(rig), ""), **values, **chosen}
+
+
+def _stated_n(text: str) -> float:
+    try:
+        return parse_quantity(text, "N")
+    except BadInputError as error:
+        raise BadInputError(f"top_force {text!r}: {error.message}", hint=error.hint) from None
 
 
 def envelope_here(
@@ -149,8 +174,9 @@ def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
         RefusedError: preflight refuses it, with its reasons.
     """
     values = plan_values(answers, path.parent)
-    asked, steps = answers.text("top_force"), STEPS
-    if asked == "most":
+    stated = values.get("procedure.top_force")
+    asked = answers.text("top_force") if stated is None else stated.text
+    if asked == "most" and stated is None:
         tried, lightest, _ = _lightest(values, rig, path, let_through=False)
         largest_n = tried.largest_safe_force_n
         top_n = float(f"{SHARE * largest_n:.2g}")
@@ -158,8 +184,8 @@ def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
             raise refusal(envelope_here(lightest, path))
         origin = f"nine tenths of the largest safe force, {format_quantity(largest_n, 'N')}"
     else:
-        top_n, origin = answers.quantity("top_force", "N"), YOU
-    plan = with_forces(values, rig, top_n, steps, origin)
+        top_n, origin = _stated_n(asked), YOU
+    plan = with_forces(values, rig, top_n, STEPS, origin)
     envelope = envelope_here(plan, path)
     if envelope.verdict is PlanVerdict.REFUSED:
         raise refusal(envelope)
@@ -191,11 +217,13 @@ def _lightest(
 ) -> tuple[Envelope, dict[str, Value], float]:
     """The valid plan of least force; with `let_through` the least not refused, else the strongest.
 
-    Remedies take most of the time: they are tried for what `let_through` finds alone.
+    Forces that the values state do not count here. Remedies take most of the time: they are tried
+    for what `let_through` finds alone.
 
     Raises:
         PlanError: none makes a plan.
     """
+    values = {key: value for key, value in values.items() if key not in FORCES}
     problem: PlanError | None = None
     last: tuple[Envelope, dict[str, Value], float] | None = None
     for top_n in TOUCHES_N:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -49,14 +49,22 @@ def at_rest(time_s: FloatArray, values: FloatArray) -> AtRest:
     return AtRest(mean, noise, slope, noise / math.sqrt(float(t @ t)))
 
 
+def no_data(samples: Sequence[Any], seconds: float) -> str:
+    """Why nothing can be said from these samples; "" where something can."""
+    if len(samples) < 3:
+        return f"only {len(samples)} samples in {seconds:g} s"
+    if samples[-1].receive_time_s <= samples[0].receive_time_s:
+        return f"all {len(samples)} samples came at one moment of {seconds:g} s: one burst"
+    return ""
+
+
 def check_stream(
     name: str, spec: ForceSpec | ArmSpec | DisplacementSpec, seen: Watched, seconds: float
 ) -> Iterator[Line]:
     """Rate, losses, age and clock of one stream."""
     samples = seen.samples[name]
-    if len(samples) < 3:
-        yield Line(f"{name}: data", Mark.FAIL, len(samples), 3.0, "",
-                   f"only {len(samples)} samples in {seconds:g} s",
+    if why := no_data(samples, seconds):
+        yield Line(f"{name}: data", Mark.FAIL, len(samples), 3.0, "", why,
                    "check power and cable")  # fmt: skip
         return
     receive_s = np.array([sample.receive_time_s for sample in samples])

@@ -249,7 +249,19 @@ def test_the_age_of_the_system_stiffness(envelope: Envelope) -> None:
     whole = "valid until 2026-09-01"
     assert whole in told
     assert "2 days after the run" in source_of(stiffness, date(2026, 2, 27))
+    assert "1 day after the run" in source_of(stiffness, date(2026, 2, 28))
+    assert "1 day before the run" in source_of(stiffness, date(2026, 3, 2))
     assert "on the day of the run" in source_of(stiffness, date(2026, 3, 1))
+
+
+def test_the_provenance_names_every_device(envelope: Envelope) -> None:
+    devices = {
+        "arm": "axis: A 7", "force_sensor": "cell: S2 3", "second_force_sensor": "cell: S2 4",
+        "displacement_sensor": "gauge: G 5",
+    }  # fmt: skip
+    rows = rows_of(run_document(evaluated(envelope, pressed(6), **devices)), TITLE)
+    for role, device in devices.items():
+        assert rows[role.replace("_", " ")] == [device]
 
 
 def test_a_system_stiffness_that_is_not_the_plans_is_not_told_as_the_plans(

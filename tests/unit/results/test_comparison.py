@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import pytest
 
+from stepload.cli.results import compare as compare_verb
 from stepload.errors import BadInputError, DomainError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.difference import Agreement, difference
@@ -393,3 +394,10 @@ def test_what_friction_does_to_an_arm_stands_between_its_run_and_a_curve() -> No
     assert found.curve[0].half_width > 3.0 * guided.half_width
     assert found.curve[0].verdict is Agreement.CANNOT_TELL
     assert any("do not count what friction does to an arm" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("key", ["secant_force", "tolerance", "curve_modulus", "curve_plate"])
+def test_an_empty_wish_is_refused(key: str) -> None:
+    wish = cast(Any, {key: ""})
+    with pytest.raises(BadInputError, match=r"no --curve|is not a number with a unit"):
+        compare_verb([Path("a"), Path("b")], **wish)

@@ -10,7 +10,7 @@ import pytest
 from run_plans import stvf_plan
 
 from stepload.envelope.envelope import envelope_of
-from stepload.errors import DeviceError
+from stepload.errors import BadInputError, DeviceError
 from stepload.rig.faults import Fault, FaultCode
 from stepload.rig.samples import ArmSample, ForceSample
 from stepload.setup import checkup, host, motion, spring
@@ -72,8 +72,8 @@ class Bench:
         return self.line(what.replace("check_", "arm: "))
 
     def examine(self, **how):
-        how = {"still": False, "against_spring": False, **how}
-        return checkup.examine(ENVELOPE, dry_run=False, seconds=1.0, tell=lambda line: None, **how)
+        how = {"still": False, "against_spring": False, "seconds": 1.0, **how}
+        return checkup.examine(ENVELOPE, dry_run=False, tell=lambda line: None, **how)
 
 
 def test_a_sound_rig_is_moved_and_told_to_stop(monkeypatch):
@@ -173,6 +173,25 @@ def test_what_a_frozen_sensor_shows_is_not_offered():
     frozen = figures_of(lambda i: 0.1 * (i % 5) if i < 500 else 3.0)
     assert ("force", "noise") not in frozen
     assert ("force", "drift") not in frozen
+
+
+def test_of_a_burst_at_one_moment_nothing_is_offered():
+    seen = seen_of(lambda i: 0.1 * (i % 5))
+    for samples in seen.samples.values():
+        samples[:] = [each._replace(receive_time_s=7.0) for each in samples]
+    exam = checkup._Examination(ENVELOPE, lambda line: None)
+    checkup._data(exam, seen, 1.0)
+    assert exam.failed("force: data")
+    assert exam.failed("arm: data")
+    assert exam.figures == {}
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, 0.49, math.nan, math.inf])
+def test_nothing_is_opened_for_a_time_that_is_none(monkeypatch, seconds):
+    bench = Bench(monkeypatch)
+    with pytest.raises(BadInputError, match="at least"):
+        bench.examine(seconds=seconds)
+    assert bench.done == []
 
 
 @pytest.mark.parametrize("value", [0.0, math.nan])

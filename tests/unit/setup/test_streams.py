@@ -49,6 +49,14 @@ def test_two_samples_are_no_data():
     assert mark_of("data", number=2) is Mark.FAIL
 
 
+def test_a_burst_at_one_moment_is_no_data():
+    seen = seen_of(number=50)
+    seen.samples["force"] = [each._replace(receive_time_s=7.0) for each in seen.samples["force"]]
+    [line] = check_stream("force", SPEC, seen, SECONDS)
+    assert (line.name, line.mark) == ("force: data", Mark.FAIL)
+    assert "all 50 samples came at one moment" in line.message
+
+
 @pytest.mark.parametrize(
     ("rate", "mark"), [(1.01, Mark.OK), (0.95, Mark.WARN), (0.85, Mark.FAIL), (1.2, Mark.FAIL)]
 )

@@ -9,7 +9,8 @@ import pytest
 import yaml
 from bench_fakes import Hands, Rig
 
-from stepload.errors import RefusedError
+from stepload.errors import BadInputError, RefusedError
+from stepload.plan.problems import PlanError
 from stepload.setup.answers import Answers
 from stepload.setup.first_plan import first_plan, touch_plan
 from stepload.setup.presets import preset
@@ -26,6 +27,56 @@ def test_most_is_nine_tenths_of_what_preflight_allows(tmp_path: Path) -> None:
     assert found is not None
     top_n, largest_n = (parse_quantity(shown, "N") for shown in found.groups())
     assert top_n == pytest.approx(0.9 * largest_n, rel=0.05)
+
+
+def procedure_of(text: str) -> dict[str, object]:
+    found: dict[str, object] = yaml.safe_load(text)["procedure"]
+    return found
+
+
+def test_the_forces_that_a_person_states_stand(tmp_path: Path) -> None:
+    path = tmp_path / "plan.yaml"
+    both = answers(procedure="top_force=300 N\nstep=30.25 N")
+    text, envelope = first_plan(both, "stvf", path)
+    assert "top_force: 300 N # stated" in text
+    assert "step: 30.25 N # stated" in text
+    assert envelope.plan.procedure.levels_n[:2] == (30.25, 60.5)
+    top, _ = first_plan(answers(procedure="top_force=300 N"), "stvf", path)
+    assert procedure_of(top)["step"] == "50 N"
+    step, _ = first_plan(answers(procedure="step=40 N"), "stvf", path)
+    assert procedure_of(step)["top_force"] == "400 N"
+    assert procedure_of(step)["step"] == "40 N"
+    levels = answers(top_force="300 N", procedure="levels=[100 N, 200 N, 300 N]")
+    assert "step" not in procedure_of(first_plan(levels, "stvf", path)[0])
+
+
+def test_preflight_judges_the_forces_that_a_person_states(tmp_path: Path) -> None:
+    for stated, error, why in (
+        ("top_force=900 N", RefusedError, "top force 900 N is above the largest safe"),
+        ("step=500 N", PlanError, "top force 400 N is below one step of 500 N"),
+        ("top_force=most", BadInputError, "top_force 'most'"),
+    ):
+        with pytest.raises(error, match=why):
+            first_plan(answers(procedure=stated), "stvf", tmp_path / "plan.yaml")
+
+
+@pytest.mark.parametrize("key", ["top_force", "surface_distance"])
+def test_a_thing_is_stated_in_one_answer(tmp_path: Path, key: str) -> None:
+    unit = "N" if key == "top_force" else "mm"
+    given = {key: f"200 {unit}", "procedure": f"{key}=300 {unit}"}
+    with pytest.raises(BadInputError, match=f"{key} is given twice"):
+        first_plan(answers(**given), "stvf", tmp_path / "plan.yaml")
+    kept = answers(procedure=given["procedure"])
+    kept.kept[key] = given[key]
+    with pytest.raises(BadInputError, match=f"{key} is given twice"):
+        first_plan(kept, "stvf", tmp_path / "plan.yaml")
+
+
+def test_a_touch_is_the_lightest_whatever_forces_are_stated(tmp_path: Path) -> None:
+    path = tmp_path / "plan.yaml"
+    light, _ = touch_plan(answers(), "stvf", path)
+    stated = answers(procedure="top_force=300 N\nlevels=[100 N, 300 N]")
+    assert touch_plan(stated, "stvf", path)[0] == light
 
 
 def test_a_touch_is_one_light_cycle_whatever_the_plan_says(tmp_path: Path) -> None:

@@ -1,0 +1,27 @@
+"""What the reader of a run's result must know, the same sentences for page and program."""
+
+from __future__ import annotations
+
+from stepload.envelope.reason import Severity
+from stepload.results.analyse import Evaluation, beyond_theory
+from stepload.results.remarks import alive, levels, remarks, sideways
+from stepload.results.until import loaded
+
+
+def reasons_of(run: Evaluation) -> list[str]:
+    """All remarks on the result but the problem that left it out, doubts first."""
+    found, events = run.identification, run.recording.events
+    told = run.envelope.reasons
+    reasons = [f"preflight: {each.message}" for each in told if each.severity == Severity.REFUSE]
+    reasons += found.judgement.reasons if found is not None else ()
+    if (until := loaded(events, found)) is not None:
+        reasons.append(until.text)
+    reasons += [f"preflight: {each.message}" for each in told if each.severity == Severity.WARN]
+    if run.data is not None:
+        reasons += [
+            *remarks(run.data), *alive(events), *levels(events), *sideways(events),
+            *beyond_theory(run),
+        ]  # fmt: skip
+    if resumed := run.recording.metadata.get("resumed"):
+        reasons.append(resumed)
+    return reasons
