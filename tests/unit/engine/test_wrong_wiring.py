@@ -115,6 +115,23 @@ def test_a_force_across_the_axis_that_is_no_number_is_a_fault(axis: int, bad: fl
     assert supervisor.force.smooth_across_n == 0.0
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_force_that_grows_across_the_axis_in_the_approach_is_of_a_wrong_axis(axis: int) -> None:
+    limits = limits_for(stvf_plan(), F_C)
+    supervisor = Supervisor(limits, "+fz", found=all_but_r12)
+    wrench = [0.0] * 6
+    supervisor.force.take([_sample(0, wrench)], 0.0)
+    supervisor.tare(0.0, 0.0)
+    found = None
+    for tick in range(1, 2000):
+        wrench[axis] = min(0.01 * tick, 3.0) * limits.touch_force_n
+        supervisor.force.take([_sample(tick, wrench)], 1e-3 * tick)
+        found = found or supervisor._judge_force(0.0, 0.0, int(Phase.GUARDED_APPROACH))
+    assert found is not None
+    assert found.rule == "R11"
+    assert "names the wrong axis" in found.message
+
+
 def test_noise_across_the_axis_is_no_wrong_axis() -> None:
     plan = replace(stvf_plan(), rig=replace(stvf_plan().rig, second_force=ALONE))
     limits, chance = limits_for(plan, F_C), Random(4)
