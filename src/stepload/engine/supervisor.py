@@ -405,7 +405,9 @@ class Supervisor:
     def _judge_cross_check(self, force_n: float, smooth_n: float) -> Breach | None:
         """R5: the channels differ by more than the plan allows, for longer than it allows.
 
-        While the target moves away, which is safe, the count rests.
+        A tick in which they agree takes back one in which they did not, no more: noise, or a
+        loose contact, that lets them agree now and then does not hide what is wrong most of the
+        time. While the target moves away, which is safe, the count rests.
         """
         limits = self._limits
         raw_n = self.arm.force_n if self.second is None else self.second.raw_n
@@ -414,7 +416,7 @@ class Supervisor:
         difference_n = self._cross.difference_n
         tolerance_n = limits.cross_tolerance_n + limits.cross_relative * abs(smooth_n)
         if -tolerance_n <= difference_n <= tolerance_n:
-            self._cross_s = 0.0
+            self._cross_s = max(0.0, self._cross_s - limits.period_s)
             return None
         if self.motion.speed_m_s < 0.0:
             return None

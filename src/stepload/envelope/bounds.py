@@ -95,6 +95,36 @@ def channel_skew_s(rig: Rig) -> float:
     return delay_s + comparison_period_s(rig) + 2.0 / rig.arm.rate_hz
 
 
+def cross_blind_n(rig: Rig, noise_n: float) -> float:
+    """How far in N beyond the tolerance of R5 noise may hide a difference of the channels.
+
+    R5 compares the ranges of filtered readings over the skew, less a standard deviation of their
+    noise (`engine.cross_check`). N readings of a standard deviation σ reach σ·sqrt(2 ln N) from
+    their middle at the most, on average; what of that is not taken off widens the ranges.
+
+    Args:
+        rig: with a second force channel.
+        noise_n: standard deviation of a reading of the main channel.
+    """
+    second = rig.second_force
+    second_hz = second.sensor.rate_hz if second.sensor else rig.arm.rate_hz
+    tick_s, skew_s = 1.0 / rig.arm.rate_hz, channel_skew_s(rig)
+    blind_n = 0.0
+    for reading_n, rate_hz in ((noise_n, rig.force.rate_hz), (second.noise_n, second_hz)):
+        period_s = max(tick_s, 1.0 / rate_hz)
+        readings = 1 + math.ceil(skew_s / period_s - 1e-9)
+        left = _filtered(-math.expm1(-period_s / CROSS_CHECK_FILTER_S))
+        taken_off = _filtered(min(1.0, tick_s / CROSS_CHECK_FILTER_S))
+        reach = math.sqrt(2.0 * math.log(readings))
+        blind_n += reading_n * max(0.0, reach * left - taken_off)
+    return blind_n
+
+
+def _filtered(alpha: float) -> float:
+    """Share of white noise that a filter leaves which takes this share of each reading."""
+    return math.sqrt(alpha / (2.0 - alpha))
+
+
 def follow_travel(arm: ArmSpec) -> float:
     """Travel in m that an arm must be given before it can be seen whether it follows."""
     return 2.0 * arm.position_resolution_m + 4.0 * arm.position_noise_m + arm.lost_motion_m

@@ -67,7 +67,7 @@ def force_limits(
     dragged = f" x {left:.3g} left where it is dragged sideways" if left < 1.0 else ""
     arithmetic = (
         f"({elastic_limit_n:.4g} N of F_c{dragged} x (1 - {common_relative:.3g} in common)"
-        f" - {bias_n:.3g} N drift of the zero - {tolerance_n:.3g} N tolerance)"
+        f" - {bias_n:.3g} N drift of the zero - {tolerance_n:.3g} N tolerance and noise of R5)"
         f" / (1 + {tolerance_relative:.3g}), at most {capacity_n:.4g} N capacity,"
         f" less {headroom_n:.3g} N headroom = {largest_top_n:.4g} N"
     )

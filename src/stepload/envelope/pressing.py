@@ -6,7 +6,13 @@ import math
 from dataclasses import dataclass
 
 from stepload.contact.power_law import ContactLaw
-from stepload.envelope.bounds import Measured, follow_travel, press_rig, step_band_n
+from stepload.envelope.bounds import (
+    Measured,
+    cross_blind_n,
+    follow_travel,
+    press_rig,
+    step_band_n,
+)
 from stepload.envelope.catch_up import largest_catch_up
 from stepload.envelope.dragged import counted_left
 from stepload.envelope.ladder import ForceLimits, force_limits
@@ -203,8 +209,9 @@ def _forces(
     left: float,
 ) -> ForceLimits:
     """The ladder. What is compared with a second force channel is as wrong as that one's zero may
-    be, and by the tolerance besides. With one channel nothing checks the gain: it may read too
-    little by three times its uncertainty; a shift of its zero comes on top of that."""
+    be, and by the tolerance besides and what noise hides from R5. With one channel nothing checks
+    the gain: it may read too little by three times its uncertainty; a shift of its zero comes on
+    top of that."""
     rig, second = plan.rig, plan.rig.second_force
     if second.source is SecondForceSource.NONE:
         too_little = 3.0 * rig.force.gain_uncertainty
@@ -218,7 +225,8 @@ def _forces(
         tolerance_n, relative = 0.0, too_little / (1.0 - too_little)
         bias_n = shift_n * (1.0 + relative)
     else:
-        tolerance_n, relative = second.tolerance_n, second.tolerance_relative
+        tolerance_n = second.tolerance_n + cross_blind_n(rig, noise_n)
+        relative = second.tolerance_relative
         bias_n = max(shift_n, second_zero_n(second))
     return force_limits(
         elastic_limit_n,

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from stepload.envelope.bounds import cross_blind_n
 from stepload.envelope.leash import leash_travel
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.reason import Reason, Severity
@@ -71,10 +72,13 @@ def unseen(plan: Plan, limits: RunLimits) -> Unseen | None:
         return None
     main_s, second_s = _equal_times(plan, limits)
     sensor = plan.rig.second_force.sensor
+    tolerance_n = limits.cross_tolerance_n + cross_blind_n(plan.rig, limits.noise_n)
     return Unseen(
         main_s=main_s,
         second_s=second_s,
-        forces_n=tuple(_force_n(limits, second_s, gain, moves=bool(sensor)) for gain in GAINS),
+        forces_n=tuple(
+            _force_n(limits, tolerance_n, second_s, gain, moves=bool(sensor)) for gain in GAINS
+        ),
     )
 
 
@@ -85,17 +89,20 @@ def tells_of(plan: Plan, limits: RunLimits) -> Tells:
     return Tells(main_s in told_s, second_s in told_s, max(told_s, default=TELLS_WITHIN_S))
 
 
-def _force_n(limits: RunLimits, second_s: float, gain: float, *, moves: bool) -> float:
+def _force_n(
+    limits: RunLimits, tolerance_n: float, second_s: float, gain: float, *, moves: bool
+) -> float:
     """True force in N that is reached with a main channel of this gain and a frozen second one.
 
     The second one froze at a true force F that it and R5 had let pass: F (1 − g) = tol_abs +
-    tol_rel g F; or earlier, which gives less. From there the true force grows no faster than the
-    speed cap in contact lets a surface as stiff as K_s answer, and the main reading no faster than
-    the load rate, until one of these ends it: equal samples; the main reading having moved by
+    tol_rel g F, where tol_abs is `tolerance_n`: with what noise hides of a difference; or earlier,
+    which gives less. From there the true force grows no faster than the speed cap in contact lets
+    a surface as stiff as K_s answer, and the main reading no faster than the load rate, until one
+    of these ends it: equal samples; the main reading having moved by
     `second_stands_n` (where the second channel is a sensor, `moves`); R5, whose tolerance the main
     reading leaves on the other side of F; or the top force in that reading.
     """
-    tolerance_n, relative = limits.cross_tolerance_n, limits.cross_relative
+    relative = limits.cross_relative
     unlike = 1.0 - gain - gain * relative
     most_n = limits.top_force_n / gain
     frozen_n = min(most_n, tolerance_n / unlike) if unlike > 0.0 else most_n

@@ -15,7 +15,7 @@ from run_plans import envelope_for, stvf_plan
 from stepload.engine.operator import Operator, StopLevel
 from stepload.engine.safing import Action, make_safe, why_it_stopped
 from stepload.engine.tick import LATE_S, SAFING_EXTRA_S, Engine
-from stepload.envelope.bounds import Measured
+from stepload.envelope.bounds import Measured, cross_blind_n
 from stepload.envelope.zero_drift import under_load_s
 from stepload.record.outcome import ActionResult, Cause
 from stepload.record.rows import Phase
@@ -224,12 +224,13 @@ def test_limits_measured_during_the_run_only_get_tighter() -> None:
     assert engine._adopt(Measured(0.6, 2.0 / loaded_s)) is None
     assert engine.limits.noise_n == pytest.approx(math.hypot(0.6, 0.05 / math.sqrt(12.0)))
     first = engine.limits
-    assert first.allowed_n == pytest.approx((0.95 * 727.0 - 11.0 - 2.0) / 1.05)
+    hidden_n = cross_blind_n(ENVELOPE.plan.rig, first.noise_n)
+    assert first.allowed_n == pytest.approx((0.95 * 727.0 - 11.0 - hidden_n - 2.0) / 1.05)
     assert engine._adopt(Measured(0.4, 5.0 / loaded_s)) is None
     assert engine.limits.noise_n == first.noise_n
-    assert engine.limits.allowed_n == pytest.approx((0.95 * 727.0 - 11.0 - 5.0) / 1.05)
+    assert engine.limits.allowed_n == pytest.approx((0.95 * 727.0 - 11.0 - hidden_n - 5.0) / 1.05)
     assert engine._adopt(Measured(0.4, 1.0 / loaded_s)) is None
-    assert engine.limits.allowed_n == pytest.approx((0.95 * 727.0 - 11.0 - 5.0) / 1.05)
+    assert engine.limits.allowed_n == pytest.approx((0.95 * 727.0 - 11.0 - hidden_n - 5.0) / 1.05)
     kept = engine.limits
     refusal = engine._adopt(Measured(80.0, 0.0))
     assert refusal is not None

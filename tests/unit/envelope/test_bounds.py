@@ -17,6 +17,7 @@ from stepload.envelope.bounds import (
     age_limit_s,
     channel_skew_s,
     comparison_period_s,
+    cross_blind_n,
     follow_travel,
     largest_sliding_stiffness,
     largest_stiffness,
@@ -368,7 +369,9 @@ def test_noise_and_drift_found_in_the_run_count_where_they_are_worse() -> None:
     worse = pressing(measured=Measured(0.7, 4.0 / under_load_s(procedure, loop_s)))
     assert worse.rig.noise_n == 0.7
     assert worse.forces.headroom_n == pytest.approx(8.0 * 0.7 + 1.0)
-    assert worse.forces.allowed_n == pytest.approx((0.95 * F_C - 11.0 - 4.0) / 1.05)
+    assert worse.forces.allowed_n == pytest.approx(
+        (0.95 * F_C - 11.0 - cross_blind_n(stvf_plan().rig, 0.7) - 4.0) / 1.05
+    )
     better = pressing(measured=Measured(0.01, 0.0))
     assert better == pressing()
     with pytest.raises(RefusedError, match="noise would be taken for a touch"):

@@ -15,6 +15,7 @@ from run_plans import (
     ur_plan,
 )
 
+from stepload.envelope.bounds import cross_blind_n
 from stepload.envelope.envelope import envelope_of
 from stepload.envelope.limits import RunLimits
 from stepload.envelope.reason import PlanVerdict, Reason, Severity
@@ -94,7 +95,8 @@ def test_a_channel_that_is_right_comes_to_the_top_force_and_no_further() -> None
 def test_each_of_the_rules_ends_it() -> None:
     """The least gain, term by term: F = tol / (1 - g - g tol_rel), and what comes on top of it."""
     gain = GAINS[0]
-    tolerance_n, relative = LIMITS.cross_tolerance_n, LIMITS.cross_relative
+    relative = LIMITS.cross_relative
+    tolerance_n = LIMITS.cross_tolerance_n + cross_blind_n(PLAN.rig, LIMITS.noise_n)
     frozen_n = tolerance_n / (1.0 - gain - gain * relative)
 
     def beyond_n(limits: RunLimits) -> float:

@@ -1,0 +1,108 @@
+"""What noise hides from R5, against the comparison that R5 makes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from run_plans import limits_for, stvf_plan
+
+from stepload.engine.cross_check import CrossCheck
+from stepload.envelope.bounds import CROSS_CHECK_FILTER_S, channel_skew_s, cross_blind_n
+from stepload.envelope.unseen import unseen
+from stepload.plan.model import Plan, Rig
+
+PLAN = stvf_plan()
+NOISE_N = 0.5
+F_C = 727.0
+LIMITS = limits_for(PLAN, F_C)
+
+
+def rig_of(
+    tick_hz: float, main_hz: float, second_hz: float, second_n: float, delay_s: float
+) -> Rig:
+    rig = PLAN.rig
+    sensor = replace(rig.force, rate_hz=second_hz)
+    return replace(
+        rig,
+        arm=replace(rig.arm, rate_hz=tick_hz),
+        force=replace(rig.force, rate_hz=main_hz, delay_s=delay_s),
+        second_force=replace(rig.second_force, noise_n=second_n, sensor=sensor),
+    )
+
+
+def beyond(rig: Rig, difference_n: float) -> float:
+    """Share of the ticks in which R5 sees a difference at all, of channels that differ by this."""
+    rng = np.random.default_rng(7)
+    tick_s, skew_s = 1.0 / rig.arm.rate_hz, channel_skew_s(rig)
+    second = rig.second_force
+    assert second.sensor is not None
+    noises_n = NOISE_N, second.noise_n
+    check = CrossCheck(tick_s, skew_s, CROSS_CHECK_FILTER_S, noises_n)
+    ticks = 4000
+
+    def read(noise_n: float, rate_hz: float) -> list[float]:
+        repeats = max(1, round(rig.arm.rate_hz / rate_hz))
+        fresh = rng.normal(0.0, noise_n, ticks // repeats + 1)
+        return np.repeat(fresh, repeats)[:ticks].tolist()  # type: ignore[no-any-return]
+
+    seen = 0
+    main, other = read(noises_n[0], rig.force.rate_hz), read(noises_n[1], second.sensor.rate_hz)
+    for main_n, second_n in zip(main, other, strict=True):
+        check.add(main_n, second_n + difference_n)
+        seen += check.difference_n > 0.0
+    return seen / ticks
+
+
+RIGS = [
+    rig_of(tick_hz, main_hz, second_hz, second_n, delay_s)
+    for tick_hz, main_hz, second_hz in (
+        (500.0, 1000.0, 500.0),
+        (500.0, 100.0, 100.0),
+        (500.0, 500.0, 25.0),
+        (125.0, 125.0, 125.0),
+        (100.0, 1000.0, 50.0),
+    )
+    for second_n in (0.5, 4.0)
+    for delay_s in (0.002, 0.03)
+]
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_a_difference_that_noise_cannot_hide_is_seen_in_most_ticks(rig: Rig) -> None:
+    blind_n = cross_blind_n(rig, NOISE_N)
+    assert beyond(rig, blind_n) > 0.55
+    assert beyond(rig, 0.2 * blind_n) < 0.7
+
+
+def test_most_of_it_is_needed_where_many_readings_are_compared() -> None:
+    rig = rig_of(500.0, 1000.0, 500.0, 4.0, 0.03)
+    assert beyond(rig, 0.5 * cross_blind_n(rig, NOISE_N)) < 0.5
+
+
+def test_without_noise_nothing_is_hidden() -> None:
+    assert cross_blind_n(rig_of(500.0, 500.0, 500.0, 0.0, 0.03), 0.0) == 0.0
+
+
+def noisy(noise_n: float) -> Plan:
+    second = replace(PLAN.rig.second_force, noise_n=noise_n)
+    return replace(PLAN, rig=replace(PLAN.rig, second_force=second))
+
+
+def test_the_force_limit_leaves_room_for_what_noise_hides() -> None:
+    quiet, loud = (limits_for(noisy(each), F_C).allowed_n for each in (0.0, 8.0))
+    hidden_n = cross_blind_n(noisy(8.0).rig, 0.3) - cross_blind_n(noisy(0.0).rig, 0.3)
+    assert hidden_n > 1.5
+    assert quiet - loud == pytest.approx(hidden_n / 1.05)
+
+
+def test_a_main_channel_beside_a_frozen_one_errs_by_what_noise_hides_too() -> None:
+    def force_n(noise_n: float) -> float:
+        plan = noisy(noise_n)
+        limits = replace(LIMITS, second_identical_counts=0, load_rate_n_per_s=1e-6)
+        found = unseen(plan, limits)
+        assert found is not None
+        return found.forces_n[0]
+
+    assert force_n(8.0) > force_n(0.0) + 3.0
