@@ -185,6 +185,7 @@ class Engine:
             max(last.noise_n, measured.noise_n),
             max(last.drift_n_per_s, measured.drift_n_per_s),
             last.one_axis or measured.one_axis,
+            max(last.second_noise_n, measured.second_noise_n),
         )
         derived = envelope_of(self._plan, measured)
         if derived.limits is None:

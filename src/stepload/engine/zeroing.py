@@ -18,6 +18,9 @@ from stepload.record.rows import Phase
 
 DRIFT_CHECK_S = 0.5
 NOISE_FACTOR = 3.0
+SECOND_NOISE_FACTOR = 1.5
+"""The second channel's noise counts as found above this many times what is stated: a tare may
+hold few new readings of it."""
 
 Adopt = Callable[[Measured], RefusedError | DomainError | None]
 """Adopts thresholds for this noise and drift; returns why the plan does not fit them, or None."""
@@ -140,17 +143,25 @@ class Zeroing:
         drift_n_per_s = tare.largest_slope_n_per_s if drifts else 0.0
         # A sensor with a force that never changes may not detect that a payload is dragged.
         blind = tare.live < 3 and 0.0 < limits.dragged_left < 1.0
-        if noise_n == drift_n_per_s == 0.0 and not blind:
+        loud = second and tare.second_noise_n > SECOND_NOISE_FACTOR * limits.second_noise_n
+        second_noise_n = tare.second_noise_n if loud else 0.0
+        if noise_n == drift_n_per_s == second_noise_n == 0.0 and not blind:
             return True
-        refusal = self._adopt(Measured(noise_n, drift_n_per_s, blind))
+        refusal = self._adopt(Measured(noise_n, drift_n_per_s, blind, second_noise_n))
         if refusal is not None:
             drift_n = moved(drift_n_per_s)
             found = f"a noise of {tare.noise_n:.3g} N and a drift of {drift_n:.3g} N until the zero"
+            beside = (
+                f", and a noise of {second_noise_n:.3g} N of the second channel where"
+                f" second_force.noise is {limits.second_noise_n:.3g} N"
+                if loud
+                else ""
+            )
             only = " (and nothing across the pressing axis, as a load cell)" if blind else ""
             course.fail(
                 "no_room", tare.noise_n, limits.shown_noise_n, "N",
-                f"the tare shows {found} is looked at again{only}; with them the plan does not fit:"
-                f" {refusal.message} ({refusal.hint})",
+                f"the tare shows {found} is looked at again{beside}{only}; with them the plan does"
+                f" not fit: {refusal.message} ({refusal.hint})",
             )  # fmt: skip
         return course.failure is None
 
@@ -163,12 +174,17 @@ class Zeroing:
             return
         course.zero_shift_n = tare.mean_n - course.tares[0].mean_n
         if last:
+            second_n = tare.second_mean_n - course.tares[0].second_mean_n
+            second_limit_n, checked = course.limits.second_zero_n, bool(course.limits.cross_check)
+            flagged = abs(course.zero_shift_n) > plan.max_drift_n
             course.tares.append(tare)
             course.emit(
                 now_s,
                 "zero_shift",
                 {"shift_n": course.zero_shift_n, "limit_n": plan.max_drift_n,
-                 "flagged": abs(course.zero_shift_n) > plan.max_drift_n, **asdict(tare)},
+                 "second_shift_n": second_n, "second_limit_n": second_limit_n,
+                 "flagged": flagged or (checked and abs(second_n) > second_limit_n),
+                 **asdict(tare)},
             )  # fmt: skip
             self._then(now_s)
             return

@@ -46,11 +46,12 @@ LOAD_TIMEOUTS = 20.0
 @dataclass(frozen=True, slots=True)
 class Measured:
     """What the run has measured of its force sensor: noise (sd), the drift of its zero, and whether
-    only its component along the pressing axis ever changes."""
+    only its component along the pressing axis ever changes; and the noise of the second channel."""
 
     noise_n: float
     drift_n_per_s: float
     one_axis: bool = False
+    second_noise_n: float = 0.0
 
 
 def largest_sliding_stiffness(system: SystemStiffness) -> float:
@@ -95,7 +96,7 @@ def channel_skew_s(rig: Rig) -> float:
     return delay_s + comparison_period_s(rig) + 2.0 / rig.arm.rate_hz
 
 
-def cross_blind_n(rig: Rig, noise_n: float) -> float:
+def cross_blind_n(rig: Rig, noise_n: float, second_noise_n: float = 0.0) -> float:
     """How far in N beyond the tolerance of R5 noise may hide a difference of the channels.
 
     R5 compares the ranges of filtered readings over the skew, less a standard deviation of their
@@ -104,19 +105,21 @@ def cross_blind_n(rig: Rig, noise_n: float) -> float:
 
     Args:
         rig: with a second force channel.
-        noise_n: standard deviation of a reading of the main channel.
+        noise_n, second_noise_n: standard deviation of a reading of the main and of the second
+            channel, where it is worse than stated.
     """
     second = rig.second_force
+    noises_n = (rig.force.noise_n, noise_n), (second.noise_n, second_noise_n)
     second_hz = second.sensor.rate_hz if second.sensor else rig.arm.rate_hz
     tick_s, skew_s = 1.0 / rig.arm.rate_hz, channel_skew_s(rig)
     blind_n = 0.0
-    for reading_n, rate_hz in ((noise_n, rig.force.rate_hz), (second.noise_n, second_hz)):
+    taken_off = _filtered(min(1.0, tick_s / CROSS_CHECK_FILTER_S))
+    for (stated_n, found_n), rate_hz in zip(noises_n, (rig.force.rate_hz, second_hz), strict=True):
         period_s = max(tick_s, 1.0 / rate_hz)
         readings = 1 + math.ceil(skew_s / period_s - 1e-9)
         left = _filtered(-math.expm1(-period_s / CROSS_CHECK_FILTER_S))
-        taken_off = _filtered(min(1.0, tick_s / CROSS_CHECK_FILTER_S))
         reach = math.sqrt(2.0 * math.log(readings))
-        blind_n += reading_n * max(0.0, reach * left - taken_off)
+        blind_n += max(0.0, reach * left * max(stated_n, found_n) - taken_off * stated_n)
     return blind_n
 
 

@@ -133,7 +133,10 @@ def pressing_for(
     _check_touch(procedure.touch_force_n, noise_n)
     _check_channels(plan, elastic_limit_n)
     left = counted_left(plan, one_axis=measured is not None and measured.one_axis)
-    forces = _forces(plan, elastic_limit_n, procedure.top_force_n, noise_n, shift_n, left)
+    forces = _forces(
+        plan, elastic_limit_n, procedure.top_force_n, noise_n, shift_n, left,
+        measured.second_noise_n if measured else 0.0,
+    )  # fmt: skip
     tangent = stiffest.tangent(forces.limit_n)
     guarded, fast = _budgeted_speeds(procedure.touch_force_n, press, forces, tangent)
     reading_n = math.hypot(noise_n, rig.force.resolution_n / math.sqrt(12.0))
@@ -207,6 +210,7 @@ def _forces(
     noise_n: float,
     shift_n: float,
     left: float,
+    second_noise_n: float = 0.0,
 ) -> ForceLimits:
     """The ladder. What is compared with a second force channel is as wrong as that one's zero may
     be, and by the tolerance besides and what noise hides from R5. With one channel nothing checks
@@ -225,7 +229,7 @@ def _forces(
         tolerance_n, relative = 0.0, too_little / (1.0 - too_little)
         bias_n = shift_n * (1.0 + relative)
     else:
-        tolerance_n = second.tolerance_n + cross_blind_n(rig, noise_n)
+        tolerance_n = second.tolerance_n + cross_blind_n(rig, noise_n, second_noise_n)
         relative = second.tolerance_relative
         bias_n = max(shift_n, second_zero_n(second))
     return force_limits(

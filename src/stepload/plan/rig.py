@@ -279,7 +279,13 @@ class SecondForce:
     tolerance_n: Annotated[ForceOrZero, Key("Allowed difference, absolute part.")] = 0.0
     tolerance_relative: Annotated[Share, Key("Allowed difference, share of the force.")] = 0.0
     time_s: Annotated[Duration, Key("How long the difference may last.")] = 0.02
-    noise_n: Annotated[ForceOrZero, Key("Standard deviation of the second channel.")] = 0.0
+    noise_n: Annotated[
+        ForceOrZero,
+        Key(
+            "Standard deviation of the second channel at rest. What it hides of a difference is "
+            "taken off F_allowed; where the tare finds half as much again, that counts."
+        ),
+    ] = 0.0
     sensor: Annotated[ForceSpec | None, Key("The second sensor, for source sensor.")] = None
     zero_error_n: Annotated[
         ForceOrZero | None,

@@ -57,6 +57,11 @@ def predicted_table(run: Evaluation) -> Table:
             ("shift of the force's zero, at the most", newton, procedure.max_drift_n,
              abs(run.data.zero_shift_n))
         )  # fmt: skip
+        if envelope.limits and envelope.limits.cross_check:
+            rows.append(
+                ("shift of the second channel's zero, at the most", newton,
+                 envelope.limits.second_zero_n, abs(run.data.second_zero_shift_n))
+            )  # fmt: skip
     if found is not None:
         rows.append(
             ("deformation at the largest force", quantity("m"),

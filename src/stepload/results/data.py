@@ -78,6 +78,7 @@ def _measured_data(press: PressData) -> dict[str, Any]:
     return {
         "noise_n": press.noise_n,
         "zero_shift_n": press.zero_shift_n,
+        "second_zero_shift_n": press.second_zero_shift_n,
         "lag_s": press.lag.lag_s,
         "lag_sigma_s": press.lag.sigma_s,
         "lag_corrected_s": press.lag_corrected_s,

@@ -60,6 +60,7 @@ class PressData:
         noise_n: force noise measured while at rest.
         zero_shift_n: last tare minus first; NaN without a second tare.
         zero_step_n: the largest change from one tare to the next, NaN likewise.
+        second_zero_shift_n: of the second channel, like `zero_shift_n`; NaN without one.
         lag: measured lag of force behind travel; `lag_corrected_s` of it was corrected.
         clocks: origin of each channel's times.
         gauge: whether travel was measured across the contact.
@@ -91,6 +92,7 @@ class PressData:
     torque_noise_n_m: float = math.nan
     axis: str = "+fz"
     zero_step_n: float = math.nan
+    second_zero_shift_n: float = math.nan
     looked: bool = False
 
     @property
@@ -153,10 +155,15 @@ def _touches(recording: Recording) -> tuple[TouchPoint, ...]:
     )
 
 
-def _tares(recording: Recording) -> list[tuple[float, float, float]]:
-    """(time_s, mean_n, noise_n) of every tare."""
+def _tares(recording: Recording) -> list[tuple[float, float, float, float]]:
+    """(time_s, mean_n, noise_n, second_mean_n) of every tare; NaN without a second channel."""
     return [
-        (number(event, "time_s"), number(event, "mean_n"), number(event, "noise_n"))
+        (
+            number(event, "time_s"),
+            number(event, "mean_n"),
+            number(event, "noise_n"),
+            number_or_nan(event.data.get("second_mean_n")),
+        )
         for event in recording.events
         if event.kind in ("tare", "zero_shift")
     ]
@@ -270,7 +277,7 @@ def press_data(
     lag = measure_lag(raw.time_s, raw.force_n, raw_m, busy)
     lag_s = lag.correction_s
     aligned = align(recording, axis, lag_s) if lag_s else raw
-    times, means, noises = (np.array(column) for column in zip(*tares, strict=True))
+    times, means, noises, seconds = (np.array(column) for column in zip(*tares, strict=True))
     travel_m = aligned.displacement_m if gauge else aligned.position_m
     assert travel_m is not None
     force_n = aligned.force_n - np.interp(aligned.time_s, times, means)
@@ -299,5 +306,6 @@ def press_data(
         torque_noise_n_m=torque_noise_n_m,
         axis=axis or recording.metadata["force_axis"],
         zero_step_n=largest_step(means),
+        second_zero_shift_n=float(seconds[-1] - seconds[0]) if len(seconds) > 1 else math.nan,
         looked=any(event.kind == "until" for event in recording.events),
     )

@@ -305,6 +305,18 @@ def test_a_plan_that_does_not_fit_what_was_measured_ends_there() -> None:
     assert zero.stage.zeros == []
 
 
+def test_a_second_channel_louder_than_stated_counts_as_found() -> None:
+    for share, refused in ((1.4, False), (1.6, True)):
+        zero = Zero({"second_noise_n": 1.0})
+        zero.refusal = RefusedError("no room", hint="press less")
+        zero.tare([0.0] * zero.count, swing(0.0, share, zero.count))
+        failure = zero.stage.course.failure
+        assert (failure is not None) == refused
+        if failure is not None:
+            assert failure.rule == "no_room"
+            assert "1.6 N of the second channel where second_force.noise is 1 N" in failure.message
+
+
 def look_back(cycle: int, cycles: int, shift_n: float, second_n: float = 0.0) -> Zero:
     zero = Zero(cycles=cycles, tare_s=2.0)
     zero.tare([0.0] * zero.count, [0.0] * zero.count)
@@ -328,6 +340,14 @@ def test_a_zero_that_moves_within_a_cycle_ends_the_run_there_only(sign: float) -
         assert last.stage.find("zero_shift")["flagged"] == flagged
         assert last.stage.course.zero_shift_n == pytest.approx(sign * share * DRIFT_N)
         assert len(last.stage.zeros) == 1
+    limit_n = kept.stage.course.limits.second_zero_n
+    for share, flagged in ((0.99, False), (1.01, True)):
+        last = look_back(2, 2, 0.0, sign * share * limit_n)
+        assert last.stage.then
+        found = last.stage.find("zero_shift")
+        assert found["flagged"] == flagged
+        assert found["second_shift_n"] == pytest.approx(sign * share * limit_n)
+        assert found["second_limit_n"] == limit_n
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

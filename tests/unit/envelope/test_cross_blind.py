@@ -82,7 +82,16 @@ def test_most_of_it_is_needed_where_many_readings_are_compared() -> None:
 
 
 def test_without_noise_nothing_is_hidden() -> None:
-    assert cross_blind_n(rig_of(500.0, 500.0, 500.0, 0.0, 0.03), 0.0) == 0.0
+    rig = rig_of(500.0, 500.0, 500.0, 0.0, 0.03)
+    assert cross_blind_n(replace(rig, force=replace(rig.force, noise_n=0.0)), 0.0) == 0.0
+
+
+def test_noise_that_was_found_counts_where_it_is_worse_than_stated() -> None:
+    rig = rig_of(500.0, 500.0, 500.0, 1.0, 0.03)
+    stated_n = cross_blind_n(rig, 0.0)
+    assert cross_blind_n(rig, 0.0, 1.0) == cross_blind_n(rig, 0.2, 0.2) == stated_n
+    assert cross_blind_n(rig, 0.0, 2.0) > stated_n + 1.0
+    assert cross_blind_n(rig, 1.3, 0.0) > stated_n + 1.0
 
 
 def noisy(noise_n: float) -> Plan:
