@@ -68,6 +68,7 @@ def test_what_is_there_is_not_overwritten_and_a_missing_library_is_told_first(
         (("--out", "m"), "map.svg is there already"),
         (("--parquet", "m.parquet"), "m.parquet is there already"),
         (("--top-force", "3 m"), "3 m"),
+        (("--top-force", ""), "expected a force with its unit"),
         (("--payload", "none.yaml"), "none.yaml"),
     ):
         said = in_process(*SMALL, *words, cwd=tmp_path)

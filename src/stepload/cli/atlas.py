@@ -18,8 +18,8 @@ def map(
         typer.Option("--payload", help="Payload file, beside those that come with stepload."),
     ] = None,
     top_force: Annotated[
-        str, typer.Option("--top-force", help='Top force with its unit: "300 N".')
-    ] = "",
+        str | None, typer.Option("--top-force", help='Top force with its unit: "300 N".')
+    ] = None,
     samples: Annotated[
         int, typer.Option("--samples", min=1, help="Simulated identifications of each cell.")
     ] = 250,
@@ -61,7 +61,7 @@ def map(
             rig,
             payload or [],
             shipped=atlas.shipped_payloads(),
-            top_n=parse_quantity(top_force, "N") if top_force else None,
+            top_n=parse_quantity(top_force, "N") if top_force is not None else None,
             samples=samples,
             seed=seed,
             pool=pool,

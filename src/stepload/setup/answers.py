@@ -151,6 +151,9 @@ def check(question: Question, answer: str) -> None:
         keys = [word.partition("=")[0].strip() for word in answer.split(SEPARATOR) if word]
         if twice := next((key for key in keys if keys.count(key) > 1), None):
             raise BadInputError(f"{twice} is given twice", hint="keep one of the two")
+        for key in keys:
+            if part := next((each for each in keys if each.startswith(f"{key}.")), None):
+                raise BadInputError(f"{key} and {part}, a key in it", hint="keep one of the two")
     elif not answer.strip() and question.default != "":
         raise BadInputError("an empty answer", hint=question.text)
     elif question.check is not None:

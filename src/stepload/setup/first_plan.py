@@ -174,9 +174,12 @@ def first_plan(answers: Answers, rig: str, path: Path) -> tuple[str, Envelope]:
         RefusedError: preflight refuses it, with its reasons.
     """
     values = plan_values(answers, path.parent)
-    stated = values.get("procedure.top_force")
+    stated, levels = values.get("procedure.top_force"), values.get("procedure.levels")
     asked = answers.text("top_force") if stated is None else stated.text
-    if asked == "most" and stated is None:
+    if asked == "most" and stated is None and levels is not None:
+        last = levels.text.strip("[] ").rpartition(",")[2]
+        top_n, origin = _stated_n(last), "the last of the levels"
+    elif asked == "most" and stated is None:
         tried, lightest, _ = _lightest(values, rig, path, let_through=False)
         largest_n = tried.largest_safe_force_n
         top_n = float(f"{SHARE * largest_n:.2g}")

@@ -70,6 +70,7 @@ def test_flags_take_both_forms_and_many_words():
         (["--host", "  "], "an empty answer"),
         (["--host", "a", "--host", "b"], "--host is given twice"),
         (["--keys", "a=1", "--keys", "b=1", "--keys", "a =2"], "--keys: a is given twice"),
+        (["--keys", "a.b=2", "--keys", "a=1"], "--keys: a and a.b, a key in it"),
         (["--procedure", "hold=1 s", "--procedure", "hold=1 s"], "--procedure: hold is given"),
         (["--arm-options", "a=1", "--arm-options", "a=2"], "--arm-options: a is given twice"),
         (["--back", "0 mm"], "--back: '0 mm' is not above 0"),

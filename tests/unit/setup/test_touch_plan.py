@@ -48,6 +48,9 @@ def test_the_forces_that_a_person_states_stand(tmp_path: Path) -> None:
     assert procedure_of(step)["step"] == "40 N"
     levels = answers(top_force="300 N", procedure="levels=[100 N, 200 N, 300 N]")
     assert "step" not in procedure_of(first_plan(levels, "stvf", path)[0])
+    alone, _ = first_plan(answers(procedure="levels=[100 N, 200 N, 250 N ]"), "stvf", path)
+    assert procedure_of(alone)["top_force"] == "250 N"
+    assert "top_force: 250 N # the last of the levels" in alone
 
 
 def test_preflight_judges_the_forces_that_a_person_states(tmp_path: Path) -> None:
