@@ -37,7 +37,7 @@ def draws(
     branches: Sequence[Branch], ideal: Elastic, run: Pressed, length_n: float
 ) -> list[FloatArray]:
     """Travel (B, REHEARSALS) of every branch; the error of K_s is common to all of them."""
-    sources = run.sources
+    sources = run.conditions.sources
     rng = np.random.default_rng(12345)
     grid = np.linspace(0.0, ideal.top_n, _GRID)
     root = np.linalg.cholesky(smooth_correlation(grid, length_n) + 1e-6 * np.eye(_GRID))
@@ -55,7 +55,7 @@ def draws(
         smooth = sources.smooth_error_m * (common + NOT_REPEATED * own)
         travel = ideal.travel(path.force_n)[:, None] + place + _interpolated(
             path.force_n, grid, smooth)  # fmt: skip
-        soft = run.deflection_sigma(path.force_n)
+        soft = run.conditions.bend_sigma(path.force_n)
         travel = travel + soft.T @ bend[: len(soft)]
         bent = linearity_errors(path.force_n, sources.nonlinearity)
         travel = travel + (ideal.compliance(path.force_n) * bent).T @ crooked

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
-from stepload.evidence.askew import Askew, coupling_of
-from stepload.evidence.lawfit import Roughness
+from stepload.evidence.askew import askew_of
 from stepload.evidence.path import Track
 from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.sideways import GUIDED_COMPLIANCE, Sideways, sideways
@@ -65,15 +64,7 @@ def pressed(data: PressData, conditions: Conditions) -> Pressed:
         touches=_touches(data),
         zero_step_n=finite(data.zero_step_n),
         sideways=aside,
-        askew=Askew(
-            quality_of(data, conditions.lever_m),
-            arm=conditions.arm,
-            share=aside.share,
-            coupling=coupling_of(conditions.across, conditions.yields_m_per_n),
-            misalignment_rad=conditions.misalignment_rad,
-            yields_m_per_n=conditions.yields_m_per_n,
-            gauge_offset_m=conditions.gauge_offset_m,
-        ),
+        askew=askew_of(conditions, quality_of(data, conditions.lever_m), aside.share),
         adhesive=pulls(data),
         looked=data.looked,
         notes=(conditions.structure_note,) if conditions.structure_note else (),
@@ -116,15 +107,7 @@ def _pressed(conditions: Conditions, top_n: float, doubts: tuple[str, ...], **ow
         )
         doubts = (*doubts, above)
     return Pressed(
-        deflection=conditions.bend,
-        deflection_sigma=conditions.bend_sigma,
-        table_sigma=conditions.table_sigma,
-        sources=conditions.sources,
-        roughness=Roughness(conditions.rough_length_m, conditions.rough_length_sigma),
-        elastic_limit_n=limit_n,
-        secant_force_n=conditions.secant_force_n,
-        accuracy=1.0 / conditions.t,
-        laws=conditions.laws,
+        conditions=conditions,
         doubts=doubts,
         **own,
     )
@@ -202,7 +185,7 @@ def sideways_of(data: PressData, conditions: Conditions) -> Sideways:
     The size counts near the top force, noise taken out; with its sign the share is the slope of
     force across over force along.
     """
-    across, share, size, away = conditions.across, None, None, 0.0
+    share, size, away = None, None, 0.0
     if data.across_n is not None:
         mask = data.branch(LOADING)
         mask &= data.force_n > NEAR_TOP * float(data.force_n[mask].max())
@@ -210,12 +193,9 @@ def sideways_of(data: PressData, conditions: Conditions) -> Sideways:
         noise_n = data.lateral_noise_n if math.isfinite(data.lateral_noise_n) else 0.0
         share = force_n @ across_n / (force_n @ force_n)
         size = _share_size(across_n, force_n, noise_n)
-        apart_n = across_n - np.outer(force_n, across.at_share or (0.0, 0.0))
+        apart_n = across_n - np.outer(force_n, conditions.across.at_share or (0.0, 0.0))
         away = _share_size(apart_n, force_n, noise_n)
-    return sideways(
-        across, conditions.sources.system_stiffness_n_per_m, share, size, away,
-        arm=conditions.arm, stuck_ratio=conditions.stuck_ratio,
-    )  # fmt: skip
+    return sideways(conditions, share, size, away)
 
 
 def pulls(data: PressData) -> bool:

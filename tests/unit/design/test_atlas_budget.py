@@ -42,7 +42,7 @@ def judged(runs: Runs, own: Reference = OWN) -> Judged:
 
 
 def other_sources(**changed: float) -> Reference:
-    return replace(OWN, run=replace(OWN.run, sources=replace(OWN.run.sources, **changed)))
+    return replace(OWN, told=replace(OWN.told, sources=replace(OWN.told.sources, **changed)))
 
 
 def gain(runs: Runs) -> Judged:
