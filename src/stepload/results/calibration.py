@@ -280,10 +280,9 @@ def common_pose(runs: Sequence[SavedRun]) -> dict[str, Any]:
 
 def _loading(run: SavedRun) -> tuple[FloatArray, FloatArray]:
     """Force and travel of the first loading."""
-    loading = run.data.branch(LOADING)
+    loading = run.data.first_loading()
     if not loading.any():
         raise BadInputError(f"{run.path}: the run ended before its first load step")
-    loading = run.data.branch(LOADING, cycle=int(run.data.cycle[loading].min()))
     return run.data.force_n[loading], run.data.travel_m[loading]
 
 

@@ -156,10 +156,9 @@ def _loss(data: PressData, deformation_m: FloatArray, found: Identification) -> 
 def _damping(
     data: PressData, deformation_m: FloatArray, found: Identification
 ) -> HuntCrossley | Missing:
-    mask = data.branch(LOADING)
+    mask = data.first_loading()
     if not mask.any():
         return Missing("not determined: there is no loading")
-    mask = data.branch(LOADING, cycle=int(data.cycle[mask].min()))
     return hunt_crossley(
         data.time_s[mask], deformation_m[mask], data.force_n[mask], found.fit,
         found.conditions.sources, lag_corrected_s=data.lag_corrected_s,

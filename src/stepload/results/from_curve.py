@@ -110,7 +110,7 @@ def prepare(curve: Curve, wishes: Wishes) -> PreparedCurve:
         )
     )
     stiffness = conditions.sources.system_stiffness_n_per_m
-    selected = select(travel_m, force_n, system_stiffness_n_per_m=stiffness, time_s=first.time_s)
+    selected = select(travel_m - conditions.bend(force_n), force_n, time_s=first.time_s)
     if stiffness is not None:
         check_what_is_left(selected, travel_m, force_n, stiffness)
         notes.append(TAKEN_AS_GUIDED)

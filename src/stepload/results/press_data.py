@@ -118,6 +118,11 @@ class PressData:
         mask = np.isin(self.phase, phases)
         return mask if cycle is None else mask & (self.cycle == cycle)
 
+    def first_loading(self) -> NDArray[np.bool_]:
+        """Mask (N,) of the loading of the first cycle; of no sample where nothing was loaded."""
+        loading = self.branch(LOADING)
+        return loading & (self.cycle == self.cycle[loading].min()) if loading.any() else loading
+
 
 def number(event: Event, key: str) -> float:
     """A numeric value of an event.

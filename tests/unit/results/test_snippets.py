@@ -34,7 +34,7 @@ def found() -> Identification:
     sources = Sources(None, force_noise_n=0.1, position_noise_m=2e-8, smooth_error_m=5e-8)
     given = Conditions(sources, 300.0, 0.0, 1e-8, rough_length_m=0.0)
     run = there_and_back(force, deep, given)
-    return identify(select(deep, force, system_stiffness_n_per_m=None), given, run)
+    return identify(select(deep, force), given, run)
 
 
 def chord(law: ContactLaw, at_n: float) -> float:
