@@ -27,7 +27,7 @@ from stepload.evidence.lawfit import LawFit, Whitened, fit_law
 from stepload.evidence.laws import POWER, ROUGH
 from stepload.evidence.loops import Branch, loops_of
 from stepload.evidence.rate import rate_sign
-from stepload.evidence.rehearse import QUANTILE, creep_threshold, draws, thresholds
+from stepload.evidence.rehearse import QUANTILE, creep_threshold, draws, rate_threshold, thresholds
 from stepload.evidence.shape import LEAST_REDUCED_CHI2, rehearse_law
 from stepload.evidence.signs import HoldCreep, Sign, branches_of, hold_creep, signs_of
 
@@ -84,7 +84,7 @@ def reference(cell: Cell, course: Course) -> Reference:
     main = chord(first)
     elastic = elastic_of(first, main, told.bend)
     drift = drift_of(loops, elastic.at, told.sources)
-    creep = hold_creep(loops, main.from_n, elastic.payload_at, elastic.deformation)
+    creep = hold_creep(loops, main.from_n, elastic)
     rate = rate_sign(loops, elastic)
     if drift is None or creep is None or rate is None:
         raise DomainError("a course of two cycles with holds has drift, creep and rate")
@@ -94,15 +94,8 @@ def reference(cell: Cell, course: Course) -> Reference:
     branches = branches_of(loops)
     drawn = draws(branches, elastic, run, lengths[here])
     signs = {sign.name: sign for sign in signs_of(loops, elastic.at)}
-    bent = [
-        travel - elastic.travel(branch.path.force_n)[:, None]
-        for branch, travel in zip(branches, drawn, strict=True)
-    ]
     allowed = thresholds(list(signs.values()), branches, drawn)
-    allowed |= thresholds([rate], branches, bent)
-    holds = [hold for loop in loops for hold in loop.loading.holds]
-    whole = math.sqrt(sum(elastic.at(hold.force_n) ** 2 for hold in holds) / len(holds))
-    samples = min(hold.samples for hold in holds)
+    allowed["rate"] = rate_threshold(rate, branches, drawn, elastic)
     data = Whitened(first.path.force_n, first.deformation_m, covariances[here])
     fit, shapes, power = _believed(data, told)
     deformation = drawn[0] - elastic.deflection(first.path.force_n)[:, None]
@@ -116,7 +109,7 @@ def reference(cell: Cell, course: Course) -> Reference:
         signs=signs | {"rate": rate},
         allowed_m=allowed,
         creep=creep,
-        creep_m=creep_threshold(samples, creep.holds, told.sources, whole),
+        creep_m=creep_threshold(creep, loops, elastic, told.sources),
         fixed_m=math.sqrt(max(float(main.weights @ each @ main.weights) for each in covariances)),
         data=data,
         fit=fit,

@@ -24,7 +24,7 @@ from stepload.evidence.gates import (
 from stepload.evidence.loops import Loop
 from stepload.evidence.pressed import Pressed, Touch
 from stepload.evidence.rate import rate_sign
-from stepload.evidence.rehearse import TO_SIGMA, creep_threshold, thresholds
+from stepload.evidence.rehearse import TO_SIGMA, creep_threshold, rate_threshold, thresholds
 from stepload.evidence.signs import branches_of, hold_creep, signs_of
 from stepload.units import format_quantity
 
@@ -61,7 +61,7 @@ def contact_signs(
     rehearsed = thresholds(list(signs.values()), branches_of(loops), drawn)
     watched = [name for name in OF_TWO_CYCLES if name in signs]
     time_m = max((abs(signs[name].value_m) for name in watched), default=0.0)
-    creep = hold_creep(loops, main.from_n, elastic.payload_at, elastic.deformation)
+    creep = hold_creep(loops, main.from_n, elastic)
     rate = rate_sign(loops, elastic)
     if "gap" in signs:
         if "gap_change" not in signs:
@@ -78,19 +78,12 @@ def contact_signs(
     if "seat" in signs:
         gates.append(sign_gate(signs["seat"], rehearsed["seat"], main.span_m, "law"))
     if rate is not None:
-        bent = [
-            travel - elastic.travel(branch.path.force_n)[:, None]
-            for branch, travel in zip(branches_of(loops), drawn, strict=True)
-        ]
-        allowed = thresholds([rate], branches_of(loops), bent)
-        gates.append(sign_gate(rate, allowed["rate"], main.span_m))
+        allowed_m = rate_threshold(rate, branches_of(loops), drawn, elastic)
+        gates.append(sign_gate(rate, allowed_m, main.span_m))
         time_m = max(time_m, abs(rate.value_m))
     creep_m = zero_m = 0.0
     if creep is not None:
-        holds = [hold for loop in loops[:2] for hold in loop.loading.holds]
-        samples = min(hold.samples for hold in holds)
-        whole = math.sqrt(sum(elastic.at(hold.force_n) ** 2 for hold in holds) / len(holds))
-        limit_m = creep_threshold(samples, creep.holds, sources, whole)
+        limit_m = creep_threshold(creep, loops, elastic, sources)
         total_m = limit_m * creep.total_per_mean
         gates += creep_gates(creep, limit_m, total_m, main.span_m)
         # The creep beyond the noise counts with all of it or none. Added is what holds of this

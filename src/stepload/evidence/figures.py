@@ -10,13 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from stepload.estimators.conditions import Conditions
+from stepload.estimators.decide import EXPONENT_HALF_WIDTH
 from stepload.estimators.fit import FloatArray
 from stepload.estimators.judge import ResultVerdict
-from stepload.estimators.smooth import NORMAL_95
+from stepload.estimators.smooth import CHI2_95, NORMAL_95
 from stepload.evidence.chord import Chord
 from stepload.evidence.errors import Component, middle
 from stepload.evidence.gates import Gate, fired
-from stepload.evidence.lawfit import CANNOT_TELL, CHI2_95, LawFit
+from stepload.evidence.lawfit import CANNOT_TELL, LawFit
 from stepload.evidence.laws import BILINEAR, POWER, ROUGH
 from stepload.evidence.path import Path
 from stepload.evidence.pressed import Pressed
@@ -24,8 +25,6 @@ from stepload.evidence.quantity import Exponent, Line, Quantity, combined, log_i
 from stepload.evidence.union import Read, at_point, union
 from stepload.units import beside_limit, percent
 
-EXPONENT_HALF_WIDTH = 0.1
-"""An exponent with a larger half width is not identified."""
 OPEN = 5.0
 """A stiffness counts as undetermined if the logarithm of its interval is wider than this."""
 REACHED = 1.06

@@ -23,7 +23,6 @@ from stepload.evidence.laws import (
     Law,
 )
 
-CHI2_95 = 3.841459
 CANNOT_TELL = 4.0
 """Laws whose χ² is within this distance of the best cannot be distinguished by the data."""
 ROUGHEST = 0.15

@@ -135,8 +135,7 @@ def sideways(
             errors = _along(across.away(share))
             return Sideways("one number", size, away, CROSS_COMPLIANCE * away, errors=errors)
     if told.arm:
-        stuck = told.stuck_ratio
-        return Sideways("unknown", size, relative=UNKNOWN_FRICTION, stuck_ratio=stuck)
+        return Sideways("unknown", size, relative=UNKNOWN_FRICTION, stuck_ratio=told.stuck_ratio)
     errors = () if share is None else _along(share)
     return Sideways("guided", size, relative=GUIDED_COMPLIANCE * (size or 0.0), errors=errors)
 
