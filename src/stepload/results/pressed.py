@@ -19,7 +19,7 @@ from stepload.record.rows import Phase
 from stepload.results.curve_zero import SAME_PEAK, Branch
 from stepload.results.from_curve import PreparedCurve
 from stepload.results.model import finite
-from stepload.results.press_data import HOLDS, LOADING, UNLOADING, PressData
+from stepload.results.press_data import LOADING, UNLOADING, PressData, holds_of
 from stepload.results.quality import quality_of
 
 CLOSING_OPENING = (
@@ -106,11 +106,7 @@ def _pressed(conditions: Conditions, top_n: float, doubts: tuple[str, ...], **ow
             "may have yielded"
         )
         doubts = (*doubts, above)
-    return Pressed(
-        conditions=conditions,
-        doubts=doubts,
-        **own,
-    )
+    return Pressed(conditions=conditions, doubts=doubts, **own)
 
 
 def _joined(branch: Branch, hold: Branch | None) -> Track:
@@ -152,9 +148,7 @@ def _share(branch: Branch) -> float | None:
 
 
 def _track(data: PressData, mask: NDArray[np.bool_]) -> Track:
-    resting = np.isin(data.phase[mask], HOLDS)
-    begins = resting & ~np.concatenate([[False], resting[:-1]])
-    held = np.where(resting, np.cumsum(begins), 0)
+    held = holds_of(data.phase[mask])
     return Track(data.time_s[mask], data.force_n[mask], data.travel_m[mask], held)
 
 
