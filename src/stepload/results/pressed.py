@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stepload.errors import BadInputError
 from stepload.estimators.conditions import Conditions
 from stepload.estimators.fit import FloatArray
 from stepload.evidence.askew import askew_of
@@ -39,18 +38,9 @@ BEFORE_TOUCH_S = 0.05
 
 
 def pressed(data: PressData, conditions: Conditions) -> Pressed:
-    """The cycles of a run with the known errors.
-
-    Raises:
-        BadInputError: there is no load step.
-    """
-    numbers = np.unique(data.cycle[data.branch(LOADING)]).tolist()
-    if not numbers:
-        raise BadInputError(
-            "the run ended before the first load step: there is nothing to identify"
-        )
+    """The cycles of a run that was loaded, with the known errors."""
     tracks = []
-    for number in numbers:
+    for number in np.unique(data.cycle[data.branch(LOADING)]).tolist():
         loading = _track(data, data.branch(LOADING, number))
         unloading = data.branch(UNLOADING, number)
         tracks.append((number, loading, _track(data, unloading) if unloading.sum() > 1 else None))
